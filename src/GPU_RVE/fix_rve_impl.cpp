@@ -1066,16 +1066,19 @@ template <int D> void FixRve::ImplOf<D>::advance_on_paths(const macro::LoadPaths
   const macro::RveClock clock = this->clock(fix->update->dt);
   std::vector<Drive> wanted;
   std::vector<double> own(num_values);
-  for (const int i : atoms) {
+  const auto of_atom = [&](int i) {
     for (int n = 0; n < num_values; ++n) own[n] = values[n][i];
+    return own.data();
+  };
+  for (const int i : atoms) {
     guarded(
         [&] {
-          wanted.push_back(points->path_drive(slot[i], paths, path_step(i, clock), own.data()));
+          wanted.push_back(points->path_drive(slot[i], paths, path_step(i, clock), of_atom(i)));
         },
         i);
   }
   advance(atoms, wanted);
-  for (const int i : atoms) points->follow_path(slot[i], paths, path_step(i, clock));
+  for (const int i : atoms) points->follow_path(slot[i], paths, path_step(i, clock), of_atom(i));
 }
 
 template <int D> FixRve::Impl::PathReport FixRve::ImplOf<D>::path_report(int atom) const

@@ -45,7 +45,7 @@ template <int D> void follow(const macro::LoadPathsOf<D> &paths, int path)
     }
     result.stress = (k % 2 ? -1e5 : -3e5) * rve::Tensor<double, D>::identity();
     result.stress(0, 1) = result.stress(1, 0) = 1e4 * (k % 5 - 2);
-    paths.follow(state, step, result);
+    paths.follow(state, step, result, values.data());
     paths.check(state);
   }
 }

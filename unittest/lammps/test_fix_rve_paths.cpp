@@ -55,6 +55,38 @@ std::string fix_with_paths()
 
 }    // namespace
 
+TEST(PathsOfFixRve, LimitsThatReverseAStageMayBeVariables)
+{
+  // two reversals: an atom ends at its low limit, which it passes by one step at most
+  const std::string path = FIX +
+      "dt 5e-5 path stage rate xy 0.5 stress xx -1e5 stress yy -1e5 "
+      "reverse strain xy v_low v_high until cycles > 1\n";
+  const std::string limits = "variable high atom 5e-4*id\nvariable low atom -5e-4*id\n";
+  GrainsScript script;
+  script << ATOMS + COLUMNS + limits + path + "run 100";
+  for (int id = 1; id <= 4; ++id) {
+    EXPECT_EQ(script.compute("ended").at(id), 1.0) << id;
+    EXPECT_LE(script.compute("xy").at(id), -5e-4 * id + 1e-8) << id;
+    EXPECT_GT(script.compute("xy").at(id), -5e-4 * id - 2.5e-4 * (1.0 + 1e-5)) << id;
+  }
+  // a limit that grows in the stage, by a variable and by the word of a path
+  const std::string grows = "variable high equal 1e-3+0.2*step*dt\nvariable low equal -v_high\n";
+  const std::string ramp = "reverse strain xy ramp -1e-3 -5e-3 0.02 ramp 1e-3 5e-3 0.02";
+  std::string with_ramp = path;
+  const std::string words = "reverse strain xy v_low v_high";
+  with_ramp.replace(with_ramp.find(words), words.size(), ramp);
+  GrainsScript by_variable, by_ramp;
+  by_variable << ATOMS + COLUMNS + grows + path + "run 100";
+  by_ramp << ATOMS + COLUMNS + with_ramp + "run 100";
+  EXPECT_LT(by_variable.compute("xy").at(1), -2e-3);
+  EXPECT_NEAR(by_ramp.compute("xy").at(1), by_variable.compute("xy").at(1), 1e-12);
+
+  EXPECT_IN(
+      "the limits that reverse stage 1 of its path are 0.001 and -0.001; they must be finite "
+      "numbers, the first one below the second one",
+      message_of(ATOMS + "variable low equal 1e-3\nvariable high equal -1e-3\n" + path + "run 1"));
+}
+
 TEST(PathsOfFixRve, EachAtomGoesItsOwnWayAndTheRunEndsWithTheLast)
 {
   GrainsScript script;

@@ -71,7 +71,7 @@ template <int D> class Laboratory {
       drives.push_back(points.path_drive(slot, paths, step, script.data()));
     }
     EXPECT_TRUE(points.advance(some, drives, paths.needs_details()).empty());
-    for (const int slot : some) points.follow_path(slot, paths, step);
+    for (const int slot : some) points.follow_path(slot, paths, step, script.data());
     return !some.empty();
   }
 

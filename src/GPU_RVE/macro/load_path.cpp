@@ -590,11 +590,11 @@ template <int D> class LoadPathsOf<D>::Reader {
       refuse("'" + of + "' cannot reverse a stage; it must be strain or stress");
     const Of measured = of == "strain" ? Of::Strain : Of::Stress;
     stage().reversed.push_back({measured, quantity(measured)});
-    stage().low = number("the low limit");
-    stage().high = number("the high limit");
-    if (!(stage().low < stage().high))
-      refuse("the limits are " + rve::number(stage().low) + " and " + rve::number(stage().high) +
-             "; the first one must be below the second one");
+    const PathValue low = stage().low = value("the low limit");
+    const PathValue high = stage().high = value("the high limit");
+    if (low.is_constant() && high.is_constant() && !(low.number[0] < high.number[0]))
+      refuse("the limits are " + rve::number(low.number[0]) + " and " +
+             rve::number(high.number[0]) + "; the first one must be below the second one");
   }
 
   void read_event()
@@ -733,6 +733,15 @@ rve::DriveOf<D> LoadPathsOf<D>::drive(const PathState<D> &state, const PathStep 
     });
     return value;
   };
+  if (!stage.reversed.empty()) {
+    const double low = stage.low.at(state.time + duration, script),
+                 high = stage.high.at(state.time + duration, script);
+    rve::require(low < high && std::isfinite(low) && std::isfinite(high), [&] {
+      return "the limits that reverse stage " + std::to_string(state.stage + 1) +
+          " of its path are " + rve::number(low) + " and " + rve::number(high) +
+          "; they must be finite numbers, the first one below the second one";
+    });
+  }
 
   Matrix gradient = Matrix::zero();
   for (std::size_t k = 0; k < stage.motion.size(); ++k) {
@@ -788,14 +797,16 @@ double LoadPathsOf<D>::measured(const Measure &measure, const PathState<D> &stat
 
 template <int D>
 void LoadPathsOf<D>::follow(PathState<D> &state, const PathStep &step,
-                            const rve::ResultOf<D> &result) const
+                            const rve::ResultOf<D> &result, const double *script) const
 {
   const Stage &stage = paths[state.path].stages[state.stage];
   state.time += step.dt * step.substeps;
   state.steered = !stage.stresses.empty();
   if (!stage.reversed.empty()) {
     const double now = measured(stage.reversed.front(), state, result);
-    const int limit = now <= stage.low ? -1 : now >= stage.high ? 1 : 0;
+    const int limit = now <= stage.low.at(state.time, script) ? -1
+        : now >= stage.high.at(state.time, script)            ? 1
+                                                              : 0;
     if (limit != 0 && limit != state.limit) {
       state.limit = limit;
       state.direction = -state.direction;

@@ -128,8 +128,9 @@ template <int D> class LoadPathsOf {
   /// not a finite number.
   rve::DriveOf<D> drive(const PathState<D> &state, const PathStep &step, const double *script,
                         const Matrix &deformation) const;
-  /// That step is done; `result` has at least the stress, and cell and deformation if needs_details().
-  void follow(PathState<D> &state, const PathStep &step, const rve::ResultOf<D> &result) const;
+  /// That step is done; `result` has at least the stress, and cell and deformation if needs_details(). `script` as in drive().
+  void follow(PathState<D> &state, const PathStep &step, const rve::ResultOf<D> &result,
+              const double *script = nullptr) const;
   /// Takes an RVE to its place on this path if another path led it there. If that path has ended, this one continues with the last stage,
   /// or with the stage after it if an event of that stage has happened. `result` as of follow(). Throws InputError without such a stage.
   void resume(PathState<D> &state, const rve::ResultOf<D> &result) const;
@@ -156,7 +157,7 @@ template <int D> class LoadPathsOf {
     std::vector<Condition> motion, stresses;    // rates and strains; both in the order of `modes`
     std::vector<Event> events;
     std::vector<Measure> reversed;    // none, or one
-    double low = 0.0, high = 0.0;
+    PathValue low, high;              // that reverse it
     int times = 1, back_to = 0;
     std::shared_ptr<const rve::ServoModesOf<D>> control;
     std::string where;

@@ -142,12 +142,13 @@ rve::DriveOf<D> RvePointsOf<D>::path_drive(int slot, const LoadPathsOf<D> &paths
 }
 
 template <int D>
-void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step)
+void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
+                                 const double *script)
 {
   if (frozen(slot)) return;
   const rve::ResultOf<D> &result = paths.needs_details() ? point(slot).result
                                                          : points.at(slot).result;
-  paths.follow(path(slot), step, result);
+  paths.follow(path(slot), step, result, script);
 }
 
 template <int D> rve::Tensor<double, D> RvePointsOf<D>::Point::rate_of_deformation() const

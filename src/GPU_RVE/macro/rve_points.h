@@ -274,7 +274,8 @@ template <int D> class RvePointsOf {
   /// The next step of an RVE that is on one of these paths, for advance(), and what comes of it there.
   rve::DriveOf<D> path_drive(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
                              const double *script) const;
-  void follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step);
+  void follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
+                   const double *script);
   PathState<D> &path(int slot) { return points.unheard(slot).path; }
   const PathState<D> &path(int slot) const { return points.unheard(slot).path; }
   /// Largest difference between a steered stress and its goal, after the last DEM steps [stress]
