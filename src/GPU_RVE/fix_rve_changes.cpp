@@ -326,7 +326,6 @@ template <int D> void FixRve::ImplOf<D>::choose_time_step()
   const std::vector<double> &bounds = packings.bounds();
   const double of_packings = *std::min_element(bounds.begin(), bounds.end());
   const std::vector<int> advancing = advancing_atoms();
-  points->note_check(slots_of(advancing));
   // with every contact lost an RVE bears a step some times longer than that of its packing
   const LeastBound rves = least_time_step(advancing, 100.0 * of_packings);
   if (settings.dt_auto) {
@@ -336,6 +335,7 @@ template <int D> void FixRve::ImplOf<D>::choose_time_step()
       utils::logmesg(fix->lmp,
                      "fix rve {}: DEM time step is now {} (step {}, stability bound {})\n", fix->id,
                      rve::number(dt), fix->update->ntimestep, rve::number(bound));
+    points->note_check(slots_of(advancing));
     return;
   }
   dt = settings.dt;
@@ -346,6 +346,8 @@ template <int D> void FixRve::ImplOf<D>::choose_time_step()
     check_time_step(
         used, rves.dt,
         fmt::format("the RVE of atom {} at step {}", rves.atom, fix->update->ntimestep));
+  // not of a step that was refused
+  points->note_check(slots_of(advancing));
 }
 
 /* ---------------------------------------------------------------------- */
@@ -359,12 +361,8 @@ template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
   const RvePackingsOf<D> packings_before = packings;
   const double dt_before = dt;
   const bool was_warned = warned_dt;
-  std::vector<rve::Material> materials;
-  std::vector<macro::PathState<D>> paths;
-  for (const int one : slots) {
-    materials.push_back(points->material(one));
-    paths.push_back(points->path(one));
-  }
+  std::vector<typename Points::Point> points_before;
+  for (const int one : slots) points_before.push_back(points->point(one));
   try {
     apply(wanted);
   } catch (const LAMMPSException &) {
@@ -374,8 +372,7 @@ template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
     dt = dt_before;
     warned_dt = was_warned;
     points->set_options(settings.macro_step);
-    points->set_materials(slots, materials);
-    for (std::size_t k = 0; k < slots.size(); ++k) points->path(slots[k]) = paths[k];
+    points->restore(slots, points_before);
     time_step_is_old = false;
     find_variables();
     throw;

@@ -420,6 +420,23 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
   }
 }
 
+template <int D>
+void RvePointsOf<D>::restore(const std::vector<int> &slots, const std::vector<Point> &before)
+{
+  std::vector<rve::Material> materials;
+  for (const Point &point : before) materials.push_back(point.material);
+  set_materials(slots, materials);
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    Point &point = points[slots[k]];
+    point.servo_gain = before[k].servo_gain;
+    point.result = before[k].result;
+    point.rested = before[k].rested;
+    point.look = before[k].look;
+    point.shadow_stress = before[k].shadow_stress;
+    point.path = before[k].path;
+  }
+}
+
 /* ----------------------------------------------------------------------
    from a macro step to DEM steps
 ------------------------------------------------------------------------- */
