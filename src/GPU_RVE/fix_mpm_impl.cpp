@@ -64,6 +64,11 @@ const std::string STATE_OF = "state of ";
 // What comes before the words of a fix_modify of a model that is not as its fix has defined it. Files have it if there is one.
 const std::string MODIFIED = "fix_modify";
 
+// Coordinates beyond this multiple of the extent of the grid have bits that a shift of the origin gives
+// back; those of a grid near zero do not.
+constexpr double FAR_FROM_ORIGIN = 10.0;
+constexpr double ROUNDING_WARN = 0.01;    // largest error of a motion in a step, over the motion
+
 constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
 // RVEs have to be looked at for it: behind the steps after which they have been looked at for checks of their own, by default
 constexpr int COURANT_OF_GRAINS_EVERY = 100;
@@ -420,6 +425,7 @@ template <int D> void FixMpm::ImplOf<D>::find_models()
   }
   solver->set_models(laws);
   warned = false;
+  warned_rounding = false;
 }
 
 /* ----------------------------------------------------------------------
@@ -784,6 +790,7 @@ template <int D> void FixMpm::ImplOf<D>::setup()
   check_enclosed();
   if (is_in_situ) report_in_situ();
   tell_parts();
+  check_rounding();
   if (!has_grains()) progress->begin();
 }
 
@@ -1053,6 +1060,7 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
   check_bodies(advance);
   modify->clearstep_compute();
   loads.resize(settings.tractions.size());
+  body_speed = 0.0;
   for (std::size_t k = 0; k < loads.size(); k++) {
     const MpmTraction<D> &traction = settings.tractions[k];
     mpm::TractionLoad<D> &load = loads[k];
@@ -1109,6 +1117,7 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
       double rates[mpm::FREEDOMS<D>];
       for (int k = 0; k < mpm::FREEDOMS<D>; k++)
         rates[k] = settings.bodies[b].rates[k].evaluate(lmp);
+      for (int a = 0; a < D; a++) body_speed = std::max(body_speed, std::fabs(rates[a]));
       if (solver->rigid_bodies().can_turn((int) b)) {
         solver->rigid_bodies().set_rates((int) b, rates);
         continue;
@@ -1247,6 +1256,43 @@ template <int D> void FixMpm::ImplOf<D>::check_courant()
                      update->ntimestep, courant, settings.courant_warn, limit);
     warned = true;
   }
+  check_rounding();
+}
+
+/* ----------------------------------------------------------------------
+   LAMMPS stores coordinates as doubles, which far from the origin are multiples of a large quantum
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_rounding()
+{
+  if (warned_rounding) return;
+  double quantum = 0.0, coordinate = 0.0;
+  for (int a = 0; a < D; a++) {
+    const double lo = settings.options.lo[a], hi = settings.options.hi[a];
+    const double largest = std::max(std::fabs(lo), std::fabs(hi));
+    if (largest <= FAR_FROM_ORIGIN * (hi - lo) || largest <= coordinate) continue;
+    coordinate = largest;
+    quantum = std::nextafter(largest, HUGE_VAL) - largest;
+  }
+  if (quantum == 0.0) return;
+  bring_back();
+  double speed = body_speed;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int a = 0; a < D; a++) speed = std::max(speed, std::fabs(atom->v[i][a]));
+  MPI_Allreduce(MPI_IN_PLACE, &speed, 1, MPI_DOUBLE, MPI_MAX, world);
+  const double motion = speed * update->dt;
+  if (motion == 0.0 || 0.5 * quantum <= ROUNDING_WARN * motion) return;
+  warned_rounding = true;
+  if (comm->me != 0) return;
+  error->warning(FLERR,
+                 "Fix mpm {}, step {}: near the coordinate {} [distance] positions are multiples "
+                 "of {:.3g}, and the largest motion in a step is {:.3g}: rounding changes it by up "
+                 "to {:.0f} %, and motions below {:.3g} are lost. Subtract a constant from the "
+                 "coordinates, so that they are near zero, or use a time step or a velocity with "
+                 "motions of at least {:.3g}",
+                 fix->id, update->ntimestep, rve::number(coordinate), quantum, motion,
+                 std::min(100.0, 50.0 * quantum / motion), 0.5 * quantum,
+                 0.5 * quantum / ROUNDING_WARN);
 }
 
 /* ---------------------------------------------------------------------- */

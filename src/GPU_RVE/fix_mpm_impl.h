@@ -159,6 +159,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   double restart_step = 0.0;    // of the head of a restart file
   RestartRecords records;
   bool warned = false, warned_damping = false, warned_sides = false;
+  bool warned_rounding = false;    // of coordinates far from the origin, in this run
+  double body_speed = 0.0;         // largest prescribed component of a body in this step [velocity]
   std::vector<Vec> body_displacement;
   std::vector<bigint> body_points;            // of all ranks, when atoms were exchanged last
   std::vector<int> turning;                   // bodies that can turn
@@ -303,6 +305,8 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   void check_volume(const std::vector<int> &made);
   void test_waves();
   void check_courant();
+  /// Warns if coordinates are so large that the motion of a step is rounded.
+  void check_rounding();
   void check_time_step();
   void check_absorbing_sides();
   void solve(bool advance);

@@ -1650,6 +1650,68 @@ TEST(FixMpmErrors, SayWhatIsWrong)
   std::remove(dump.c_str());
 }
 
+/// A plate that moves down by `motion` in each of 20 steps, in a box with this side ylo. Returns the log.
+/// `moved` is the displacement of its points over that of the body.
+std::string log_of_plate(double ylo, double motion, double &moved)
+{
+  char box[400];
+  std::snprintf(box, sizeof box,
+                "region box block 0 4 %.17g %.17g -0.1 0.1 units box\ncreate_box 1 box\n"
+                "lattice sq 1.0 origin 0.5 0.5 0.0\n"
+                "region plate block 0 2 %.17g %.17g -0.05 0.05 units box\n",
+                ylo, ylo + 8, ylo + 4, ylo + 5);
+  char rate[40];
+  std::snprintf(rate, sizeof rate, "%.17g", -motion / 0.001);
+  const std::string path = file_of_rank("log");
+  {
+    SoilScript script(MPI_COMM_SELF);
+    script << "log " + path +
+            "\nunits si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array\n" +
+            box +
+            "create_atoms 1 region plate\nset group all diameter 1.0\npair_style none\n"
+            "comm_modify cutoff 1.0\ntimestep 0.001\ngroup plate region plate\n"
+            "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000 rigid plate vx 0 vy " +
+            rate + " rough\nrun 20\nlog none\n";
+    moved = script.fix()->array_atom[0][1] / (-20 * motion);
+  }
+  const std::string log = rve_test::text_of(path);
+  std::remove(path.c_str());
+  return log;
+}
+
+// Coordinates of a map: LAMMPS stores positions as doubles, here in multiples of 2^-30 m.
+TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
+{
+  const double quantum = std::ldexp(1.0, -30), far = 5621000;
+  const std::string warning =
+      "Fix mpm soil, step 0: near the coordinate 5621008 [distance] positions are multiples of "
+      "9.31e-10, and the largest motion in a step is 1e-09: rounding changes it by up to 47 %, and "
+      "motions below 4.66e-10 are lost";
+  double moved;
+  std::string log = log_of_plate(far, 1e-9, moved);
+  EXPECT_NEAR(moved, 0.931, 1e-3);
+  EXPECT_NE(log.find(warning), std::string::npos) << log;
+  EXPECT_EQ(log.find("are lost"), log.rfind("are lost")) << "more than once:" << log;
+  log = log_of_plate(far, 4e-10, moved);
+  EXPECT_EQ(moved, 0.0);
+  EXPECT_NE(log.find("rounding changes it by up to 100 %"), std::string::npos) << log;
+
+  // the limit is an error of one per cent, which motions of half quanta reach
+  log = log_of_plate(far, 49.4 * quantum, moved);
+  EXPECT_NE(log.find("multiples of 9.31e-10"), std::string::npos) << log;
+  log = log_of_plate(far, 50.5 * quantum, moved);
+  EXPECT_EQ(log.find("multiples of"), std::string::npos) << log;
+  EXPECT_NEAR(moved, 1.0, 0.01);
+
+  // near the origin nothing is said of motions as small, nor of none
+  for (const double motion : {1e-9, 1e-15, 0.0}) {
+    log = log_of_plate(0.0, motion, moved);
+    EXPECT_EQ(log.find("multiples of"), std::string::npos) << motion << log;
+  }
+  log = log_of_plate(far, 0.0, moved);
+  EXPECT_EQ(log.find("multiples of"), std::string::npos) << log;
+}
+
 TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
 {
   const std::string scene = points_in_box(4, 4) + "timestep 0.001\n";
