@@ -250,21 +250,22 @@ TEST(RefusedFixModify, LeavesSettingsAndRvesAsTheyWere)
     MPI_Barrier(MPI_COMM_WORLD);
     const std::string file = rve_test::text_of(restart);
     MPI_Barrier(MPI_COMM_WORLD);
-    return states_of(script) + file;
+    return std::make_pair(states_of(script), file);
   };
   Script plain;
   plain << begin;
-  const std::string expected = result_of(plain);
+  const auto expected = result_of(plain);
   for (const std::string words :
-       {"dt 5e-4", "kn 1e8", "friction 0.1 dt 5e-4", "rolling_friction 0.1 dt 5e-4",
+       {"dt 5e-4", "friction 0.1 dt 5e-4", "rolling_friction 0.1 dt 5e-4",
         "substeps 3 policy freeze damping 7", "copies 2 friction -1", "substeps match dt 1e-15",
-        "drive velocity_gradient yy v_missing", "mass_scaling 2 kn 1e9",
-        "rolling_friction 0.1 kr 1e3 dt 5e-3"}) {
+        "drive velocity_gradient yy v_missing", "rolling_friction 0.1 kr 1e3 dt 5e-3"}) {
     SCOPED_TRACE(words);
     Script script;
     script << begin;
     EXPECT_IN("ERROR", message_on_all_ranks(script, "fix_modify grains " + words));
-    EXPECT_TRUE(result_of(script) == expected);
+    const auto result = result_of(script);
+    EXPECT_TRUE(result.first == expected.first);
+    EXPECT_TRUE(result.second == expected.second);
   }
 }
 
