@@ -214,22 +214,6 @@ TEST(RandomFieldErrors, ErrorsLeaveTheOldValues)
   for (const auto &one : script.property("phi")) EXPECT_EQ(one.second, -5.0);
 }
 
-TEST(RandomField, ValuesThatAreAllZeroHaveNoExponent)
-{
-  // the smallest double as deviation: where the field is within half of it, the only value of a group of one atom is 0
-  Script script;
-  script << points;
-  int zeros = 0;
-  for (int id = 1; id <= 12; ++id) {
-    const std::string one = "one" + std::to_string(id);
-    script << "group " + one + " id " + std::to_string(id) + "\nrandom_field " + one +
-            " d_phi covariance exponential marginal normal 0 4.9406564584124654e-324 " + grid;
-  }
-  for (const auto &one : script.property("phi"))
-    if (one.first <= 12 && one.second == 0.0) ++zeros;
-  EXPECT_GT(zeros, 0);
-}
-
 TEST(RandomField, LargeValuesHaveTheirMeanAndDeviationInTheLog)
 {
   {
