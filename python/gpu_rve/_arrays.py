@@ -198,7 +198,7 @@ def integers(values: Any, name: str, shape: tuple[int, ...], dtype: type) -> np.
     limits = np.iinfo(dtype)
     if given.size > 0 and (given.min() < limits.min or given.max() > limits.max):
         raise Error(f"{name} has a number that is not from {limits.min} to {limits.max}")
-    return np.ascontiguousarray(np.broadcast_to(given.astype(dtype), shape))
+    return np.array(np.broadcast_to(given, shape), dtype=dtype, order="C")    # np.ascontiguousarray would give () one axis
 
 
 def numbers(values: Any, name: str, shape: tuple[int, ...], dtype: type = float) -> np.ndarray:

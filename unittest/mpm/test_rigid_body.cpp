@@ -378,6 +378,45 @@ TEST(BodiesOnTheSameNodes, QuartersOfAPlateInSpaceBearWhatThePlateBears)
   expect_parts_bear_what_the_whole_bears<3>(true, true);
 }
 
+TEST(BodiesOnTheSameNodes, PlatesFarFromEachOtherAreImposedOneByOneToTheSameBits)
+{
+  // A third body in the air presses on nothing. Where it touches the left plate, nodes are divided
+  // among bodies, and where it does not, they are not.
+  std::vector<double> velocities[2], loads[2];
+  for (const bool touches : {true, false}) {
+    Scene scene;
+    scene.add_block({{0.0, 0.0}}, {{1.2, 0.4}}, 0.5 * CELL, DENSITY);
+    const int ground = scene.size();
+    scene.add_block({{0.0, 0.4}}, {{0.3, 0.6}}, CELL, DENSITY);
+    const int left = scene.size();
+    scene.add_block({{0.7, 0.4}}, {{1.0, 0.6}}, CELL, DENSITY);
+    const int right = scene.size();
+    const double height = touches ? 0.6 : 1.1;
+    scene.add_block({{0.0, height}}, {{0.3, height + 0.2}}, CELL, DENSITY);
+    for (int p = ground; p < scene.size(); ++p)
+      scene.rigid_body[p] = p < left ? 0 : p < right ? 1 : 2;
+    mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.2, 1.4}}, CELL);
+    options.sides.fill(mpm::SideKind::Roller);
+    options.rigid_bodies.resize(3);
+    for (mpm::RigidBodyOptions &body : options.rigid_bodies) body.face = Face::YLo;
+    mpm::LinearElastic<2> law(1e6, 0.2);
+    MpmSolver solver(options);
+    solver.set_models({&law});
+
+    for (int step = 0; step < 200; ++step) {
+      solver.set_body_velocity(0, {{0.0, -0.5}});
+      solver.set_body_velocity(1, {{0.1, -0.2}});
+      solver.step(scene.view(), {}, TIME_STEP);
+      for (const int body : {0, 1}) loads[touches].push_back(solver.body_reaction(body)[1]);
+    }
+    velocities[touches].assign(scene.velocity.begin(), scene.velocity.begin() + 3 * ground);
+  }
+
+  EXPECT_GT(loads[0].back(), 1e3);
+  EXPECT_EQ(loads[0], loads[1]);
+  EXPECT_EQ(velocities[0], velocities[1]);
+}
+
 TEST(BodiesOnTheSameNodes, DoorAndFloorAtRestBearTheWeightAboveThem)
 {
   for (const bool door_first : {true, false}) {

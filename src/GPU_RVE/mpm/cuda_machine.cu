@@ -323,6 +323,8 @@ namespace {
       taken_on_device_ = taken_nodes_.upload(shared.taken());
     }
 
+    void divide_nodes(bool divides) { view_.divides_nodes = divides; }
+
     template <class P> void over_points(const P &pass)
     {
       if (view_.has_boxes())

@@ -6,6 +6,7 @@
 //
 //   begin(input)                a step begins, with these points and loads
 //   take_part(shared, boundary)     the nodes that this rank holds in this step, and what it shares with other ranks
+//   divide_nodes(divides)       whether contacts of several bodies can be on one node
 //   view()                      what passes work on
 //   over_points(pass), over_nodes, over_columns, over_loads, over_shared, over_absorbing, over_bodies(pass, count)
 //                               pass(item, tally) for all items; tally.raise(k, value) and tally.trouble(point, what) tell what it finds,
@@ -141,6 +142,8 @@ template <int D> class HostMachine {
     view_.num_lower = static_cast<int>(lower_touched_.size());
     shared_ = &shared;
   }
+
+  void divide_nodes(bool divides) { view_.divides_nodes = divides; }
 
   template <class P> void over_points(const P &pass) { run(pass, view_.points.count); }
   template <class P> void over_nodes(const P &pass) { run(pass, view_.grid.node_count()); }

@@ -35,6 +35,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     std::stable_sort(order_.begin(), order_.end(), [&](const Ordered &one, const Ordered &other) {
       return options.name_of_body(one.body) < options.name_of_body(other.body);
     });
+    forget_places();
   }
 
   void join_ranks() override { machine_.join_ranks(communication_); }
@@ -90,12 +91,12 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   void fetch(const PointView<D> &points) override
   {
     machine_.fetch(points);
-    half_boxes_ = SharedNodes<D>::FROM_POINTS;
+    forget_places();
   }
   void points_changed() override
   {
     machine_.points_changed();
-    half_boxes_ = SharedNodes<D>::FROM_POINTS;
+    forget_places();
   }
 
   Vec<D> body_reaction(int body) override
@@ -160,11 +161,46 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     body_reactions_.clear();
     side_reactions_.clear();
     machine_.begin(input);
-    if (input.points.count != point_count_) half_boxes_ = SharedNodes<D>::FROM_POINTS;
+    if (input.points.count != point_count_) forget_places();
     point_count_ = input.points.count;
+    body_velocity_ = input.body_velocity;
     shared_.find(input.points, options_.shape, half_boxes_);
     machine_.take_part(shared_, boundary_);
+    machine_.divide_nodes(divides_nodes_);
     update.expect();
+  }
+
+  /// Others may have moved the points: what was known of where they are is void.
+  void forget_places()
+  {
+    half_boxes_ = SharedNodes<D>::FROM_POINTS;
+    divides_nodes_ = machine_.view().has_several_bodies();
+  }
+
+  /// Whether two bodies can hold the same node once they have moved for a time `dt` from where the points were found in this step. The contacts of a
+  /// plate reach less than a cell beyond its box; bodies that turn are not looked at.
+  bool bodies_can_meet(double dt)
+  {
+    const StepView<D> &view = machine_.view();
+    if (view.num_rigid > 0) return view.has_several_bodies();
+    for (int b = 0; b < view.num_bodies; ++b)
+      for (int other = 0; other < b; ++other)
+        if (!are_apart(b, other, dt)) return true;
+    return false;
+  }
+  /// By more than two cells along one axis.
+  bool are_apart(int one, int other, double dt)
+  {
+    const StepView<D> &view = machine_.view();
+    const double *low_and_high[2] = {machine_.maxima() + view.body_maximum(one),
+                                     machine_.maxima() + view.body_maximum(other)};
+    for (int a = 0; a < D; ++a) {
+      const double moved = (body_velocity_[one][a] - body_velocity_[other][a]) * dt;
+      const double one_above = -low_and_high[0][a] - low_and_high[1][D + a] + moved;
+      const double other_above = -low_and_high[1][a] - low_and_high[0][D + a] - moved;
+      if (larger(one_above, other_above) > 2.0 * view.grid.cell_size()) return true;
+    }
+    return false;
   }
 
   /// The passes that need the stresses which come. A device is told them before the host has heard of these, to be halted if it has to see to some
@@ -202,7 +238,9 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.over_loads(PrepareLoad<D>{machine_.view(), bounds_forces});
     if (machine_.knows_at_once()) fail_on_trouble();
     share_maxima(0, machine_.view().num_maxima());
-    if (machine_.knows_at_once()) check_all();
+    if (!machine_.knows_at_once()) return;
+    check_all();
+    machine_.divide_nodes(bodies_can_meet(0.0));
   }
 
   void find_forces()
@@ -268,7 +306,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     if (is_planned) update.begin_ahead();
     machine_.settle();
     check_all();
-    if (!machine_.knows_at_once()) half_boxes_ = machine_.maxima()[BoxBound];
+    if (!machine_.knows_at_once()) {
+      half_boxes_ = machine_.maxima()[BoxBound];
+      divides_nodes_ = bodies_can_meet(machine_.view().dt);
+    }
     if (is_planned && update.begin_there()) {
       machine_.stresses_come();
       machine_.bring_motion();    // meanwhile
@@ -293,7 +334,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   /// Contacts of all bodies. Those of several are found together and imposed on nodes that are divided among them.
   void impose_bodies(Contact how, bool balances)
   {
-    if (!machine_.view().has_several_bodies()) {
+    if (!machine_.view().divides_nodes) {
       impose_all({how, true, true, balances, false});
       return;
     }
@@ -319,7 +360,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     const auto along = [&](int axis) {
       return ContactPass<D>{{machine_.view()}, index, axis, options};
     };
-    if (work.finds && machine_.view().has_several_bodies())
+    if (work.finds && machine_.view().divides_nodes)
       for (int axis = 0; axis < D; ++axis) machine_.over_columns(FindContacts<D>{along(axis)});
     if (!work.imposes) return;
     if (work.balances && options.free != 0 && !work.again) {
@@ -450,6 +491,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   std::map<int, Vec<D>> body_reactions_, side_reactions_;
   /// Of the largest box of a point, in cells, where the machine alone knows the deformation: as of the last strains.
   double half_boxes_ = SharedNodes<D>::FROM_POINTS;
+  bool divides_nodes_ = false;    ///< in the next step, as far as is known
+  std::vector<Vec<D>> body_velocity_;
   int point_count_ = -1;    ///< in the last step
   struct Ordered {
     int body, turning;    ///< number of the body, and among those that can turn or -1

@@ -103,6 +103,8 @@ template <int D> struct StepView {
   BoundaryView<D> boundary;
   int num_bodies, num_models = 0, num_loads = 0;
   int num_rigid;    ///< of the bodies, those that can turn
+  /// Bodies can hold the same nodes in this step, which are divided then. Without it they are imposed one by one, to the same bits.
+  bool divides_nodes = false;
   RigidBodyStep<D> *rigid = nullptr;
   const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]
   /// In the step before; not a number: there was none.
@@ -194,7 +196,7 @@ template <int D> struct StepView {
   }
   RVE_HD bool is_shared(int n, int axis) const
   {
-    return has_several_bodies() && (parts[n] >> 8 * axis & 255) != 0;
+    return divides_nodes && (parts[n] >> 8 * axis & 255) != 0;
   }
   /// Weight of a contact that has the whole surroundings of a node: the sectors along its face.
   static constexpr int WHOLE_CONTACT = 1 << (D - 1);
