@@ -1118,6 +1118,8 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
       for (int k = 0; k < mpm::FREEDOMS<D>; k++)
         rates[k] = settings.bodies[b].rates[k].evaluate(lmp);
       for (int a = 0; a < D; a++) body_speed = std::max(body_speed, std::fabs(rates[a]));
+      const ScriptValue &friction = settings.bodies[b].friction;
+      if (!friction.variable.empty()) solver->set_body_friction((int) b, friction.evaluate(lmp));
       if (solver->rigid_bodies().can_turn((int) b)) {
         solver->rigid_bodies().set_rates((int) b, rates);
         continue;
@@ -1333,7 +1335,8 @@ template <int D> bool FixMpm::ImplOf<D>::reads_results() const
     return !value.variable.empty() && may_read_results(lmp, value.variable);
   };
   for (const MpmRigidBody<D> &body : settings.bodies)
-    if (std::any_of(std::begin(body.rates), std::end(body.rates), reads)) return true;
+    if (reads(body.friction) || std::any_of(std::begin(body.rates), std::end(body.rates), reads))
+      return true;
   for (const MpmTraction<D> &load : settings.tractions) {
     if (std::any_of(load.traction, load.traction + D, reads)) return true;
     // one that moves or changes its shape does so by variables

@@ -254,7 +254,12 @@ template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
       words.choice<int>("contact", {{"smooth", SMOOTH}, {"rough", ROUGH}, {"friction", FRICTION}});
   how.rough = contact == ROUGH;
   if (contact == FRICTION) {
-    how.friction = words.positive("friction", "[-]");
+    if (words.starts_number()) {
+      how.friction = words.positive("friction", "[-]");
+    } else {
+      said.settings.bodies.back().friction = words.value("friction");
+      how.friction = 1.0;    // until the variable is evaluated
+    }
     said.needs_form.back() = "friction";
   }
   said.face = &how.face;
@@ -728,6 +733,7 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
       lmp->error->all(FLERR, "Fix mpm {}: group '{}' has no atoms", load.keyword(), load.id);
   for (auto &body : bodies)
     for (auto &rate : body.rates) rate.find(lmp, "Fix mpm", false);
+  body.friction.find(lmp, "Fix mpm", false);
   for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, "Fix mpm insitu");
   if (in_situ.surface) in_situ.surface->find(lmp, "Fix mpm insitu");
   for (ScriptValue &component : in_situ.components) component.find(lmp, "Fix mpm insitu");

@@ -33,6 +33,7 @@ template <int D> struct MpmRigidBody {
   std::string group;
   int groupbit;
   /// Velocity, then spin; those that forces drive are in the options.
+  ScriptValue friction;    ///< used where it is a variable [-]
   ScriptValue rates[mpm::FREEDOMS<D>];
   std::optional<double> density;    ///< [mass/length^3]; 0 or none: of the atoms
 };

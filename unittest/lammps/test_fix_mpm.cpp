@@ -923,7 +923,6 @@ TEST(FixMpm, RecordsFollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
   if (!rest.lmp->comm->me) std::remove(path.c_str());
 }
 
-/// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the
 /// A heavy ball with friction that falls on elastic ground beside an inclined wall, which turns about its foot.
 std::string ball_and_wall()
 {
@@ -990,6 +989,26 @@ TEST(FixMpmBodies, FreeWedgeAndTurningWallHaveTheSameBitsOnRanksAndAfterARestart
   expect_same_bits_on_ranks_and_after_a_restart(wedge_and_wall());
 }
 
+TEST(FixMpmBodies, FrictionFollowsItsVariable)
+{
+  const std::string bodies = ball_and_wall();
+  const std::string constant = "friction 0.5";
+  std::string varies = bodies, wrong = bodies;
+  varies.replace(bodies.find(constant), constant.size(), "friction v_mu");
+  wrong.replace(bodies.find(constant), constant.size(), "friction v_late");
+  SoilScript script, reference;
+  reference << bodies + "run 60\n";
+  script << "variable mu equal 0.5\n" + varies + "run 60\n";
+  EXPECT_EQ(script.points(), reference.points());
+  script << "variable mu equal 0.1\nrun 60\n";
+  reference << "run 60\n";
+  EXPECT_NE(script.points(), reference.points());
+
+  EXPECT_NE(message_of("variable late equal 0.5-0.1*step\n" + wrong + "run 10\n")
+                .find("friction of ball must be above 0"),
+            std::string::npos);
+}
+
 TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
 {
   SoilScript script;
@@ -1013,6 +1032,7 @@ TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
   EXPECT_GT(settlement, 0.5 * column);
 }
 
+/// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the
 /// border between two ranks, at 3.49, and moves to the lower one: by a hundredth of what the plate does, in a few steps.
 std::string footing_on_grains()
 {

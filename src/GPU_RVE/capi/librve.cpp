@@ -658,6 +658,8 @@ template <int D> class Batch {
     }
   }
 
+  bool has_constant_moduli() const { return engine->contacts().law == rve::ContactLaw::Linear; }
+
   /// What the engine would find if the member had no trial.
   static const rve::ResultOf<D> &result_of_committed(const Member &member)
   {
@@ -669,13 +671,11 @@ template <int D> class Batch {
   void require_stable_steps(const std::vector<std::size_t> &which,
                             const std::vector<rve::DriveOf<D>> &drives)
   {
-    const rve::ContactLaw law = engine->contacts().law;
     std::vector<std::size_t> in_engine, exactly;    // places in `which`
     double longest = 0.0;
     for (std::size_t k = 0; k < which.size(); ++k) {
       const Member &member = members[which[k]];
-      if (drives[k].substeps == 0 ||
-          member.bound.allows(drives[k].dt, result_of_committed(member), law))
+      if (drives[k].substeps == 0 || member.bound.allows(drives[k].dt, result_of_committed(member)))
         continue;
       (member.tried ? exactly : in_engine).push_back(k);
       if (!member.tried) longest = std::max(longest, drives[k].dt);
@@ -687,7 +687,7 @@ template <int D> class Batch {
     for (std::size_t j = 0; j < in_engine.size(); ++j) {
       Member &member = members[which[in_engine[j]]];
       if (drives[in_engine[j]].dt <= bounds[j])
-        member.bound.note(bounds[j], result_of_committed(member));
+        member.bound.note(bounds[j], result_of_committed(member), has_constant_moduli());
       else
         exactly.push_back(in_engine[j]);
     }
@@ -704,7 +704,7 @@ template <int D> class Batch {
           " [time]; it must be at most the stability bound " + rve::number(bound) +
           " [time], and should be at most 0.9 of it (rve_time_steps)";
     });
-    member.bound.note(bound, result_of_committed(member));
+    member.bound.note(bound, result_of_committed(member), has_constant_moduli());
   }
 
   /// The answer of a call; false if the RVE failed, and stayed as it was.

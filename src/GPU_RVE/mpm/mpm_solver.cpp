@@ -209,6 +209,15 @@ template <int D> void MpmSolver<D>::set_body_velocity(int body, const Vec<D> &ve
   body_velocity_.at(body) = velocity;
 }
 
+template <int D> void MpmSolver<D>::set_body_friction(int body, double friction)
+{
+  require(friction > 0.0 && std::isfinite(friction), [&] {
+    return "friction of " + options_.name_of_body(body) + " must be above 0 and finite, got " +
+        number(friction);
+  });
+  runner_->set_body_friction(body, friction);
+}
+
 template <int D> Vec<D> MpmSolver<D>::body_reaction(int body) const
 {
   if (!rigid_.can_turn(body)) return runner_->body_reaction(body);

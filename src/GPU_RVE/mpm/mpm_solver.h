@@ -43,6 +43,8 @@ template <int D> class MpmSolver {
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec<D> &velocity);
+  /// Coefficient of a body with frictional contact from the next step on, above zero [-].
+  void set_body_friction(int body, double friction);
   /// The velocity [length/time] that a body had in the last step, of a run that is continued; not a number if there was none.
   void set_body_velocity_before(int body, const Vec<D> &velocity)
   {

@@ -40,6 +40,11 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   void join_ranks() override { machine_.join_ranks(communication_); }
 
+  void set_body_friction(int body, double friction) override
+  {
+    options_.rigid_bodies.at(body).friction = friction;
+  }
+
   void step(const StepInput<D> &input, const StressUpdate<D> &update) override
   {
     const bool usavg = options_.scheme == Scheme::Usavg;

@@ -63,6 +63,9 @@ template <int D> class StepRunner {
   /// Finds out how the ranks exchange sums. Collective, after all ranks have a runner.
   virtual void join_ranks() = 0;
 
+  /// Coefficient of a body with frictional contact [-].
+  virtual void set_body_friction(int body, double friction) = 0;
+
   virtual void step(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
   virtual void evaluate(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
   /// Stresses that a step had not waited for are there.
