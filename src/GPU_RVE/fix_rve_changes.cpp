@@ -361,8 +361,7 @@ template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
   const RvePackingsOf<D> packings_before = packings;
   const double dt_before = dt;
   const bool was_warned = warned_dt;
-  std::vector<typename Points::Point> points_before;
-  for (const int one : slots) points_before.push_back(points->point(one));
+  const auto points_before = points->keep(slots);
   try {
     apply(wanted);
   } catch (const LAMMPSException &) {
@@ -372,7 +371,7 @@ template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
     dt = dt_before;
     warned_dt = was_warned;
     points->set_options(settings.macro_step);
-    points->restore(slots, points_before);
+    points->restore(points_before);
     time_step_is_old = false;
     find_variables();
     throw;

@@ -731,9 +731,10 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
   for (const auto &load : tractions)
     if (load.groupbit && lmp->group->count(lmp->group->find(load.id)) == 0)
       lmp->error->all(FLERR, "Fix mpm {}: group '{}' has no atoms", load.keyword(), load.id);
-  for (auto &body : bodies)
+  for (auto &body : bodies) {
     for (auto &rate : body.rates) rate.find(lmp, "Fix mpm", false);
-  body.friction.find(lmp, "Fix mpm", false);
+    body.friction.find(lmp, "Fix mpm", false);
+  }
   for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, "Fix mpm insitu");
   if (in_situ.surface) in_situ.surface->find(lmp, "Fix mpm insitu");
   for (ScriptValue &component : in_situ.components) component.find(lmp, "Fix mpm insitu");

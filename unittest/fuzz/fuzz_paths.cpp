@@ -53,8 +53,8 @@ template <int D> void follow(const macro::LoadPathsOf<D> &paths, int path)
 template <int D> void read(const std::string &text, bool in_script)
 {
   std::size_t used = 0;
-  const auto words = macro::path_words(text, "text");
   try {
+    const auto words = macro::path_words(text, "text");
     const macro::LoadPathsOf<D> paths(words, table_of, in_script ? &used : nullptr);
     if (used > words.size()) fuzz::fail("a path takes more words than there are");
     for (int path = 0; path < paths.size(); ++path) follow(paths, path);

@@ -436,7 +436,8 @@ TEST(GranularWords, OutOfRangeAreErrors)
                            "damping coeff_restitution"));
   EXPECT_IN("contact tangential k_t is NULL, which takes it from E and nu of hertz/material",
             message_with("hertz 1e9 0" + sheared));
-  EXPECT_IN("Hertz' stiffness", message_with("hertz/material -1e9 0 0.2" + sheared));
+  EXPECT_IN("contact E is -1e+09 [stress]; it must be greater than 0",
+            message_with("hertz/material -1e9 0 0.2" + sheared));
   EXPECT_IN("contact tangential model is 'linear_history'",
             message_with("hertz 1e9 0 tangential linear_history 1e9 0.5 0.4"));
   EXPECT_IN("contact tangential model is 'mindlin'", message_with("hooke 1e6 0" + sheared));

@@ -258,7 +258,8 @@ TEST(RefusedFixModify, LeavesSettingsAndRvesAsTheyWere)
   for (const std::string words :
        {"dt 5e-4", "friction 0.1 dt 5e-4", "rolling_friction 0.1 dt 5e-4",
         "substeps 3 policy freeze damping 7", "copies 2 friction -1", "substeps match dt 1e-15",
-        "drive velocity_gradient yy v_missing", "rolling_friction 0.1 kr 1e3 dt 5e-3"}) {
+        "drive velocity_gradient yy v_missing", "rolling_friction 0.1 kr 1e3 dt 5e-3", "kn 1e8",
+        "mass_scaling 2 kn 1e9"}) {
     SCOPED_TRACE(words);
     Script script;
     script << begin;

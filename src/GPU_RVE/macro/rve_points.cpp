@@ -421,19 +421,35 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
 }
 
 template <int D>
-void RvePointsOf<D>::restore(const std::vector<int> &slots, const std::vector<Point> &before)
+std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const std::vector<int> &slots) const
 {
+  std::vector<Kept> kept;
+  for (const int slot : slots) {
+    const Point &point = points.at(slot);
+    kept.push_back({slot, point, engine->state(slot), std::nullopt});
+    if (point.shadow >= 0) kept.back().shadow = shadows->state(point.shadow);
+  }
+  return kept;
+}
+
+template <int D> void RvePointsOf<D>::restore(const std::vector<Kept> &before)
+{
+  std::vector<int> slots;
   std::vector<rve::Material> materials;
-  for (const Point &point : before) materials.push_back(point.material);
-  set_materials(slots, materials);
-  for (std::size_t k = 0; k < slots.size(); ++k) {
-    Point &point = points[slots[k]];
-    point.servo_gain = before[k].servo_gain;
-    point.result = before[k].result;
-    point.rested = before[k].rested;
-    point.look = before[k].look;
-    point.shadow_stress = before[k].shadow_stress;
-    point.path = before[k].path;
+  for (const Kept &kept : before) {
+    slots.push_back(kept.slot);
+    materials.push_back(kept.point.material);
+  }
+  set_materials(slots, materials);    // an engine with the contacts of before
+  const auto replace = [](rve::EngineOf<D> &in, int number, const rve::RveStateOf<D> &state) {
+    in.remove(number);
+    in.add(state);    // takes the number that has become free
+  };
+  for (const Kept &kept : before) {
+    // forces between grains whose material had changed have moved the springs of their contacts
+    replace(*engine, kept.slot, kept.state);
+    if (kept.shadow) replace(*shadows, kept.point.shadow, *kept.shadow);
+    points[kept.slot] = kept.point;
   }
 }
 

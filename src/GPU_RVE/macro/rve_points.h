@@ -220,8 +220,16 @@ template <int D> class RvePointsOf {
   /// contacts than before: then all RVEs move to a new engine. Throws InputError if a material is out of range, if RVEs would have
   /// different contact laws, or if they do not fit into the memory of the new engine, and then changes none of these.
   void set_materials(const std::vector<int> &slots, const std::vector<rve::Material> &materials);
-  /// Gives RVEs the materials, paths and results that their points had before a change of materials.
-  void restore(const std::vector<int> &slots, const std::vector<Point> &before);
+  /// All that a change of materials or paths can touch.
+  struct Kept {
+    int slot;
+    Point point;
+    rve::RveStateOf<D> state;
+    std::optional<rve::RveStateOf<D>> shadow;
+  };
+  std::vector<Kept> keep(const std::vector<int> &slots) const;
+  /// Undoes the changes of materials and paths since keep(), to the last bit.
+  void restore(const std::vector<Kept> &before);
 
   /// Forgets all that has happened to RVEs: cells, grains and contacts stay, at rest; strains, counters, energies, servos and paths begin
   /// again, and so do those that were frozen. Slots and shadows stay theirs.
