@@ -2,7 +2,6 @@
 //
 //   golden_bits [--device cpu|cuda] [--file FILE] [--only PART]
 //                                                     compares; tells what is different, and how much; of the runs with PART in their names
-//   golden_bits --former FILE ...                     also compares the former hashes of the same states with a file of these
 //   golden_bits --renew "reason" [--file FILE]        writes what is different anew, with the reason
 //
 // A change of a bit is no error in itself, but never an accident: who means it renews the file, in the commit that changes the bits.
@@ -123,8 +122,7 @@ void tell_difference(const Record &stored, const Record &now)
 struct Arguments {
   golden::Device device = golden::Device::Cpu;
   std::string file = GOLDEN_BITS_FILE;
-  std::string former;    ///< file of former hashes, or empty
-  std::string part;      ///< of the names of the runs that are wanted
+  std::string part;    ///< of the names of the runs that are wanted
   bool renew = false;
   std::string reason;
 };
@@ -145,8 +143,6 @@ Arguments arguments_from(int argc, char **argv)
       arguments.device = device == "cuda" ? golden::Device::Cuda : golden::Device::Cpu;
     } else if (word == "--file") {
       arguments.file = value();
-    } else if (word == "--former") {
-      arguments.former = value();
     } else if (word == "--only") {
       arguments.part = value();
     } else if (word == "--renew") {
@@ -198,27 +194,6 @@ bool compare(const std::map<std::string, Line> &stored, const std::vector<Record
   return different + missing == 0;
 }
 
-/// Compares each line of a file of former hashes with the former hash of what was computed now.
-bool compare_former(const std::string &path, const std::vector<Record> &now)
-{
-  const std::map<std::string, Line> stored = read(path);
-  rve::require(!stored.empty(), "no lines in " + path);
-  std::map<std::string, std::uint64_t> hashes;
-  for (const Record &record : now) hashes[record.name] = record.hash;
-  for (const Record &record : golden::former_records()) hashes[record.name] = record.hash;
-  std::size_t equal = 0;
-  for (const auto &[name, line] : stored) {
-    const auto found = hashes.find(name);
-    if (found != hashes.end() && found->second == line.record.hash)
-      ++equal;
-    else
-      std::printf("%s: the former hash is not that of %s\n", name.c_str(), path.c_str());
-  }
-  std::printf("golden_bits: %zu of %zu former hashes agree with %s\n", equal, stored.size(),
-              path.c_str());
-  return equal == stored.size();
-}
-
 void renew(const Arguments &arguments, std::map<std::string, Line> &stored,
            const std::vector<Record> &now)
 {
@@ -256,8 +231,7 @@ int run(const Arguments &arguments)
     const std::vector<Record> more = golden::host_records();
     now.insert(now.end(), more.begin(), more.end());
   }
-  const bool was_same = arguments.former.empty() || compare_former(arguments.former, now);
-  const bool same = compare(stored, now, on_host) && was_same;
+  const bool same = compare(stored, now, on_host);
   if (!arguments.renew) return same ? EXIT_SUCCESS : EXIT_FAILURE;
   renew(arguments, stored, now);
   return EXIT_SUCCESS;

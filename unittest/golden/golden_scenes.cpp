@@ -39,68 +39,6 @@ namespace {
   constexpr double DT = 5e-5;
   constexpr double PRESSURE = 1e5;
 
-  // ---- the hashes before this one ----
-
-  namespace former {
-
-    std::vector<Record> records;
-
-    /// As many bytes for a pair as of linear springs, and then what others remember.
-    void add_pairs(BitHash &hash, const RveState &s)
-    {
-      struct LinearPair {
-        std::int32_t first, second;
-        double tangential_force, rolling_force;
-      };
-      std::vector<LinearPair> pairs;
-      for (const Pair &pair : s.pairs)
-        pairs.push_back({pair.first, pair.second, pair.tangential_force, pair.rolling_force});
-      if (s.material.law != ContactLaw::Linear)
-        for (const Pair &pair : s.pairs) hash.add(pair.contact_radius);
-      hash.add(pairs);
-    }
-
-    void add_pairs(BitHash &hash, const Spheres &s)
-    {
-      for (const PairOf<3> &pair : s.pairs)
-        hash.add(pair.first).add(pair.second).add(pair.tangential_force);
-      if (s.material.law != ContactLaw::Linear)
-        for (const PairOf<3> &pair : s.pairs) hash.add(pair.contact_radius);
-      if (resists_rolling(s.material))
-        for (const PairOf<3> &pair : s.pairs)
-          hash.add(pair.rolling_force).add(pair.twisting_moment);
-    }
-
-    /// All members but the counters, by value: the layout of records and files is another matter.
-    template <int D> void add_state(BitHash &hash, const RveStateOf<D> &s)
-    {
-      for (const MaterialMember member : parameters_of(s.material.law))
-        hash.add(s.material.*member);
-      hash.add(s.cell).add(s.deformation);
-      hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
-      add_pairs(hash, s);
-      hash.add(s.list_cell).add(s.list_fractional).add(s.order);
-      hash.add(s.servo_velocity_gradient).add(s.largest_contact_force).add(s.energy);
-    }
-
-    template <int D> void add_result(BitHash &hash, const ResultOf<D> &r)
-    {
-      hash.add(r.status);
-      if (r.status & status::Fatal) return;
-      hash.add(r.stress).add(r.cell).add(r.deformation).add(r.fabric);
-      for (const double x :
-           {r.void_ratio, r.coordination_number, r.mechanical_coordination_number,
-            r.sliding_fraction, r.unbalanced_ratio, r.kinetic_energy, r.elastic_energy,
-            r.largest_overlap, r.mean_overlap, r.largest_contact_force})
-        hash.add(x);
-      hash.add(r.servo_velocity_gradient);
-      for (const std::int32_t x : {r.num_grains, r.num_contacts, r.num_pairs, r.num_rattlers})
-        hash.add(x);
-      hash.add(r.energy);
-    }
-
-  }    // namespace former
-
   // ---- bits and numbers of what the engine gives out ----
 
   /// Adds the answers that no list of neighbours has a part in; after a fatal status there are none.
@@ -150,17 +88,14 @@ namespace {
   Record record_of_states(const std::string &name, const std::vector<RveStateOf<D>> &states,
                           BitHash hash = BitHash())
   {
-    BitHash before;
     double speeds = 0.0, spins = 0.0;
     Remembered sums;
     for (const RveStateOf<D> &state : states) {
-      former::add_state(before, state);
       add_state(hash, state);
       for (const double c : state.velocity) speeds += std::fabs(c);
       for (const double w : state.spin) spins += std::fabs(w);
       for (const PairOf<D> &pair : canonical_pairs(state)) sums.add(pair);
     }
-    former::records.push_back({name, before.value(), {}});
     return {name,
             hash.value(),
             {{"void_ratio", states[0].void_ratio()},
@@ -481,7 +416,6 @@ namespace {
     std::vector<int> rves;
     for (const RveStateOf<D> &state : scene.states) rves.push_back(engine->add(state));
 
-    BitHash former_results;
     BitHash results, responses, stiffness, lists, ledger;
     // without a ledger all energies are zero
     BitHash &energies = options.track_energy ? ledger : results;
@@ -491,7 +425,6 @@ namespace {
     for (int call = 0; call < scene.calls; ++call) {
       engine->advance(rves, scene.drives, answers);
       for (const ElasticResultOf<D> &answer : answers) {
-        former::add_result(former_results, answer.result);
         add_result(results, answer.result);
         if (answer.result.status & status::Fatal) continue;
         stiffness.add(answer.stiffness);
@@ -526,8 +459,6 @@ namespace {
     const std::string name = run_name(scene, format);
     const ResultOf<D> &last = answers[0].result;
     records.push_back(record_of_states(name + "states", states));
-    former::records.push_back({name + "counters", BitHash().add(counters).value(), {}});
-    former::records.push_back({name + "results", former_results.value(), {}});
     records.push_back({name + "lists",
                        lists.value(),
                        {{"steps", static_cast<double>(counters.steps)},
@@ -846,12 +777,8 @@ namespace {
   {
     RveState state = small_packing();
     state.material.normal_viscosity = 3.0;
-    BitHash images, before;
-    for (int k = 0; k < NUM_IMAGES; ++k) {
-      former::add_state(before, image_of(state, k));
-      add_state(images, image_of(state, k));
-    }
-    former::records.push_back({"host/packing_images", before.value(), {}});
+    BitHash images;
+    for (int k = 0; k < NUM_IMAGES; ++k) add_state(images, image_of(state, k));
     records.push_back(
         {"host/packing_images", images.value(), {{"void_ratio", image_of(state, 5).void_ratio()}}});
 
@@ -971,11 +898,6 @@ std::vector<Record> device_records(Device device, const std::string &part)
     play_mpm_features<3>(device, records);
   }
   return records;
-}
-
-const std::vector<Record> &former_records()
-{
-  return former::records;
 }
 
 std::vector<Record> host_records()

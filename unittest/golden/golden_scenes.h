@@ -19,9 +19,6 @@ std::vector<Record> device_records(Device device, const std::string &part);
 /// What only the host computes: images of packings, bounds of time steps, random fields, records and files.
 std::vector<Record> host_records();
 
-/// The former hashes of what the other functions computed, where they differ.
-const std::vector<Record> &former_records();
-
 }    // namespace golden
 
 #endif

@@ -89,7 +89,8 @@ template <int D> PairOf<D> with_other_owner(const PairOf<D> &pair, const Materia
   return seen;
 }
 
-/// Returns the state with pairs and storage in another order, and other owners of half of the pairs.
+/// Returns the state with pairs and grains stored in another order and half of the pairs owned by
+/// their other grains.
 template <int D> RveStateOf<D> shuffled(RveStateOf<D> state, int seed)
 {
   Random random(static_cast<std::uint64_t>(seed));
