@@ -31,8 +31,9 @@ constexpr int SKIPPED = 77;    // as in CMakeLists.txt
 constexpr const char *HEAD =
     "# Golden bits: what fixed runs compute, kept by golden_bits (unittest/golden). A line has a "
     "name, the hash of all bits, and some of\n"
-    "# the numbers behind it, exact, so that the size of a change is seen. After # stands why the "
-    "bits are not those of the line before:\n"
+    "# the numbers behind it, exact, so that the size of a change is seen. The hash of a state "
+    "does not depend on the order of its grains\n"
+    "# and pairs. After # stands why the bits are not those of the line before:\n"
     "#     golden_bits --renew \"reason\"\n";
 
 /// A line of the file.

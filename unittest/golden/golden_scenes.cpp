@@ -3,6 +3,7 @@
 // been the same for years, on all processors.
 
 #include "golden_scenes.h"
+#include "state_hash.h"
 
 #include "field/circulant_embedding.h"
 #include "field/interpolation.h"
@@ -40,43 +41,9 @@ namespace {
 
   // ---- bits and numbers of what the engine gives out ----
 
-  /// As many bytes for a pair as of linear springs, and then what others remember.
-  void add_pairs(BitHash &hash, const RveState &s)
-  {
-    struct LinearPair {
-      std::int32_t first, second;
-      double tangential_force, rolling_force;
-    };
-    std::vector<LinearPair> pairs;
-    for (const Pair &pair : s.pairs)
-      pairs.push_back({pair.first, pair.second, pair.tangential_force, pair.rolling_force});
-    if (s.material.law != ContactLaw::Linear)
-      for (const Pair &pair : s.pairs) hash.add(pair.contact_radius);
-    hash.add(pairs);
-  }
-
-  void add_pairs(BitHash &hash, const Spheres &s)
-  {
-    for (const PairOf<3> &pair : s.pairs)
-      hash.add(pair.first).add(pair.second).add(pair.tangential_force);
-    if (s.material.law != ContactLaw::Linear)
-      for (const PairOf<3> &pair : s.pairs) hash.add(pair.contact_radius);
-    if (resists_rolling(s.material))
-      for (const PairOf<3> &pair : s.pairs) hash.add(pair.rolling_force).add(pair.twisting_moment);
-  }
-
-  /// All members but the counters, by value: the layout of records and files is another matter.
-  template <int D> void add_state(BitHash &hash, const RveStateOf<D> &s)
-  {
-    for (const MaterialMember member : parameters_of(s.material.law)) hash.add(s.material.*member);
-    hash.add(s.cell).add(s.deformation);
-    hash.add(s.radius).add(s.fractional).add(s.velocity).add(s.spin);
-    add_pairs(hash, s);
-    hash.add(s.list_cell).add(s.list_fractional).add(s.order);
-    hash.add(s.servo_velocity_gradient).add(s.largest_contact_force).add(s.energy);
-  }
-
-  /// After a fatal status nothing else is an answer.
+  /// Adds the answers that no list of neighbours has a part in; after a fatal status there are none.
+  /// The number of pairs is added to the hash of lists. Energies have a hash of their own, since the
+  /// engine adds up losses in the order of pairs.
   template <int D> void add_result(BitHash &hash, const ResultOf<D> &r)
   {
     hash.add(r.status);
@@ -88,9 +55,7 @@ namespace {
           r.largest_contact_force})
       hash.add(x);
     hash.add(r.servo_velocity_gradient);
-    for (const std::int32_t x : {r.num_grains, r.num_contacts, r.num_pairs, r.num_rattlers})
-      hash.add(x);
-    hash.add(r.energy);
+    for (const std::int32_t x : {r.num_grains, r.num_contacts, r.num_rattlers}) hash.add(x);
   }
 
   double sum_of(const std::vector<double> &values)
@@ -118,17 +83,18 @@ namespace {
     }
   };
 
+  /// `hash` may have something in it already.
   template <int D>
-  Record record_of_states(const std::string &name, const std::vector<RveStateOf<D>> &states)
+  Record record_of_states(const std::string &name, const std::vector<RveStateOf<D>> &states,
+                          BitHash hash = BitHash())
   {
-    BitHash hash;
     double speeds = 0.0, spins = 0.0;
     Remembered sums;
     for (const RveStateOf<D> &state : states) {
       add_state(hash, state);
       for (const double c : state.velocity) speeds += std::fabs(c);
       for (const double w : state.spin) spins += std::fabs(w);
-      for (const PairOf<D> &pair : state.pairs) sums.add(pair);
+      for (const PairOf<D> &pair : canonical_pairs(state)) sums.add(pair);
     }
     return {name,
             hash.value(),
@@ -450,7 +416,9 @@ namespace {
     std::vector<int> rves;
     for (const RveStateOf<D> &state : scene.states) rves.push_back(engine->add(state));
 
-    BitHash results, responses, stiffness;
+    BitHash results, responses, stiffness, lists, ledger;
+    // without a ledger all energies are zero
+    BitHash &energies = options.track_energy ? ledger : results;
     std::vector<ElasticResultOf<D>> answers;
     std::vector<ResponseOf<D>> short_answers;
     double stiffness_xx = 0.0;
@@ -458,7 +426,10 @@ namespace {
       engine->advance(rves, scene.drives, answers);
       for (const ElasticResultOf<D> &answer : answers) {
         add_result(results, answer.result);
-        if (!(answer.result.status & status::Fatal)) stiffness.add(answer.stiffness);
+        if (answer.result.status & status::Fatal) continue;
+        stiffness.add(answer.stiffness);
+        lists.add(answer.result.num_pairs);
+        energies.add(answer.result.energy);
       }
       stiffness_xx = answers[0].stiffness.component[0][0];
       if (scene.turns)
@@ -473,6 +444,11 @@ namespace {
     }
     std::vector<RveStateOf<D>> states;
     for (const int rve : rves) states.push_back(engine->state(rve));
+    lists.add(counters);
+    for (const RveStateOf<D> &state : states) {
+      add_list(lists, state);
+      energies.add(state.energy);
+    }
     // the short answer, another way through the engine, after the states
     engine->advance(rves, scene.drives, short_answers);
     for (const ResponseOf<D> &answer : short_answers) {
@@ -483,6 +459,13 @@ namespace {
     const std::string name = run_name(scene, format);
     const ResultOf<D> &last = answers[0].result;
     records.push_back(record_of_states(name + "states", states));
+    records.push_back({name + "lists",
+                       lists.value(),
+                       {{"steps", static_cast<double>(counters.steps)},
+                        {"rebuilds", static_cast<double>(counters.rebuilds)},
+                        {"lattice_reductions", static_cast<double>(counters.lattice_reductions)},
+                        {"repeats", static_cast<double>(counters.repeats)},
+                        {"pairs", static_cast<double>(states[0].pairs.size())}}});
     records.push_back({name + "results",
                        results.value(),
                        {{"p", last.mean_stress()},
@@ -490,14 +473,14 @@ namespace {
                         {"void_ratio", last.void_ratio},
                         {"coordination_number", last.coordination_number},
                         {"kinetic_energy", last.kinetic_energy},
-                        {"elastic_energy", last.elastic_energy},
-                        {"work", last.energy.work}}});
-    records.push_back({name + "counters",
-                       BitHash().add(counters).value(),
-                       {{"steps", static_cast<double>(counters.steps)},
-                        {"rebuilds", static_cast<double>(counters.rebuilds)},
-                        {"lattice_reductions", static_cast<double>(counters.lattice_reductions)},
-                        {"repeats", static_cast<double>(counters.repeats)}}});
+                        {"elastic_energy", last.elastic_energy}}});
+    if (options.track_energy)
+      records.push_back({name + "ledger",
+                         ledger.value(),
+                         {{"work", last.energy.work},
+                          {"friction", last.energy.friction},
+                          {"local_damping", last.energy.local_damping},
+                          {"viscous", last.energy.viscous}}});
     records.push_back({name + "stiffness", stiffness.value(), {{"C_xxxx", stiffness_xx}}});
     records.push_back(
         {name + "short_answers", responses.value(), {{"p", -trace(short_answers[0].stress) / D}}});
@@ -518,8 +501,13 @@ namespace {
     recipe.radius_max = 0.005;
     recipe.preparation_friction = 0.2;
     const auto engine = make_engine(options);
+    const RveState state = generate_packing(recipe, *engine);
+    const std::string name = "packing/" + to_string(format);
+    records.push_back(record_of_states<2>(name, {state}, BitHash().add(state.energy)));
+    BitHash lists;
+    add_list(lists, state);
     records.push_back(
-        record_of_states<2>("packing/" + to_string(format), {generate_packing(recipe, *engine)}));
+        {name + "/lists", lists.value(), {{"pairs", static_cast<double>(state.pairs.size())}}});
   }
 
   // ---- the material point method ----
