@@ -1005,7 +1005,7 @@ TEST(FixMpmBodies, FrictionFollowsItsVariable)
   EXPECT_NE(script.points(), reference.points());
 
   EXPECT_NE(message_of("variable late equal 0.5-0.1*step\n" + wrong + "run 10\n")
-                .find("friction of ball must be above 0"),
+                .find("friction of rigid body ball must be above 0"),
             std::string::npos);
 }
 
