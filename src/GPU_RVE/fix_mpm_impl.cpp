@@ -1534,10 +1534,10 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
                version, -RESTART_VERSION);
   }
   const double first[] = {number(0), number(1)};
-  const bool has_length = is_same_sum(number(2), sum_of(first, 2));
-  std::vector<double> head(has_length ? (std::size_t) number(1) : 0);
-  memcpy(head.data(), buf, head.size() * sizeof(double));
-  if (!has_length || !is_same_sum(head.back(), sum_of(head.data(), head.size() - 1)))
+  std::vector<double> head;
+  if (is_same_sum(number(2), sum_of(first, 2))) head.resize((std::size_t) number(1));
+  if (!head.empty()) memcpy(head.data(), buf, head.size() * sizeof(double));
+  if (head.empty() || !is_same_sum(head.back(), sum_of(head.data(), head.size() - 1)))
     error->all(FLERR,
                "Fix mpm: the head of the restart file is damaged: its checksum is not that of its "
                "numbers. Use an earlier file");
