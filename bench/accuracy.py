@@ -26,7 +26,6 @@ The last form draws doc/src/figures/accuracy_pareto-... . Needs numpy and matplo
 """
 
 import argparse
-import json
 import os
 import pathlib
 import resource
@@ -34,6 +33,9 @@ import statistics
 import subprocess
 import sys
 import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+import bench_records
 
 REPOSITORY = pathlib.Path(__file__).resolve().parent.parent
 SEEDS = (1, 2, 3, 4, 5, 6, 7, 8)
@@ -149,10 +151,9 @@ def footing(lmp, folder, device):
                    "scatter_of_pressure": statistics.stdev(last) / len(SEEDS) ** 0.5 / mean(last),
                    "share_before_bifurcation": sum(ends.values()) / sum(len(curves[reference, seed]) for seed in SEEDS),
                    "dem_steps": mean([steps[name, seed] for seed in SEEDS]),
-                   "seconds_per_rve": mean([seconds[name, seed] for seed in SEEDS]) / 48,
                    "cost_over_reference": statistics.median(seconds[name, seed] / seconds[reference, seed] for seed in SEEDS)}
         if knob == "defect":
-            details["seconds_per_rve"] = details["cost_over_reference"] = 0.0
+            details["cost_over_reference"] = 0.0
         rows.append({"case": {"device": "cuda" if device == "cuda" else "cpu-1", "code": "gpu_rve", "scene": "footing_small", "dim": 2, "grains": 100,
                               "rves": 48, "setting": name, "knob": knob},
                      "metric": "stress_error_rel", "value": max(errors), "unit": "-", "details": details})
@@ -200,12 +201,6 @@ def command_of(options, binaries, out):
                          + (" --skipping" if options.skipping else "") + (" --no-footing" if options.no_footing else ""))
 
 
-def save(report, out):
-    partial = out.with_suffix(".partial")
-    partial.write_text(json.dumps(report, indent=1) + "\n")
-    partial.replace(out)
-
-
 def compare_numbers_of_grains(options, binaries, folder, out, machine):
     # small packings cost less, so there are more of them
     many = [name for grains in GRAINS for name in make_packings(binaries / "lmp", folder, options.shape, grains, range(1, 3200 // grains + 1))]
@@ -224,7 +219,7 @@ def measure(options):
     if options.floor:
         many = [name for factor in (1, 10, 100) for name in make_packings(binaries / "lmp", folder, options.shape, grains, SEEDS[:4], factor)]
         run([binaries / "bench_accuracy", out, *many, "--floor", "--device", options.device, *machine], folder)
-        return save({**json.loads(out.read_text()), "command": command_of(options, binaries, out)}, out)
+        return bench_records.write({**bench_records.read(out), "command": command_of(options, binaries, out)}, out)
     packings = make_packings(binaries / "lmp", folder, options.shape, grains)
     only = ["--presets"] if options.presets else ["--skipping"] if options.skipping else []
     if options.device == "cpu" and options.shape == "disk" and not only:
@@ -232,17 +227,17 @@ def measure(options):
              folder / "crosscheck"], folder)
     scenes = ["--scenes", options.scenes] if options.scenes else []
     run([binaries / "bench_accuracy", out, *packings, "--device", options.device, "--copies", options.copies, *scenes, *only, *machine], folder)
-    report = json.loads(out.read_text())
+    report = bench_records.read(out)
     report["command"] = command_of(options, binaries, out)
     if only:
-        return save(report, out)
+        return bench_records.write(report, out)
     swept = report["rows"]
     report["rows"] = swept + presets(swept)
-    save(report, out)    # what there is, if the rest is stopped
+    bench_records.write(report, out)    # what there is, if the rest is stopped
     if options.shape == "disk" and not options.no_footing:
         swept = swept + footing(binaries / "lmp", folder, options.device)
         report["rows"] = swept + presets(swept)
-        save(report, out)
+        bench_records.write(report, out)
     if options.device == "cpu" and not options.scenes:
         compare_numbers_of_grains(options, binaries, folder, out, machine)
 
@@ -254,7 +249,7 @@ def plot(options):
     import numpy as np
     from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-    report = json.loads(pathlib.Path(options.plot).read_text())
+    report = bench_records.read(options.plot)
     scenes = {}
     for row in report["rows"]:
         case = row["case"]

@@ -1159,7 +1159,6 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
           {"scatter_of_stress_ratio", errors.scatter},
           {"share_before_bifurcation", errors.before},
           {"dem_steps", outcome.dem_steps},
-          {"seconds_per_rve", cost},
           {"cost_over_reference",
            setting.defect == Defect::None ? outcome.cost() / reference.cost() : 0.0}};
       report.add(keys, "stress_error_rel", range.largest, "-", details);

@@ -324,13 +324,7 @@ template <int D>
 void record(Bench<D> &bench, const json &keys, const Measured &m, const std::string &note = "",
             const json &conditions = json::object())
 {
-  const double grains = keys["grains"].get<double>();
-  json details = {{"best", m.best},
-                  {"repeats", REPEATS},
-                  {"calls", m.calls},
-                  {"rebuilds_per_1000_steps", m.rebuilds},
-                  {"grain_steps_per_second", m.median * grains},
-                  {"pressure", m.pressure}};
+  json details = {{"best", m.best}, {"repeats", REPEATS}, {"rebuilds_per_1000_steps", m.rebuilds}};
   details.update(conditions);
   bench.report.add(keys, "rve_steps_per_second", m.median, "1/s", details);
   print(keys, note, m);

@@ -1,16 +1,16 @@
 // Time to generate random fields, and three ways to do it on several MPI ranks: on each rank alike (replicated), on one rank that gives it
 // to the others (one_rank, which random_field does), and by a Fourier transform whose rows are distributed (distributed). Square grids, and
 // a tenth of an edge or 60 nodes, whichever is less, as correlation length, so that no padding is needed.
-// Appends JSON rows to those of the file (doc/random_field.rst).
+// Adds its rows to those of the file.
 //
 //   mpirun -np 2 bench_field <output.json> [nodes per edge ...]
 
+#include "bench_report.h"
 #include "field/circulant_embedding.h"
 #include "field/normal_numbers.h"
 
 #include <fftw3.h>
 #include <mpi.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -18,7 +18,6 @@
 #include <complex>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -213,33 +212,22 @@ int main(int argc, char **argv)
   for (int a = 2; a < argc; ++a) edges.push_back(std::atoi(argv[a]));
   if (edges.empty()) edges = {500, 1000, 3200};
 
-  nlohmann::json report;
-  if (me == 0) {
-    if (std::ifstream file(argv[1]); file) file >> report;
-    char date[16];
-    const std::time_t now = std::time(nullptr);
-    std::strftime(date, sizeof(date), "%Y-%m-%d", std::gmtime(&now));
-    const char *commit = std::getenv("GPU_RVE_COMMIT");
-    report["machine"] = processor();
-    report["date"] = date;
-    report["commit"] = commit ? commit : "";
-    report["command"] = "bench_field, and mpirun -np 2 bench_field";
-  }
+  bench::Report report(argc, argv, argv[1]);
+  if (me == 0) report.add_rows_of_file();
+  report.set_machine(processor());
+  report.set_command("bench_field, and mpirun -np 2 bench_field");
   const auto record = [&](int nodes, const std::string &covariance, const char *way, double time) {
     if (me) return;
     std::printf("%d ranks, %d x %d nodes, %-12s %-11s %7.3f s\n", num_ranks, nodes, nodes,
                 covariance.c_str(), way, time);
     std::fflush(stdout);
-    report["rows"].push_back({{"case",
-                               {{"scene", "random_field"},
-                                {"dim", 2},
-                                {"nodes", nodes * nodes},
-                                {"covariance", covariance},
-                                {"ranks", num_ranks},
-                                {"way", way}}},
-                              {"metric", "wall_s"},
-                              {"value", time},
-                              {"unit", "s"}});
+    report.add({{"scene", "random_field"},
+                {"dim", 2},
+                {"nodes", nodes * nodes},
+                {"covariance", covariance},
+                {"ranks", num_ranks},
+                {"way", way}},
+               "wall_s", time, "s");
   };
   for (const int nodes : edges) {
     const double length = std::min(0.1 * nodes, 60.0);
@@ -278,7 +266,7 @@ int main(int argc, char **argv)
                give(other);
              }));
   }
-  if (me == 0) std::ofstream(argv[1]) << report.dump(1) << "\n";
+  if (me == 0) report.write();
   MPI_Finalize();
   return 0;
 }

@@ -15,7 +15,6 @@ The first ratios are to one core of LAMMPS and to all cores, of the engine on as
 
 import argparse
 import datetime
-import json
 import os
 import pathlib
 import re
@@ -23,6 +22,9 @@ import statistics
 import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+import bench_records
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -54,10 +56,8 @@ def engine_rates(bench, packing, device, seconds, rves, folder):
     # a GPU is fed by all threads of the host; the CPU engine is told how many
     environment = {name: value for name, value in os.environ.items() if device == "cpu" or name != "OMP_NUM_THREADS"}
     run([bench, packing, "rates.json", "--device", device, "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder, env=environment)
-    with open(pathlib.Path(folder) / "rates.json", encoding="utf-8") as file:
-        rows = json.load(file)["rows"]
     rates, conditions = {}, {}
-    for row in rows:
+    for row in bench_records.read(pathlib.Path(folder) / "rates.json")["rows"]:
         case = row["case"]
         if row["metric"] == "rve_steps_per_second":
             law = case.get("law", "hooke")
@@ -163,7 +163,7 @@ def main():
         commit = os.environ.get("GPU_RVE_COMMIT") or subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE, check=False).stdout.strip()
         report = {"machine": machine(arguments.gpu), "date": datetime.date.today().isoformat(), "commit": commit,
                   "command": command_line(), "rows": rows}
-        arguments.out.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+        bench_records.write(report, arguments.out)
 
 
 if __name__ == "__main__":

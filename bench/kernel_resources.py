@@ -8,11 +8,14 @@ Shared memory is the static part; what grows with the number of grains is given 
 
 import argparse
 import datetime
-import json
 import os
 import pathlib
 import re
 import subprocess
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+import bench_records
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -65,7 +68,7 @@ def main():
         program = arguments.program.name if os.path.isabs(arguments.program) else arguments.program
         report = {"date": datetime.date.today().isoformat(), "commit": commit,
                   "command": f"python3 bench/kernel_resources.py {program}", "rows": rows}
-        arguments.out.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+        bench_records.write(report, arguments.out)
 
 
 if __name__ == "__main__":

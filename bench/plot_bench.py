@@ -8,14 +8,17 @@ and so on; an experiment that is not in the file is left out. Needs numpy and ma
 """
 
 import argparse
-import json
 import pathlib
+import sys
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+import bench_records
 
 LABELS = {("fast", "relaxed"): "fast, relaxed", ("fast", "strict"): "fast", ("mixed", "strict"): "mixed", ("mixed", "relaxed"): "mixed, relaxed", ("double", "strict"): "double"}
 STYLES = dict(zip(LABELS, ("o-", "s-", "^-", "D-", "v-")))
@@ -94,7 +97,7 @@ def main():
     parser.add_argument("result", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[1] / "doc" / "src" / "figures")
     arguments = parser.parse_args()
-    report = json.loads(arguments.result.read_text(encoding="utf-8"))
+    report = bench_records.read(arguments.result)
     arguments.out.mkdir(parents=True, exist_ok=True)
     there = {row["case"].get("experiment") for row in report["rows"]}
     prefix = "performance_spheres" if any(row["case"].get("dim") == 3 for row in report["rows"]) else "performance"

@@ -12,7 +12,6 @@ that fails. What was written before stays on record.
 
 import argparse
 import datetime
-import json
 import os
 import pathlib
 import re
@@ -22,6 +21,9 @@ import subprocess
 import sys
 import tempfile
 import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+import bench_records
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -162,7 +164,7 @@ def main():
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False).stdout.strip()
     record = {"command": "bench/problems.py; each row has its own", "rows": []}
     if arguments.out.exists():
-        record = json.loads(arguments.out.read_text(encoding="utf-8"))
+        record = bench_records.read(arguments.out)
     failed = False
     for name in chosen:
         row = run(name, (arguments.bin / "lmp").resolve(), arguments.device, arguments.limit, arguments.keep)
@@ -177,9 +179,7 @@ def main():
         record["date"] = datetime.date.today().isoformat()
         record["commit"] = row["case"]["commit"]
         record["machine"] = f"{row['case'].get('device', 'CPU')}, {os.cpu_count()} CPU threads"
-        whole = arguments.out.with_suffix(".part")
-        whole.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
-        whole.replace(arguments.out)
+        bench_records.write(record, arguments.out)
     return 1 if failed else 0
 
 

@@ -11,7 +11,6 @@ divided by the utilization of the busiest one. bench/roofline.py compares throug
 import argparse
 import csv
 import datetime
-import json
 import os
 import pathlib
 import re
@@ -20,6 +19,9 @@ import sys
 
 from compare_lammps import dimension_of, number_of_grains
 from kernel_resources import programs
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+import bench_records
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -95,7 +97,7 @@ def main():
     rows = rows_of(kernels, number_of_grains(arguments.packing), dimension_of(arguments.packing), machine.replace("NVIDIA ", "").split(" ")[0])
     report = {"machine": machine, "date": datetime.date.today().isoformat(), "commit": commit,
               "command": "python3 bench/profile_pipes.py", "rows": rows}
-    arguments.out.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    bench_records.write(report, arguments.out)
 
 
 if __name__ == "__main__":

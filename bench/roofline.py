@@ -9,9 +9,11 @@ Adds a row roofline_fraction behind each row rve_steps_per_second of the second 
 work on chip of a step is in proportion to the grains.
 """
 
-import json
 import pathlib
 import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+import bench_records
 
 NEARLY_FULL = 0.65            # of a pipe: blocks wait for each other at barriers
 FEW_STEPS = 25                # of a call, whose other work then matters
@@ -48,8 +50,8 @@ def kind(case):
 def main():
     profile, path = (pathlib.Path(word) for word in sys.argv[1:])
     roofs = {kind(row["case"]): row
-             for row in json.loads(profile.read_text(encoding="utf-8"))["rows"] if row["metric"] == "roof"}
-    report = json.loads(path.read_text(encoding="utf-8"))
+             for row in bench_records.read(profile)["rows"] if row["metric"] == "roof"}
+    report = bench_records.read(path)
     rows = []
     for row in report["rows"]:
         case = row["case"]
@@ -60,9 +62,10 @@ def main():
             roof = roofs[kind(case)]
             fraction = row["value"] * case["grains"] / (roof["value"] * roof["case"]["grains"])
             rows.append({"case": case, "metric": "roofline_fraction", "value": fraction, "unit": "1",
-                         "details": {"bound": bound({**case, **row.get("details", {})}, fraction, roof), "roof": profile.name}})
+                         "details": {"bound": bound({**case, **row.get("details", {})}, fraction, roof)}})
     report["rows"] = rows
-    path.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+    report["roof"] = profile.name
+    bench_records.write(report, path)
 
 
 if __name__ == "__main__":

@@ -70,9 +70,9 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/examples" DESTINATION "${GPU_RVE_INSTAL
   REGEX "/(reference|element_tests|[^/]*\\.baseline)/[^/]*\\.csv$")
 install(CODE "file(CREATE_LINK examples/packings \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${GPU_RVE_INSTALL_DATADIR}/packings\" SYMBOLIC)"
   COMPONENT lmp)
-# what draws and converts the results, found from the examples as in the repository
+# scripts that draw, convert and record the results; the examples find them by the same relative path as in the repository
 set(tools "${PROJECT_SOURCE_DIR}/tools")
-install(FILES "${tools}/dumps.py" "${tools}/plot_fields.py" "${tools}/plot_instability.py" "${tools}/to_paraview.py" DESTINATION "${GPU_RVE_INSTALL_DATADIR}/tools" COMPONENT lmp)
+install(FILES "${tools}/bench_records.py" "${tools}/dumps.py" "${tools}/plot_fields.py" "${tools}/plot_instability.py" "${tools}/to_paraview.py" DESTINATION "${GPU_RVE_INSTALL_DATADIR}/tools" COMPONENT lmp)
 install(FILES "${PROJECT_SOURCE_DIR}/README.md" "${PROJECT_SOURCE_DIR}/LICENSE" "${PROJECT_SOURCE_DIR}/CITATION.cff"
   DESTINATION "${GPU_RVE_INSTALL_DOCDIR}" COMPONENT lmp)
 

@@ -23,7 +23,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from plot_footing import draw_rves, dumps, strain_and_displacement
-from study import case_keys, is_peak, read_curve
+from study import bench_records, case_keys, is_peak, read_curve
 
 PAPER = (0.12, 186.0)    # settlement [m] and pressure [kPa] of the paper's peak
 # sin phi of the RVEs, before and after their shear bands: the README of the example
@@ -113,9 +113,7 @@ def peaks_of_grids(options, records):
     """Peaks [kPa] against cells [m] for one and four points in a cell, of the records and of the reports that --results names."""
     peaks = {"1": {}, "4": {}}
     for path in options.results:
-        with open(path, encoding="utf-8") as stream:
-            rows = json.load(stream)["rows"]
-        for row in rows:
+        for row in bench_records.read(path)["rows"]:
             name = row["case"]["name"]
             if row["metric"] == "peak_pressure_pa" and row["case"]["grains"] == 400 and (name == "short" or name.startswith("h_")):
                 peaks["4" if name.endswith("points_4") else "1"][row["case"]["cell_size"]] = row["value"] / 1e3

@@ -12,7 +12,7 @@ pieces; one that was stopped half-way is begun anew. What follows -- goes to eve
 all records of the folder: peak, its settlement, plateau, asymmetry, wall time by parts, RVE-steps per second; for cases that differ in
 the number of ranks whether curve and fields have the same bits, and their efficiency; for others the change of the peak.
 
-Exit status 1 if a run failed or bits differ. Needs no module besides the standard library.
+Exit status 1 if a run failed or bits differ. Needs no module besides the standard library and tools/bench_records.py.
 """
 
 import argparse
@@ -28,6 +28,9 @@ import subprocess
 import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "..", "tools"))
+import bench_records
+
 PLATEAU_FROM = 0.45    # settlement [m]
 EARLY = 0.05           # settlement up to which the horizontal force shows what the grains prefer [m]
 PAPER_PEAK = 186e3     # [Pa]
@@ -387,9 +390,7 @@ def collect(options):
     if options.json:
         report = {key: "; ".join(dict.fromkeys(record[key] for record in records.values())) for key in ("machine", "date", "commit")}
         report.update(command="python3 study.py; each row has the command of its run", rows=rows)
-        with open(options.json + ".part", "w", encoding="utf-8") as stream:
-            stream.write(json.dumps(report, indent=1) + "\n")
-        os.replace(options.json + ".part", options.json)
+        bench_records.write(report, options.json)
         print("wrote", options.json)
     print(f"\n{'case':28}{'RVEs':>7}{'ranks':>6}{'peak [kPa]':>12}{'at [m]':>8}{'to [m]':>8}{'loop [s]':>10}{'RVEs':>8}{'MPM':>8}{'rest':>8}")
     for record in records.values():

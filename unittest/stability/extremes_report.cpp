@@ -104,8 +104,7 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
       by_item[scene.item].push_back({scene.value, finding.verdict});
       scene_of[scene.item] = &scene;
       silent += finding.verdict == Verdict::Silent;
-      const json details = {{"property", scene.property},
-                            {"limit", scene.limit[static_cast<int>(format)]},
+      const json details = {{"limit", scene.limit[static_cast<int>(format)]},
                             {"verdict", to_string(finding.verdict)},
                             {"words", finding.words},
                             {"steps", finding.steps}};

@@ -1,17 +1,23 @@
 """What these pages need beyond Sphinx: the language LAMMPS, links to LAMMPS' own pages, the tables and figures of bench/results, and MathJax beside the pages."""
 
 import glob
-import json
 import os
 import re
 import shlex
 import shutil
+import sys
 
 from docutils import nodes
 from docutils.parsers.rst import Directive
 from sphinx.directives.patches import Figure
 from pygments.lexer import RegexLexer
 from pygments.token import Comment, Keyword, Name, Number, Operator, String, Text
+
+REPOSITORY = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
+sys.path.insert(0, os.path.join(REPOSITORY, 'tools'))
+import bench_records
+
+RESULTS = os.path.join(REPOSITORY, 'bench', 'results')
 
 LAMMPS_MANUAL = 'https://docs.lammps.org/'
 
@@ -100,14 +106,12 @@ class BenchResults(Directive):
 
     def run(self):
         env = self.state.document.settings.env
-        folder = os.path.join(os.path.dirname(os.path.dirname(env.srcdir)), 'bench', 'results')
         pattern = (self.arguments[0] if self.arguments else '*') + '.json'
         shown = []
-        for path in sorted(glob.glob(os.path.join(folder, pattern))):
+        for path in sorted(glob.glob(os.path.join(RESULTS, pattern))):
             env.note_dependency(path)
-            with open(path, encoding='utf-8') as f:
-                report = json.load(f)
-            rows = [row for row in report.get('rows', []) if self.is_wanted(row)]
+            report = bench_records.read(path)
+            rows = [row for row in report['rows'] if self.is_wanted(row)]
             if rows:
                 shown += [self.heading(os.path.basename(path), report), self.table(rows)]
         return shown or [nodes.paragraph(text='No result is on record yet.')]
@@ -160,12 +164,11 @@ class StabilityEnvelope(Directive):
 
     def run(self):
         env = self.state.document.settings.env
-        path = os.path.join(os.path.dirname(os.path.dirname(env.srcdir)), 'bench', 'results', self.arguments[0] + '.json')
+        path = os.path.join(RESULTS, self.arguments[0] + '.json')
         env.note_dependency(path)
         if not os.path.exists(path):
             return [nodes.paragraph(text='No result is on record yet.')]
-        with open(path, encoding='utf-8') as f:
-            report = json.load(f)
+        report = bench_records.read(path)
         rows = [row for row in report['rows'] if row['metric'] == 'envelope']
         items = {}
         for row in rows:
