@@ -32,9 +32,20 @@ step() { # step <name> <command...>
   if "$@"; then echo "-------- $name: passed"; else echo "-------- $name: FAILED"; failed=1; fi
 }
 
-for test in "$bin"/*_Cuda "$bin/test_backends" "$bin/test_rolling" "$bin/test_mpm_backends"; do
+for test in "$bin"/*_Cuda; do
   [ -x "$test" ] && step "$(basename "$test")" "$test" --gtest_brief=1
 done
+for test in engine_tests:test_backends engine_tests:test_rolling mpm_tests:test_mpm_backends; do
+  [ -x "$bin/${test%:*}" ] && step "${test#*:}" "$bin/${test%:*}" "--file=${test#*:}" --gtest_brief=1
+done
+# what the compiler made of the kernels
+skips() { "$@"; status=$?; [ $status = 77 ] || return $status; }    # 77: there is no cuobjdump, or another compiler
+[ -x "$bin/bench_kernels" ] && step "uniform registers" skips sh bench/uniform_registers.sh "$bin/bench_kernels"
+if [ -d "$root/build/cuda" ] && [ "$bin" = "$root/build/cuda/bin" ]; then
+  # shellcheck disable=SC2046  # a list of files
+  step "strict texts" skips sh bench/strict_text.sh $(find "$root/build/cuda/src" -name '*.cu.o')
+fi
+
 # what the CPU engine computed when they were stored
 [ -x "$bin/golden_bits" ] && step "golden bits" "$bin/golden_bits" --device cuda --file "$root/unittest/golden/golden_bits.txt"
 

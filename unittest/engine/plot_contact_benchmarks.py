@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Oblique impact of two equal disks: rebound against the angle of impact, closed form and engine.
 
-    python3 plot_contact_benchmarks.py [--test build/host/bin/test_contact_benchmarks] [--out oblique_impact.png]
+    python3 plot_contact_benchmarks.py [--test build/host/bin/engine_tests] [--out oblique_impact.png]
 
 Runs the test, which writes both curves, and draws them. Needs matplotlib (Debian: python3-matplotlib).
 """
@@ -23,9 +23,9 @@ import matplotlib.pyplot as plt
 def find_test():
     """The newest build of the test in the build folders of this source tree."""
     root = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-    found = glob.glob(os.path.join(root, "build", "*", "bin", "test_contact_benchmarks"))
+    found = glob.glob(os.path.join(root, "build", "*", "bin", "engine_tests"))
     if not found:
-        sys.exit("no build/*/bin/test_contact_benchmarks: build the tests first, or name the program with --test")
+        sys.exit("no build/*/bin/engine_tests: build the tests first, or name the program with --test")
     return max(found, key=os.path.getmtime)
 
 
@@ -41,7 +41,7 @@ def run_test(program):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--test", help="the program test_contact_benchmarks (default: the newest in build/*/bin)")
+    parser.add_argument("--test", help="the program engine_tests (default: the newest in build/*/bin)")
     parser.add_argument("--out", default="oblique_impact.png")
     options = parser.parse_args()
 

@@ -22,7 +22,7 @@ rve_add_comparison(validation_crosscheck crosscheck/crosscheck.py --short --plai
 if(python)
   add_test(NAME validation_crosscheck_without_lmp COMMAND sh -c
     "message=$(${python} '${PROJECT_SOURCE_DIR}/examples/crosscheck/crosscheck.py' --lmp no/lmp); [ $? = 2 ] && [ \"\${message#no executable no/lmp}\" != \"$message\" ]")
-  set_tests_properties(validation_crosscheck_without_lmp PROPERTIES LABELS lammps ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+  set_tests_properties(validation_crosscheck_without_lmp PROPERTIES LABELS lammps TIMEOUT ${RVE_TEST_LIMIT} ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 endif()
 rve_add_comparison(validation_compare_states validation/compare_states.py)
 rve_add_comparison(validation_compare_codes validation/compare_codes.py --short)

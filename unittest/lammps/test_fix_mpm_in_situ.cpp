@@ -2,6 +2,7 @@
 // number of ranks and after a restart, and the messages for wrong input. Runs under mpirun as well.
 
 #include "grains_script.h"
+#include "support/tests_of_file.h"
 
 #include <gtest/gtest.h>
 
@@ -81,6 +82,7 @@ const std::string &spheres()
 struct RemoveFiles : ::testing::Environment {
   void TearDown() override
   {
+    if (!rve_test::runs_tests_of(__FILE__)) return;
     MPI_Barrier(MPI_COMM_WORLD);
     if (rank() > 0) return;
     for (const char *file :

@@ -5,6 +5,7 @@
 #include "rve/engine/packing_io.h"
 #include "script.h"
 #include "support/files.h"
+#include "support/tests_of_file.h"
 
 #include <gtest/gtest.h>
 
@@ -41,10 +42,11 @@ const std::string &library()
   return path;
 }
 
-/// Removes that file behind the last test.
+/// Removes that file after the last test, in a process that runs tests of this file.
 struct RemoveLibrary : ::testing::Environment {
   void TearDown() override
   {
+    if (!rve_test::runs_tests_of(__FILE__)) return;
     MPI_Barrier(MPI_COMM_WORLD);
     if (rank() == 0) std::remove("test_rve_library.lib");
   }

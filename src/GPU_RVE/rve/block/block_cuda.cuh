@@ -391,7 +391,7 @@ inline namespace RVE_ISA {
     /// x, which is the same for all threads, in the registers that a warp has once, beside those of its threads: products take them as an
     /// operand. The compiler (CUDA 13.0) leaves it there on three conditions. It must see that the threads of the warp are together: here
     /// it is told so. The kernel must be small, with all that it calls: up to about 15,000 instructions. And nothing that it calls may want
-    /// more than about 160 registers. Else x takes ordinary registers, and what was there is spilled: ctest -R cuda_uniform_registers sees it.
+    /// more than about 160 registers. Else x takes ordinary registers, and what was there is spilled: bench/uniform_registers.sh sees it.
     template <class T> static RVE_DEVICE T uniform(const T &x)
     {
       constexpr int words = sizeof(T) / sizeof(unsigned);

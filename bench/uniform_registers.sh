@@ -1,7 +1,11 @@
 #!/bin/sh
-# The kernels that hold what all pairs share in the registers of whole warps (BlockCuda::uniform) have it there: products read it from them. If such a
-# kernel grows, the compiler silently takes the registers of threads instead, and spills others, which costs a sixth of the speed.
-#   sh uniform_registers.sh <bench_kernels>
+# Performance check: kernels that keep what all pairs share in uniform registers, one for a whole warp (BlockCuda::uniform), have it there, and
+# products read it from them. If such a kernel grows, the compiler silently takes the registers of threads instead, and spills others, which
+# costs a sixth of the speed. Results do not depend on it. Run by .ci/nightly and tools/gpu_check.sh; needs no GPU.
+#
+#   sh bench/uniform_registers.sh <bench_kernels>
+#
+# 77, skipped, where there is no cuobjdump or nvdisasm, or another compiler than NVRTC 13.0, whose limits these are.
 set -eu
 fail() { echo "uniform_registers: $*"; exit 1; }
 cuobjdump=${CUOBJDUMP:-$(command -v cuobjdump || echo /usr/local/cuda/bin/cuobjdump)}

@@ -1,0 +1,34 @@
+// Which tests of the program are those of one source file.
+
+#ifndef RVE_UNITTEST_SUPPORT_TESTS_OF_FILE_H
+#define RVE_UNITTEST_SUPPORT_TESTS_OF_FILE_H
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace rve_test {
+
+/// Calls act(suite, test) for every test of the program.
+template <class Act> void for_all_tests(Act act)
+{
+  const ::testing::UnitTest &all = *::testing::UnitTest::GetInstance();
+  for (int s = 0; s < all.total_test_suite_count(); ++s) {
+    const ::testing::TestSuite &suite = *all.GetTestSuite(s);
+    for (int t = 0; t < suite.total_test_count(); ++t) act(suite, *suite.GetTestInfo(t));
+  }
+}
+
+/// True if this process runs at least one test of the source file, which is named as __FILE__.
+inline bool runs_tests_of(const std::string &file)
+{
+  bool any = false;
+  for_all_tests([&](const ::testing::TestSuite &, const ::testing::TestInfo &test) {
+    if (test.should_run() && file == test.file()) any = true;
+  });
+  return any;
+}
+
+}    // namespace rve_test
+
+#endif
