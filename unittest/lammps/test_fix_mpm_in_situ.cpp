@@ -420,6 +420,41 @@ TEST(FixMpmInSitu, ComponentsMayBeVariablesOfAnAtom)
   }
 }
 
+// Contacts of Hertz' law, prepared at 20 kPa, have twice the modulus at the stress in situ.
+TEST(FixMpmInSitu, HertzContactsStayAtRestAtALargerStressWithAnAutomaticTimeStep)
+{
+  const std::string packing = "test_in_situ_hertz.rve";
+  Script() << "create_rve " + packing +
+          " grains 100 seed 3 radius uniform 0.0025 0.005 density 2650 damping 0.3 pressure 2e4 "
+          "thickness 0.075 contact hertz 5e9 0.0 tangential mindlin/force 4e9 0.5 0.5 damping "
+          "velocity";
+  MPI_Barrier(MPI_COMM_WORLD);
+  for (const std::string pressure : {"4e5", "9e5"}) {
+    SCOPED_TRACE(pressure);
+    SoilScript script;
+    script << "units si\ndimension 2\nboundary f f p\natom_style sphere\nprocessors 1 * 1\n"
+              "region box block 0 2 0 2 -0.05 0.05\ncreate_box 1 box\n"
+              "lattice sq 0.5 origin 0.5 0.5 0\ncreate_atoms 1 box\nneighbor 0.5 bin\n"
+              "comm_modify cutoff 0.5\ntimestep 5e-4\n"
+              "fix grains all rve " +
+            packing +
+            " drive mpm threads 1\n"
+            "fix soil all mpm 0.5 boundary xlo roller boundary xhi roller boundary ylo roller "
+            "boundary yhi roller model all rve grains insitu stress -" +
+            pressure + " -" + pressure +
+            " 0\n"
+            "compute energy all rve/atom kinetic elastic\ncompute sum all reduce sum c_energy[*]\n"
+            "thermo_style custom step c_sum[*]\nthermo 20\nrun 40\n";
+
+    const Compute *const energies = script.lmp->modify->get_compute_by_id("sum");
+    EXPECT_LT(energies->vector[0], 1e-6 * energies->vector[1]) << "of grains at rest";
+    for (const auto &[id, row] : script.points())
+      EXPECT_NEAR(row[SYY_2D], -std::stod(pressure), 1e-4 * std::stod(pressure));
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (rank() == 0) std::remove(packing.c_str());
+}
+
 TEST(FixMpmInSitu, AnInitialStressBeyondTheStrengthIsWarnedOfToo)
 {
   const std::string path = file_of_rank("strength.log");

@@ -4,6 +4,7 @@
 
 #include "rve/core/error.h"
 #include "rve/core/exact_sum.h"
+#include "rve/engine/contact_laws.h"
 #include "rve/engine/packing.h"
 
 #include <algorithm>
@@ -43,6 +44,8 @@ namespace {
 
   // Of the stability bound: contacts that form within a call are not in it yet.
   constexpr double SHARE_OF_BOUND = 0.8;
+  // Least estimate of the bound at the goal over the present one (bound_ratio).
+  constexpr double LEAST_BOUND_RATIO = 0.3;
 
   template <int D> struct Way : WayToStress<D> {
     bool was_there = false;    // at the end of the last call
@@ -95,6 +98,23 @@ namespace {
       ++count;
     }
     return count > 0 ? sum / count : now.mean_stress();
+  }
+
+  /// Estimate of the stability bound at the goal over the present bound, since contacts can stiffen
+  /// within one call. The modulus of a Hertz contact grows with the cube root of its force, and the
+  /// bound falls with the square root of the modulus.
+  template <int D>
+  double bound_ratio(const rve::Material &material, const rve::ResultOf<D> &now,
+                     const StressGoal &goal)
+  {
+    const bool has_constant_moduli = rve::with_law<D>(material, [](const auto &law) {
+      return law.has_constant_moduli;
+    });
+    const double pressure = now.mean_stress(), growth = pressure_of(goal, now) / pressure;
+    if (has_constant_moduli) return 1.0;
+    if (!(pressure > 0.0)) return LEAST_BOUND_RATIO;
+    if (!(growth > 1.0)) return 1.0;
+    return std::max(1.0 / std::sqrt(std::cbrt(growth)), LEAST_BOUND_RATIO);
   }
 
   template <int D> std::string in_words(const rve::Tensor<double, D> &stress)
@@ -353,11 +373,15 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
     ways.push_back(way);
   }
   const auto drives = [&](const std::vector<Way<D>> &some, const std::vector<int> &of_slots) {
-    const std::vector<double> bounds = points.bound_time_steps(of_slots, dt / SHARE_OF_BOUND);
+    const std::vector<double> bounds =
+        points.bound_time_steps(of_slots, dt / (SHARE_OF_BOUND * LEAST_BOUND_RATIO));
     std::vector<rve::DriveOf<D>> calls;
     for (std::size_t k = 0; k < some.size(); ++k) {
+      const double share = SHARE_OF_BOUND *
+          bound_ratio(points.material(some[k].slot), points.point(some[k].slot).result,
+                      goals[some[k].place]);
       calls.push_back(some[k].is_held ? held<D>() : some[k].drive);
-      calls.back().dt = bounds[k] > 0.0 ? std::min(dt, SHARE_OF_BOUND * bounds[k]) : dt;
+      calls.back().dt = bounds[k] > 0.0 ? std::min(dt, share * bounds[k]) : dt;
     }
     return calls;
   };
