@@ -503,7 +503,7 @@ TEST(Librve, ARefusedCallLeavesTheTrialBeforeIt)
     good.increments = f0;
     good.increments.insert(good.increments.end(), f1.begin(), f1.end());
     good.dt.assign(2, d == 2 ? DT_DISKS : DT_SPHERES);
-    std::vector<Call> refused(7, good);
+    std::vector<Call> refused(8, good);
     refused[0].dt[1] = -1.0;
     refused[1].dt[1] = std::nan("");
     refused[2].dt[1] = 1.0;
@@ -511,6 +511,7 @@ TEST(Librve, ARefusedCallLeavesTheTrialBeforeIt)
     refused[4].increments.back() = std::nan("");
     refused[5].increments[d * d] = -1.0;
     refused[6].dt[0] = HUGE_VAL;
+    refused[7].substeps[1] = 0;    // no step, but an increment that is not the identity
     const auto expect_unchanged = [&](int code) {
       EXPECT_EQ(code, RVE_BAD_INPUT);
       EXPECT_EQ(quantity(batch.get(), "p", 0), p) << rve_error();

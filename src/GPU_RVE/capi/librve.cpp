@@ -653,6 +653,14 @@ template <int D> class Batch {
   {
     try {
       rve::check(drive);
+      for (int a = 0; a < D && drive.substeps == 0; ++a)
+        for (int b = 0; b < D; ++b)
+          require(drive.deformation(a, b) == (a == b ? 1.0 : 0.0), [&] {
+            return "increment component " + std::string(1, "xyz"[a]) + "xyz"[b] + " is " +
+                rve::number(drive.deformation(a, b)) +
+                " with 0 substeps; it must be that of the identity, since no step can deform the "
+                "RVE";
+          });
     } catch (const rve::InputError &e) {
       throw rve::InputError("RVE " + std::to_string(which) + ": " + e.what());
     }
