@@ -342,8 +342,15 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
   for (int i = 0; i < nlocal; i++)
     failed.guard(i, [&] {
       if (body[i] < 0 && model[i] >= 0 && volume0[i] > 0.0 &&
-          remembering[i] != law_of_model[model[i]])
+          remembering[i] != law_of_model[model[i]]) {
+        const FixRve *const source = grains[model[i]];
+        if (source && source->slot(i) >= 0 && update->ntimestep > update->firststep)
+          throw rve::InputError(fmt::format(
+              "atom {} has joined group {} of the model rve {} in the run, and its RVE has not "
+              "followed its deformation before; let the group change between runs",
+              atom->tag[i], settings.models[model[i]].group, source->id));
         begin_memory(i);
+      }
     });
   guarded([&] {
     failed.rethrow();
@@ -426,6 +433,24 @@ template <int D> void FixMpm::ImplOf<D>::find_models()
   solver->set_models(laws);
   warned = false;
   warned_rounding = false;
+}
+
+/* ----------------------------------------------------------------------
+   a run with "pre no" has no init, which would find other fixes
+------------------------------------------------------------------------- */
+
+template <int D> void FixMpm::ImplOf<D>::check_sources() const
+{
+  for (std::size_t k = 0; k < grains.size(); k++) {
+    if (!grains[k]) continue;
+    const std::string &name = settings.models[k].fix_rve;
+    const Fix *const found = modify->get_fix_by_id(name);
+    if (found != grains[k] || !grains[k]->is_material())
+      error->all(FLERR,
+                 "Fix mpm model: fix '{}' has been deleted or defined anew since the last run; run "
+                 "without pre no",
+                 name);
+  }
 }
 
 /* ----------------------------------------------------------------------
@@ -817,6 +842,7 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
 {
   const double start = platform::walltime();
   if (update->ntimestep == update->firststep + 1) {
+    check_sources();
     std::fill_n(times, (int) TIMES, 0.0);
     damping_sum = reaction_sum = 0.0;
   }

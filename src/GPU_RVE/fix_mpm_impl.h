@@ -98,6 +98,7 @@ template <int D> struct FixMpm::ImplOf final : Impl {
   ~ImplOf() override;
 
   void find_models() override;
+  void check_sources() const;
   void setup_pre_force() override;
   void pre_force() override;
   void setup() override;

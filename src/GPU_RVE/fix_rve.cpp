@@ -413,6 +413,11 @@ double FixRve::bounding_time() const
   return impl->bounding_time();
 }
 
+bool FixRve::is_material() const
+{
+  return impl->is_material;
+}
+
 template <int D> mpm::Constitutive<D> *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)

@@ -120,6 +120,8 @@ class FixRve : public Fix {
   template <int D> std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format) const;
   // the RVEs as a material for fix mpm, in a continuum of D dimensions; owned by this fix; error unless `drive mpm`
   template <int D> mpm::Constitutive<D> *constitutive();
+  /// Whether fix mpm has asked for it.
+  bool is_material() const;
   // of that material: largest modulus of waves by elastic tangents of these atoms, over the bound of their contacts, 0 if none could be measured [-];
   // the results must be known (expect_questions() of the material). And what the bound is multiplied by
   double measured_wave_share(const std::vector<int> &) const;

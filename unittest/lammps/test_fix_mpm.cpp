@@ -1862,6 +1862,36 @@ TEST(FixMpm, APointThatJoinsTheGroupOfAModelWithoutAnRveIsNamed)
   }
 }
 
+// The RVE of atom 13 stays as it is while a law has the point.
+TEST(FixMpm, APointThatJoinsTheGroupOfItsRveInARunIsNamed)
+{
+  const std::string groups = "region low block 0 8 0 4.2 -0.5 0.5\n"
+                             "region high block 0 8 4.2 8 -0.5 0.5\n"
+                             "group low dynamic all region low every 1\n"
+                             "group high dynamic all region high every 1\nrun 0\n";
+  const std::string fix = "fix r all rve " EXAMPLE_PACKINGS "/A_h0075.rve drive mpm threads 1\n"
+                          "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller "
+                          "model low elastic 1e6 0.3 model high rve r density 2000\n";
+  const std::string message = message_of(rising_block("5.07", groups, fix));
+  EXPECT_NE(message.find("atom 13 has joined group high of the model rve r in the run, and its RVE "
+                         "has not followed"),
+            std::string::npos)
+      << message;
+}
+
+TEST(FixMpm, AFixOfRvesDeletedBeforeARunWithoutSetUpIsNamed)
+{
+  const std::string rves = "fix r all rve " EXAMPLE_PACKINGS "/A_h0075.rve drive mpm threads 1\n";
+  const std::string fix = rves +
+      "fix m all mpm 1.0 domain 0 8 0 8 boundary ylo fixed model all rve r\nrun 1\nunfix r\n";
+  for (const std::string &anew : {std::string(), rves}) {
+    const std::string message = message_of(rising_block("0", "", fix + anew + "run 1 pre no\n"));
+    EXPECT_NE(message.find("fix 'r' has been deleted or defined anew since the last run"),
+              std::string::npos)
+        << message;
+  }
+}
+
 // LAMMPS gives the bit of a deleted group to the next one, and a run with pre no does not look.
 TEST(FixMpm, GroupsAndRegionsDeletedBeforeARunWithoutSetUpAreNamed)
 {
