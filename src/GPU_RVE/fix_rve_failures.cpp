@@ -64,14 +64,15 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
     // a packing that fails before its first step has no better one
     if (settings.policy == RvePolicy::Stop || (settings.policy == RvePolicy::Fresh && is_new))
-      fix->error->one(FLERR,
-                      "fix rve: " + message + rve::remedy_of_status(result.status) +
-                          "; with policy freeze the run goes on without this RVE");
-    notes.push_back({fix->atom->tag[i], NoteKind::Warning,
-                     message +
-                         (settings.policy == RvePolicy::Fresh
-                              ? "; none of the packings can take its place, and it is frozen"
-                              : "; it is frozen")});
+      notes.push_back({fix->atom->tag[i], NoteKind::Error,
+                       message + rve::remedy_of_status(result.status) +
+                           "; with policy freeze the run goes on without this RVE"});
+    else
+      notes.push_back({fix->atom->tag[i], NoteKind::Warning,
+                       message +
+                           (settings.policy == RvePolicy::Fresh
+                                ? "; none of the packings can take its place, and it is frozen"
+                                : "; it is frozen")});
   }
 }
 
@@ -153,8 +154,17 @@ void FixRve::Impl::say_notes()
   std::string all(total, '\0');
   MPI_Gatherv(text.data(), length, MPI_CHAR, all.data(), lengths.data(), begins.data(), MPI_CHAR, 0,
               world);
-  if (me != 0) return;
+  std::string error;
+  if (me == 0) error = print_all(all);
+  error_if_any(fix->lmp, error);
+}
 
+/* ----------------------------------------------------------------------
+   the message of the first note that is an error; empty if there is none
+------------------------------------------------------------------------- */
+
+std::string FixRve::Impl::print_all(const std::string &all)
+{
   std::vector<Note> of_all;
   std::istringstream lines(all);
   std::string line;
@@ -172,12 +182,16 @@ void FixRve::Impl::say_notes()
     utils::logmesg(fix->lmp,
                    fmt::format("fix rve {}: and similar notes for {} more RVEs in this step\n",
                                fix->id, of_all.size() - MOST_NOTES));
+  for (const Note &note : of_all)
+    if (note.kind == NoteKind::Error) return "fix rve: " + note.text;
+  return "";
 }
 
 /* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::print(const Note &note)
 {
+  if (note.kind == NoteKind::Error) return;    // say_notes() ends the run with it
   if (note.kind == NoteKind::Line)
     utils::logmesg(fix->lmp, fmt::format("fix rve {}: {}\n", fix->id, note.text));
   else if (note.kind == NoteKind::Warning || !std::exchange(printed_tension, true))

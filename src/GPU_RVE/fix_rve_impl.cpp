@@ -244,7 +244,7 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
 
 template <int D> std::vector<int> FixRve::ImplOf<D>::atoms_to_check(Check check)
 {
-  if (check == Check::Interval) return advancing_atoms();
+  if (check == Check::Interval || check == Check::InSitu) return advancing_atoms();
   if (check == Check::Run) return settings.dt_auto ? std::vector<int>() : advancing_atoms();
   settle();
   std::vector<int> atoms;
@@ -282,7 +282,8 @@ template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
   if (fix->comm->me) return;
   utils::logmesg(fix->lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
                  fix->id, rve::number(dt), told_step(), least.atom);
-  if (used > least.dt && !std::exchange(warned_dt, true))
+  const bool has_used_it = check != Check::InSitu;
+  if (has_used_it && used > least.dt && !std::exchange(warned_dt, true))
     fix->error->warning(
         FLERR,
         "fix rve: in step {} the DEM time step {} [time] was above the stability bound {} [time] "
@@ -994,13 +995,18 @@ macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &a
                                                        const std::vector<macro::StressGoal> &goals,
                                                        double tolerance)
 {
-  return guarded([&] {
+  std::string message;
+  macro::InSituReport report;
+  guarded([&] {
     try {
-      return macro::bring_to_stress(*points, slots_of(atoms), goals, tolerance, dt);
+      report = macro::bring_to_stress(*points, slots_of(atoms), goals, tolerance, dt);
     } catch (const macro::InSituError &problem) {
-      fix->error->one(FLERR, "{}: {}", place_of_failure(atoms[problem.place()]), problem.what());
+      message = place_of_failure(atoms[problem.place()]) + ": " + problem.what();
     }
   });
+  error_if_any(fix->lmp, message);
+  if (settings.dt_check_interval) recheck_time_step(Check::InSitu);
+  return report;
 }
 
 /* ---------------------------------------------------------------------- */

@@ -110,6 +110,7 @@ struct FixRve::Impl {
   enum class Check {
     EveryStep,    ///< of RVEs that have stiffened since their last check
     Interval,     ///< of all RVEs
+    InSitu,       ///< of all RVEs, before the first step from a stress that they were brought to
     /// Of all RVEs, before and after a run, if the step was given: it fails only above the bound.
     Run
   };
@@ -175,8 +176,9 @@ struct FixRve::Impl {
   bigint step_of_advance = -1;    // the last one that did not wait for its RVEs
   bool is_told_later = false;     // what is said is about that step
   bigint told_step() const { return is_told_later ? step_of_advance : fix->update->ntimestep; }
-  /// How rank 0 reports a note: in the log, as a warning, or as a warning once.
-  enum class NoteKind { Line, Warning, Tension };
+  /// How rank 0 reports a note: in the log, as a warning, or as a warning once. An error ends the
+  /// run on all ranks.
+  enum class NoteKind { Line, Warning, Tension, Error };
   struct Note {
     tagint atom;
     NoteKind kind;
@@ -184,7 +186,8 @@ struct FixRve::Impl {
   };
   std::vector<Note> notes;    // of this rank
   bool printed_tension = false;
-  /// On rank 0.
+  // on rank 0
+  std::string print_all(const std::string &all);
   void print(const Note &note);
 
   Impl(FixRve *_fix, FixRveSettings _settings, int _dimension) :

@@ -220,6 +220,21 @@ TEST(WarningsOfAllRanks, OfFrozenRvesAreInTheLog)
   EXPECT_LT(log.find("RVE of atom 2 failed"), log.find("RVE of atom 4 failed"));
 }
 
+TEST(ErrorsOfAllRanks, OfAFailedRveIsInTheLog)
+{
+  const std::string path = rve_test::temporary_path("failed.log");
+  Script script;
+  const std::string message = message_on_all_ranks(
+      script,
+      "log " + path + "\n" + FOUR_ATOMS + "variable crush atom -400*(id==4)\n" + FIX +
+          "dt 1e-4 overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\nrun 5");
+  EXPECT_IN("RVE of atom 4 failed at step", message);
+  EXPECT_IN("with policy freeze the run goes on without this RVE", message);
+  script << "log none";
+  MPI_Barrier(MPI_COMM_WORLD);
+  EXPECT_IN("RVE of atom 4 failed at step", rve_test::text_of(path));
+}
+
 TEST(WarningsOfAllRanks, OfATensionIsGivenOnce)
 {
   const std::string log = log_of(FOUR_ATOMS + "variable pull atom 1e3*(id==4||step>1)\n" + FIX +
