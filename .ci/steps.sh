@@ -73,7 +73,7 @@ step_if_changed() {
 
 compilers() { ${CXX:-c++} --version 2>/dev/null | head -1; ${CUDACXX:-nvcc} --version 2>/dev/null | tail -1; cmake --version | head -1; }
 
-# Inputs of the CUDA step and of the parts of .ci/nightly. Numerics are watched by the golden bits, so the text of the engine is no input of
+# Inputs of the steps CUDA and races and of the parts of .ci/nightly. Numerics are watched by the golden bits, so the text of the engine is no input of
 # examples: golden_bits.txt changes with them.
 build_files=(CMakeLists.txt CMakePresets.json cmake src/GPU_RVE/CMakeLists.txt)
 styles=(':(glob)src/GPU_RVE/*.h' ':(glob)src/GPU_RVE/*.cpp')
@@ -82,6 +82,8 @@ inputs_of() {    # inputs_of <part>: sets `inputs`
     cuda) inputs=(src/GPU_RVE/rve src/GPU_RVE/cuda ':(glob)src/GPU_RVE/mpm/*.h' ':(glob)src/GPU_RVE/mpm/*.cu' ':(glob)src/GPU_RVE/mpm/*.cuh'
       unittest/cuda unittest/support unittest/engine/test_cuda_drivers.cpp unittest/engine/test_runtime_kernels.cpp unittest/tools/cuda_code.sh
       bench/strict_text.sh bench/uniform_registers.sh bench/bench_kernels.cpp tools/cuda_code.sh "${build_files[@]}") ;;
+    races) inputs=(src/GPU_RVE/rve/core src/GPU_RVE/rve/physics src/GPU_RVE/rve/block src/GPU_RVE/rve/algorithm unittest/engine/test_phases.cpp
+      "${build_files[@]}") ;;
     packaging) inputs=(pyproject.toml debian python src/GPU_RVE/capi unittest/install unittest/capi/pip.sh unittest/capi/package.sh tools/get_lammps.sh
       .gitignore "${build_files[@]}") ;;
     notebooks) inputs=(examples/notebooks python src/GPU_RVE/capi unittest/capi/test_notebooks.py unittest/capi/host.sh unittest/golden/golden_bits.txt

@@ -575,9 +575,13 @@ template <int D> void RveStateOf<D>::check() const
   require_not_negative(list_margin, "the margin of the list of neighbours", "[length]");
   require_finite(servo_velocity_gradient, "the servo velocity gradient", "[1/time]");
   require_not_negative(largest_contact_force, "largest contact force", "[force]");
-  require(counters.steps >= 0 && counters.rebuilds >= 0 && counters.lattice_reductions >= 0 &&
-              counters.repeats >= 0,
-          "a run counter of the RVE is negative");
+  // 2^53: no run makes so many steps, and a call can add its own without an overflow
+  constexpr std::int64_t MOST = std::int64_t(1) << 53;
+  for (const std::int64_t count :
+       {counters.steps, counters.rebuilds, counters.lattice_reductions, counters.repeats})
+    require(count >= 0 && count <= MOST, [&] {
+      return "a counter of the state is " + std::to_string(count) + "; it must be from 0 to 2^53";
+    });
 }
 
 template <int D> std::vector<char> serialize(const RveStateOf<D> &state)
