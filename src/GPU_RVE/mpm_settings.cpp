@@ -18,7 +18,9 @@
 #include "progress.h"
 #include "rank_resources.h"
 #include "rve/core/error.h"
+#include "rve/engine/advice.h"
 
+#include "comm.h"
 #include "domain.h"
 #include "error.h"
 #include "group.h"
@@ -256,6 +258,12 @@ template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
   if (contact == FRICTION) {
     if (words.starts_number()) {
       how.friction = words.positive("friction", "[-]");
+      if (how.friction > rve::LARGEST_USUAL_FRICTION && words.owner()->comm->me == 0)
+        words.owner()->error->warning(
+            FLERR,
+            "Fix mpm {}: the friction coefficient is {} [-], above {}; if that is an angle in "
+            "degrees, use its tangent",
+            said.owner, rve::number(how.friction), rve::number(rve::LARGEST_USUAL_FRICTION));
     } else {
       said.settings.bodies.back().friction = words.value("friction");
       how.friction = 1.0;    // until the variable is evaluated
@@ -643,6 +651,14 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
     check_forms(lmp, said);
   });
   const std::string only_density = share_density(words, settings);
+  // easily taken for that of one model or body alone
+  const bool may_mislead = utils::strmatch(only_density, "^rigid ") ||
+      (utils::strmatch(only_density, "^model ") && settings.models.size() > 1);
+  if (may_mislead && lmp->comm->me == 0)
+    utils::logmesg(lmp,
+                   "Fix mpm: the only density is that of {}; it applies to all points, of other "
+                   "models and bodies as well\n",
+                   only_density.substr(0, only_density.rfind(' ')));
   for (const auto &given : words.given())
     settings.words.emplace_back(given.subject == only_density ? "density" : given.subject,
                                 given.keyword == "points_per_cell"

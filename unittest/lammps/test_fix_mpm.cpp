@@ -1009,6 +1009,27 @@ TEST(FixMpmBodies, FrictionFollowsItsVariable)
             std::string::npos);
 }
 
+TEST(FixMpmBodies, AnAngleAsFrictionAndTheOnlyDensityOfABodyAreNoted)
+{
+  const std::string path = rve_test::temporary_path("noted.log");
+  std::string bodies = ball_and_wall();
+  const auto replace = [&](const std::string &words, const std::string &by) {
+    bodies.replace(bodies.find(words), words.size(), by);
+  };
+  replace("friction 0.5", "friction 35");
+  replace("density 2000 ", "");
+  replace("form ball", "form ball density 2000");
+  SoilScript() << "log " + path + "\n" + bodies + "run 0\nlog none\n";
+  const std::string log = rve_test::text_of(path);
+  EXPECT_NE(
+      log.find("rigid ball: the friction coefficient is 35 [-], above 2; if that is an angle"),
+      std::string::npos)
+      << log;
+  EXPECT_NE(log.find("the only density is that of rigid ball; it applies to all points"),
+            std::string::npos)
+      << log;
+}
+
 TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
 {
   SoilScript script;
