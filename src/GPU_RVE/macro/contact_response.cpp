@@ -10,9 +10,7 @@ namespace macro {
 template <int D>
 ContactResponse<D>::ContactResponse(const rve::Material &material, double grain_size) :
     grain_size_(grain_size), density_(rve::inertial_density(material)),
-    has_constant_moduli_(rve::with_law<D>(material, [](const auto &law) {
-      return law.has_constant_moduli;
-    }))
+    has_constant_moduli_(rve::has_constant_moduli<D>(material))
 {
   if (!has_constant_moduli_) return;
   linear_.depth = D == 2 ? material.thickness : grain_size;

@@ -107,12 +107,10 @@ namespace {
   double bound_ratio(const rve::Material &material, const rve::ResultOf<D> &now,
                      const StressGoal &goal)
   {
-    const bool has_constant_moduli = rve::with_law<D>(material, [](const auto &law) {
-      return law.has_constant_moduli;
-    });
-    const double pressure = now.mean_stress(), growth = pressure_of(goal, now) / pressure;
-    if (has_constant_moduli) return 1.0;
+    if (rve::has_constant_moduli<D>(material)) return 1.0;
+    const double pressure = now.mean_stress();
     if (!(pressure > 0.0)) return LEAST_BOUND_RATIO;
+    const double growth = pressure_of(goal, now) / pressure;
     if (!(growth > 1.0)) return 1.0;
     return std::max(1.0 / std::sqrt(std::cbrt(growth)), LEAST_BOUND_RATIO);
   }

@@ -46,6 +46,14 @@ template <int D = 2, class Work> auto with_law(const Material &material, const W
 #undef RVE_WITH_LAW
 }
 
+/// False if the stiffness of a contact depends on its overlap, as that of Hertz' law does.
+template <int D = 2> bool has_constant_moduli(const Material &material)
+{
+  return with_law<D>(material, [](const auto &law) {
+    return law.has_constant_moduli;
+  });
+}
+
 /// How far beyond touching grains act on each other [length].
 double reach_of(const Material &material);
 

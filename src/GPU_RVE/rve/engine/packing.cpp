@@ -146,9 +146,7 @@ namespace {
     const double radius = mean_radius(recipe);
     const double strain = contact_strain<D>(recipe.pressure, material, radius);
     const double largest_pressure = contact_pressure<D>(LARGEST_CONTACT_STRAIN, material, radius);
-    const bool is_linear = with_law<D>(material, [](const auto &law) {
-      return law.has_constant_moduli;
-    });
+    const bool is_linear = has_constant_moduli<D>(material);
     const double depth = D == 2 ? material.thickness : 2.0 * radius;
     require(strain <= LARGEST_CONTACT_STRAIN, [&] {
       return "grains would overlap by about " + number(strain) + " of their diameter" +
