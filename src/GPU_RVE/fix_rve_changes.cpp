@@ -361,7 +361,8 @@ template <int D> void FixRve::ImplOf<D>::modify(int narg, char **arg)
   const RvePackingsOf<D> packings_before = packings;
   const double dt_before = dt;
   const bool was_warned = warned_dt;
-  const auto points_before = points->keep(slots);
+  const bool changes_materials = wanted.material.any() || wanted.mass_scaling.has_value();
+  const auto points_before = points->keep(slots, changes_materials);
   try {
     apply(wanted);
   } catch (const LAMMPSException &) {

@@ -421,13 +421,16 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
 }
 
 template <int D>
-std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const std::vector<int> &slots) const
+std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const std::vector<int> &slots,
+                                                                bool with_states) const
 {
   std::vector<Kept> kept;
   for (const int slot : slots) {
-    const Point &point = points.at(slot);
-    kept.push_back({slot, point, engine->state(slot), std::nullopt});
-    if (point.shadow >= 0) kept.back().shadow = shadows->state(point.shadow);
+    kept.push_back({slot, point(slot), std::nullopt, std::nullopt});
+    if (!with_states) continue;
+    kept.back().state = engine->state(slot);
+    if (kept.back().point.shadow >= 0)
+      kept.back().shadow = shadows->state(kept.back().point.shadow);
   }
   return kept;
 }
@@ -447,7 +450,7 @@ template <int D> void RvePointsOf<D>::restore(const std::vector<Kept> &before)
   };
   for (const Kept &kept : before) {
     // forces between grains whose material had changed have moved the springs of their contacts
-    replace(*engine, kept.slot, kept.state);
+    if (kept.state) replace(*engine, kept.slot, *kept.state);
     if (kept.shadow) replace(*shadows, kept.point.shadow, *kept.shadow);
     points[kept.slot] = kept.point;
   }

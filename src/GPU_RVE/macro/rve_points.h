@@ -220,14 +220,13 @@ template <int D> class RvePointsOf {
   /// contacts than before: then all RVEs move to a new engine. Throws InputError if a material is out of range, if RVEs would have
   /// different contact laws, or if they do not fit into the memory of the new engine, and then changes none of these.
   void set_materials(const std::vector<int> &slots, const std::vector<rve::Material> &materials);
-  /// All that a change of materials or paths can touch.
+  /// All that a change of paths or, with its states, of materials can touch.
   struct Kept {
     int slot;
     Point point;
-    rve::RveStateOf<D> state;
-    std::optional<rve::RveStateOf<D>> shadow;
+    std::optional<rve::RveStateOf<D>> state, shadow;
   };
-  std::vector<Kept> keep(const std::vector<int> &slots) const;
+  std::vector<Kept> keep(const std::vector<int> &slots, bool with_states) const;
   /// Undoes the changes of materials and paths since keep(), to the last bit.
   void restore(const std::vector<Kept> &before);
 
