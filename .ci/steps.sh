@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # What .ci/run and .ci/nightly share; to be read (`. .ci/steps.sh`) in the repository, not run.
 
 set -u

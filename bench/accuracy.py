@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Error against cost of the settings of fix rve: packings, plain LAMMPS, element tests, a small footing, and the Pareto plot.
 
     python3 bench/accuracy.py --bin build/host/bin --out bench/results/accuracy-cpu.json

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a setting of fix rve costs and what it loses: fixed scenes, each setting against a small-step reference in double precision. The
 // packings are all of disks or all of spheres.
 //
@@ -571,9 +572,8 @@ struct Range {
     least = errors.front();
     largest = errors.back();
     median = 0.5 * (errors[(errors.size() - 1) / 2] + errors[errors.size() / 2]);
-    beyond = static_cast<int>(std::count_if(errors.begin(), errors.end(), [](double error) {
-      return !(error <= LIMIT);
-    }));
+    beyond = static_cast<int>(std::count_if(errors.begin(), errors.end(),
+                                            [](double error) { return !(error <= LIMIT); }));
   }
   std::string verdict() const
   {

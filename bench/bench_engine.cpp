@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Throughput of the engine on the device at hand: copies of a packing of disks or of spheres are sheared, and whole calls with the short
 // answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
 //
@@ -466,9 +467,8 @@ template <int D> void run_grains(Bench<D> &bench)
       : std::vector<int>{50, 100, 200, 500, 1000, 1500, 2000, 4000, 8000};
   std::vector<std::future<rve::RveStateOf<D>>> packings;
   for (const int grains : sizes)
-    packings.push_back(std::async(std::launch::async, [&bench, grains] {
-      return bench::packing_of(bench.packing, grains);
-    }));
+    packings.push_back(std::async(
+        std::launch::async, [&bench, grains] { return bench::packing_of(bench.packing, grains); }));
   // on a GPU of 132 multiprocessors long calls of one RVE of 8000 grains on each, or of several that are smaller
   const int fewest = bench.arguments.cuda ? 132 : 2;
   const int total = bench.arguments.cuda ? fewest * 8000 : 10000 * bench.cores();

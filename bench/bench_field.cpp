@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Time to generate random fields, and three ways to do it on several MPI ranks: on each rank alike (replicated), on one rank that gives it
 // to the others (one_rank, which random_field does), and by a Fourier transform whose rows are distributed (distributed). Square grids, and
 // a tenth of an edge or 60 nodes, whichever is less, as correlation length, so that no padding is needed.
@@ -59,16 +60,11 @@ class DistributedFft {
   void forward()
   {
     fftw_execute(plans_[0]);
-    transpose_rows(
-        [](std::complex<double> &packed, std::complex<double> &row) {
-          packed = row;
-        },
-        send_);
+    transpose_rows([](std::complex<double> &packed, std::complex<double> &row) { packed = row; },
+                   send_);
     exchange();
     transpose_columns(
-        [](std::complex<double> &packed, std::complex<double> &column) {
-          column = packed;
-        },
+        [](std::complex<double> &packed, std::complex<double> &column) { column = packed; },
         receive_);
     fftw_execute(plans_[1]);
   }
@@ -77,16 +73,10 @@ class DistributedFft {
   {
     fftw_execute(plans_[2]);
     transpose_columns(
-        [](std::complex<double> &packed, std::complex<double> &column) {
-          packed = column;
-        },
-        send_);
+        [](std::complex<double> &packed, std::complex<double> &column) { packed = column; }, send_);
     exchange();
-    transpose_rows(
-        [](std::complex<double> &packed, std::complex<double> &row) {
-          row = packed;
-        },
-        receive_);
+    transpose_rows([](std::complex<double> &packed, std::complex<double> &row) { row = packed; },
+                   receive_);
     fftw_execute(plans_[3]);
   }
 
@@ -247,24 +237,17 @@ int main(int argc, char **argv)
       MPI_Bcast(values.data(), static_cast<int>(values.size()), MPI_DOUBLE, 0, MPI_COMM_WORLD);
     };
     const field::Covariance exponential{field::Exponential{}, ellipse};
-    record(nodes, "exponential", "one_rank", seconds([&] {
-             give(exponential);
-           }));
+    record(nodes, "exponential", "one_rank", seconds([&] { give(exponential); }));
     if (num_ranks > 1) {
-      record(nodes, "exponential", "replicated", seconds([&] {
-               generate(exponential);
-             }));
-      record(nodes, "exponential", "distributed", seconds([&] {
-               values = distributed_field(nodes, length);
-             }));
+      record(nodes, "exponential", "replicated", seconds([&] { generate(exponential); }));
+      record(nodes, "exponential", "distributed",
+             seconds([&] { values = distributed_field(nodes, length); }));
       continue;
     }
     for (const field::Covariance &other : {field::Covariance{field::Gaussian{}, ellipse},
                                            {field::Matern(1.5), ellipse},
                                            {field::Matern(0.8), ellipse}})
-      record(nodes, other.name(), "one_rank", seconds([&] {
-               give(other);
-             }));
+      record(nodes, other.name(), "one_rank", seconds([&] { give(other); }));
   }
   if (me == 0) report.write();
   MPI_Finalize();

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Compiles kernels of the GPU engine at run time, one after the other, and says what each takes. Needs libnvrtc and no GPU.
 //
 //   bench_kernels [--capability 90] [--program Rolling] [--format mixed] [--kernel advance_many] [--relaxed] [--keep FOLDER]
@@ -43,9 +44,8 @@ void compile(const KernelName &name, int capability, KernelCache &cache,
 {
   const auto start = WallClock::now();
   const double cpu = cpu_seconds();
-  const DeviceCode compiled =
-      compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache, [](const std::string &) {
-      });
+  const DeviceCode compiled = compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache,
+                                              [](const std::string &) {});
   std::printf("%-62s %6.2f s wall  %6.2f s cpu  %7zu bytes\n", to_string(name).c_str(),
               seconds_since(start), cpu_seconds() - cpu, compiled.code.size());
   std::fflush(stdout);

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Packings of any number of grains, made from one that is given.
 
-#ifndef BENCH_PACKINGS_H
-#define BENCH_PACKINGS_H
+#pragma once
 
 #include "rve/core/error.h"
 #include "rve/core/space.h"
@@ -144,5 +144,3 @@ template <int D> rve::RveStateOf<D> packing_of(const rve::RveStateOf<D> &model, 
 }
 
 }    // namespace bench
-
-#endif

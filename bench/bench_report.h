@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The record that a benchmark writes: machine, date, commit, command, and rows of {case, metric,
 // value, unit, details}. The file has the compact form that tools/bench_records.py explains.
 
-#ifndef BENCH_REPORT_H
-#define BENCH_REPORT_H
+#pragma once
 
 #include <nlohmann/json.hpp>
 
@@ -164,5 +164,3 @@ class Report {
 };
 
 }    // namespace bench
-
-#endif

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Whether kernels that NVRTC compiled at run time compute what nvcc compiled ahead: the same floating point operations on the same numbers in
 the same order, in every function. Compares texts (PTX), before ptxas. The compilers may move operations that do not depend on each other, and
 repeat a comparison or a conversion instead of keeping its result; neither changes a number.

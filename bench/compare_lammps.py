@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Steps per second of RVEs of disks or spheres on one core and on all cores, and on a GPU: this engine against plain LAMMPS, side by side.
 
 LAMMPS has one RVE per core, as it would have one per MPI rank: the RVEs know nothing of each other, so the ranks are separate processes that

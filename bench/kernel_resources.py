@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Registers, stack (spills and arrays that are indexed) and shared memory of each CUDA kernel in a program, by cuobjdump of the CUDA toolkit.
 
     python3 bench/kernel_resources.py build/cuda/bin/bench_engine --out bench/results/kernels.json

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Draws what bench_engine measured: throughput over the number of RVEs, substeps per call, grains per RVE, and threads per block.
 
     python3 bench/plot_bench.py bench/results/engine-H200.json [--out doc/src/figures]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """The examples at the size of research, for the record: wall time by parts, memory, and what the curve says.
 
     python3 bench/problems.py --bin build/cuda/bin --out bench/results/problems-<card>.json             all of them, some twelve minutes on one H200

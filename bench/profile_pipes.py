@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """How busy the pipes of a GPU are in long calls of many RVEs, by ncu of the CUDA toolkit, and the throughput at which the busiest would be full.
 
     python3 bench/profile_pipes.py --bin build/cuda/bin --packing examples/packings/A_h0075.rve --out bench/results/profile-<machine>.json

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """What throughputs on a GPU are of the roof that bench/profile_pipes.py has found for their number format and contact law, and what bounds each of
 them.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "sanitizer_batch.h"
 
 #include "rve/engine/packing.h"
@@ -190,9 +191,7 @@ namespace {
     if (packing.material.rolling_friction > 0.0) {
       const auto forces = engine->state(rves[0]).pairs;
       expect(std::any_of(forces.begin(), forces.end(),
-                         [](const rve::PairOf<D> &pair) {
-                           return has_rolled(pair);
-                         }),
+                         [](const rve::PairOf<D> &pair) { return has_rolled(pair); }),
              "no contact has a rolling force");
     }
     engine->add(engine->state(rves[0]));    // download and upload

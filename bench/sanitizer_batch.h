@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A small batch that takes every path of the engine: rebuilds, lists that overflow, a force scale that is too fine, lattice reduction,
 // the servo, and RVEs that fail. For compute-sanitizer, which wants little work and much variety.
 
-#ifndef BENCH_SANITIZER_BATCH_H
-#define BENCH_SANITIZER_BATCH_H
+#pragma once
 
 #include "rve/engine/engine.h"
 
@@ -28,5 +28,3 @@ void visit_all_paths(const rve::Options &options, const rve::RveStateOf<D> &pack
                      double time_step, const Company &company, const std::string &program);
 
 }    // namespace bench
-
-#endif

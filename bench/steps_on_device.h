@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Macro steps of a batch whose increments and stresses lie in the memory of a GPU, as fix rve makes them under the points of fix mpm.
 
-#ifndef BENCH_STEPS_ON_DEVICE_H
-#define BENCH_STEPS_ON_DEVICE_H
+#pragma once
 
 #include "macro/rve_points.h"
 
@@ -107,5 +107,3 @@ template <int D> class StepsOnDevice {
 #endif
 
 }    // namespace bench
-
-#endif

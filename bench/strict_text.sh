@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Check of the compiler's output: the texts (PTX) of CUDA objects with strict arithmetic leave nothing to the driver that compiles them at first
 # use. No operation may be contracted or made less precise, so the bits are those of the binaries. Run by .ci/run, when the CUDA code has changed,
 # and by tools/gpu_check.sh; needs no GPU. Objects with "relaxed" in their names are left out.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # How our code is compiled: two interface libraries, rve_arithmetic (what the results depend on) and rve_warnings.
 
 set(host_code "$<COMPILE_LANGUAGE:CXX>")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # For which cards the kernels are compiled.
 
 # The oldest compute capability that the kernels can be compiled for: they add integers over a warp by one instruction (__reduce_add_sync).

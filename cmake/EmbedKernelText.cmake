@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # cmake -D SOURCES=<src/GPU_RVE> -D OUTPUT=<file.cpp> -P EmbedKernelText.cmake
 #
 # Writes the text that kernels are compiled from at run time (rve/engine/kernel_text.h): cuda_kernels.cuh and all that it includes. Each

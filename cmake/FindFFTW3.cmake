@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # FFTW in double precision: the target FFTW3::fftw3. Used by this build and, installed, by those that find_package(gpu_rve).
 find_path(FFTW3_INCLUDE_DIR fftw3.h)
 find_library(FFTW3_LIBRARY fftw3)

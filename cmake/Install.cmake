@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # `cmake --install <build tree> --prefix <prefix>` installs what was built; with --component one part of it:
 #
 #   lmp           lmp_gpu_rve, the examples with their packings, scripts that draw results, licence and citation

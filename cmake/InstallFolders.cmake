@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # Where `cmake --install` puts things, below its prefix. All of ours is in folders gpu_rve, and the program has a name of its own, so that
 # a LAMMPS of the system, with its lmp, liblammps and Python module, stays what it is.
 include(GNUInstallDirs)

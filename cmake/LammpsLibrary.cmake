@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # LAMMPS as a static, position-independent library (core + GRANULAR + PLUGIN, MPI, PNG), built once with LAMMPS' own build system and
 # kept in a cache outside the build tree, so that every preset and every clean checkout uses the same one.
 #

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # Read by LAMMPS' own build (CMAKE_PROJECT_lammps_INCLUDE): nearly half the time that its files compile goes into headers that all of them
 # include, so those are compiled once. The code of all objects is the same, byte for byte; one would be optimised differently.
 set(lammps_src "${CMAKE_CURRENT_SOURCE_DIR}/../src")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # Links with mold or lld where one of them is installed, in a tenth of the time of GNU ld. Flags of the user that name a linker come first.
 set(GPU_RVE_LINKER AUTO CACHE STRING "Linker, as g++ has it after -fuse-ld=: AUTO (mold or lld where they are installed), default, or a name")
 if(GPU_RVE_LINKER STREQUAL "AUTO")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # `cpack --config <build tree>/CPackConfig.cmake` makes a Debian package of librve, as it was built, for machines that have no build tree: with CUDA or without.
 # The folder debian/ has the packages of all of GPU_RVE.
 set(CPACK_GENERATOR DEB)

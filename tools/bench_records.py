@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Reads and writes records of measurements, as they are in bench/results.
 
     python3 tools/bench_records.py FILE...             rewrites records in the compact form

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # A Python with GrainLearning, which calibrates contact parameters by element tests, and h5py. It wants an older numpy than OVITO does. Makes it once, in the cache
 # folder that get_lammps.sh uses, from the package index that this machine's pip knows (400 MB), and prints the interpreter (last line of stdout):
 #

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Checks (or with --fix makes) the format of all C++ and CUDA code, by .clang-format and the clang-format of Debian 12: other versions
 # differ in details.
 set -eu

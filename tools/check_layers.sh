@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Checks that the arrows between the rooms point down only (doc/ has the architecture), that threads of a GPU are spoken of only where
 # the blocks and the CUDA engine are, and that every header compiles alone.
 set -u

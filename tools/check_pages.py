@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Looks at the built manual in a browser of 1280 and of 400 pixels: nothing may stand out to the right of the window unless it can be scrolled
 (code, wide tables, displayed formulas), and no page may ask for anything from a network.
 

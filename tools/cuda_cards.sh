@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Prints the compute capabilities of the NVIDIA cards in this machine, each once, as CMake writes architectures: 90 for an H200.
 # Prints nothing where there is no card, or no driver that tells.
 smi=$(command -v nvidia-smi) || smi=/usr/lib/wsl/lib/nvidia-smi

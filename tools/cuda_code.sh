@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # What the CUDA code of programs and libraries is for, a line each: binaries (sm_90: compute capability 9.0) and texts that a driver
 # compiles at first use (compute_80: 8.0 and newer).
 #

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Reads text dumps of LAMMPS (dump custom, local, rve/grain) frame by frame. For the scripts that draw and convert results.
 
     for frame in dumps.frames("points.dump"):

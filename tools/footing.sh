@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # From a fresh Debian 12 machine to the footing: installs what is missing, builds lmp with the package in it, runs
 # examples/footing/in.footing and draws its curve. Arguments go to lmp:
 #

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Prints the path of cuobjdump, which has nvdisasm beside it: that of the CUDA toolkit or, where the toolkit came without it, that of the Python
 # package index, which is put into a virtual environment in build/cuobjdump.
 set -eu

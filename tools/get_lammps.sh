@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Obtains the LAMMPS source this package is built and tested with, and prints the directory it lies in (last line of stdout).
 #
 #   sh tools/get_lammps.sh

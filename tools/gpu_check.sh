@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Everything that must be seen on a machine with a GPU, in one call: builds (preset cuda), runs the tests of the CUDA engine with
 # GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, the throughput of disks and of spheres, the
 # engine at the extremes of what it may be asked, and with suite full what the presets cost and the error against cost of the settings.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Convert a reference packing (<case>.csv with id, radius, x, y and <case>.json with H, h, kn, ...) to a GPU_RVE packing file.
 
 usage: import_reference_packing.py <case>.csv <output>.rve [friction [local_damping]]

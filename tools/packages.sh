@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # install_packages <Debian package>... : installs those that are not there yet; to be read (`. tools/packages.sh`), not run.
 # On systems that are not Debian's kin it only names them.
 install_packages() {

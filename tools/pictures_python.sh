@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # A Python with modules of others that open what the package writes, OVITO, VTK (ParaView's reader) and meshio (ParaView's files), and that host its
 # RVEs, scikit-fem, OOFEM, singlepointsim, the Micro Manager of preCICE and notebooks; and mypy, which checks types. Makes it once, in the cache folder that
 # get_lammps.sh uses, from the package index that this machine's pip knows (400 MB), and prints the interpreter (last line of stdout):

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Draws columns of a dump as fields: the points of the continuum as boxes, filled with the colour of their value.
 
     python3 plot_fields.py points.dump eps_q                        last frame, points.dump.eps_q.png

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Draws where grains lose their stability, beside the strain that follows: of the examples footing and biaxial_specimen, or of any dump with their columns.
 
     lmp -in in.footing -var d_end 0.3 -var frames 5 -var tangents yes -var out instability

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # Set-up that footing.sh and test.sh share; read by them (`. tools/setup.sh`), not run.
 # Installs the Debian packages that are missing, obtains and builds LAMMPS (once, in a cache), and configures the build.
 #

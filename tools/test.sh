@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Builds everything and runs the tests; set-up as in footing.sh. Arguments go to ctest:
 #
 #   sh tools/test.sh                     all tests

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Converts dumps into files of ParaView: one .vtu for each frame and a .pvd that has them with their times. Open the .pvd.
 
     python3 to_paraview.py points points.dump                            points.pvd: points of the continuum

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Tries the package with other releases of LAMMPS. For each tree: builds lmp, the plugin with a plain LAMMPS, and the tests that need LAMMPS;
 # runs a short form of every example in both and compares all files that they write with those of the reference, byte by byte, but for restart
 # files, and for pictures, which each release draws in its way; runs the tests with the labels lammps and golden. Prints a table; the exit

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # For scripts that make a Python with modules of others, to be sourced:
 #
 #   venv_of <name> <modules> <packages> [--find] [modules without what they depend on]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # Sphinx (5.3 of Debian 12 or newer) builds these pages offline and without warnings:
 #
 #   sphinx-build -W -b html doc/src build/doc

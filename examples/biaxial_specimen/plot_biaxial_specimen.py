@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Curves of the biaxial specimen, its shear bands, and their angle beside those of Coulomb and Roscoe.
 
     python3 plot_biaxial_specimen.py                       of curve.smooth and fields.smooth, and of rough where they are

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Runs in.column_collapse or in.column_collapse_3d over aspect ratios: run-out and height of the deposit beside experiments.
 
     python3 column_collapse.py                    nine ratios, two minutes of one core; column_collapse.txt

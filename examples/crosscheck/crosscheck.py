@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """One RVE in fix rve and the same grains in plain LAMMPS, pair_style granular: the same forces, motion and stress?
 
     python3 crosscheck.py                      everything, two minutes

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """A data set for surrogates of grains: RVEs on random strain paths with reversals, many in one batch, as an HDF5 file.
 
     python3 make_data_set.py --paths 100 --out paths.h5

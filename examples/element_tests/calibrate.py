@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """GrainLearning finds the friction and the stiffness of grains from a biaxial test, with element_test.py as its model.
 
     python3 calibrate.py

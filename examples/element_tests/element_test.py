@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Element tests from a table: all tests on disks as one batch, all tests on spheres as another, an RVE each.
 
     python3 element_test.py laboratory.csv               runs, writes, draws, and compares with the baseline

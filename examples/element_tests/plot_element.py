@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Plots of the element tests: stress ratio and volumetric strain over strain, and the force chains of the packing.
 
     python3 plot_element.py uniaxial shear biaxial        (the endings of the files that in.element wrote)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """A biaxial specimen of grains by finite elements: an implicit solver of scikit-fem with an RVE behind each quadrature point.
 
     python3 biaxial.py                         1 % of compression in 20 increments, half a minute on two cores

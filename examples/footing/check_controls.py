@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Runs the footing with its controls and checks what must come out.
 
     python3 check_controls.py <lmp> [--var name value ...] [--mpi "mpirun -np 2"] [--dir controls] [--reuse]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Draws what study.py has in its folder, as far as it is there.
 
     python3 plot_study.py [--dir study] [--out .] [--results ../../bench/results/footing_study-H200.json]

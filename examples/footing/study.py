@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Runs in.footing in many variants, one after another, and writes what they show as rows of bench/results.
 
     python3 study.py --list                                    the cases, and the groups that they belong to

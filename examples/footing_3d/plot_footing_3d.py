@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Pressure over settlement of footings in space and in the plane, and the shape factors that follow.
 
     python3 plot_footing_3d.py                     of the curves of model mohr_coulomb that are there

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Pictures of the two runs of Getting started: element.png and problem.png.
 
     python3 plot.py      (in the folder where in.element and in.problem have run; needs python3-matplotlib)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """What the two runs of Getting started say in numbers.
 
     python3 results.py      (in the folder where in.element and in.problem have run)

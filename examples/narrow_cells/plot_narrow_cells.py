@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Means of in.narrow_cells before and after cells became too narrow, and narrow.png.
 
     python3 plot_narrow_cells.py      (in the folder where in.narrow_cells has run; needs python3-numpy, and python3-matplotlib for the picture)

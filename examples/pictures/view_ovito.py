@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """The grains of grains.dump with their contacts of contacts.dump as force chains, drawn by OVITO.
 
     python3 view_ovito.py [--out ovito.png] [--frame 10]

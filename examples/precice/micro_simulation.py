@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """RVEs of grains as micro simulations of preCICE's Micro Manager: one behind each vertex of a macro mesh, all of a rank in one batch.
 
     micro-manager-precice micro-manager-config.json

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Cyclic simple shear under constant pressure, with the turning points decided by Python.
 
     python3 cyclic_shear.py [packing]

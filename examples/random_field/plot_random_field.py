@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Draws what in.random_field wrote.
 
     python3 plot_random_field.py [fields.random_field] [--out random_field.png]

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Runs in.random_footing for several correlation lengths and seeds, and for uniform ground, and prints the statistics of the bearing capacity.
 
     python3 ensemble.py --lmp <lmp>                              5 lengths and uniform ground, 8 seeds each; 14 minutes of CPU time

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Draws the ensemble of in.random_footing, and the symmetric footing with one packing, with its mirror image, and with many.
 
     python3 plot_random_footing.py [--dir ensemble] [--out random_footing.png] [--symmetric symmetric_footing.png]

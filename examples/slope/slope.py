@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Runs in.slope for several slopes: the weight at which they fail, against limit analysis with log spirals.
 
     python3 slope.py                    six slopes on two grids, two minutes of one core; slope.txt

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Solid fraction and coordination number of the packings of in.sphere_packings: a table and sphere_packings.png.
 
     python3 plot_packings.py      (in the folder where in.sphere_packings has run; needs python3-numpy, and python3-matplotlib for the picture)

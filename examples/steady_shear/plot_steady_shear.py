@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Steady shear of in.steady_shear against friction: a table, and steady_shear.png.
 
     python3 plot_steady_shear.py      (in the folder where in.steady_shear has run; needs python3-numpy, and python3-matplotlib for the picture)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """The tangent of in.tangent along the test: a table, and tangent.png.
 
     python3 plot_tangent.py      (in the folder where in.tangent has run; needs python3-numpy, and python3-matplotlib for the picture)

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Curves of the triaxial specimen, and the deviatoric strain in its middle plane.
 
     python3 plot_triaxial_specimen.py                      of curve.rough and fields.rough, and of smooth where they are

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // An RVE of grains behind each integration point of a finite-element program that takes a UMAT: the user material subroutine of Abaqus/Standard,
 // which OOFEM, CalculiX and other programs call as well. Knows librve.h and nothing else of GPU_RVE.
 //

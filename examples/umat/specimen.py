@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """A specimen of grains in OOFEM, a finite-element program of others, whose Abaqus interface calls rve_umat.cpp at its integration points.
 
     python3 specimen.py             plane strain, disks: four quadrilaterals, 1 % of compression in 20 increments, 40 seconds

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Compares curves with SudoDEM2D and YADE point by point: uniaxial, shear, biaxial, on A_h0075 and A_h1, 30,000 steps, format double.
 
     python3 compare_codes.py [--lmp build/host/bin/lmp] [--figure codes.png]

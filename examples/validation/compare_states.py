@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Compares whole states with SudoDEM2D grain by grain: A_h0075, the three tests, steps 1, 100 and 1000, format double.
 
     python3 compare_states.py [--lmp build/host/bin/lmp]

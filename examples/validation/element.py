@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """What the element tests share: their parameters, curves and the reference data."""
 
 import os

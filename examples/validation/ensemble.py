@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Runs RVEs with packings of different seeds through the tests, each test in one batch, and writes curves, their mean and their scatter.
 
     python3 ensemble.py                                       16 seeds, 400 grains, uniaxial, shear and biaxial to 15 %

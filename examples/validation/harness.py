@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """What the comparisons share: the command line, running lmp, and checks that decide the exit status."""
 
 import argparse

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Reading packing files of fix rve, and the contacts in them."""
 
 import math

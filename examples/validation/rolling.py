@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Strength of packings against the rolling friction of their grains: biaxial compression of the same packings.
 
     python3 rolling.py                       8 packings of 400 grains, nine coefficients, to 15 %: five minutes

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Runs the three tests with different numbers of threads and compares curves and final states byte by byte.
 
     python3 thread_count.py                     with a GPU: 1, 32, 128, 256 and 1024 threads per block, and the CPU

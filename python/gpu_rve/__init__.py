@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """RVEs of grains behind the points of any continuum code.
 
 An RVE is a periodic packing of disks or spheres, simulated by the discrete element method: deformed by an increment of the deformation gradient it

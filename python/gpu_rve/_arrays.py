@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Arrays of callers where they are: NumPy's, and those of other libraries by DLPack, in the memory of the host or of a GPU."""
 
 from __future__ import annotations

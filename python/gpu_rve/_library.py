@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """The shared library librve and its functions, by the header that lies beside it."""
 
 from __future__ import annotations

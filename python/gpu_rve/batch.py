@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Batches of RVEs, which are advanced together."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """gpu-rve-check: does the library work here? Prepares a small packing, compresses it, and compares trials with what was committed."""
 
 import sys

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Element tests: the tests of a laboratory on RVEs, as functions that return arrays.
 
 Each takes one packing or several. They are tested together, and a column of the arrays is one of them. Batch.follow_path() takes any other path.

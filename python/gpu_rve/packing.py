@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Packings of grains: the state of one RVE."""
 
 from __future__ import annotations

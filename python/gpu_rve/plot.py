@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Pictures of packings, by Matplotlib."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """RVEs as one incremental law of all quadrature points of a host, on flat arrays: the interface of IncrSmallStrainModel of fenics-constitutive."""
 
 from __future__ import annotations

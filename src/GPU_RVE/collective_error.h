@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // Errors that are the same on all ranks, whichever of them found something wrong.
 
-#ifndef LMP_COLLECTIVE_ERROR_H
-#define LMP_COLLECTIVE_ERROR_H
+#pragma once
 
 #include "error.h"
 #include "exceptions.h"
@@ -106,5 +106,3 @@ std::invoke_result_t<const Body &> on_this_rank(LAMMPS *lmp, const Who &who, con
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

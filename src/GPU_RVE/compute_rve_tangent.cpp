@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -146,10 +147,7 @@ struct Settings {
 };
 
 constexpr ScriptKeyword<Settings> KEYWORDS[] = {
-    {"fix", "ID",
-     [](ScriptWords &words, Settings &s) {
-       s.fix_id = words.next();
-     }},
+    {"fix", "ID", [](ScriptWords &words, Settings &s) { s.fix_id = words.next(); }},
     {"kind", "elastic | loading",
      [](ScriptWords &words, Settings &s) {
        s.kind = words.choice<macro::TangentKind>(
@@ -157,40 +155,18 @@ constexpr ScriptKeyword<Settings> KEYWORDS[] = {
            {{"elastic", macro::TangentKind::Elastic}, {"loading", macro::TangentKind::Loading}});
      }},
     {"format", "fast | mixed | double | single",
-     [](ScriptWords &words, Settings &s) {
-       s.format = read_format(words);
-     }},
-    {"probe", "size",
-     [](ScriptWords &words, Settings &s) {
-       s.probe = words.number();
-     }},
-    {"lead", "size",
-     [](ScriptWords &words, Settings &s) {
-       s.lead = words.number();
-     }},
-    {"spread", "share",
-     [](ScriptWords &words, Settings &s) {
-       s.spread = words.number();
-     }},
-    {"tolerance", "share",
-     [](ScriptWords &words, Settings &s) {
-       s.tolerance = words.number();
-     }},
-    {"damping", "alpha",
-     [](ScriptWords &words, Settings &s) {
-       s.damping = words.number();
-     }},
+     [](ScriptWords &words, Settings &s) { s.format = read_format(words); }},
+    {"probe", "size", [](ScriptWords &words, Settings &s) { s.probe = words.number(); }},
+    {"lead", "size", [](ScriptWords &words, Settings &s) { s.lead = words.number(); }},
+    {"spread", "share", [](ScriptWords &words, Settings &s) { s.spread = words.number(); }},
+    {"tolerance", "share", [](ScriptWords &words, Settings &s) { s.tolerance = words.number(); }},
+    {"damping", "alpha", [](ScriptWords &words, Settings &s) { s.damping = words.number(); }},
     {"strain_steps", "N",
-     [](ScriptWords &words, Settings &s) {
-       s.strain_steps = words.integer("", 1);
-     }},
+     [](ScriptWords &words, Settings &s) { s.strain_steps = words.integer("", 1); }},
     {"lead_steps", "N",
-     [](ScriptWords &words, Settings &s) {
-       s.lead_steps = words.integer("", 1);
-     }},
-    {"most_steps", "N", [](ScriptWords &words, Settings &s) {
-       s.most_steps = words.integer("", 1);
-     }}};
+     [](ScriptWords &words, Settings &s) { s.lead_steps = words.integer("", 1); }},
+    {"most_steps", "N",
+     [](ScriptWords &words, Settings &s) { s.most_steps = words.integer("", 1); }}};
 
 template <int D> rve::Tensor<double, D> rate_of(const FixRve &fix, int i)
 {
@@ -210,13 +186,8 @@ struct ComputeRveTangent::Impl {
   {
     macro::TangentProbesOf<D> probes(fix->empty_engine<D>(settings.format), settings.options());
     const auto answers = probes.probe(
-        static_cast<int>(atoms.size()),
-        [&](int k) {
-          return fix->state<D>(atoms[k]);
-        },
-        [&](int k) {
-          return rate_of<D>(*fix, atoms[k]);
-        });
+        static_cast<int>(atoms.size()), [&](int k) { return fix->state<D>(atoms[k]); },
+        [&](int k) { return rate_of<D>(*fix, atoms[k]); });
     std::vector<double> values;
     for (const macro::ProbedTangentOf<D> &answer : answers) {
       const Seen<D> seen{answer, {answer.tangent, answer.stress}};
@@ -276,9 +247,7 @@ void ComputeRveTangent::init()
   impl->fix = FixRve::find(lmp, impl->settings.fix_id, std::string("compute rve/tangent ") + id);
   require_columns_of(*impl->fix, lmp, "compute rve/tangent", id, impl->quantities);
   // whether there is an engine for the clones is known before anything runs
-  collectively(lmp, std::string("compute rve/tangent ") + id, [&] {
-    impl->rows({});
-  });
+  collectively(lmp, std::string("compute rve/tangent ") + id, [&] { impl->rows({}); });
 }
 
 /* ---------------------------------------------------------------------- */
@@ -305,9 +274,7 @@ void ComputeRveTangent::compute_peratom()
   const auto who = [&] {
     return fmt::format("compute rve/tangent {}, step {}", id, update->ntimestep);
   };
-  const std::vector<double> values = on_this_rank(lmp, who, [&] {
-    return impl->rows(atoms);
-  });
+  const std::vector<double> values = on_this_rank(lmp, who, [&] { return impl->rows(atoms); });
   auto value = values.begin();
   for (const int i : atoms) {
     std::copy(value, value + columns, columns == 1 ? &vector_atom[i] : array_atom[i]);

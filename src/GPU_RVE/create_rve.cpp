@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -111,22 +112,16 @@ constexpr ScriptKeyword<PackingRequest> KEYWORDS[] = {
        request.recipe.radius_max = words.number("hi");
      }},
     {"pressure", "value ...",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.pressures = words.numbers();
-     }},
+     [](ScriptWords &words, PackingRequest &request) { request.pressures = words.numbers(); }},
     {"k0", "value | rest",
      [](ScriptWords &words, PackingRequest &request) {
        request.recipe.at_rest = words.take("rest");
        if (!request.recipe.at_rest) request.recipe.k0 = words.number();
      }},
     {"void_ratio", "value ...",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.void_ratios = words.numbers();
-     }},
+     [](ScriptWords &words, PackingRequest &request) { request.void_ratios = words.numbers(); }},
     {"friction_prep", "value ...",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.frictions = words.numbers();
-     }},
+     [](ScriptWords &words, PackingRequest &request) { request.frictions = words.numbers(); }},
     {"void_ratio_tolerance", "value",
      [](ScriptWords &words, PackingRequest &request) {
        request.recipe.void_ratio_tolerance = words.number();
@@ -331,10 +326,9 @@ void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
     lmp->error->warning(FLERR, "create_rve: {}", message);
   }
   rve::write_library(request.path, library);
-  const auto [least, most] = std::minmax_element(library.index.begin(), library.index.end(),
-                                                 [](const auto &a, const auto &b) {
-                                                   return a.void_ratio < b.void_ratio;
-                                                 });
+  const auto [least, most] =
+      std::minmax_element(library.index.begin(), library.index.end(),
+                          [](const auto &a, const auto &b) { return a.void_ratio < b.void_ratio; });
   utils::logmesg(lmp, "create_rve {}: written, {} packings, void ratios from {:.5f} to {:.5f}\n",
                  request.path, library.packings.size(), least->void_ratio, most->void_ratio);
 }
@@ -361,9 +355,7 @@ void CreateRve::command(int narg, char **arg)
 {
   require_mechanical_units(lmp, "create_rve");
   PackingRequest request;
-  collectively(lmp, "create_rve", [&] {
-    request = parse(lmp, narg, arg);
-  });
+  collectively(lmp, "create_rve", [&] { request = parse(lmp, narg, arg); });
   request.options.log = [this](const std::string &line) {
     say(lmp, fmt::format("create_rve: {}\n", line));
   };

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -278,9 +279,8 @@ template <int D> typename FixMpm::ImplOf<D>::ModelTimes FixMpm::ImplOf<D>::model
 
 template <int D> bool FixMpm::ImplOf<D>::has_grains() const
 {
-  return std::any_of(grains.begin(), grains.end(), [](const FixRve *some) {
-    return some != nullptr;
-  });
+  return std::any_of(grains.begin(), grains.end(),
+                     [](const FixRve *some) { return some != nullptr; });
 }
 
 template <int D> std::uint64_t FixMpm::ImplOf<D>::sum_of_positions() const
@@ -352,9 +352,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
         begin_memory(i);
       }
     });
-  guarded([&] {
-    failed.rethrow();
-  });
+  guarded([&] { failed.rethrow(); });
   members_are_known = true;
   members_are_sound = false;
 }
@@ -600,9 +598,8 @@ std::vector<CellShare> summed_over_ranks(MPI_Comm world,
   MPI_Alltoallv(sent.data(), counts.data(), starts.data(), MPI_BYTE, received.data(),
                 from_counts.data(), from_starts.data(), MPI_BYTE, world);
   // ranks in their order, so that sums are the same from run to run
-  std::stable_sort(received.begin(), received.end(), [](const CellShare &a, const CellShare &b) {
-    return a.id < b.id;
-  });
+  std::stable_sort(received.begin(), received.end(),
+                   [](const CellShare &a, const CellShare &b) { return a.id < b.id; });
   std::vector<CellShare> sums;
   for (const CellShare &cell : received) {
     if (sums.empty() || sums.back().id != cell.id) {
@@ -934,9 +931,7 @@ template <int D> void FixMpm::ImplOf<D>::check_absorbing_sides()
   constexpr int KINDS = 2, SPEEDS = KINDS * mpm::FACES<D>;    // of each side compression and shear
   if (warned_sides ||
       std::none_of(settings.options.dashpots.begin(), settings.options.dashpots.end(),
-                   [](const mpm::Dashpots &some) {
-                     return some.exist();
-                   }))
+                   [](const mpm::Dashpots &some) { return some.exist(); }))
     return;
   find_members();
   bring_back();
@@ -1100,10 +1095,8 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
       of_pressure[mpm::axis_of(load.face)] = -mpm::outward(load.face) * given[0];
       return of_pressure;
     };
-    const bool varies =
-        std::any_of(traction.traction, traction.traction + D, [](const ScriptValue &value) {
-          return value.per_atom;
-        });
+    const bool varies = std::any_of(traction.traction, traction.traction + D,
+                                    [](const ScriptValue &value) { return value.per_atom; });
     std::vector<double> of_atoms[D];
     Vec given = Vec::zero();
     // a formula is evaluated atom by atom: where it is asked for only
@@ -1266,9 +1259,7 @@ template <int D> void FixMpm::ImplOf<D>::test_waves()
 template <int D> void FixMpm::ImplOf<D>::check_courant()
 {
   find_members_of_run();
-  guarded([&] {
-    courant = solver->cfl_number(points(), update->dt);
-  });
+  guarded([&] { courant = solver->cfl_number(points(), update->dt); });
   const double limit = settings.courant_error;
   if (courant > limit)
     error->all(FLERR,
@@ -1386,9 +1377,7 @@ template <int D> double FixMpm::ImplOf<D>::bytes() const
 template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 {
   if (solver) solver->settle();    // stresses that come go to where the arrays were
-  for_each_array([=](auto &array) {
-    array.resize(nmax);
-  });
+  for_each_array([=](auto &array) { array.resize(nmax); });
   rows.resize((std::size_t) nmax * layout.width());
   memory->grow(output, nmax, fix->size_peratom_cols, "fix mpm:output");
   fix->array_atom = output;
@@ -1397,9 +1386,7 @@ template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 template <int D> void FixMpm::ImplOf<D>::copy_arrays(int i, int j)
 {
   take_over();
-  for_each_array([=](auto &array) {
-    array[j] = array[i];
-  });
+  for_each_array([=](auto &array) { array[j] = array[i]; });
   std::copy_n(memory_of(i), layout.width(), memory_of(j));
   std::copy_n(fix->array_atom[i], fix->size_peratom_cols, fix->array_atom[j]);
 }

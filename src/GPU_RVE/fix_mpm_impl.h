@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // The points of fix mpm and what becomes of them: what does not depend on the dimension of the continuum, and what does.
 
-#ifndef LMP_FIX_MPM_IMPL_H
-#define LMP_FIX_MPM_IMPL_H
+#pragma once
 
 #include "fix_mpm.h"
 
@@ -73,11 +73,7 @@ struct FixMpm::Impl : protected Pointers {
   template <class Work> void guarded(const Work &work) const
   {
     on_this_rank(
-        lmp,
-        [&] {
-          return fmt::format("Fix mpm {}, step {}", fix->id, update->ntimestep);
-        },
-        work);
+        lmp, [&] { return fmt::format("Fix mpm {}, step {}", fix->id, update->ntimestep); }, work);
   }
 };
 
@@ -323,5 +319,3 @@ template <int D> struct FixMpm::ImplOf final : Impl {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

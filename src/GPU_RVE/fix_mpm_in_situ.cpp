@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -115,9 +116,7 @@ template <int D>
 macro::HeightProfile FixMpm::ImplOf<D>::density_of_grains(const std::vector<int> &made,
                                                           const macro::GroundAtRest &ground) const
 {
-  const auto is_given = [&](const MpmModel<D> &some) {
-    return settings.density_of(some) > 0.0;
-  };
+  const auto is_given = [&](const MpmModel<D> &some) { return settings.density_of(some) > 0.0; };
   if (std::none_of(settings.models.begin(), settings.models.end(), is_given))
     return ground.density();
   std::vector<double> height, value;

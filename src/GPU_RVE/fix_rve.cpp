@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -163,9 +164,7 @@ void FixRve::setup(int)
   // a material may have changed since the last run
   if (impl->settings.dt_check_interval) impl->recheck_time_step(Impl::Check::Run);
   check_dump_files();
-  impl->progress.begin([this] {
-    return impl->dem_steps();
-  });
+  impl->progress.begin([this] { return impl->dem_steps(); });
 }
 
 /* ----------------------------------------------------------------------
@@ -208,9 +207,7 @@ void FixRve::end_of_step()
     impl->is_halted = true;
     timer->force_timeout();
   }
-  impl->progress.step_done([this] {
-    return impl->dem_steps();
-  });
+  impl->progress.step_done([this] { return impl->dem_steps(); });
   if (settings.dt_check_interval) {
     const bool due = step % settings.dt_check_interval == 0;
     if (due || !impl->checks_wait)
@@ -506,12 +503,7 @@ int FixRve::unpack_exchange(int nlocal, double *buf)
 int FixRve::pack_restart(int i, double *buf)
 {
   std::vector<double> record;
-  if (impl->slot[i] >= 0)
-    record = impl->guarded(
-        [&] {
-          return impl->record(i);
-        },
-        i);
+  if (impl->slot[i] >= 0) record = impl->guarded([&] { return impl->record(i); }, i);
   const int size = RestartRecords::HEADER + static_cast<int>(record.size());
   RestartRecords::write_header(lmp, i, size, buf);
   std::copy(record.begin(), record.end(), buf + RestartRecords::HEADER);
@@ -529,12 +521,7 @@ void FixRve::unpack_restart(int nlocal, int nth)
 int FixRve::size_restart(int i)
 {
   if (impl->slot[i] < 0) return RestartRecords::HEADER;
-  return RestartRecords::HEADER +
-      impl->guarded(
-          [&] {
-            return impl->record_size(i);
-          },
-          i);
+  return RestartRecords::HEADER + impl->guarded([&] { return impl->record_size(i); }, i);
 }
 
 int FixRve::maxsize_restart()

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -195,18 +196,16 @@ template <int D> void FixRve::ImplOf<D>::read_restart_head(const char *buf)
   settings.mass_scaling = scaling;
   if (unsaid.any() || scaling != scaling_before) {
     // of RVEs that are made later
-    collectively(fix->lmp, fmt::format("fix rve {}", fix->id), [&] {
-      packings.change(unsaid, scaling, scaling_before);
-    });
+    collectively(fix->lmp, fmt::format("fix rve {}", fix->id),
+                 [&] { packings.change(unsaid, scaling, scaling_before); });
   }
   continues = true;
 
   // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
   const Atom *atom = fix->atom;
   const auto in_group =
-      std::count_if(atom->mask, atom->mask + atom->nlocal, [groupbit = fix->groupbit](int mask) {
-        return (mask & groupbit) != 0;
-      });
+      std::count_if(atom->mask, atom->mask + atom->nlocal,
+                    [groupbit = fix->groupbit](int mask) { return (mask & groupbit) != 0; });
   check_memory(std::vector<int>(in_group, packings.fewest_grains()));
 }
 
@@ -237,11 +236,7 @@ template <int D> void FixRve::ImplOf<D>::resume_paths(const macro::LoadPathsOf<D
   points->complete();
   for (const int i : atoms_with_rve())
     if (points->path(slot[i]).path >= 0)
-      guarded(
-          [&] {
-            paths.resume(points->path(slot[i]), point(i).result);
-          },
-          i);
+      guarded([&] { paths.resume(points->path(slot[i]), point(i).result); }, i);
 }
 
 /* ----------------------------------------------------------------------
@@ -400,9 +395,8 @@ template <int D> void FixRve::ImplOf<D>::apply(FixRveSettings wanted)
   settings = wanted;
   find_variables();
   if (words.any() || scaling != scaling_before) {
-    collectively(fix->lmp, fmt::format("fix_modify of fix rve {}", fix->id), [&] {
-      packings.change(words, scaling, scaling_before);
-    });
+    collectively(fix->lmp, fmt::format("fix_modify of fix rve {}", fix->id),
+                 [&] { packings.change(words, scaling, scaling_before); });
     for (const std::string &change : change_materials(words, scaling_before))
       list.push_back(change);
     time_step_is_old = true;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -112,9 +113,8 @@ std::vector<int> FixRve::ImplOf<D>::renew(const std::vector<int> &failed,
       left.push_back(renewal.slot);
       continue;
     }
-    const auto atom = std::find_if(atoms.begin(), atoms.end(), [&](int i) {
-      return slot[i] == renewal.slot;
-    });
+    const auto atom =
+        std::find_if(atoms.begin(), atoms.end(), [&](int i) { return slot[i] == renewal.slot; });
     std::string stresses;
     for (int a = 0; a < D; ++a)
       for (int b = a; b < D; ++b)
@@ -174,9 +174,8 @@ std::string FixRve::Impl::print_all(const std::string &all)
     of_all.push_back({static_cast<tagint>(std::stoll(line.substr(0, first))),
                       static_cast<NoteKind>(kind), line.substr(second + 1)});
   }
-  std::stable_sort(of_all.begin(), of_all.end(), [](const Note &a, const Note &b) {
-    return a.atom < b.atom;
-  });
+  std::stable_sort(of_all.begin(), of_all.end(),
+                   [](const Note &a, const Note &b) { return a.atom < b.atom; });
   for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) print(of_all[k]);
   if (of_all.size() > MOST_NOTES)
     utils::logmesg(fix->lmp,

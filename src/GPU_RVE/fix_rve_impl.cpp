@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -166,9 +167,8 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
   const std::vector<int> some = slots_of(atoms);
   std::vector<double> bounds;
   const std::string who = fmt::format("fix rve {}: time step at step {}", fix->id, told_step());
-  collectively(fix->lmp, who, [&] {
-    bounds = points.as_they_are().bound_time_steps(some, enough);
-  });
+  collectively(fix->lmp, who,
+               [&] { bounds = points.as_they_are().bound_time_steps(some, enough); });
 
   // all RVEs may be alike: the others are no further below the least one of these than the bounds are sharp, and a check has that margin
   struct Candidate {
@@ -220,12 +220,8 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
   rve::FirstError failed;
 #pragma omp parallel for schedule(dynamic) num_threads(std::max(1, std::min(count, threads())))
   for (int k = 0; k < count; ++k)
-    failed.guard(k, [&] {
-      exact[k] = rve::stable_time_step(states[k]);
-    });
-  collectively(fix->lmp, who, [&] {
-    failed.rethrow();
-  });
+    failed.guard(k, [&] { exact[k] = rve::stable_time_step(states[k]); });
+  collectively(fix->lmp, who, [&] { failed.rethrow(); });
   double least = HUGE_VAL, least_of_all;
   for (const double dt : exact) least = std::min(least, dt);
   MPI_Allreduce(&least, &least_of_all, 1, MPI_DOUBLE, MPI_MIN, world);
@@ -303,9 +299,7 @@ template <int D> void FixRve::ImplOf<D>::check_memory(const std::vector<int> &gr
   constexpr double MB = 1048576.0;
   const int mine = static_cast<int>(grains.size());
   rve::Memory memory;
-  collectively(fix->lmp, "fix rve", [&] {
-    memory = points->memory();
-  });
+  collectively(fix->lmp, "fix rve", [&] { memory = points->memory(); });
   MPI_Comm node, sharers;
   MPI_Comm_split_type(fix->world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
   const std::size_t color = std::hash<std::string>()(memory.name) % MAXSMALLINT;
@@ -484,9 +478,7 @@ static std::vector<std::uint64_t> lowest_of_all(std::vector<std::uint64_t> mine,
 template <int D> void FixRve::ImplOf<D>::remove_shadows(int number)
 {
   std::vector<std::uint64_t> mine;
-  const auto hash = [this](int i) {
-    return rve::splitmix64(fix->atom->tag[i]);
-  };
+  const auto hash = [this](int i) { return rve::splitmix64(fix->atom->tag[i]); };
   for (const int i : atoms_with_rve())
     if (point(i).shadow >= 0) mine.push_back(hash(i));
   const std::vector<std::uint64_t> kept = lowest_of_all(mine, number, fix->world);
@@ -518,11 +510,7 @@ template <int D> void FixRve::ImplOf<D>::choose_shadows()
   for (const int i : atoms_with_rve())
     if (point(i).shadow < 0 &&
         std::binary_search(candidates.begin(), candidates.end(), rve::splitmix64(atom->tag[i])))
-      guarded(
-          [&] {
-            points->add_shadow(slot[i]);
-          },
-          i);
+      guarded([&] { points->add_shadow(slot[i]); }, i);
 
   const int total =
       std::min(all_shadows[0], settings.num_shadows) + static_cast<int>(candidates.size());
@@ -612,9 +600,7 @@ template <int D> void FixRve::ImplOf<D>::advise(bool at_start)
       }
     }
   }
-  guarded([&] {
-    failed.rethrow();
-  });
+  guarded([&] { failed.rethrow(); });
   double worst_of_all[KINDS];
   int all_beyond[KINDS];
   tagint lowest[KINDS];
@@ -719,11 +705,7 @@ template <int D> void FixRve::ImplOf<D>::take_in(int atom, const double *record,
 {
   slot[atom] = -1;
   if (size == 0) return;
-  guarded(
-      [&] {
-        slot[atom] = points->add_record(record, size);
-      },
-      atom);
+  guarded([&] { slot[atom] = points->add_record(record, size); }, atom);
 }
 
 /* ----------------------------------------------------------------------
@@ -775,11 +757,9 @@ std::vector<int> FixRve::Impl::atoms_with_rve() const
 template <int D> std::vector<int> FixRve::ImplOf<D>::advancing_atoms() const
 {
   std::vector<int> atoms = atoms_with_rve();
-  atoms.erase(std::remove_if(atoms.begin(), atoms.end(),
-                             [this](int i) {
-                               return points->frozen(slot[i]);
-                             }),
-              atoms.end());
+  atoms.erase(
+      std::remove_if(atoms.begin(), atoms.end(), [this](int i) { return points->frozen(slot[i]); }),
+      atoms.end());
   return atoms;
 }
 
@@ -923,9 +903,7 @@ bool FixRve::ImplOf<D>::plan_there(const std::vector<int> &atoms, bool is_as_bef
 
 template <int D> bool FixRve::ImplOf<D>::can_advance_there()
 {
-  return guarded([&] {
-    return points.as_they_are().can_advance_there();
-  });
+  return guarded([&] { return points.as_they_are().can_advance_there(); });
 }
 
 template <int D> void FixRve::ImplOf<D>::begin_advance_ahead()
@@ -1059,9 +1037,7 @@ template <int D> void FixRve::ImplOf<D>::advance_on_paths(const macro::LoadPaths
   begin_paths(paths);
   std::vector<int> atoms = atoms_with_rve();
   atoms.erase(std::remove_if(atoms.begin(), atoms.end(),
-                             [this](int i) {
-                               return points->path(slot[i]).ended != 0;
-                             }),
+                             [this](int i) { return points->path(slot[i]).ended != 0; }),
               atoms.end());
   const int num_values = static_cast<int>(settings.path.values.size());
   std::vector<std::vector<double>> values(num_values);
@@ -1225,9 +1201,7 @@ template <int D> double FixRve::ImplOf<D>::measured_wave_share(const std::vector
     macro::TangentProbesOf<D> probes(
         fix->template empty_engine<D>(format),
         macro::TangentOptions::of(format, macro::TangentKind::Elastic));
-    const auto state_of = [&](int atom) {
-      return points->state(slot[atom]);
-    };
+    const auto state_of = [&](int atom) { return points->state(slot[atom]); };
     if constexpr (D == 3)
       if (fix->lmp->domain->dimension == 3)
         return of_space->measured_wave_share(atoms, probes, state_of);
@@ -1249,11 +1223,7 @@ template <int D> double FixRve::ImplOf<D>::inertial_number(int atom) const
 
 template <int D> void FixRve::ImplOf<D>::write_dump(int atom, const std::string &path) const
 {
-  guarded(
-      [&] {
-        rve::write_lammps_data(path, points->state(slot[atom]));
-      },
-      atom);
+  guarded([&] { rve::write_lammps_data(path, points->state(slot[atom])); }, atom);
 }
 
 /* ---------------------------------------------------------------------- */

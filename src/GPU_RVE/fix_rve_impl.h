@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // Behind fix rve: the RVEs of this rank and the time that passes for them. LAMMPS' hooks are in fix_rve.cpp.
 
-#ifndef LMP_FIX_RVE_IMPL_H
-#define LMP_FIX_RVE_IMPL_H
+#pragma once
 
 #include "fix_rve.h"
 
@@ -164,11 +164,7 @@ struct FixRve::Impl {
   template <class Work> auto guarded(const Work &work, int atom = -1) const -> decltype(work())
   {
     return on_this_rank(
-        fix->lmp,
-        [&] {
-          return place_of_failure(atom);
-        },
-        work);
+        fix->lmp, [&] { return place_of_failure(atom); }, work);
   }
 
  protected:
@@ -221,9 +217,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
     Points *get() const
     {
       owner.settle();
-      owner.guarded([this] {
-        points->hear();
-      });
+      owner.guarded([this] { points->hear(); });
       return points.get();
     }
     ImplOf &owner;
@@ -314,27 +308,18 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   const Matrix &stress(int atom) const override { return points->stress(slot[atom]); }
   const typename Points::Point &point(int atom) const override
   {
-    return guarded(
-        [&]() -> const typename Points::Point & {
-          return points->point(slot[atom]);
-        },
-        atom);
+    return guarded([&]() -> const typename Points::Point & { return points->point(slot[atom]); },
+                   atom);
   }
   void complete() override
   {
-    guarded([&] {
-      points->complete();
-    });
+    guarded([&] { points->complete(); });
   }
   int threads() const override { return settings.options.threads; }
 
   State state(int atom) const
   {
-    return guarded(
-        [&] {
-          return points->state(slot[atom]);
-        },
-        atom);
+    return guarded([&] { return points->state(slot[atom]); }, atom);
   }
 
  private:
@@ -408,5 +393,3 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

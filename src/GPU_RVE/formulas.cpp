@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -77,9 +78,7 @@ class Formulas {
 
   bool reads(const std::string &formula)
   {
-    const auto in_word = [](char c) {
-      return std::isalnum((unsigned char) c) || c == '_';
-    };
+    const auto in_word = [](char c) { return std::isalnum((unsigned char) c) || c == '_'; };
     std::size_t k = 0;
     while (k < formula.size()) {
       const std::size_t begin = k;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // What the formulas of variables may read.
 
-#ifndef LMP_FORMULAS_H
-#define LMP_FORMULAS_H
+#pragma once
 
 #include <string>
 
@@ -28,5 +28,3 @@ class LAMMPS;
 bool may_read_results(LAMMPS *lmp, const std::string &variable);
 
 }    // namespace LAMMPS_NS
-
-#endif

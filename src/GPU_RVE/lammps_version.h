@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -14,8 +15,7 @@
 // The only place for differences between LAMMPS versions, 4Feb2025 to the newest. A style that needs one of the calls below
 // includes this header; all other calls that the styles use are the same in every version of that range.
 
-#ifndef LMP_GPU_RVE_LAMMPS_VERSION_H
-#define LMP_GPU_RVE_LAMMPS_VERSION_H
+#pragma once
 
 // yyyymmdd, from LAMMPS' version.h; the build defines it
 #ifndef LAMMPS_VERSION_NUMBER
@@ -23,5 +23,3 @@
 #endif
 
 static_assert(LAMMPS_VERSION_NUMBER >= 20250204, "GPU_RVE needs LAMMPS 4Feb2025 or newer");
-
-#endif

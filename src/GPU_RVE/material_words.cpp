@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -244,9 +245,8 @@ void read_contact(ScriptWords &words, MaterialWords &material)
         words.refuse(fmt::format("contact has no {}; of pair_style granular it has tangential, "
                                  "damping, rolling and twisting",
                                  words.next()));
-    const auto part = std::find_if(std::begin(PARTS), std::end(PARTS), [&](const auto &row) {
-      return word == row.name;
-    });
+    const auto part = std::find_if(std::begin(PARTS), std::end(PARTS),
+                                   [&](const auto &row) { return word == row.name; });
     // damping with a number is the local damping of all grains, and no part of the law
     if (part == std::end(PARTS) || (word == "damping" && utils::is_double(words.peek(1)))) break;
     words.next();
@@ -304,9 +304,8 @@ std::optional<double> &MaterialWords::operator[](MaterialMember member)
 bool MaterialWords::any() const
 {
   return law.has_value() ||
-      std::any_of(std::begin(values), std::end(values), [](const auto &value) {
-           return value.has_value();
-         });
+      std::any_of(std::begin(values), std::end(values),
+                  [](const auto &value) { return value.has_value(); });
 }
 
 void MaterialWords::add(const MaterialWords &later)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // The material of grains as scripts give it to fix rve and create_rve.
 
-#ifndef LMP_MATERIAL_WORDS_H
-#define LMP_MATERIAL_WORDS_H
+#pragma once
 
 #include "rve/engine/state.h"
 #include "script_words.h"
@@ -58,5 +58,3 @@ void change_material(rve::Material &material, const MaterialWords &words, double
                      double mass_scaling_before);
 
 }    // namespace LAMMPS_NS
-
-#endif

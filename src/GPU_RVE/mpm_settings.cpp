@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -108,9 +109,8 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
 template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
 {
   const auto &table = mpm::law_table<D>();
-  return *std::find_if(table.begin(), table.end(), [&](const mpm::LawEntry<D> &entry) {
-    return entry.word == model.word;
-  });
+  return *std::find_if(table.begin(), table.end(),
+                       [&](const mpm::LawEntry<D> &entry) { return entry.word == model.word; });
 }
 
 /// The arguments of the law of a model, in which its strength is reduced.
@@ -512,17 +512,11 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
            "", {{"musl", mpm::Scheme::Musl}, {"usavg", mpm::Scheme::Usavg}});
      }},
     {"flip", "share",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.flip = words.number();
-     }},
+     [](ScriptWords &words, Said<D> &said) { said.options.flip = words.number(); }},
     {"damping", "value",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.damping = words.number();
-     }},
+     [](ScriptWords &words, Said<D> &said) { said.options.damping = words.number(); }},
     {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.device = read_device(words);
-     }},
+     [](ScriptWords &words, Said<D> &said) { said.options.device = read_device(words); }},
     {"boundary",
      D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed | absorbing cp cs"
             : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed | absorbing cp cs",

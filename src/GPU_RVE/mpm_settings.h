@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // What a script says to fix mpm, as plain structs: the words are read here and nowhere else.
 
-#ifndef LMP_MPM_SETTINGS_H
-#define LMP_MPM_SETTINGS_H
+#pragma once
 
 #include "mpm/mpm_solver.h"
 #include "script_words.h"
@@ -132,5 +132,3 @@ template <int D> std::string parameter_changes(const MpmModel<D> &before, const 
 std::string mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points);
 
 }    // namespace LAMMPS_NS
-
-#endif

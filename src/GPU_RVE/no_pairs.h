@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -14,8 +15,7 @@
 // Material points do not act on each other, so a script needs no pair style. What LAMMPS derives from its cutoff must then come from
 // elsewhere, or LAMMPS warns of it in every run.
 
-#ifndef LMP_NO_PAIRS_H
-#define LMP_NO_PAIRS_H
+#pragma once
 
 namespace LAMMPS_NS {
 
@@ -26,5 +26,3 @@ class LAMMPS;
 void settle_without_pairs(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // Work that one rank does while the others sleep, so that its result is the same on any number of ranks and costs its memory once.
 
-#ifndef LMP_ON_RANK_ZERO_H
-#define LMP_ON_RANK_ZERO_H
+#pragma once
 
 #include <functional>
 #include <mpi.h>
@@ -26,5 +26,3 @@ namespace LAMMPS_NS {
 std::string on_rank_zero(MPI_Comm world, const std::function<void()> &work);
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -14,8 +15,7 @@
 // Whether the LAMMPS that loads the plugin is of the kind that the plugin was built for. Its classes are shared by both, and LAMMPS itself
 // loads any plugin whose symbols it has: with other layouts of classes that ends in wrong numbers or a crash.
 
-#ifndef LMP_PLUGIN_HOST_H
-#define LMP_PLUGIN_HOST_H
+#pragma once
 
 #include <string>
 
@@ -41,5 +41,3 @@ std::string complaint_about_host(const LammpsKind &plugin, const LammpsKind &hos
 void require_host(void *lmp, const LammpsKind &plugin);
 
 }    // namespace LAMMPS_NS
-
-#endif

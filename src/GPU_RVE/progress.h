@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -14,8 +15,7 @@
 // What a long run owes to who waits for it: lines in the log, how far it is and when it will end, and an end in good order when a signal
 // asks for it. They cost several ranks a reduction of three numbers in some steps, and change no result.
 
-#ifndef LMP_PROGRESS_H
-#define LMP_PROGRESS_H
+#pragma once
 
 #include "lmptype.h"
 #include "run_signals.h"
@@ -65,5 +65,3 @@ double read_progress(ScriptWords &words);
 std::string hours_minutes_seconds(double seconds);
 
 }    // namespace LAMMPS_NS
-
-#endif

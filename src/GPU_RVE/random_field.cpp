@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -121,14 +122,9 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
      [](ScriptWords &words, Said &said) {
        said.lengths = read_pair(words, "horizontal", "vertical");
      }},
-    {"angle", "degrees",
-     [](ScriptWords &words, Said &said) {
-       said.angle = words.number();
-     }},
+    {"angle", "degrees", [](ScriptWords &words, Said &said) { said.angle = words.number(); }},
     {"spacing", "dx dy",
-     [](ScriptWords &words, Said &said) {
-       said.spacing = read_pair(words, "dx", "dy");
-     }},
+     [](ScriptWords &words, Said &said) { said.spacing = read_pair(words, "dx", "dy"); }},
     {"domain", "xlo xhi ylo yhi",
      [](ScriptWords &words, Said &said) {
        const field::Vec x = read_pair(words, "xlo", "xhi"), y = read_pair(words, "ylo", "yhi");
@@ -151,9 +147,7 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
        said.request.bounds = field::Interval(bounds[0], bounds[1]);
      }},
     {"seed", "N",
-     [](ScriptWords &words, Said &said) {
-       said.request.seed = words.whole("", 0, MAXBIGINT);
-     }},
+     [](ScriptWords &words, Said &said) { said.request.seed = words.whole("", 0, MAXBIGINT); }},
     {"max_points", "N", [](ScriptWords &words, Said &said) {
        said.request.max_points = words.whole("", 4, MAXBIGINT);
      }}};
@@ -286,9 +280,7 @@ void RandomField::command(int narg, char **arg)
     error->all(FLERR, "random_field: dimension is {}; it must be 2", domain->dimension);
   if (!atom->tag_enable) error->all(FLERR, "random_field: atoms must have IDs");
   std::optional<FieldRequest> request;
-  collectively(lmp, "random_field", [&] {
-    request = parse(lmp, narg, arg);
-  });
+  collectively(lmp, "random_field", [&] { request = parse(lmp, narg, arg); });
 
   std::vector<double> nodes;
   const std::string failure = on_rank_zero(world, [&]() {
@@ -299,9 +291,7 @@ void RandomField::command(int narg, char **arg)
   if (!failure.empty()) error->all(FLERR, "random_field: {}", failure);
 
   // a large field may not fit into the memory of some ranks
-  collectively(lmp, "random_field", [&] {
-    nodes.resize(field::total(request->grid.nodes));
-  });
+  collectively(lmp, "random_field", [&] { nodes.resize(field::total(request->grid.nodes)); });
   constexpr std::size_t CHUNK = 1 << 30;    // MPI counts in int
   for (std::size_t begin = 0; begin < nodes.size(); begin += CHUNK)
     MPI_Bcast(&nodes[begin], static_cast<int>(std::min(CHUNK, nodes.size() - begin)), MPI_DOUBLE, 0,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -57,10 +58,8 @@ RankResources::RankResources(MPI_Comm world)
 
   bound_ranks = 0;
   if (machine >= 2 * ranks && !threads_are_given())
-    bound_ranks =
-        static_cast<int>(std::count_if(all.begin(), all.end(), [](const cpu_set_t &other) {
-          return CPU_COUNT(&other) == 1;
-        }));
+    bound_ranks = static_cast<int>(std::count_if(
+        all.begin(), all.end(), [](const cpu_set_t &other) { return CPU_COUNT(&other) == 1; }));
 }
 
 int RankResources::threads() const

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // This rank among those that share its machine, the threads that are its own, and memory that all have in common.
 
-#ifndef LMP_RANK_RESOURCES_H
-#define LMP_RANK_RESOURCES_H
+#pragma once
 
 #include <cstddef>
 #include <memory>
@@ -42,5 +42,3 @@ struct RankResources {
 std::shared_ptr<void> memory_in_common(MPI_Comm ranks, std::size_t bytes);
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -16,8 +17,7 @@
 // LAMMPS keeps the records in rows of atom->extra, one for each local atom as read_restart left them, and moves no row when a later
 // command deletes, sorts or exchanges atoms. A record therefore begins with a header that says whose it is.
 
-#ifndef LMP_RESTART_RECORD_H
-#define LMP_RESTART_RECORD_H
+#pragma once
 
 #include "lmptype.h"
 
@@ -56,5 +56,3 @@ class RestartRecords {
 void warn_of_dropped_records(LAMMPS *lmp, const std::string &whose);
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -14,8 +15,7 @@
 // SIGTERM and SIGINT end a run when its present step is done, with a restart file where the script asks for restart files; the script then
 // ends with an error. The same signal again ends the program at once.
 
-#ifndef LMP_RUN_SIGNALS_H
-#define LMP_RUN_SIGNALS_H
+#pragma once
 
 #include <string>
 
@@ -51,5 +51,3 @@ class RunSignals {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

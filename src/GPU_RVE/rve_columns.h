@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // The columns that a command is asked for by name, and the fix rve that they are of.
 
-#ifndef LMP_RVE_COLUMNS_H
-#define LMP_RVE_COLUMNS_H
+#pragma once
 
 #include "error.h"
 #include "fix_rve.h"
@@ -90,5 +90,3 @@ void require_columns_of(const FixRve &fix, LAMMPS *lmp, const std::string &style
 }
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -163,9 +164,7 @@ template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
   std::vector<double> stresses;
   for (const State &packing : packings)
     stresses.push_back(-rve::spring_stress(packing)(D - 1, D - 1));
-  collectively(lmp, "fix rve: packing_stress cannot choose", [&] {
-    levels.emplace(stresses);
-  });
+  collectively(lmp, "fix rve: packing_stress cannot choose", [&] { levels.emplace(stresses); });
   for (int level = 0; level < levels->count(); ++level) add_pool(levels->packings(level));
 }
 
@@ -203,9 +202,7 @@ template <int D> int RvePackingsOf<D>::most_grains() const
 
 template <int D> rve::ContactModel RvePackingsOf<D>::contacts() const
 {
-  return rve::contacts_of<D>(packings, [this](int packing) {
-    return name(packing);
-  });
+  return rve::contacts_of<D>(packings, [this](int packing) { return name(packing); });
 }
 
 template <int D> std::string RvePackingsOf<D>::name(int packing) const

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // The packings of fix rve, and which of them, and which image of it, an atom gets.
 
-#ifndef LMP_RVE_PACKINGS_H
-#define LMP_RVE_PACKINGS_H
+#pragma once
 
 #include "rve/engine/contact_model.h"
 #include "rve/engine/packing_library.h"
@@ -89,5 +89,3 @@ template <int D> class RvePackingsOf {
 };
 
 }    // namespace LAMMPS_NS
-
-#endif

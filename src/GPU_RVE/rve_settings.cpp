@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -175,9 +176,7 @@ std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &p
                        std::shared_ptr<const macro::LoadPathsOf<D>> &result, PathSettings &s)
 {
   std::size_t used = path.size();
-  const auto read_file = [&](const std::string &file) {
-    return text_of_file(words.owner(), file);
-  };
+  const auto read_file = [&](const std::string &file) { return text_of_file(words.owner(), file); };
   try {
     result = std::make_shared<macro::LoadPathsOf<D>>(path, read_file, in_script ? &used : nullptr);
   } catch (const rve::InputError &e) {
@@ -313,9 +312,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
        s.servo_gain = words.positive("", "[1/(stress time^2)]");
      }},
     {"servo_max_rate", "rate",
-     [](ScriptWords &words, Settings &s) {
-       s.servo_max_rate = words.positive("", "[1/time]");
-     }},
+     [](ScriptWords &words, Settings &s) { s.servo_max_rate = words.positive("", "[1/time]"); }},
     {"path", "none | file ... | stage condition ...", read_path},
     {"path_variable", "v_name",
      [](ScriptWords &words, Settings &s) {
@@ -328,9 +325,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
      }},
     {"dt", "time | auto [fraction]", read_dt},
     {"dt_check", "N",
-     [](ScriptWords &words, Settings &s) {
-       s.dt_check_interval = words.integer("", 0);
-     }},
+     [](ScriptWords &words, Settings &s) { s.dt_check_interval = words.integer("", 0); }},
     {"substeps", "N | match | adaptive strain inertia [most]", read_substeps},
     {"quiescent", "none | strain",
      [](ScriptWords &words, Settings &s) {
@@ -339,9 +334,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
      }},
     {"stress", "end | average samples spacing | regression samples spacing", read_stress},
     {"mass_scaling", "factor",
-     [](ScriptWords &words, Settings &s) {
-       s.mass_scaling = words.positive("", "[-]");
-     }},
+     [](ScriptWords &words, Settings &s) { s.mass_scaling = words.positive("", "[-]"); }},
     {"policy", "stop | freeze | fresh",
      [](ScriptWords &words, Settings &s) {
        s.policy = words.choice<RvePolicy>(
@@ -357,9 +350,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
                                   s.macro_step.most_copies));
      }},
     {"progress", "seconds",
-     [](ScriptWords &words, Settings &s) {
-       s.progress_interval = read_progress(words);
-     }},
+     [](ScriptWords &words, Settings &s) { s.progress_interval = read_progress(words); }},
     {"dump", "none | N prefix atom-ID ...", read_dump},
     {"shadow", "N [refinement]",
      [](ScriptWords &words, Settings &s) {
@@ -375,20 +366,11 @@ constexpr FixRveKeyword KEYWORDS[] = {
      },
      OF_PACKING},
     {"packing_variable", "v_name",
-     [](ScriptWords &words, Settings &s) {
-       s.choice.number = words.value();
-     },
-     OF_PACKING},
+     [](ScriptWords &words, Settings &s) { s.choice.number = words.value(); }, OF_PACKING},
     {"packing_random", "seed",
-     [](ScriptWords &words, Settings &s) {
-       s.choice.seed = words.integer("", 0);
-     },
-     OF_PACKING},
+     [](ScriptWords &words, Settings &s) { s.choice.seed = words.integer("", 0); }, OF_PACKING},
     {"packing_stress", "stress",
-     [](ScriptWords &words, Settings &s) {
-       s.choice.stress = words.value();
-     },
-     OF_PACKING},
+     [](ScriptWords &words, Settings &s) { s.choice.stress = words.value(); }, OF_PACKING},
     {"packing_void_ratio", "e tolerance",
      [](ScriptWords &words, Settings &s) {
        s.choice.void_ratio = words.value();
@@ -404,10 +386,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
      },
      OF_PACKING},
     {"format", "fast | mixed | double | single",
-     [](ScriptWords &words, Settings &s) {
-       s.options.format = read_format(words);
-     },
-     OF_ENGINE},
+     [](ScriptWords &words, Settings &s) { s.options.format = read_format(words); }, OF_ENGINE},
     {"arithmetic", "strict | relaxed",
      [](ScriptWords &words, Settings &s) {
        s.options.arithmetic = words.choice<rve::Arithmetic>(
@@ -415,10 +394,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
      },
      OF_ENGINE},
     {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Settings &s) {
-       s.options.device = read_device(words);
-     },
-     OF_ENGINE},
+     [](ScriptWords &words, Settings &s) { s.options.device = read_device(words); }, OF_ENGINE},
     {"threads", "N",
      [](ScriptWords &words, Settings &s) {
        s.options.threads = words.integer("", 0);
@@ -426,14 +402,10 @@ constexpr FixRveKeyword KEYWORDS[] = {
      },
      OF_ENGINE},
     {"skin", "length",
-     [](ScriptWords &words, Settings &s) {
-       s.options.skin = words.positive("", "[length]");
-     },
+     [](ScriptWords &words, Settings &s) { s.options.skin = words.positive("", "[length]"); },
      OF_ENGINE},
     {"block_size", "N",
-     [](ScriptWords &words, Settings &s) {
-       s.options.block_size = words.integer("", 0);
-     },
+     [](ScriptWords &words, Settings &s) { s.options.block_size = words.integer("", 0); },
      OF_ENGINE},
     {"arms", "contact | lammps",
      [](ScriptWords &words, Settings &s) {
@@ -450,10 +422,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
      },
      OF_ENGINE},
     {"energy", "yes | no",
-     [](ScriptWords &words, Settings &s) {
-       s.options.track_energy = words.logical();
-     },
-     OF_ENGINE}};
+     [](ScriptWords &words, Settings &s) { s.options.track_energy = words.logical(); }, OF_ENGINE}};
 
 }    // namespace
 
@@ -507,9 +476,7 @@ static int dimension_of(LAMMPS *lmp, const std::string &file)
 
 void FixRveSettings::require_one_dimension(LAMMPS *lmp) const
 {
-  const auto grains = [](int d) {
-    return d == 2 ? "disks" : "spheres";
-  };
+  const auto grains = [](int d) { return d == 2 ? "disks" : "spheres"; };
   for (const std::string &file : packings)
     if (const int other = dimension_of(lmp, file); other != dimension)
       lmp->error->all(FLERR,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // What a script says to fix rve and create_rve, as plain structs: the words are read here and nowhere else.
 
-#ifndef LMP_RVE_SETTINGS_H
-#define LMP_RVE_SETTINGS_H
+#pragma once
 
 #include "macro/load_path.h"
 #include "macro/rve_points.h"
@@ -144,5 +144,3 @@ struct FixRveSettings {
 const char *rve_component_name(int row, int column);
 
 }    // namespace LAMMPS_NS
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -115,9 +116,8 @@ bool ScriptWords::at_keyword() const
 
 bool ScriptWords::has(std::string_view keyword) const
 {
-  return std::any_of(before.begin(), before.end(), [&](const Given &given) {
-    return given.keyword == keyword;
-  });
+  return std::any_of(before.begin(), before.end(),
+                     [&](const Given &given) { return given.keyword == keyword; });
 }
 
 void ScriptWords::about(const std::string &subject, bool may_repeat)

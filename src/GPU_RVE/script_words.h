@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // The words of a command of a script: read one after the other, keywords by tables, with the errors that all commands have in common.
 
-#ifndef LMP_SCRIPT_WORDS_H
-#define LMP_SCRIPT_WORDS_H
+#pragma once
 
 #include "cuda/device.h"
 #include "rve/core/suggestion.h"
@@ -187,5 +187,3 @@ class ScriptWords {
 rve::Device read_device(ScriptWords &words);
 
 }    // namespace LAMMPS_NS
-
-#endif

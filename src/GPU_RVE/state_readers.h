@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // Who may read the state that a fix keeps up to date for others only. LAMMPS reads arrays of fixes without asking first.
 
-#ifndef LMP_STATE_READERS_H
-#define LMP_STATE_READERS_H
+#pragma once
 
 namespace LAMMPS_NS {
 
@@ -25,5 +25,3 @@ class LAMMPS;
 bool state_may_be_read(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS
-
-#endif

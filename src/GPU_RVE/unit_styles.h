@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* -*- c++ -*- ----------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -13,8 +14,7 @@
 
 // Which unit styles of LAMMPS suit styles of mechanics.
 
-#ifndef LMP_GPU_RVE_UNIT_STYLES_H
-#define LMP_GPU_RVE_UNIT_STYLES_H
+#pragma once
 
 #include <string>
 
@@ -26,5 +26,3 @@ class LAMMPS;
 void require_mechanical_units(LAMMPS *lmp, const std::string &command);
 
 }    // namespace LAMMPS_NS
-
-#endif

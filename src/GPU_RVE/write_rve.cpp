@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 /* ----------------------------------------------------------------------
    LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
    https://www.lammps.org/, Sandia National Laboratories
@@ -40,10 +41,7 @@ constexpr ScriptKeyword<FileRequest> KEYWORDS[] = {
      [](ScriptWords &words, FileRequest &request) {
        request.id = words.whole("ID", 1, MAXTAGINT);
      }},
-    {"file", "path",
-     [](ScriptWords &words, FileRequest &request) {
-       request.path = words.next();
-     }},
+    {"file", "path", [](ScriptWords &words, FileRequest &request) { request.path = words.next(); }},
     {"format", "rve | lammps", [](ScriptWords &words, FileRequest &request) {
        request.native = words.choice<bool>("", {{"rve", true}, {"lammps", false}});
      }}};

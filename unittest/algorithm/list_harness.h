@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Builds Verlet lists as a block program, outside of the step loop, so that tests can look at them.
 
-#ifndef RVE_UNITTEST_ALGORITHM_LIST_HARNESS_H
-#define RVE_UNITTEST_ALGORITHM_LIST_HARNESS_H
+#pragma once
 
 #include "rve/algorithm/verlet_list.h"
 #include "rve/engine/program_scenes.h"
@@ -32,22 +32,16 @@ template <class Scene> struct BuildList {
     const auto work = rve::carve_workspace<Scene>(workspace, n, pair_capacity);
     const rve::PairView<Scene> old{view.partner, view.history, view.extra_first, view.extra_second,
                                    view.extra_history};
-    block.for_each(n, [&](Item i) {
-      motion[i].position = view.position[i];
-    });
+    block.for_each(n, [&](Item i) { motion[i].position = view.position[i]; });
 
     const rve::Vec<double, 2> width{
         {rve::perpendicular_width(cell, 0), rve::perpendicular_width(cell, 1)}};
     const rve::SearchGrid<2> grid(width, 2.0 * largest_radius + skin, work.cell_capacity);
-    const rve::ListSizes sizes =
-        rve::build_list(block, motion, view.radius, work, n, cell, grid, 0.0, skin, old,
-                        view.header->num_extra, [&](const rve::ListSizes &known) {
-                          view.header->num_extra = known.num_extra;
-                        });
+    const rve::ListSizes sizes = rve::build_list(
+        block, motion, view.radius, work, n, cell, grid, 0.0, skin, old, view.header->num_extra,
+        [&](const rve::ListSizes &known) { view.header->num_extra = known.num_extra; });
 
-    block.once([&] {
-      *num_pairs = sizes.num_pairs;
-    });
+    block.once([&] { *num_pairs = sizes.num_pairs; });
     if (sizes.num_pairs > pair_capacity) return;
     const rve::PairView<Scene> &fresh = work.fresh;
     block.for_each(rve::PairCounts<2>::owned * n, [&](Item m) {
@@ -223,5 +217,3 @@ inline Throw throw_grains(const rve::Tensor2 &shape, int num_grains, double size
 }
 
 }    // namespace rve_test
-
-#endif

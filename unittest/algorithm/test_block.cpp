@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The execution vocabulary: every collective against a plain loop, for any number of threads.
 
 #include "support/block_runner.h"
@@ -67,12 +68,8 @@ struct VisitAll {
   int *visits;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    block.for_each(count, [&](typename Block::Item i) {
-      visits[i] += 1 + i;
-    });
-    block.for_each(count, [&](typename Block::Item i) {
-      visits[i] += 2;
-    });
+    block.for_each(count, [&](typename Block::Item i) { visits[i] += 1 + i; });
+    block.for_each(count, [&](typename Block::Item i) { visits[i] += 2; });
   }
 };
 
@@ -82,12 +79,8 @@ struct ReverseTwice {
   int *numbers, *mirror;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    block.for_each(count, [&](typename Block::Item i) {
-      mirror[i] = numbers[count - 1 - i];
-    });
-    block.for_each(count, [&](typename Block::Item i) {
-      numbers[i] = 10 * mirror[count - 1 - i];
-    });
+    block.for_each(count, [&](typename Block::Item i) { mirror[i] = numbers[count - 1 - i]; });
+    block.for_each(count, [&](typename Block::Item i) { numbers[i] = 10 * mirror[count - 1 - i]; });
   }
 };
 
@@ -98,22 +91,10 @@ struct CountAside {
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     block.for_each(
-        count,
-        [&](typename Block::Item i) {
-          ++visits[i];
-        },
-        [&] {
-          ++calls[0];
-        });
+        count, [&](typename Block::Item i) { ++visits[i]; }, [&] { ++calls[0]; });
     block.for_items(
-        count,
-        [&](typename Block::Item i) {
-          visits[i] += 10 * calls[0];
-        },
-        4,
-        [&](int k) {
-          calls[1 + k] += k;
-        });
+        count, [&](typename Block::Item i) { visits[i] += 10 * calls[0]; }, 4,
+        [&](int k) { calls[1 + k] += k; });
     block.for_each(count, [&](typename Block::Item i) {
       visits[i] += 100 * (calls[1] + calls[2] + calls[3] + calls[4]);
     });
@@ -124,12 +105,8 @@ struct CountOnce {
   int *calls;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    block.once([&] {
-      ++*calls;
-    });
-    block.once([&] {
-      *calls += 10;
-    });
+    block.once([&] { ++*calls; });
+    block.once([&] { *calls += 10; });
   }
 };
 
@@ -140,13 +117,9 @@ struct AnyIsSet {
   int *asides;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    const auto is_set = [&](typename Block::Item i) {
-      return flags[i] != 0;
-    };
+    const auto is_set = [&](typename Block::Item i) { return flags[i] != 0; };
     const bool answer = block.any(count, is_set);
-    const bool the_same = block.any(count, is_set, [&] {
-      ++*asides;
-    });
+    const bool the_same = block.any(count, is_set, [&] { ++*asides; });
     const int seen = *asides;
     block.for_each(count, [&](typename Block::Item i) {
       answers[i] = answer == the_same && seen == 1 ? (answer ? 1 : 0) : -1;
@@ -200,9 +173,8 @@ struct Scan {
   {
     const int total = block.exclusive_scan(numbers, count);
     const int same = block.scan_to_starts(starts, count);
-    block.for_each(count + 1, [&](typename Block::Item i) {
-      totals[i] = total == same ? total : -2;
-    });
+    block.for_each(count + 1,
+                   [&](typename Block::Item i) { totals[i] = total == same ? total : -2; });
   }
 };
 
@@ -223,20 +195,13 @@ struct OrderByKey {
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     block.template order_by_class<KEYS>(
-        count,
-        [&](int i) {
-          return keys[i];
-        },
+        count, [&](int i) { return keys[i]; },
         [&](int i, int place) {
           places[i] = place;
           order[place] = i;
         });
     block.reorder(
-        count,
-        [&](int i) {
-          return places[i];
-        },
-        room, triples, numbers);
+        count, [&](int i) { return places[i]; }, room, triples, numbers);
   }
 };
 
@@ -249,15 +214,10 @@ struct AddToCounters {
   template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
   {
     auto *fast = reinterpret_cast<std::int32_t *>(fast_memory);
-    block.for_each(COUNTERS, [&](typename Block::Item a) {
-      fast[a] = counters[a];
-    });
-    block.for_each(count, [&](typename Block::Item i) {
-      block.add(&fast[i % COUNTERS], numbers[i]);
-    });
-    block.for_each(COUNTERS, [&](typename Block::Item a) {
-      counters[a] = fast[a];
-    });
+    block.for_each(COUNTERS, [&](typename Block::Item a) { fast[a] = counters[a]; });
+    block.for_each(count,
+                   [&](typename Block::Item i) { block.add(&fast[i % COUNTERS], numbers[i]); });
+    block.for_each(COUNTERS, [&](typename Block::Item a) { counters[a] = fast[a]; });
   }
 };
 
@@ -269,9 +229,7 @@ template <class Integer> struct AccumulateAndCollect {
   template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
   {
     auto *sums = reinterpret_cast<Integer *>(fast_memory);
-    block.for_each(num_sums, [&](typename Block::Item a) {
-      Block::begin_sum(sums, num_sums, a);
-    });
+    block.for_each(num_sums, [&](typename Block::Item a) { Block::begin_sum(sums, num_sums, a); });
     for (int round = 0; round < 3; ++round) {
       if (round < 2)
         block.for_each(count, [&](typename Block::Item i) {
@@ -322,16 +280,12 @@ struct KeepResident {
       for (int k = 0; k < 3; ++k) state[i].slots[k] += 3 * i + k;
     });
     for (int round = 0; round < 2; ++round) {
-      block.for_items(count, [&](Item i) {
-        shown.publish(i, shown[i] + state[i].number);
-      });
+      block.for_items(count, [&](Item i) { shown.publish(i, shown[i] + state[i].number); });
       block.for_items(count, [&](Item i) {
         state[i].number += published[(i + 1) % count] + state[i].slots[1];
       });
     }
-    block.for_items(count, [&](Item i) {
-      state.save(i);
-    });
+    block.for_items(count, [&](Item i) { state.save(i); });
     block.for_each(count, [&](Item i) {
       const ItemState &other = states[count - 1 - i];
       answers[i] = other.number + other.slots[2];
@@ -354,18 +308,10 @@ struct VisitPlaces {
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
-    block.for_empty_places(count, [&](Item i) {
-      visits[i] += 1;
-    });
-    block.for_places(count, [&](Item i) {
-      visits[i] += i < count ? 2 : 1;
-    });
-    const bool last = block.any_place(count, [&](Item i) {
-      return i == count - 1;
-    });
-    const bool before_all = block.any_place(count, [&](Item i) {
-      return i < 0;
-    });
+    block.for_empty_places(count, [&](Item i) { visits[i] += 1; });
+    block.for_places(count, [&](Item i) { visits[i] += i < count ? 2 : 1; });
+    const bool last = block.any_place(count, [&](Item i) { return i == count - 1; });
+    const bool before_all = block.any_place(count, [&](Item i) { return i < 0; });
     block.once([&] {
       found[0] = last ? 1 : 0;
       found[1] = before_all ? 1 : 0;
@@ -387,9 +333,7 @@ struct CollectFromItems {
   {
     using Item = typename Block::Item;
     auto size = block.resident(const_cast<float *>(sizes));
-    block.own_items(count, [&](Item i) {
-      size.load(i);
-    });
+    block.own_items(count, [&](Item i) { size.load(i); });
     for (int round = 0; round < 2; ++round) {    // twice: the scratch memory is used again
       block.template survey_items<2, std::int64_t>(
           count,
@@ -399,29 +343,21 @@ struct CollectFromItems {
             most = size[i] > most ? size[i] : most;
           },
           *survey);
-      const bool above = block.any_item(count, [&](Item i) {
-        return size[i] > 1e3f;
-      });
-      const bool at_all = block.any_item(count, [&](Item i) {
-        return size[i] > -1.0f;
-      });
+      const bool above = block.any_item(count, [&](Item i) { return size[i] > 1e3f; });
+      const bool at_all = block.any_item(count, [&](Item i) { return size[i] > -1.0f; });
       const auto total = block.template sum_items<2>(count, [&](Item i, std::int64_t *term) {
         term[0] += numbers[i];
         term[1] += size[i] > 1e3f ? -i : 1;
       });
       block.begin_add_up();
-      block.once([] {
-      });
+      block.once([] {});
       block.template add_up_items<2, std::int64_t>(
           count,
           [&](Item i, std::int64_t *term) {
             term[0] += numbers[i];
             term[1] += size[i] > 1e3f ? -i : 1;
           },
-          added,
-          [&] {
-            added[2] += added[0] - added[1];
-          });
+          added, [&] { added[2] += added[0] - added[1]; });
       block.for_each(count + 1, [&](Item i) {
         largest[i] = survey->largest;
         any_above[i] = above ? 1 : 0;
@@ -595,9 +531,7 @@ TEST_F(Block, ItemsAreOrderedByAKeyWithAllArraysAndKeepTheirOrderWithinIt)
       numbers[i] = 7 * i + 1;
       triples[i] = {{0.5 * i, i + 0.25, -1.0 * i}};
     }
-    std::stable_sort(sorted.begin(), sorted.end(), [&](int a, int b) {
-      return keys[a] < keys[b];
-    });
+    std::stable_sort(sorted.begin(), sorted.end(), [&](int a, int b) { return keys[a] < keys[b]; });
     BlockArray<int> key_array(keys), places(std::vector<int>(count, -1)),
         order(std::vector<int>(count, -1)), number_array(numbers);
     BlockArray<Triple> triple_array(triples);

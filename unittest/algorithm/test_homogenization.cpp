@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The numbers that an RVE returns, against the O(N^2) oracle in double precision.
 
 #include "oracle/homogenization.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A run never misses a contact: after every step each touching pair is in the list, whatever the cell and the grains do.
 
 #include "oracle/all_pairs.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Who owns which pair, and what becomes of the contact history.
 
 #include "list_harness.h"
@@ -22,9 +23,8 @@ const rve::Tensor2 SQUARE{{1.0, 0.0, 0.0, 1.0}};
 
 int count_extra(const std::vector<ListedPair> &pairs)
 {
-  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [](const ListedPair &pair) {
-    return pair.extra;
-  }));
+  return static_cast<int>(
+      std::count_if(pairs.begin(), pairs.end(), [](const ListedPair &pair) { return pair.extra; }));
 }
 
 /// A history that tells which pair it belongs to; exact in fp32.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The Verlet list against all pairs.
 
 #include "list_harness.h"
@@ -116,9 +117,7 @@ TYPED_TEST(VerletList, LeavesTheOldListAloneWhenTheNewOneDoesNotFit)
   auto grains = throw_grains(SHAPES[0].cell, 100, 2.0, 0.8, 0.3, 7);
   ListHarness<TypeParam> list(grains.cell, grains.radius, grains.fractional, 0.3);
   const int first_count = list.build(128);
-  list.set_histories([](int i, int j) {
-    return i + 2.0 * j;
-  });
+  list.set_histories([](int i, int j) { return i + 2.0 * j; });
   list.cell = 0.8 * list.cell;
   const auto before = list.image;
   list.set_pair_capacity(first_count);

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # host.sh <repository> <modules> <script> <arguments...>: a test in Python, with the Python that has programs of others (tools/pictures_python.sh).
 # 77, skipped, where there is none or it lacks one of the modules ("oofem skfem").
 set -eu

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The interface of librve stays what it was: every function in the record, of the present major version, is in the header as it was recorded, and every function
 # of the header is in the record, with the version that brought it.
 #

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # What pip makes of pyproject.toml, without compiling again: its configuration needs neither LAMMPS nor FFTW nor the tests' libraries, and what it installs, of
 # this build, works from its own folder.
 #

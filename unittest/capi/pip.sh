@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # What the manual says of the Python package, as a user does it: a clean virtual environment, pip install of the repository, and then the command that tries the
 # package, the cells of a notebook, and types, with nothing of this build. The engine for CPUs alone: that of a GPU takes minutes.
 #

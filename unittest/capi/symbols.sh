@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The symbols that a library defines for others are the functions of its header, all of them and no others.
 #
 #   symbols.sh <library> <header>

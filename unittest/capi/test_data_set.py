@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Data sets of random strain paths: read by h5py alone, the same for any batches and threads, what an RVE answers that goes the way of a path, and what is refused.
 
     python3 test_data_set.py <examples> <folder to write in>

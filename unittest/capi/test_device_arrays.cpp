@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The C interface with arrays in the memory of a GPU: the bits that arrays of the host have, and errors of arrays that are elsewhere.
 
 #include "librve.h"

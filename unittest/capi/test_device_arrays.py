@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Arrays in the memory of a GPU, by DLPack, with each of PyTorch and CuPy that is here. GPU_RVE_LIBRARY names the library, which is built with CUDA.
 
     python3 test_device_arrays.py <folder of the packings of the examples>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """The element tests of gpu_rve: what is held is held, strains are those of F, and a test is the same alone and among others.
 
     python3 test_element_tests.py <folder of the packings of the examples>

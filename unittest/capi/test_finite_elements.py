@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """The finite elements of examples/finite_elements with RVEs behind their points: equilibrium, Newton's convergence, and the curve of one RVE alone.
 
     python3 test_finite_elements.py <examples>        with gpu_rve and scikit-fem

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """The Python package gpu_rve on librve: NumPy in and out, trials, restarts, errors. GPU_RVE_LIBRARY names the library.
 
     python3 test_gpu_rve.py <folder of the packings of the examples>

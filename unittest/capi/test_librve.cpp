@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The C interface: the bits of the engine, trials that leave no trace, errors as texts.
 
 #include "librve.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """The micro simulation of examples/precice in preCICE's Micro Manager: its own checks of a class, and its coupling loop with a participant of ours
 in place of libprecice, which neither Debian 12 nor PyPI has.
 

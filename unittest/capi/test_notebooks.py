@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """The notebooks of examples/notebooks run, and print what they have stored: bits are the same everywhere, and so are printed numbers.
 
     python3 test_notebooks.py <examples>        with gpu_rve, matplotlib, nbclient and ipykernel

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """One specimen by two methods: the biaxial specimen of examples/finite_elements by finite elements and by the material point method, with the same grains.
 
     python3 test_specimen.py <examples> <lmp>        with gpu_rve and scikit-fem

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The UMAT of examples/umat as a host calls it: the bits of librve, states by number, tangents, what an RVE does not bear.
 
 #include "librve.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """The UMAT of examples/umat with finite strains, in a driver of others: singlepointsim, which leads UMATs of Abaqus through paths of deformation gradients.
 
     python3 test_umat_at_a_point.py <examples> <librve_umat.so>        with gpu_rve and singlepointsim

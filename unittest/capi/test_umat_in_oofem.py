@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """The UMAT of examples/umat in OOFEM, a finite-element program of others: gpu_rve's bits at each point, and the curve of one RVE alone.
 
     python3 test_umat_in_oofem.py <examples> <librve_umat.so>        with gpu_rve and oofem

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Compiled for x86-64-v3: what packs make of arrays of 8 numbers.
 
 #include "core/pack_probe.h"

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Packs from code that is not compiled for them: arrays of 8 numbers in and out.
 
-#ifndef RVE_UNITTEST_CORE_PACK_PROBE_H
-#define RVE_UNITTEST_CORE_PACK_PROBE_H
+#pragma once
 
 #include <cstdint>
 
@@ -34,5 +34,3 @@ RVE_PACK_RECORDS(5)
 #undef RVE_PACK_RECORDS
 
 }    // namespace rve_test
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Root, quotient, minimum, maximum and numbers from integers: IEEE rounded, the same bits on every backend.
 
 #include "rve/core/arithmetic.h"
@@ -68,9 +69,8 @@ struct ToDouble {
   double *answers;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    block.for_each(count, [&](typename Block::Item i) {
-      answers[i] = to_real<double>(integers[i]);
-    });
+    block.for_each(count,
+                   [&](typename Block::Item i) { answers[i] = to_real<double>(integers[i]); });
   }
 };
 

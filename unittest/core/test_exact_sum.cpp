@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Sums without an order: their scale.
 
 #include "rve/core/exact_sum.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Fractions of the cell as wrapping integers, and rounding to integers.
 
 #include "rve/core/fixed_point.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Packs of numbers: every operation gives the bits that the operation on one number gives.
 
 #include "core/pack_probe.h"
@@ -190,9 +191,7 @@ template <class T, class Number, int K> void expect_masked_records()
 {
   const T x[8] = {1, -1, -2, 0, 3, -4, 5, 6};
   PackRecord<Number, K> records[9];
-  const auto number = [](int lane, int k) {
-    return Number(10 * k - 0.25 * lane + 1);
-  };
+  const auto number = [](int lane, int k) { return Number(10 * k - 0.25 * lane + 1); };
   for (int lane = 0; lane < 9; ++lane)
     for (int k = 0; k < K; ++k) records[lane].number[k] = number(lane, k);
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The mixing function: its published values.
 
 #include "rve/core/splitmix64.h"

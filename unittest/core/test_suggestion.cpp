@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a misspelt word may have meant.
 
 #include "rve/core/suggestion.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How TeamChoice decides on machines that are made up: what a loop takes is a formula, so that nothing depends on the machine of the test.
 
 #include "rve/core/team_choice.h"
@@ -54,9 +55,7 @@ TEST(TeamChoice, KeepsTheTeamWhereCoresAreFree)
 {
   for (const int threads : {2, 4, 16, 64}) {
     rve::TeamChoice choice;
-    const auto loop = [&](bool alone) {
-      return quiet(alone, threads);
-    };
+    const auto loop = [&](bool alone) { return quiet(alone, threads); };
     work(choice, 0.1, loop);
     const Outcome outcome = work(choice, 10.0, loop);
     EXPECT_LT(outcome.seconds, 1.02 * outcome.loops * quiet(false, threads)) << threads;
@@ -69,9 +68,7 @@ TEST(TeamChoice, OneThreadWorksWhereTheTeamWaits)
   for (const double share : {0.05, 0.3, 1.0}) {
     rve::TeamChoice choice;
     rve_test::Random random(1);
-    const auto loop = [&](bool alone) {
-      return busy(alone, random, share);
-    };
+    const auto loop = [&](bool alone) { return busy(alone, random, share); };
     const Outcome begin = work(choice, 1.0, loop);
     EXPECT_LT(begin.seconds, begin.loops * ALONE + 0.05) << "a short run, " << share;
     const Outcome outcome = work(choice, 30.0, loop);
@@ -104,9 +101,7 @@ TEST(TeamChoice, KeepsTheTeamWhereWaitsAreRare)
 TEST(TeamChoice, OneThreadWorksWhereATeamIsAlwaysSlower)
 {
   rve::TeamChoice choice;
-  const auto loop = [](bool alone) {
-    return alone ? 5e-6 : 9e-6;
-  };
+  const auto loop = [](bool alone) { return alone ? 5e-6 : 9e-6; };
   work(choice, 0.1, loop);
   const Outcome outcome = work(choice, 5.0, loop);
   EXPECT_LT(outcome.seconds, 1.02 * outcome.loops * 5e-6);
@@ -116,12 +111,8 @@ TEST(TeamChoice, FollowsWhatOthersDo)
 {
   rve::TeamChoice choice;
   rve_test::Random random(2);
-  const auto free_cores = [&](bool alone) {
-    return quiet(alone, 2);
-  };
-  const auto taken_cores = [&](bool alone) {
-    return busy(alone, random, 0.3);
-  };
+  const auto free_cores = [&](bool alone) { return quiet(alone, 2); };
+  const auto taken_cores = [&](bool alone) { return busy(alone, random, 0.3); };
   work(choice, 20.0, free_cores);
   EXPECT_FALSE(choice.alone());
   // they come: the team is given up before it has lost a second

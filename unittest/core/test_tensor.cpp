@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Algebra of vectors and tensors of a fixed dimension.
 
 #include "rve/core/tensor.h"

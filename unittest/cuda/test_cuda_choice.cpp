@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Which card serves and what is said where none can: decided without a card, so tested on any machine.
 
 #include "cuda/cuda_choice.h"

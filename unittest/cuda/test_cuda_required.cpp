@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the environment may say of a CUDA device.
 
 #include "cuda/cuda_required.h"
@@ -38,9 +39,7 @@ TEST(CudaRequired, AnythingElseIsAnErrorThatNamesIt)
 {
   for (const char *word : {"2", "y", "ja", " 1", "cuda"}) {
     const rve_test::Environment environment(NAME, word);
-    EXPECT_EQ(rve_test::message_of([] {
-                cuda_required();
-              }),
+    EXPECT_EQ(rve_test::message_of([] { cuda_required(); }),
               "GPU_RVE_REQUIRE_CUDA in the environment is '" + std::string(word) +
                   "'; it must be 1, true, yes or on, or 0, false, no, off or empty");
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The cache of compiled kernels: what was kept is found, by all processes, and nothing that others could have written or that is damaged
 // is ever taken for a kernel.
 
@@ -307,9 +308,7 @@ TEST(KernelCache, IsWhereTheEnvironmentSays)
   EXPECT_EQ(chosen(nullptr, nullptr, "/home/me"), "/home/me/.cache/gpu_rve/kernels");
   EXPECT_EQ(chosen(nullptr, nullptr, nullptr), "");
   EXPECT_EQ(
-      message_of([&] {
-        chosen("cache", nullptr, nullptr);
-      }),
+      message_of([&] { chosen("cache", nullptr, nullptr); }),
       "GPU_RVE_KERNEL_CACHE in the environment is 'cache'; it must be a folder whose name begins "
       "with /, or 0, false, no, off or empty");
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Kernels that are handed over together do what they would do one by one, whether the list is new, the same again, or another one.
 
 #include "cuda/launch_list.cuh"

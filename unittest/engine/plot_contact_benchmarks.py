@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Oblique impact of two equal disks: rebound against the angle of impact, closed form and engine.
 
     python3 plot_contact_benchmarks.py [--test build/host/bin/engine_tests] [--out oblique_impact.png]

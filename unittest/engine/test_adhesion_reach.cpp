@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Adhesion that reaches beyond touching, through the whole engine: the force over the distance, the work of parting, and packings whose
 // grains hold each other at a distance.
 
@@ -347,9 +348,7 @@ TEST(AdhesionAtADistance, ErrorNamesTheReachThatIsNone)
     Material material = sticky();
     material.adhesion_reach = share * RADIUS;
     const Spheres state = cubic_with_gaps(material, 0.0);
-    const std::string message = message_of([&] {
-      state.check();
-    });
+    const std::string message = message_of([&] { state.check(); });
     EXPECT_NE(message.find("reach of the adhesion is"), std::string::npos) << message;
     EXPECT_NE(message.find("[length]; it must be 0, or between 1e-6 and 1 times the smallest "
                            "radius, 5e-09 and 0.005"),
@@ -366,9 +365,8 @@ TEST(AdhesionAtADistance, ErrorNamesTheCellThatItIsTooLongFor)
   material.adhesion_reach = 0.0;
   spheres(material, 0.0201 * Tensor3::identity(), {RADIUS}, x).check();
   material.adhesion_reach = REACH;
-  const std::string message = message_of([&] {
-    spheres(material, 0.0201 * Tensor3::identity(), {RADIUS}, x).check();
-  });
+  const std::string message =
+      message_of([&] { spheres(material, 0.0201 * Tensor3::identity(), {RADIUS}, x).check(); });
   EXPECT_NE(message.find("must exceed twice the largest contact distance, 0.022"),
             std::string::npos)
       << message;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The cell and what it carries along: without forces the motion is affine, to rounding.
 
 #include "support/rve_rig.h"

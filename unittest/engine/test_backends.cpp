@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The same bits from every build of the block program: both instruction sets of the CPU, and the GPU.
 
 #include "cuda/cuda_required.h"
@@ -653,9 +654,8 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
 TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
 {
   auto actors = full_scene(false);
-  actors.erase(std::find_if(actors.begin(), actors.end(), [](const Actor &actor) {
-    return actor.state.num_grains() > 1000;
-  }));
+  actors.erase(std::find_if(actors.begin(), actors.end(),
+                            [](const Actor &actor) { return actor.state.num_grains() > 1000; }));
   const RveState few = triangular_packing(dry_material(), 4, 6, 0.0037, 1);
   actors.push_back({"few grains with servo", few, biaxial_shear(few, 40.0, 200)});
   const RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 5);

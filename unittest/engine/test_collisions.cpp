@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Collisions of two disks: closed forms of the contact laws, through the whole engine.
 
 #include "support/rve_rig.h"

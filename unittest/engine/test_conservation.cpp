@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Conservation laws: momentum and energy.
 
 #include "support/rve_rig.h"
@@ -15,9 +16,7 @@ namespace {
 RveState disturbed_grid(int side, const Material &material, double radius, double overlap)
 {
   std::mt19937_64 random(7);
-  const auto uniform = [&random] {
-    return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5;
-  };
+  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };
   const double distance = 2.0 * radius - overlap;
   std::vector<double> xy, radii(side * side, radius);
   for (int i = 0; i < side * side; ++i) {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Benchmarks of one contact against closed forms, after Chung & Ooi, Granular Matter 13, 643 (2011), in the plane and for
 // linear springs; the numbers at the rules are those of their tests. Their wall is a disk of a hundred times the mass here: the
 // closed forms are those of a pair.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Fabric of contacts, branches and forces on arrays that have it in closed form, and energies of springs by kind. unittest/lammps/test_fabric.cpp has
 // LAMMPS' compute fabric beside them.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A medium in a cell twice as wide: the same forces, whichever face of the cell a contact goes through, and the same motion after.
 
 #include "support/rve_rig.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What is said, and who serves, where the CUDA runtime finds a driver that is too old or that has no device: the driver is a stub
 // (stub_driver.c), so a machine without one can test it. RVE_TEST_OBSTACLE in the environment is what is to be said.
 
@@ -46,15 +47,11 @@ TEST(CudaDrivers, AnExplicitChoiceAndADemandAreErrors)
 {
   {
     const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
-    const std::string chosen = message_of([] {
-      make_engine(options_for(Device::Cuda));
-    });
+    const std::string chosen = message_of([] { make_engine(options_for(Device::Cuda)); });
     EXPECT_EQ(chosen.find("a CUDA device was asked for, but " + expected()), 0u) << chosen;
   }
   const Environment demand("GPU_RVE_REQUIRE_CUDA", "1");
-  const std::string demanded = message_of([] {
-    make_engine(options_for(Device::Auto));
-  });
+  const std::string demanded = message_of([] { make_engine(options_for(Device::Auto)); });
   EXPECT_EQ(demanded.find("GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + expected()),
             0u)
       << demanded;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The quick look at a drive, which most of them pass, finds what the long ones do.
 
 #include "rve/core/error.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What happens when it cannot go on: a status and the state before the call, never silence; and the rest of the batch goes on.
 
 #include "support/messages.h"
@@ -84,11 +85,7 @@ TEST(Failure, NotANumberIsRefusedBeforeAnythingRuns)
   inside_out = Drive::constant_velocity_gradient(Tensor2::zero(), DT, 1);
   inside_out.deformation(0, 0) = -1.0;
 
-  const auto message = [&](const Drive &drive) {
-    return message_of([&] {
-      rig.advance(drive);
-    });
-  };
+  const auto message = [&](const Drive &drive) { return message_of([&] { rig.advance(drive); }); };
 
   EXPECT_TRUE(contains(message(with_nan_deformation), "not a finite number"))
       << message(with_nan_deformation);
@@ -115,30 +112,15 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
   RveRig rig(paper_gas());
   std::vector<Result> results;
 
-  EXPECT_TRUE(contains(message_of([&] {
-                         make_engine(negative_skin);
-                       }),
-                       "-0.001 [length]"));
-  EXPECT_TRUE(contains(message_of([&] {
-                         make_engine(no_limit);
-                       }),
-                       "(0, 1), got 1.5"));
-  EXPECT_EQ(message_of([&] {
-              make_engine(relaxed_double);
-            }),
+  EXPECT_TRUE(contains(message_of([&] { make_engine(negative_skin); }), "-0.001 [length]"));
+  EXPECT_TRUE(contains(message_of([&] { make_engine(no_limit); }), "(0, 1), got 1.5"));
+  EXPECT_EQ(message_of([&] { make_engine(relaxed_double); }),
             "relaxed arithmetic exists for the number formats fast and mixed, got double");
-  EXPECT_EQ(message_of([&] {
-              make_engine(relaxed_on_cpu);
-            }),
+  EXPECT_EQ(message_of([&] { make_engine(relaxed_on_cpu); }),
             "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
-  EXPECT_TRUE(contains(message_of([&] {
-                         rig.owner().state(5);
-                       }),
-                       "no RVE with number 5"));
-  EXPECT_TRUE(contains(message_of([&] {
-                         rig.owner().advance({0}, {}, results);
-                       }),
-                       "1 RVEs, 0 drives"));
+  EXPECT_TRUE(contains(message_of([&] { rig.owner().state(5); }), "no RVE with number 5"));
+  EXPECT_TRUE(
+      contains(message_of([&] { rig.owner().advance({0}, {}, results); }), "1 RVEs, 0 drives"));
 }
 
 TEST(Failure, GrainsOfSizesTooDifferentAreRefusedHoweverDifferent)
@@ -148,9 +130,7 @@ TEST(Failure, GrainsOfSizesTooDifferentAreRefusedHoweverDifferent)
     const RveState state = state_of(paper_material(), 0.04 * Tensor2::identity(), {0.004, small},
                                     {0.01, 0.02, 0.03, 0.02});
 
-    const std::string message = message_of([&] {
-      RveRig rig(state);
-    });
+    const std::string message = message_of([&] { RveRig rig(state); });
 
     // the smallest ones are no sizes that a format can compute with
     EXPECT_TRUE(contains(message, "at most 60 times as large") ||

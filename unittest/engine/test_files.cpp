@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a path may be: writers keep what is there, and say why they cannot write.
 
 #include "rve/core/error.h"
@@ -38,9 +39,7 @@ std::size_t num_entries(const fs::path &folder)
 
 std::string message_of_writing(const fs::path &path)
 {
-  return message_of([&] {
-    OutputFile(path.string()).write("text\n");
-  });
+  return message_of([&] { OutputFile(path.string()).write("text\n"); });
 }
 
 }    // namespace
@@ -120,9 +119,7 @@ TEST(OutputFile, AFifoStaysAndItsReaderGetsTheText)
   ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
   require_writable(path.string());    // does not wait for a reader
   std::string read;
-  std::thread reader([&] {
-    read = text_of(path.string());
-  });
+  std::thread reader([&] { read = text_of(path.string()); });
 
   OutputFile(path.string()).write("text");
   reader.join();
@@ -192,9 +189,7 @@ TEST(RequireWritable, FindsOutBeforeThereIsAnythingToWrite)
   require_writable((folder / "file").string());
 
   EXPECT_EQ(num_entries(folder), 0u);
-  EXPECT_EQ(message_of([&] {
-              require_writable((folder / "none" / "x").string());
-            }),
+  EXPECT_EQ(message_of([&] { require_writable((folder / "none" / "x").string()); }),
             "cannot write file " + (folder / "none" / "x").string() +
                 ": No such file or directory");
 }

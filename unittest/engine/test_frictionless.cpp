@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Grains without friction have a program of their own, which leaves tangential forces, torques and contact histories out: what it
 // answers is what the other program answers with a coefficient of zero. The same text for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
@@ -59,12 +60,9 @@ Course run(Format format, bool company)
 bool untouched_by_friction(const RveState &state)
 {
   return std::all_of(state.spin.begin(), state.spin.end(),
-                     [](double spin) {
-                       return spin == 0.0;
-                     }) &&
-      std::all_of(state.pairs.begin(), state.pairs.end(), [](const Pair &pair) {
-           return pair.tangential_force == 0.0;
-         });
+                     [](double spin) { return spin == 0.0; }) &&
+      std::all_of(state.pairs.begin(), state.pairs.end(),
+                  [](const Pair &pair) { return pair.tangential_force == 0.0; });
 }
 
 }    // namespace
@@ -118,12 +116,10 @@ TEST_P(Frictionless, TangentialForcesOfTheStateVanishInTheFirstStep)
   without.advance(Drive::constant_velocity_gradient(Tensor2::zero(), dt, 1));
 
   const RveState after = without.state();
-  EXPECT_TRUE(std::any_of(sheared.pairs.begin(), sheared.pairs.end(), [](const Pair &pair) {
-    return pair.tangential_force != 0.0;
-  }));
-  EXPECT_TRUE(std::all_of(after.pairs.begin(), after.pairs.end(), [](const Pair &pair) {
-    return pair.tangential_force == 0.0;
-  }));
+  EXPECT_TRUE(std::any_of(sheared.pairs.begin(), sheared.pairs.end(),
+                          [](const Pair &pair) { return pair.tangential_force != 0.0; }));
+  EXPECT_TRUE(std::all_of(after.pairs.begin(), after.pairs.end(),
+                          [](const Pair &pair) { return pair.tangential_force == 0.0; }));
 }
 
 #if defined(RVE_TEST_CUDA)
@@ -183,6 +179,5 @@ const auto FORMATS = testing::Values(Format::Fast, Format::Mixed, Format::Double
 #else    // where `single` is
 const auto FORMATS = testing::Values(Format::Fast, Format::Mixed, Format::Double, Format::Single);
 #endif
-INSTANTIATE_TEST_SUITE_P(Formats, Frictionless, FORMATS, [](const auto &info) {
-  return to_string(info.param);
-});
+INSTANTIATE_TEST_SUITE_P(Formats, Frictionless, FORMATS,
+                         [](const auto &info) { return to_string(info.param); });

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Contacts by Hertz and Mindlin through the whole engine: impacts of two disks against closed forms, energy, time steps, packings, files.
 
 #include "rve/core/pi.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // From contacts to continuum: closed forms of a lattice, and Love's stress against the energy it derives from.
 
 #include "oracle/love_sum.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What results must not depend on: the list, the place of the origin, threads, the batch, and a stop in the middle.
 
 #include "support/rve_rig.h"
@@ -44,9 +45,7 @@ RveState restarted(const RveState &state)
 
 class EveryFormat : public ::testing::TestWithParam<Format> {};
 INSTANTIATE_TEST_SUITE_P(Formats, EveryFormat, ::testing::ValuesIn(ALL_FORMATS),
-                         [](const auto &info) {
-                           return to_string(info.param);
-                         });
+                         [](const auto &info) { return to_string(info.param); });
 
 TEST_P(EveryFormat, SkinDoesNotChangeABit)
 {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Friction so large that it never lets go is a model of its own, of cogs: the sums of forces must then hold the forces that are
 // there, not those that friction could bear. The same text for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
@@ -239,6 +240,4 @@ TEST_P(LargeFriction, TheGpuHasTheBitsOfTheCpu)
 
 INSTANTIATE_TEST_SUITE_P(Formats, LargeFriction,
                          testing::Values(Format::Fast, Format::Mixed, Format::Double),
-                         [](const auto &info) {
-                           return to_string(info.param);
-                         });
+                         [](const auto &info) { return to_string(info.param); });

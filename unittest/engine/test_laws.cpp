@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What every contact law of the table of programs must do, in every number format: a new line of the table is tested here without a word.
 
 #include "rve/core/pi.h"

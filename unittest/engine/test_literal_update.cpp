@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The integrator against the paper's own words: peculiar velocities and fractional coordinates are the same motion as
 // equations (23), (38), (39) with total velocities and Cartesian positions, up to O(dt).
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What stands between a macro step and DEM steps: polar decomposition, affine stiffness, adaptive substeps, and advice.
 
 #include "oracle/affine_stiffness.h"
@@ -52,9 +53,8 @@ const Tensor2 SOME_STRAIN{{0.3, -0.5, -0.5, -0.8}};
 
 bool has(const std::vector<Advice> &list, AdviceKind kind)
 {
-  return std::any_of(list.begin(), list.end(), [&](const Advice &advice) {
-    return advice.kind == kind;
-  });
+  return std::any_of(list.begin(), list.end(),
+                     [&](const Advice &advice) { return advice.kind == kind; });
 }
 
 }    // namespace

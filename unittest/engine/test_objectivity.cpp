@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Objectivity: a rigid rotation of the whole RVE turns its stress and changes nothing else.
 
 #include "support/rve_rig.h"

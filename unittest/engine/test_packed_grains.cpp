@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Packs of grains (host kernel for x86-64-v3) give the bits of one grain after the other (host kernel for any CPU).
 
 #include "rve/core/status.h"

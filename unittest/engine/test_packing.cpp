@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The preparation protocol on the CPU engine, against the ranges of the reference packings (SudoDEM2D, 400 disks).
 
 #include "rve/core/error.h"
@@ -50,9 +51,7 @@ Result evaluate(Engine &engine, const RveState &state)
 
 std::string message_of(const PackingRecipe &recipe, Engine &engine)
 {
-  return rve_test::message_of([&] {
-    generate_packing(recipe, engine);
-  });
+  return rve_test::message_of([&] { generate_packing(recipe, engine); });
 }
 
 }    // namespace

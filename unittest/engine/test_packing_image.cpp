@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Mirrored and turned packings are packings of the same material: they answer the mirrored and turned deformation with the mirrored
 // and turned stress.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
 #include "rve/engine/drift.h"
@@ -29,9 +30,7 @@ std::string message_after(std::string text, const std::string &from, const std::
   const std::string path = temporary_path("broken.rve");
   text.replace(text.find(from), from.size(), to);
   std::ofstream(path) << text;
-  const std::string message = message_of([&] {
-    read_packing<D>(path);
-  });
+  const std::string message = message_of([&] { read_packing<D>(path); });
   return message.rfind(path, 0) == 0 ? message.substr(path.size()) : message;
 }
 
@@ -401,9 +400,7 @@ TEST(PackingFile, EveryChangedDigitIsFound)
     std::string changed = text;
     changed[k] = static_cast<char>('0' + (text[k] - '0' + 1 + k % 9) % 10);
     std::ofstream(path) << changed;
-    const std::string message = message_of([&] {
-      read_packing(path);
-    });
+    const std::string message = message_of([&] { read_packing(path); });
     EXPECT_EQ(message.rfind(path + ":", 0), 0u) << "byte " << k << ": " << message;
     ++changes;
   }
@@ -444,9 +441,7 @@ TEST(PackingFile, WhatIsNoFileIsRefusedWithTheReason)
   std::remove(fifo.c_str());
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
   const auto message = [](const std::string &path) {
-    return message_of([&] {
-      read_packing(path);
-    });
+    return message_of([&] { read_packing(path); });
   };
 
   EXPECT_EQ(message("/nowhere/packing.rve"),
@@ -466,9 +461,7 @@ TEST(PackingFile, IsReadWithAByteOrderMarkAndRefusedIfItIsNotText)
   const std::string text = text_of(path);
   const auto message_with = [&](const std::string &other) {
     std::ofstream(path, std::ios::binary) << other;
-    return message_of([&] {
-      read_packing(path);
-    });
+    return message_of([&] { read_packing(path); });
   };
   std::string binary = text, old = text;
   binary[binary.find('\n') + 3] = '\0';

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Libraries of packings: the batch that makes them, their file, and the choice among them.
 
 #include "rve/core/error.h"
@@ -53,9 +54,7 @@ std::string message_after(std::string text, const std::string &from, const std::
   const std::string path = temporary_path("broken.lib");
   text.replace(text.find(from), from.size(), to);
   std::ofstream(path) << text;
-  const std::string message = message_of([&] {
-    read_library(path);
-  });
+  const std::string message = message_of([&] { read_library(path); });
   return message.rfind(path, 0) == 0 ? message.substr(path.size()) : message;
 }
 
@@ -192,9 +191,7 @@ TEST(PackingLibrary, IsNoPackingFile)
   const std::string path = temporary_path("two.lib");
   write_library(path, library_of(2));
 
-  EXPECT_EQ(message_of([&] {
-              read_packing(path);
-            }),
+  EXPECT_EQ(message_of([&] { read_packing(path); }),
             path + ":3: this is a library; a single packing was expected");
 }
 
@@ -247,9 +244,7 @@ TEST(PackingLibrary, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_NE(
       message_after(text, "end_library", "").find("file ends where 'end_library' was expected"),
       std::string::npos);
-  EXPECT_EQ(message_of([&] {
-              read_library(path + ".none");
-            }),
+  EXPECT_EQ(message_of([&] { read_library(path + ".none"); }),
             "cannot open packing file " + path + ".none: No such file or directory");
   EXPECT_NE(message_after(text, "end_library", "end_library\npacking 2")
                 .find("found 'packing' behind 'end_library'"),
@@ -270,9 +265,7 @@ TEST(PackingLibrary, EveryChangedDigitIsFound)
     std::string changed = text;
     changed[k] = static_cast<char>('0' + (text[k] - '0' + 1 + k % 9) % 10);
     std::ofstream(path) << changed;
-    const std::string message = message_of([&] {
-      read_library(path);
-    });
+    const std::string message = message_of([&] { read_library(path); });
     EXPECT_EQ(message.rfind(path + ":", 0), 0u) << "byte " << k << ": " << message;
   }
 }
@@ -286,9 +279,7 @@ TEST(PackingLibrary, ItsChecksumCoversTheIndexAndMayBeLeftOut)
   text.replace(pressure, 7, " 7777.7");    // of a row
   const auto message = [&] {
     std::ofstream(path) << text;
-    return message_of([&] {
-      read_library(path);
-    });
+    return message_of([&] { read_library(path); });
   };
 
   EXPECT_NE(message().find("the file is damaged, or was changed by hand"), std::string::npos);
@@ -310,14 +301,10 @@ TEST(PackingLibrary, AnIndexThatLiesIsRefused)
   text.replace(text.rfind("checksum "), 25, "checksum none");
   std::ofstream(path) << text;
 
-  EXPECT_NE(message_of([&] {
-              read_library(path);
-            }).find("packing 1 of the library has void ratio"),
+  EXPECT_NE(message_of([&] { read_library(path); }).find("packing 1 of the library has void ratio"),
             std::string::npos);
   library.index[0].num_grains = 31;
-  EXPECT_EQ(message_of([&] {
-              write_library(path, library);
-            }),
+  EXPECT_EQ(message_of([&] { write_library(path, library); }),
             path + ": packing 0 of the library has 30 grains; its index says 31");
 }
 
@@ -325,9 +312,7 @@ TEST(PackingLibrary, AnEmptyOneIsNotWritten)
 {
   const std::string path = temporary_path("empty.lib");
 
-  EXPECT_EQ(message_of([&] {
-              write_library(path, PackingLibrary());
-            }),
+  EXPECT_EQ(message_of([&] { write_library(path, PackingLibrary()); }),
             path + ": the library is empty; it must have at least one packing");
   EXPECT_FALSE(std::ifstream(path).is_open());
 }
@@ -340,14 +325,10 @@ TEST(PackingLibrary, IsWrittenWholeOrNotAtAll)
   PackingLibrary unsound = library_of(3);
   unsound.packings[2].spin[0] = NAN;
 
-  EXPECT_NE(message_of([&] {
-              write_library(path, unsound);
-            }).find("packing 2: spin of grain 1"),
+  EXPECT_NE(message_of([&] { write_library(path, unsound); }).find("packing 2: spin of grain 1"),
             std::string::npos);
   EXPECT_EQ(text_of(path), before);
-  EXPECT_EQ(message_of([&] {
-              write_library("/no/such/folder/x.lib", library_of(1));
-            }),
+  EXPECT_EQ(message_of([&] { write_library("/no/such/folder/x.lib", library_of(1)); }),
             "cannot write file /no/such/folder/x.lib: No such file or directory");
 }
 
@@ -373,21 +354,11 @@ TEST(Draw, NeighboursSeedsAndPurposesAreIndependent)
     expect_uniform(times, static_cast<double>(POINTS) / (COUNT * COUNT));
   };
 
-  pairs([](int id) {
-    return draw(1, id + 1, COUNT);
-  });    // the next atom
-  pairs([](int id) {
-    return draw(1, id + 100, COUNT);
-  });    // the one above in a grid
-  pairs([](int id) {
-    return draw(2, id, COUNT);
-  });    // the next seed
-  pairs([](int id) {
-    return draw(1, id, COUNT, 1);
-  });    // another purpose
-  pairs([](int id) {
-    return draw(id, 1, COUNT);
-  });    // seed and id exchanged
+  pairs([](int id) { return draw(1, id + 1, COUNT); });      // the next atom
+  pairs([](int id) { return draw(1, id + 100, COUNT); });    // the one above in a grid
+  pairs([](int id) { return draw(2, id, COUNT); });          // the next seed
+  pairs([](int id) { return draw(1, id, COUNT, 1); });       // another purpose
+  pairs([](int id) { return draw(id, 1, COUNT); });          // seed and id exchanged
 }
 
 TEST(Draw, IsTheSameOnEveryMachine)
@@ -427,10 +398,7 @@ TEST(VoidRatioIndex, NothingIsNearEnoughBeyondTheTolerance)
   EXPECT_FALSE(index.nearest(NAN, 1.0));
   EXPECT_FALSE(index.draw_within(0.19, 0.009, 1, 1));
   EXPECT_FALSE(index.draw_within(NAN, 1.0, 1, 1));
-  EXPECT_EQ(message_of([] {
-              VoidRatioIndex none({});
-            }),
-            "there are no packings to choose from");
+  EXPECT_EQ(message_of([] { VoidRatioIndex none({}); }), "there are no packings to choose from");
 }
 
 TEST(VoidRatioIndex, AllWithinTheToleranceAreDrawnAlike)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A phase of the block program may do its items in any order and at the same time: done by several threads, whatever they meet in, it leaves
 // the bits that a loop leaves. Built with GPU_RVE_SANITIZE=thread each access is watched, too.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The line of the table of programs that serves RVEs and a call.
 
 #include "rve/core/error.h"
@@ -122,9 +123,7 @@ TEST(ProgramChoice, OfEveryContactLawThereIsAProgramWithAndWithoutRollingResista
                 (ContactModel{law, true, dimension}));
     }
   }
-  EXPECT_EQ(message_of([] {
-              contact_law_of("hoke");
-            }),
+  EXPECT_EQ(message_of([] { contact_law_of("hoke"); }),
             "there is no contact law 'hoke'; did you mean hooke?");
 }
 

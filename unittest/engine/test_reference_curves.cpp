@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Element tests of the paper against SudoDEM2D, pointwise in the first per cent of strain, where the response is not yet
 // chaotic. Data: unittest/data/sudodem_*.csv.
 

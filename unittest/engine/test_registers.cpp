@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Grains that live in registers, as in a thread block of a GPU, on a CPU.
 
 #include "support/rve_run.h"
@@ -234,9 +235,7 @@ TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
       expect_same_bits<TypeParam>(*run, all, Program::SphereHertz);
     const Spheres now = state_of<TypeParam>(registers, Program::SphereHertz);
     EXPECT_GT(std::count_if(now.pairs.begin(), now.pairs.end(),
-                            [](const PairOf<3> &pair) {
-                              return pair.contact_radius > 0.0;
-                            }),
+                            [](const PairOf<3> &pair) { return pair.contact_radius > 0.0; }),
               100);
   }
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Relaxed arithmetic of a GPU: the hardware's roots and quotients, products fused with sums, and for spheres terms of second order in the turn of a
 // contact in a step left out. It changes last digits and no physics.
 

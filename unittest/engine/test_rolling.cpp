@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Rolling resistance through the whole engine, with every contact law: rings of disks against closed forms, and sheared packings.
 
 #include "rve/core/error.h"
@@ -746,18 +747,9 @@ TEST_P(Rolling, IsRefusedByAnEngineThatWasMadeWithoutIt)
   const std::string message = "the RVE has contact law " + word +
       " with rolling resistance, and the engine was made for RVEs with contact law " + word;
 
-  EXPECT_EQ(message_of([&] {
-              engine->add(Rolling::packing());
-            }),
-            message);
-  EXPECT_EQ(message_of([&] {
-              engine->add(with_forces);
-            }),
-            message);
-  EXPECT_EQ(message_of([&] {
-              engine->set_material(rve, Rolling::packing().material);
-            }),
-            message);
+  EXPECT_EQ(message_of([&] { engine->add(Rolling::packing()); }), message);
+  EXPECT_EQ(message_of([&] { engine->add(with_forces); }), message);
+  EXPECT_EQ(message_of([&] { engine->set_material(rve, Rolling::packing().material); }), message);
 
   EXPECT_EQ(engine->size(), 1);
   EXPECT_EQ(serialize(engine->state(rve)), before);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Kernels that are compiled at run time: all of the table of programs can be, without a GPU, and one that has been is found the next time.
 // Skipped where there is no libnvrtc.
 
@@ -77,9 +78,7 @@ class RuntimeKernels : public testing::Test {
   DeviceCode compile(const KernelName &name, int capability, KernelCache &cache)
   {
     return compiled_kernel(name, capability, Nvrtc::of_this_machine(), cache,
-                           [this](const std::string &line) {
-                             log.push_back(line);
-                           });
+                           [this](const std::string &line) { log.push_back(line); });
   }
   std::vector<std::string> log;
 };
@@ -89,8 +88,7 @@ void expect_compiled(const char *kernel, const Line &line)
   KernelCache none("");
   const DeviceCode compiled =
       compiled_kernel({kernel, line.program, line.format, line.arithmetic}, NEWER_THAN_THE_COMPILER,
-                      Nvrtc::of_this_machine(), none, [](const std::string &) {
-                      });
+                      Nvrtc::of_this_machine(), none, [](const std::string &) {});
   EXPECT_NE(compiled.code.find(".entry " + compiled.kernel), std::string::npos) << compiled.kernel;
   const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
   EXPECT_EQ(relaxed, line.arithmetic == Arithmetic::Relaxed);
@@ -171,9 +169,8 @@ TEST_F(RuntimeKernels, SayWhatIsCompiledToWhoAsksForThem)
   KernelName other = SMALL;
   other.format = Format::Mixed;
   try {
-    runtime_kernel(other, NEWER_THAN_THE_COMPILER, [this](const std::string &line) {
-      log.push_back(line);
-    });
+    runtime_kernel(other, NEWER_THAN_THE_COMPILER,
+                   [this](const std::string &line) { log.push_back(line); });
   } catch (const std::exception &) {
     // where there is no card, or an older one, it cannot be loaded
   }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Kernels that are compiled at run time give the bits of those that were compiled ahead, in every format. Skipped where there is no device.
 
 #include "rve/engine/cuda_programs.h"

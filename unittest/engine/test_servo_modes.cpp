@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Modes of a stress servo: what they are for given conditions, whether the servo converges by them in an elastic material, and that single
 // components are the servo that steers components, to the last bit.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The number format single, fp32 positions and all, as the paper has it: good for the paper's soft grains, and what becomes of stiff ones.
 
 #include "support/environment.h"
@@ -133,9 +134,7 @@ TEST(SingleFormat, ExistsOnCpusOnly)
   Options options;
   options.format = Format::Single;
   options.device = Device::Cuda;
-  EXPECT_EQ(message_of([&] {
-              make_engine(options);
-            }),
+  EXPECT_EQ(message_of([&] { make_engine(options); }),
             "the number format single is for studies and exists on CPUs only");
   options.device = Device::Auto;
   {
@@ -144,9 +143,7 @@ TEST(SingleFormat, ExistsOnCpusOnly)
   }
   // not in silence where a device is demanded, unless the CPU was chosen
   const Environment demand("GPU_RVE_REQUIRE_CUDA", "1");
-  EXPECT_EQ(message_of([&] {
-              make_engine(options);
-            }),
+  EXPECT_EQ(message_of([&] { make_engine(options); }),
             "GPU_RVE_REQUIRE_CUDA=1 forbids the CPU, and the number format single exists on CPUs "
             "only; use fast, mixed or double, or choose the device cpu");
   options.device = Device::Cpu;
@@ -158,8 +155,6 @@ TEST(SingleFormat, ExistsForDisksOnly)
   Options options = cpu_options(Format::Single);
   options.contacts.dimension = 3;
   EXPECT_EQ(
-      message_of([&] {
-        make_engine<3>(options);
-      }),
+      message_of([&] { make_engine<3>(options); }),
       "the number format single is for studies of disks; spheres have fast, mixed and double");
 }

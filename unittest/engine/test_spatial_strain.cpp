@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Rotations, polar decomposition and exponential of increments in space.
 
 #include "rve/core/pi.h"

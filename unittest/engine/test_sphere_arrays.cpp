@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Arrays of spheres whose contacts all slide: the ratio of their stresses follows from geometry and friction alone, whatever the springs.
 //
 // Layers of spheres in squares of edge a_x by a_y, a height h apart, each over the middles of the squares below: face-centred cubic where

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Element tests of 1000 spheres against YADE and LAMMPS, from the same packing, in the first per cent of strain: uniaxial, isotropic, simple shear, and
 // triaxial compression, drained and undrained. Data: unittest/data/yade_*.csv, lammps_*.csv. Their headers say which program made them: of linear springs
 // YADE all but the undrained test; that one and those of Hertz and Mindlin another program with YADE's rules, whose q/p is that of YADE within 1e-9 up to
@@ -213,9 +214,7 @@ TEST_P(CurvesOfSpheres, OfHertzAndMindlinAreThoseOfYade)
 
 INSTANTIATE_TEST_SUITE_P(Formats, CurvesOfSpheres,
                          testing::Values(Format::Double, Format::Mixed, Format::Fast),
-                         [](const auto &info) {
-                           return to_string(info.param);
-                         });
+                         [](const auto &info) { return to_string(info.param); });
 
 // Its box is deformed after the forces, its damping looks at the whole velocity, and its histories are projected.
 TEST(CurvesOfLammps, WithLinearSpringsAreThoseOfLammps)

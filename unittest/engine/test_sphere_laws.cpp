@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Contact laws of spheres through the whole engine: Hertz-Mindlin, adhesion, resistance to rolling and twisting.
 
 #include "engine/test_states.h"
@@ -536,16 +537,12 @@ TEST(SphereLaws, TwistingOfDisksIsAnError)
   RveState disks = two_disks(1e-5);
   disks.material.twisting_stiffness = 2.0;
   EXPECT_EQ(
-      message_of([&] {
-        disks.check();
-      }),
+      message_of([&] { disks.check(); }),
       "twisting stiffness is 2 [force length], and the contact law hooke of disks has no such "
       "parameter");
   Spheres spheres = simple_cubic(with_resistance(material_of(ContactLaw::Linear)), 4, RADIUS, 1e-6);
   spheres.check();
   spheres.material.twisting_friction = -1.0;
-  EXPECT_EQ(message_of([&] {
-              spheres.check();
-            }),
+  EXPECT_EQ(message_of([&] { spheres.check(); }),
             "twisting friction is -1 [length]; it must be finite and at least 0");
 }

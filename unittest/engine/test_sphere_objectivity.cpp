@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Objectivity of RVEs of spheres through the engine: an observer who turns sees the same grains, turned.
 
 #include "rve/engine/contact_network.h"
@@ -147,9 +148,7 @@ INSTANTIATE_TEST_SUITE_P(About, TurnOfSpheres,
                                            Axis{"y", {{0.0, 1.0, 0.0}}},
                                            Axis{"z", {{0.0, 0.0, 1.0}}},
                                            Axis{"ATiltedAxis", {{0.48, 0.6, 0.64}}}),
-                         [](const auto &info) {
-                           return info.param.name;
-                         });
+                         [](const auto &info) { return info.param.name; });
 
 namespace {
 

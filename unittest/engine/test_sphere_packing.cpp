@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The preparation of packings of spheres on the CPU engine, and a packing of another program.
 
 #include "rve/core/error.h"
@@ -62,9 +63,7 @@ double coordination_of_backbone(const Spheres &state, int least)
     };
     const auto end = std::remove_if(contacts.begin(), contacts.end(), idle);
     if (end == contacts.end()) {
-      const auto bearing = std::count_if(count.begin(), count.end(), [](int n) {
-        return n > 0;
-      });
+      const auto bearing = std::count_if(count.begin(), count.end(), [](int n) { return n > 0; });
       return 2.0 * static_cast<double>(contacts.size()) / static_cast<double>(bearing);
     }
     contacts.erase(end, contacts.end());
@@ -103,9 +102,7 @@ TEST(LooseCloudOfSpheres, GrainsDoNotTouchAndFillTheAskedFraction)
     EXPECT_NEAR(cloud.solid_volume() / cloud.cell_volume(), fraction, 1e-12);
   }
   recipe.initial_solid_fraction = 0.4;
-  EXPECT_EQ(message_of([&] {
-              loose_cloud<3>(recipe);
-            }),
+  EXPECT_EQ(message_of([&] { loose_cloud<3>(recipe); }),
             "initial solid fraction [-] is 0.4; it must lie between 0.01 and 0.33");
 }
 
@@ -212,9 +209,7 @@ TEST(SpherePacking, AnAnisotropyThatGrainsDoNotBearIsReported)
   recipe.k0 = 0.02;
   recipe.max_steps = 20000;
 
-  const std::string message = message_of([&] {
-    generate_packing(recipe, *engine);
-  });
+  const std::string message = message_of([&] { generate_packing(recipe, *engine); });
 
   EXPECT_TRUE(message.find("packing did not come to rest at 100000 [stress] within 20000 steps") ==
                   0 ||
@@ -226,9 +221,8 @@ TEST(SpherePacking, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
 {
   const auto engine = cpu_engine();
 
-  const std::string message = message_of([&] {
-    generate_packing(sphere_recipe(100, 1e7), *engine);
-  });
+  const std::string message =
+      message_of([&] { generate_packing(sphere_recipe(100, 1e7), *engine); });
 
   EXPECT_EQ(
       message.find("grains would overlap by about 0.075 of their diameter, pressure * diameter "

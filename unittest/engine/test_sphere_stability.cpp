@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The largest stable time step of spheres: closed forms of its frequencies, runs on both sides of it, and the bound of it that an engine
 // finds.
 

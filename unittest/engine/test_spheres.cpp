@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs of spheres through the whole engine.
 
 #include "engine/test_states.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"

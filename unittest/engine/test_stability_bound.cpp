@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The bound of the time step that an engine finds for all of its RVEs, against the exact one of their states: never above it, and
 // within a few percent where it is asked for. The same text for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
@@ -190,6 +191,4 @@ TEST_P(StabilityBound, OfTheGpuHasTheBitsOfTheCpu)
 
 INSTANTIATE_TEST_SUITE_P(Formats, StabilityBound,
                          testing::Values(Format::Fast, Format::Mixed, Format::Double),
-                         [](const auto &info) {
-                           return to_string(info.param);
-                         });
+                         [](const auto &info) { return to_string(info.param); });

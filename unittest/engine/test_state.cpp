@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/state.h"
@@ -89,61 +90,34 @@ TEST(RveState, WrongNumbersAreNamedWithValueUnitAndRange)
     RveState state = two_disks(1e-5);
     state.pairs.push_back({0, 1, 0.0});
     spoil(state);
-    return message_of([&] {
-      state.check();
-    });
+    return message_of([&] { state.check(); });
   };
 
-  expect_contains(message_after([](RveState &s) {
-                    s.material.normal_stiffness = -5.0;
-                  }),
+  expect_contains(message_after([](RveState &s) { s.material.normal_stiffness = -5.0; }),
                   "normal stiffness is -5 [force/length]; it must be finite and greater than 0");
-  expect_contains(message_after([](RveState &s) {
-                    s.material.local_damping = 1.0;
-                  }),
+  expect_contains(message_after([](RveState &s) { s.material.local_damping = 1.0; }),
                   "local damping is 1 [-]; it must lie in [0, 1)");
-  expect_contains(message_after([](RveState &s) {
-                    s.material.friction = NOT_A_NUMBER;
-                  }),
+  expect_contains(message_after([](RveState &s) { s.material.friction = NOT_A_NUMBER; }),
                   "friction coefficient is nan");
-  expect_contains(message_after([](RveState &s) {
-                    s.radius[1] = 0.0;
-                  }),
+  expect_contains(message_after([](RveState &s) { s.radius[1] = 0.0; }),
                   "radius of grain 2 is 0 [length]; it must be finite and greater than 0");
-  expect_contains(message_after([](RveState &s) {
-                    s.velocity[3] = NOT_A_NUMBER;
-                  }),
+  expect_contains(message_after([](RveState &s) { s.velocity[3] = NOT_A_NUMBER; }),
                   "peculiar velocity of grain 2 is nan [length/time]");
-  expect_contains(message_after([](RveState &s) {
-                    s.spin.pop_back();
-                  }),
+  expect_contains(message_after([](RveState &s) { s.spin.pop_back(); }),
                   "RVE has 1 spins; its grains ask for 2");
-  expect_contains(message_after([](RveState &s) {
-                    s.cell(1, 1) = -0.2;
-                  }),
-                  "cell area");
+  expect_contains(message_after([](RveState &s) { s.cell(1, 1) = -0.2; }), "cell area");
   expect_contains(
-      message_after([](RveState &s) {
-        s.cell(1, 1) = 0.02;
-      }),
+      message_after([](RveState &s) { s.cell(1, 1) = 0.02; }),
       "cell width perpendicular to cell vector 0 is 0.02 [length]; it must exceed twice the "
       "largest contact distance, 0.02");
-  expect_contains(message_after([](RveState &s) {
-                    s.pairs[0].second = 2;
-                  }),
-                  "grains are 1 to 2");
-  expect_contains(message_after([](RveState &s) {
-                    s.pairs[0].second = 0;
-                  }),
+  expect_contains(message_after([](RveState &s) { s.pairs[0].second = 2; }), "grains are 1 to 2");
+  expect_contains(message_after([](RveState &s) { s.pairs[0].second = 0; }),
                   "joins grain 1 to itself");
   expect_contains(message_after([](RveState &s) {
                     s.pairs.push_back({1, 0, 2.0});
                   }),
                   "grains 1 and 2 are paired twice");
-  expect_contains(message_after([](RveState &s) {
-                    s.list_cell = s.cell;
-                  }),
-                  "list coordinates");
+  expect_contains(message_after([](RveState &s) { s.list_cell = s.cell; }), "list coordinates");
   expect_contains(message_after([](RveState &s) {
                     s = RveState{};
                     s.material = paper_material();
@@ -170,21 +144,16 @@ TEST(RveState, SizesThatNoFormatCanComputeWithAreNamed)
   const auto message_after = [](const std::function<void(RveState &)> &spoil) {
     RveState state = two_disks(1e-5);
     spoil(state);
-    return message_of([&] {
-      state.check();
-    });
+    return message_of([&] { state.check(); });
   };
   for (const auto &size : sizes)
     for (const double value : {1e300, 1e-300}) {
-      const std::string message = message_after([&](RveState &s) {
-        s.material.*size.member = value;
-      });
+      const std::string message =
+          message_after([&](RveState &s) { s.material.*size.member = value; });
       expect_contains(message, size.words);
       expect_contains(message, "it must be between 1e-30 and 1e30 in size");
     }
-  expect_contains(message_after([](RveState &s) {
-                    s.radius[1] = 1e-200;
-                  }),
+  expect_contains(message_after([](RveState &s) { s.radius[1] = 1e-200; }),
                   "radius of grain 2 is 1e-200 [length]; it must be between 1e-30 and 1e30");
   expect_contains(message_after([](RveState &s) {
                     s.material.density = 1e29;
@@ -200,9 +169,7 @@ TEST(RveState, SizesThatNoFormatCanComputeWithAreNamed)
                     s.spin[0] = 1e200;    // infinite in fp32
                   }),
                   "spin of grain 1 is 1e+200 [1/time]; it must be at most 1e30 in size");
-  expect_contains(message_after([](RveState &s) {
-                    s.material.friction = 1e12;
-                  }),
+  expect_contains(message_after([](RveState &s) { s.material.friction = 1e12; }),
                   "friction coefficient is 1e+12 [-]; it must be at most 1e10");
 }
 
@@ -211,10 +178,7 @@ TEST(RveState, NarrowWidthOfAShearedCellIsSeen)
   RveState state = two_disks(0.0);
   state.cell = Tensor2{{0.03, 0.12, 0.0, 0.03}};    // edges 0.03 and 0.124, but only 0.0073 apart
 
-  expect_contains(message_of([&] {
-                    state.check();
-                  }),
-                  "cell width perpendicular to cell vector 1");
+  expect_contains(message_of([&] { state.check(); }), "cell width perpendicular to cell vector 1");
 }
 
 TEST(RveImage, EveryMemberReturnsToTheLastBit)
@@ -276,14 +240,8 @@ TEST(RveImage, TruncatedAndForeignImagesAreNoticed)
 
   for (const std::size_t size :
        {std::size_t(0), std::size_t(7), image.size() / 2, image.size() - 1})
-    expect_contains(message_of([&] {
-                      deserialize(image.data(), size);
-                    }),
-                    "damaged");
-  expect_contains(message_of([&] {
-                    deserialize(foreign.data(), foreign.size());
-                  }),
-                  "byte order");
+    expect_contains(message_of([&] { deserialize(image.data(), size); }), "damaged");
+  expect_contains(message_of([&] { deserialize(foreign.data(), foreign.size()); }), "byte order");
 }
 
 TEST(Drive, DeformationIsTheExponentialOfTheVelocityGradient)

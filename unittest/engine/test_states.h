@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Small states that several tests start from.
 
-#ifndef RVE_UNITTEST_ENGINE_TEST_STATES_H
-#define RVE_UNITTEST_ENGINE_TEST_STATES_H
+#pragma once
 
 #include "rve/engine/contact_model.h"
 #include "rve/engine/state.h"
@@ -51,9 +51,7 @@ inline rve::RveState two_disks(double overlap)
 inline rve::RveState crowded_state(int num_grains, unsigned seed)
 {
   std::mt19937_64 random(seed);
-  const auto uniform = [&random] {
-    return static_cast<double>(random() >> 11) * 0x1p-53;
-  };
+  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   rve::RveState state;
   for (const rve::MaterialMember member : rve::parameters_of(state.material.law))
     state.material.*member = 0.1 + 0.8 * uniform();
@@ -85,9 +83,7 @@ inline rve::RveState crowded_state(int num_grains, unsigned seed)
 inline rve::RveStateOf<3> crowded_spheres(int num_grains, unsigned seed)
 {
   std::mt19937_64 random(seed);
-  const auto uniform = [&random] {
-    return static_cast<double>(random() >> 11) * 0x1p-53;
-  };
+  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   rve::RveStateOf<3> state;
   for (const rve::MaterialMember member : rve::parameters_of(state.material.law, 3))
     state.material.*member = 0.1 + 0.8 * uniform();
@@ -135,5 +131,3 @@ inline rve::RveState approaching_disks(double radius, const rve::Material &mater
 }
 
 }    // namespace rve_test
-
-#endif

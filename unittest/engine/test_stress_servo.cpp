@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The stress servo, and large shear under it through many lattice reductions.
 
 #include "rve/engine/packing.h"

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Grids and covariances that several tests of random fields use.
 
-#ifndef RVE_UNITTEST_FIELD_SCENES_H
-#define RVE_UNITTEST_FIELD_SCENES_H
+#pragma once
 
 #include "field/circulant_embedding.h"
 #include "field/covariance.h"
@@ -63,5 +63,3 @@ double sum_over_pairs(std::int64_t nx, std::int64_t ny, const Function &function
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The embedding is exact: second moments, not samples, against the dense covariance matrix and Cholesky's factor of it.
 
 #include "oracle/dense_matrix.h"
@@ -150,9 +151,8 @@ TEST(CirculantEmbedding, NegativeEigenvaluesAreFoundAndPaddedAway)
         eigenvalues.push_back(lambda.real());
         if (lambda.real() < -report->tolerance) negative_sum -= lambda.real();
       }
-      const auto negative = std::count_if(eigenvalues.begin(), eigenvalues.end(), [&](double x) {
-        return x < -report->tolerance;
-      });
+      const auto negative = std::count_if(eigenvalues.begin(), eigenvalues.end(),
+                                          [&](double x) { return x < -report->tolerance; });
       EXPECT_EQ(report->num_negative, negative) << covariance.name();
       EXPECT_NEAR(report->smallest, *std::min_element(eigenvalues.begin(), eigenvalues.end()),
                   2.0 * report->tolerance);

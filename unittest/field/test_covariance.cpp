@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Covariance functions against closed forms and against the integral of the Bessel function.
 
 #include "scenes.h"

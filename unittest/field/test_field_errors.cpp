@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Wrong input gets an error that names the value and the range.
 
 #include "field/marginal.h"
@@ -23,9 +24,7 @@ namespace {
 std::string embedding_error(const Grid &grid, const Covariance &covariance,
                             std::int64_t limit = CirculantEmbedding::DEFAULT_LIMIT)
 {
-  return input_error([&] {
-    CirculantEmbedding(grid, covariance, limit);
-  });
+  return input_error([&] { CirculantEmbedding(grid, covariance, limit); });
 }
 
 }    // namespace
@@ -71,9 +70,7 @@ TEST(FieldErrors, LengthsAndAnglesAreNumbers)
 TEST(FieldErrors, SmoothnessIsInItsRange)
 {
   for (const double nu : {0.0, -1.0, 25.1, double(NAN)})
-    expect_message(input_error([&] {
-                     field::Matern{nu};
-                   }),
+    expect_message(input_error([&] { field::Matern{nu}; }),
                    "smoothness nu of the Matern covariance must be in (0, 25], got " +
                        rve::number(nu));
 }
@@ -81,9 +78,7 @@ TEST(FieldErrors, SmoothnessIsInItsRange)
 TEST(FieldErrors, GridIsPossible)
 {
   const auto message = [](field::Vec lo, field::Vec hi, field::Vec spacing) {
-    return input_error([&] {
-      Grid::covering(lo, hi, spacing);
-    });
+    return input_error([&] { Grid::covering(lo, hi, spacing); });
   };
   expect_message(message({0, 0}, {1, 1}, {0.0, 1.0}), "grid spacing in x must be positive, got 0");
   expect_message(message({0, 0}, {1, 1}, {0.5, 1.5}),
@@ -129,65 +124,38 @@ TEST(FieldErrors, LengthsBeyondTheSquaresOfNumbersAreComparedAsTheyAre)
 
 TEST(FieldErrors, MarginalsArePossible)
 {
-  expect_message(input_error([] {
-                   field::Normal(NAN, 1.0);
-                 }),
-                 "mean must be finite, got nan");
-  expect_message(input_error([] {
-                   field::Normal(1.0, 0.0);
-                 }),
+  expect_message(input_error([] { field::Normal(NAN, 1.0); }), "mean must be finite, got nan");
+  expect_message(input_error([] { field::Normal(1.0, 0.0); }),
                  "standard deviation must be positive, got 0");
-  expect_message(input_error([] {
-                   field::Lognormal(0.0, 1.0);
-                 }),
+  expect_message(input_error([] { field::Lognormal(0.0, 1.0); }),
                  "mean of a lognormal field must be positive, got 0");
-  expect_message(input_error([] {
-                   field::Lognormal(1.0, -1.0);
-                 }),
+  expect_message(input_error([] { field::Lognormal(1.0, -1.0); }),
                  "standard deviation must be positive, got -1");
-  expect_message(input_error([] {
-                   field::Uniform(2.0, 2.0);
-                 }),
+  expect_message(input_error([] { field::Uniform(2.0, 2.0); }),
                  "lower bound must be below the upper one, got 2 and 2");
-  expect_message(input_error([] {
-                   field::Bounded(0.0, 1.0, INFINITY, 1.0);
-                 }),
+  expect_message(input_error([] { field::Bounded(0.0, 1.0, INFINITY, 1.0); }),
                  "location of a bounded field must be finite, got inf");
-  expect_message(input_error([] {
-                   field::Bounded(0.0, 1.0, 0.0, 0.0);
-                 }),
+  expect_message(input_error([] { field::Bounded(0.0, 1.0, 0.0, 0.0); }),
                  "scale of a bounded field must be positive, got 0");
 }
 
 TEST(FieldErrors, MarginalsAreFiniteForEveryFieldOrRefused)
 {
-  expect_message(input_error([] {
-                   field::Lognormal(1.0, 1e200);
-                 }),
+  expect_message(input_error([] { field::Lognormal(1.0, 1e200); }),
                  "standard deviation of a lognormal field must be at most 1e15 times its mean, got "
                  "1e+200 for the mean 1");
   expect_message(
-      input_error([] {
-        field::Lognormal(1e300, 1e300);
-      }),
+      input_error([] { field::Lognormal(1e300, 1e300); }),
       "values of a lognormal field with the mean 1e+300 and the standard deviation 1e+300 "
       "would leave the range of numbers");
-  expect_message(input_error([] {
-                   field::Lognormal(1e-300, 1e-300);
-                 }),
+  expect_message(input_error([] { field::Lognormal(1e-300, 1e-300); }),
                  "would leave the range of numbers, 2.3e-308 to 1.8e308: choose another unit");
   expect_message(
-      input_error([] {
-        field::Normal(0.0, 1e307);
-      }),
+      input_error([] { field::Normal(0.0, 1e307); }),
       "mean and 40 standard deviations must add up to less than 1.8e308, got 0 and 1e+307");
-  expect_message(input_error([] {
-                   field::Uniform(-1e308, 1e308);
-                 }),
+  expect_message(input_error([] { field::Uniform(-1e308, 1e308); }),
                  "bounds of a field must be less than 1.8e308 apart, got [-1e+308, 1e+308]");
-  expect_message(input_error([] {
-                   field::Bounded(-1e308, 1e308, 0.0, 1.0);
-                 }),
+  expect_message(input_error([] { field::Bounded(-1e308, 1e308, 0.0, 1.0); }),
                  "bounds of a field must be less than 1.8e308 apart");
   // what is left is finite wherever a field can be
   const double numbers[] = {1e-300, 1e-200, 1e-15, 1e-3, 1.0, 1e3, 1e15, 1e200, 1e300, 1.7e308};
@@ -195,32 +163,15 @@ TEST(FieldErrors, MarginalsAreFiniteForEveryFieldOrRefused)
     for (const double second : numbers) {
       const auto finite = [&](const auto &make) {
         std::optional<field::Marginal> marginal;
-        if (!input_error([&] {
-               marginal.emplace(make());
-             }).empty())
-          return;
+        if (!input_error([&] { marginal.emplace(make()); }).empty()) return;
         for (const double z : {-40.0, -8.6, -1.0, 0.0, 1.0, 8.6, 40.0})
-          EXPECT_TRUE(std::isfinite(std::visit(
-              [z](const auto &f) {
-                return f(z);
-              },
-              *marginal)))
+          EXPECT_TRUE(std::isfinite(std::visit([z](const auto &f) { return f(z); }, *marginal)))
               << "kind " << marginal->index() << ", " << first << " " << second << " at " << z;
       };
-      finite([&] {
-        return field::Normal(first, second);
-      });
-      finite([&] {
-        return field::Lognormal(first, second);
-      });
-      finite([&] {
-        return field::Uniform(-first, second);
-      });
-      finite([&] {
-        return field::Bounded(-1.0, 1.0, first, second);
-      });
-      finite([&] {
-        return field::Bounded(-first, second, 0.0, 1.0);
-      });
+      finite([&] { return field::Normal(first, second); });
+      finite([&] { return field::Lognormal(first, second); });
+      finite([&] { return field::Uniform(-first, second); });
+      finite([&] { return field::Bounded(-1.0, 1.0, first, second); });
+      finite([&] { return field::Bounded(-first, second, 0.0, 1.0); });
     }
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Statistics over many fields. Every estimator here is a mean of products of Gaussian numbers whose own variance is known in closed form,
 // E[abcd] = E[ab]E[cd] + E[ac]E[bd] + E[ad]E[bc] (Isserlis 1918). Its bound is 4.5 standard deviations: with correct code one of a
 // hundred thousand checks is beyond it, and seeds are fixed, so a check that has passed passes.

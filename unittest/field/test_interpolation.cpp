@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Values between the nodes: shape functions, the nearest node, and the variance at any position.
 
 #include "field/interpolation.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Marginal distributions: against closed forms, and by the test of Kolmogorov and Smirnov for values of many independent fields.
 
 #include "field/interpolation.h"
@@ -85,9 +86,8 @@ void expect_distribution(const Marginal &marginal, const Distribution &distribut
 
 TEST(Marginal, NormalValuesAreNormallyDistributed)
 {
-  expect_distribution(Normal(0.4, 0.05), [](double y) {
-    return normal_distribution((y - 0.4) / 0.05);
-  });
+  expect_distribution(Normal(0.4, 0.05),
+                      [](double y) { return normal_distribution((y - 0.4) / 0.05); });
 }
 
 TEST(Marginal, LognormalValuesHaveTheMeanAndDeviationAskedFor)
@@ -96,23 +96,18 @@ TEST(Marginal, LognormalValuesHaveTheMeanAndDeviationAskedFor)
   const Lognormal marginal(mean, deviation);
 
   const double m = expectation(marginal);
-  const double s = std::sqrt(expectation([&](double z) {
-    return std::pow(marginal(z) - m, 2);
-  }));
+  const double s = std::sqrt(expectation([&](double z) { return std::pow(marginal(z) - m, 2); }));
 
   EXPECT_NEAR(m, mean, 1e-10 * mean);    // rounding of a sum of some 1000 terms
   EXPECT_NEAR(s, deviation, 1e-10 * mean);
   const double zeta = std::sqrt(std::log(1.16)), lambda = std::log(mean) - 0.5 * zeta * zeta;
-  expect_distribution(marginal, [&](double y) {
-    return normal_distribution((std::log(y) - lambda) / zeta);
-  });
+  expect_distribution(marginal,
+                      [&](double y) { return normal_distribution((std::log(y) - lambda) / zeta); });
 }
 
 TEST(Marginal, UniformValuesAreUniformlyDistributed)
 {
-  expect_distribution(Uniform(-1.0, 3.0), [](double y) {
-    return (y + 1.0) / 4.0;
-  });
+  expect_distribution(Uniform(-1.0, 3.0), [](double y) { return (y + 1.0) / 4.0; });
 }
 
 TEST(Marginal, BoundedValuesHaveTheDistributionOfTheTransformedNormalNumber)

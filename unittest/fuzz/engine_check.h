@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What must hold of every state that a reader lets pass.
 
-#ifndef FUZZ_ENGINE_CHECK_H
-#define FUZZ_ENGINE_CHECK_H
+#pragma once
 
 #include "fuzz_target.h"
 #include "rve/core/error.h"
@@ -64,5 +64,3 @@ template <int D> void check_in_engine(const rve::RveStateOf<D> &state)
 }
 
 }    // namespace fuzz
-
-#endif

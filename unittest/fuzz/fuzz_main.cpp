@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Runs a target without libFuzzer: all inputs of the folders and the target's own, then changed ones.
 //
 //   fuzz_x [--seed N] [--count N] [--seconds S] [--keep FILE] [folder or file ...]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Packing files and libraries: whatever the text, the readers give a sound packing or an InputError that names the file.
 
 #include "engine/test_states.h"

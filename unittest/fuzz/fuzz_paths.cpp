@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Loading paths: whatever the text, it is a path or an InputError that says where; and what is a path gives sound drives, or an InputError, wherever
 // an RVE is on it.
 

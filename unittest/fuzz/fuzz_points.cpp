@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Records of points, as restart files and the exchange between ranks have them: a damaged one is refused, and one that is accepted is the
 // one that was written. With right checksums whatever they say is refused or can be lived with.
 

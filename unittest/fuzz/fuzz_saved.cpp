@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Bytes of rve_save: damaged ones are refused and change nothing; those with right checksums are restored, or refused.
 
 #include "capi/librve.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // LAMMPS scripts with changed keywords: each runs in a process of its own, and ends in order or by an ERROR of LAMMPS. A signal, an
 // exception that is no LAMMPS error, a report of a sanitizer, or a run without end is a failure.
 //

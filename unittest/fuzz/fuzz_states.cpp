@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Byte images of states: damaged ones are refused; those with a right checksum are sound, or an InputError.
 
 #include "engine/test_states.h"

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A target of fuzzing in the form of libFuzzer, with which it can be linked as well, and what fuzz_main.cpp wants to know of it.
 
-#ifndef FUZZ_TARGET_H
-#define FUZZ_TARGET_H
+#pragma once
 
 #include "mutator.h"
 
@@ -25,5 +25,3 @@ std::string changed(const std::string &input, Mutator &mutator);
 [[noreturn]] void fail(const std::string &reason);
 
 }    // namespace fuzz
-
-#endif

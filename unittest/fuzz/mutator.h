@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Changes inputs as a careless or hostile writer would, the same ones for the same seed on every machine.
 
-#ifndef FUZZ_MUTATOR_H
-#define FUZZ_MUTATOR_H
+#pragma once
 
 #include "support/random.h"
 
@@ -233,5 +233,3 @@ class Mutator {
 };
 
 }    // namespace fuzz
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Golden bits: whether the program still computes, to the last bit, what it computed when golden_bits.txt was written.
 //
 //   golden_bits [--device cpu|cuda] [--file FILE] [--only PART]
@@ -181,9 +182,8 @@ bool compare(const std::map<std::string, Line> &stored, const std::vector<Record
   }
   if (has_all)
     for (const auto &[name, line] : stored)
-      if (std::none_of(now.begin(), now.end(), [&name = name](const Record &record) {
-            return record.name == name;
-          })) {
+      if (std::none_of(now.begin(), now.end(),
+                       [&name = name](const Record &record) { return record.name == name; })) {
         std::printf("%s: in the file, but no longer computed\n", name.c_str());
         ++missing;
       }

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the program computed of one thing: a hash of all its bits, and a few numbers that show how large a change is.
 
-#ifndef GOLDEN_RECORD_H
-#define GOLDEN_RECORD_H
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -17,5 +17,3 @@ struct Record {
 };
 
 }    // namespace golden
-
-#endif

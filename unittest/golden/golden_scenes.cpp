@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Scenes and drives are made of sums, products, quotients and roots only, which are the same on every machine. Where the program itself
 // calls the mathematical library of the host (marked `libm`), a library that rounds differently may give other last bits: glibc's have
 // been the same for years, on all processors.
@@ -208,12 +209,7 @@ namespace {
     };
 
     add("plain", two, paths);
-    add("frictionless",
-        changed(two,
-                [](Material &m) {
-                  m.friction = 0.0;
-                }),
-        paths);
+    add("frictionless", changed(two, [](Material &m) { m.friction = 0.0; }), paths);
     add("servo", two, servos);
     add("energy", two, paths).options.track_energy = true;
     add("dashpots", changed(two, dashpots), paths);
@@ -242,10 +238,7 @@ namespace {
     };
     add("dmt", changed(changed(two, hertz), dmt), servos).options.track_energy = true;
     add("dmt_reach",
-        changed(changed(changed(two, hertz), dmt),
-                [](Material &m) {
-                  m.adhesion_reach = 4e-4;
-                }),
+        changed(changed(changed(two, hertz), dmt), [](Material &m) { m.adhesion_reach = 4e-4; }),
         servos)
         .options.track_energy = true;
     add("hertz_rolling", changed(changed(two, hertz), rolling), servos).options.track_energy = true;
@@ -798,9 +791,7 @@ namespace {
     const std::vector<double> values = embedding.sample(11);
     BitHash hash;
     for (const double x : values) hash.add(static_cast<std::int64_t>(std::nearbyint(x * 0x1p20)));
-    const auto rounded = [](double x) {
-      return std::nearbyint(x * 0x1p20) * 0x1p-20;
-    };
+    const auto rounded = [](double x) { return std::nearbyint(x * 0x1p20) * 0x1p-20; };
     records.push_back({"host/random_field",
                        hash.value(),
                        {{"first", rounded(values.front())}, {"last", rounded(values.back())}}});
@@ -849,12 +840,9 @@ namespace {
                          BitHash().add(text).value(),
                          {{"bytes", static_cast<double>(text.size())}}});
     };
-    add_file("packing_file", [&](const std::string &path) {
-      write_packing(path, state);
-    });
-    add_file("data_file_of_lammps", [&](const std::string &path) {
-      write_lammps_data(path, state);
-    });
+    add_file("packing_file", [&](const std::string &path) { write_packing(path, state); });
+    add_file("data_file_of_lammps",
+             [&](const std::string &path) { write_lammps_data(path, state); });
     add_file("library_file", [&](const std::string &path) {
       PackingLibrary library;
       LibraryRow row{};

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The runs whose bits are kept.
 
-#ifndef GOLDEN_SCENES_H
-#define GOLDEN_SCENES_H
+#pragma once
 
 #include "golden_record.h"
 
@@ -20,5 +20,3 @@ std::vector<Record> device_records(Device device, const std::string &part);
 std::vector<Record> host_records();
 
 }    // namespace golden
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Hashes of the state of an RVE. They do not depend on the order in which an engine keeps grains
 // and pairs, or on which grain of a pair owns it.
 
-#ifndef GOLDEN_STATE_HASH_H
-#define GOLDEN_STATE_HASH_H
+#pragma once
 
 #include "rve/engine/state.h"
 #include "support/bit_hash.h"
@@ -82,9 +82,7 @@ template <int D> void add_state(rve_test::BitHash &hash, const rve::RveStateOf<D
   hash.add(state.radius).add(state.fractional).add(state.velocity).add(state.spin);
   std::vector<rve::PairOf<D>> pairs = canonical_pairs(state);
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                             [](const rve::PairOf<D> &pair) {
-                               return !remembers(pair);
-                             }),
+                             [](const rve::PairOf<D> &pair) { return !remembers(pair); }),
               pairs.end());
   hash.add(static_cast<std::uint64_t>(pairs.size()));
   for (const rve::PairOf<D> &pair : pairs) {
@@ -103,5 +101,3 @@ template <int D> void add_list(rve_test::BitHash &hash, const rve::RveStateOf<D>
 }
 
 }    // namespace golden
-
-#endif

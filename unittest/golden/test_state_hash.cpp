@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The hashes of states depend on each bit of a state, and not on the order of its pairs and grains.
 
 #include "rve/core/space.h"
@@ -163,9 +164,7 @@ TYPED_TEST(StateHash, DependsOnEachBitOfTheState)
 {
   constexpr int D = TypeParam::value;
   RveStateOf<D> state = full_state<D>();
-  const auto hash = [&] {
-    return hash_of(state);
-  };
+  const auto hash = [&] { return hash_of(state); };
   for (const MaterialParameter &parameter : MATERIAL_PARAMETERS) {
     expect_each_bit_counts(state.material.*parameter.member, hash, parameter.name);
     state.material.*parameter.member = 0.0;
@@ -306,9 +305,7 @@ TYPED_TEST(StateHash, IsThatOfTheMotionWhateverListsAnEngineHas)
   const RveStateOf<D> start = moved<D>(packing<D>(), 0.0, 3);
   for (const RememberedNumber<D> &number : pair_memory<D>())
     EXPECT_GT(std::count_if(start.pairs.begin(), start.pairs.end(),
-                            [&](const PairOf<D> &pair) {
-                              return number.of(pair) != 0.0;
-                            }),
+                            [&](const PairOf<D> &pair) { return number.of(pair) != 0.0; }),
               50)
         << number.what;
 

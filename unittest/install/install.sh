@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # `cmake --install` below a DESTDIR, and then, in another place than it was installed for: lmp with an example, the plugin in a plain LAMMPS,
 # the Python module, and a project that finds the CMake package.
 #

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The Debian package of librve: made by cpack, unpacked by dpkg in an empty folder, and used there by a program in C.
 #
 #   librve_deb.sh <cmake> <cpack> <build tree> <folder to work in> <the project> <packing>

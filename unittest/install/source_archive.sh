@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The files of the repository, unpacked elsewhere and without git on the machine: they configure, and a library builds.
 #
 #   source_archive.sh <cmake> <repository> <folder to work in> <C++ compiler> <LAMMPS tree, or empty>

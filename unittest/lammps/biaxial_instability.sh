@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The map of instability of the biaxial specimen, small: no point has lost ellipticity at a third of the peak's strain, a quarter of them has at the peak, and the bands that may form
 # are inclined as between Roscoe's and Coulomb's angles: biaxial_instability.sh <lmp> <examples/biaxial_specimen> <tools> <python> <folder to write in>
 set -eu

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # An example on its coarse grid against its closed form: the line of its output with "closed form: ...; ratio: ...".
 #
 #   closed_form.sh <lmp> <input script> <least ratio> <largest ratio> <options of lmp...>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # The comparisons of examples/crosscheck and examples/validation. rve_add_comparison(name script arguments...): exit status 0 if all of its
 # checks hold. They need Python with numpy.
 include("${PROJECT_SOURCE_DIR}/unittest/python.cmake")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """element_test.py of the examples: the tests of a laboratory against their baseline and against what their paths say, its files as others read them, and what it refuses.
 
     python3 element_test.py <lmp> <examples> <folder to write in>

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The map of instability of the footing example, on a coarse grid: hardly a point has lost ellipticity early in the loading, and a quarter has at the peak: footing_instability.sh <lmp> <examples/footing> <tools> <python> <folder to write in>
 set -eu
 lmp=$1 example=$2 tools=$3 python=$4 folder=$5

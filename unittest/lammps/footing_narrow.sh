@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # examples/footing with so few grains that the cell of a point beside the footing becomes too narrow: without copies the run ends there, with
 # copies it goes on, as it was until then and on two ranks to the same bits.
 #

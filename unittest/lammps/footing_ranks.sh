@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # examples/footing on several ranks: RVEs move with their points, also when `fix balance` shares them anew by what each has cost, and
 # curve and fields keep their bits. Full domain, four points in a cell, packings drawn point by point, DEM steps by strain, RVEs that sleep.
 #

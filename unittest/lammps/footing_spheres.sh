@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # examples/footing with grains of spheres in plane strain, and with disks, on a small ground: the pressure begins with the surcharge, bears several times
 # as much, and more with spheres, which cannot move out of the plane between others.
 #

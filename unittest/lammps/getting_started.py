@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """The scripts of the manual's front page and of Getting started, run to the end as they stand, and continued from their restart files.
 
     getting_started.py --lmp <lmp> --examples <examples/getting_started>

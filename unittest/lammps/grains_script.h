@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What tests of fix rve share: four atoms with the same packing, and scripts with one fix of the ID grains.
 
-#ifndef GPU_RVE_UNITTEST_LAMMPS_GRAINS_SCRIPT_H
-#define GPU_RVE_UNITTEST_LAMMPS_GRAINS_SCRIPT_H
+#pragma once
 
 #include "script.h"
 #include "support/files.h"
@@ -88,5 +88,3 @@ inline std::string log_of(const std::string &lines)
 }
 
 }    // namespace grains_script
-
-#endif

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The scripts that the how-to pages show run as they stand, with small packings where the page has a variable for them, and do what the pages say.
 #
 #   howto.sh <lmp> <examples/howto>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A plugin that was built for another LAMMPS than this one, as far as it knows: it must be refused before it registers anything.
 
 #include "plugin_host.h"

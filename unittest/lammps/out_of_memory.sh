@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Ranks of a host share its memory: what they need is added up, and one error says how many RVEs would fit. With a third of the RVEs on
 # each of three ranks, a limit that is enough for any one of them is not enough for all; one that is a little more than what they
 # need lets them run, one that is a little less does not.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The plugin in a plain LAMMPS: by `plugin load`, and by LAMMPS_PLUGIN_PATH, where the styles survive `clear`. And
 # plugins that were built for another kind of LAMMPS, which end the run.
 #

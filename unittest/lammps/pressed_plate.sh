@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # A scene that several tests end before its end, to be read by them (. pressed_plate.sh): a plate pressed into 4 x 4 points with RVEs, by fix
 # mpm. Writes in.setup, the points, and in.fixes, all that a restart file does not have, into the present folder.
 # Wants: $packing, $speed of the plate [m/s], $thermo, $fix_words (more keywords of fix rve).

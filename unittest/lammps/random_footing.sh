@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # examples/random_footing, its first millimetres: the ground of a random field is the same for two ranks as for one, to the last bit; a
 # ground whose left half mirrors the right one pushes the footing to neither side, and one packing at all points does.
 #

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # A run writes the same restart file whenever it is made: nothing in it is of the process, its memory or the time of day.
 #
 #   restart_bytes.sh <lmp>

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # examples/restart: two halves, or the second one from a file in the middle of the first, are the same bits as one run; and none of them warns.
 #
 #   restart_example.sh <lmp> <folder examples>

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # A run that is killed (SIGKILL, no time for a last word) goes on from its last complete restart file to the same bits:
 #   one run, uninterrupted, without restart files   =   the same run, killed a few times at random moments and continued.
 # LAMMPS writes a restart file in place, so the last one may be torn. Two files that take turns are safe, if a continued run begins with

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # Material points carry their RVEs from rank to rank and through restart files, bit for bit:
 #   one process on 1 rank, uninterrupted   =   `ranks before`, stopped, and a new process on `ranks after`,
 # after points have migrated, with sheared contacts, in the middle of a list's life. The states of the RVEs and everything the points

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // LAMMPS scripts in tests: run line by line on a communicator, asked for what its atoms have, and for the error they end in.
 
-#ifndef GPU_RVE_UNITTEST_LAMMPS_SCRIPT_H
-#define GPU_RVE_UNITTEST_LAMMPS_SCRIPT_H
+#pragma once
 
 #include "atom.h"
 #include "compute.h"
@@ -101,9 +101,8 @@ class Script {
   Values by_id(const double *of_local_atoms)
   {
     Values values;
-    const Rows rows = rows_by_id(1, [=](int i, std::vector<double> &list) {
-      list.push_back(of_local_atoms[i]);
-    });
+    const Rows rows =
+        rows_by_id(1, [=](int i, std::vector<double> &list) { list.push_back(of_local_atoms[i]); });
     for (const auto &[id, row] : rows) values[id] = row[0];
     return values;
   }
@@ -120,5 +119,3 @@ inline std::string message_of(const std::string &lines)
   }
   return "";
 }
-
-#endif

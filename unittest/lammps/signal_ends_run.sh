@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # A batch system ends a run with SIGTERM: the log that somebody follows shows how far the run is, the run ends after its present step with
 # the restart file that the script asks for, and the continued run has the bits of an uninterrupted one. The scene: pressed_plate.sh.
 #

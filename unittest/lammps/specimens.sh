@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # An example in space or between plates, small: its physics, as the script that draws it sees it.
 #
 #   specimens.sh biaxial_specimen|triaxial_specimen|footing_3d <lmp> <python with numpy> <examples>

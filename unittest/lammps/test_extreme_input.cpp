@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What fix rve says of numbers that are far from what grains have: nothing wrong comes out of them without a word. Through LAMMPS
 // scripts, alone and on several ranks.
 

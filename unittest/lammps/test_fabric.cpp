@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Fabric of contacts, branches and forces as LAMMPS' compute fabric finds it in a run of its own: spheres of pair_style granular in a box that leans in
 // all ways, looked at as the state of an RVE.
 
@@ -22,9 +23,7 @@ class Granular : public Script {
  public:
   Granular()
   {
-    const auto text = [](double x) {
-      return std::to_string(x) + " ";
-    };
+    const auto text = [](double x) { return std::to_string(x) + " "; };
     *this << "units si\ndimension 3\nboundary p p p\natom_style sphere\natom_modify map "
              "array\nnewton off\n"
              "comm_modify vel yes\nregion box prism 0 " +

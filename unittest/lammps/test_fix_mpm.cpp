@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // fix mpm through LAMMPS scripts: physics in closed form, the same bits on any number of ranks and after a restart, and
 // the messages for wrong input. Runs under mpirun as well: every rank then also runs the scene alone and compares.
 

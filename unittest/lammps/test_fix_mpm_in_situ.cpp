@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Ground that fix mpm finds in its stress, through LAMMPS scripts: in equilibrium with its weight from the first step on, the same bits on any
 // number of ranks and after a restart, and the messages for wrong input. Runs under mpirun as well.
 

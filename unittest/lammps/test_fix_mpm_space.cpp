@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // fix mpm in dimension 3 through LAMMPS scripts: physics in closed form, RVEs of spheres as its material, the same bits on any number of
 // ranks and after a restart, and the messages for wrong input. Runs under mpirun as well.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: when time passes and when not, restart and deletion,
 // and the messages for wrong input.
 

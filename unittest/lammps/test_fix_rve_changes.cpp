@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a script says of RVEs that are there already: continued runs, fix_modify, unfix; what a restart file says that is damaged; and
 // words that would be lost without a word.
 

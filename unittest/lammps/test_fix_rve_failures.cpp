@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs that cannot go on as they are, through LAMMPS scripts: what becomes of them, what is said and what is counted, on any number of ranks.
 
 #include "grains_script.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Loading paths of fix rve through LAMMPS scripts: a path for each atom, from a file and from the script, their ends, and restarts. Runs under
 // mpirun as well.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs of spheres through LAMMPS scripts: in dimension 3 and, in plane strain, in dimension 2. Runs under mpirun as well.
 
 #include "comm.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A heap of grains without anything around it: its points open to gas, fall, and are pressed together again where they land.
 
 #include "grains_script.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The contact laws of LAMMPS' pair_style granular: the same grains in LAMMPS and in an RVE, whose material is read from the same words of
 // pair_coeff, collide, slide, load and unload with the same forces and torques. What the words give, and which ones are errors.
 
@@ -372,9 +373,7 @@ INSTANTIATE_TEST_SUITE_P(
             "coeff_restitution rolling sds 2e4 0 0.1"},
         Law{"DmtMindlinRolling",
             "dmt 1e8 3e5 0.3 20 tangential mindlin NULL 0.5 0.4 rolling sds 2e4 0 0.1"}),
-    [](const auto &info) {
-      return info.param.name;
-    });
+    [](const auto &info) { return info.param.name; });
 
 // ---- what the words give ----
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The contact laws of LAMMPS' pair_style granular between spheres in a triclinic periodic box: the laws of an engine, with the material that
 // the same words of pair_coeff give, have the same forces and torques in the configurations of a LAMMPS run.
 //
@@ -125,9 +126,7 @@ class GranularScript : public Script {
     // another setup would evaluate forces with the velocities of the whole step
     *this << "run 1 pre no post no";
     const LAMMPS_NS::Atom *atom = lmp->atom;
-    const auto vector = [](const double *x) {
-      return Vector{{x[0], x[1], x[2]}};
-    };
+    const auto vector = [](const double *x) { return Vector{{x[0], x[1], x[2]}}; };
     std::vector<Grain> all(NUM_GRAINS);
     for (int i = 0; i < atom->nlocal; ++i) {
       const double radius = atom->radius[i], mass = atom->rmass[i];
@@ -324,9 +323,7 @@ TEST_P(GranularSpheres, HaveTheForcesOfLammpsWithHistoriesAsItProjectsThem)
     const Comparison compared = compare(law, lammps, 400);
     EXPECT_GT(compared.sliding, 100);
     EXPECT_GT(compared.sticking, 100);
-    const auto has = [&](const char *word) {
-      return words.find(word) != std::string::npos;
-    };
+    const auto has = [&](const char *word) { return words.find(word) != std::string::npos; };
     EXPECT_TRUE(!has("rolling") || compared.rolled > 100);
     EXPECT_TRUE(!has("twisting") || compared.twisted > 100);
     expect_rounding_only(compared, 1e-11);
@@ -381,6 +378,4 @@ INSTANTIATE_TEST_SUITE_P(
         Law{"DmtMindlinRollingTwisting",
             "dmt 1e8 3e5 0.3 10 tangential mindlin NULL 0.5 0.4 rolling sds 2e4 0 0.05 "
             "twisting sds 0.5 0 5e-5"}),
-    [](const auto &info) {
-      return info.param.name;
-    });
+    [](const auto &info) { return info.param.name; });

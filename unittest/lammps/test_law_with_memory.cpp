@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A law of the continuum with a memory of its own, in this file alone: what it remembers goes through runs, ranks, sorting and restart
 // files, to the bit, and can be read by name. Runs under mpirun as well.
 

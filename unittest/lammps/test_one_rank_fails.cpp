@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Failures on one rank only, which must end all ranks with one message and never hang, and warnings of
 // ranks that have no log file. The tests hold on any number of ranks and are run on two.
 
@@ -117,27 +118,20 @@ TEST(Collectively, EndsAllRanksWithTheProblemOfTheOneThatFailed)
     }
     return "";
   };
-  EXPECT_EQ(message_of([] {
-            }),
-            "");
-  EXPECT_IN("fix any: the device is lost", message_of([] {
-              throw std::runtime_error("the device is lost");
-            }));
-  EXPECT_IN("fix any: this rank is out of memory", message_of([] {
-              throw std::bad_alloc();
-            }));
-  EXPECT_IN("fix any: an exception without a message", message_of([] {
-              throw std::runtime_error("");
-            }));
+  EXPECT_EQ(message_of([] {}), "");
+  EXPECT_IN("fix any: the device is lost",
+            message_of([] { throw std::runtime_error("the device is lost"); }));
+  EXPECT_IN("fix any: this rank is out of memory", message_of([] { throw std::bad_alloc(); }));
+  EXPECT_IN("fix any: an exception without a message",
+            message_of([] { throw std::runtime_error(""); }));
 }
 
 TEST(Collectively, SaysWhatTheLowestRankSays)
 {
   Script script;
   try {
-    LAMMPS_NS::collectively(script.lmp.get(), "fix any", [] {
-      throw std::runtime_error("rank " + std::to_string(rank()));
-    });
+    LAMMPS_NS::collectively(script.lmp.get(), "fix any",
+                            [] { throw std::runtime_error("rank " + std::to_string(rank())); });
     FAIL();
   } catch (const LAMMPS_NS::LAMMPSException &problem) {
     EXPECT_IN("fix any: rank 0", problem.what());
@@ -147,24 +141,17 @@ TEST(Collectively, SaysWhatTheLowestRankSays)
 TEST(OnThisRank, AbortsWithThePlaceForEveryKindOfException)
 {
   Script script;
-  const auto who = [] {
-    return std::string("fix any: RVE of atom 7, step 3");
-  };
+  const auto who = [] { return std::string("fix any: RVE of atom 7, step 3"); };
   if (rank() == last_rank()) {
     try {
-      LAMMPS_NS::on_this_rank(script.lmp.get(), who, []() -> int {
-        throw std::runtime_error("the device is lost");
-      });
+      LAMMPS_NS::on_this_rank(script.lmp.get(), who,
+                              []() -> int { throw std::runtime_error("the device is lost"); });
       FAIL();
     } catch (const LAMMPS_NS::LAMMPSAbortException &problem) {
       EXPECT_IN("fix any: RVE of atom 7, step 3: the device is lost", problem.what());
     }
   }
-  EXPECT_EQ(LAMMPS_NS::on_this_rank(script.lmp.get(), who,
-                                    [] {
-                                      return 5;
-                                    }),
-            5);
+  EXPECT_EQ(LAMMPS_NS::on_this_rank(script.lmp.get(), who, [] { return 5; }), 5);
 }
 
 // ---- places before a run ----

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // create_rve and write_rve: what they refuse before anything runs, where they write, and what they warn of; and the images of packings
 // that fix rve makes. Runs under mpirun as well: every rank then runs the scripts alone.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // random_field through LAMMPS scripts: the same bits on any number of ranks, what reads the property, and the messages for wrong
 // input. Runs under mpirun as well: every rank then also runs the script alone and compares.
 

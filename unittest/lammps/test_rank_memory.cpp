@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Memory that the ranks of one machine have in common.
 
 #include "rank_resources.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // SIGTERM and SIGINT during a run: it ends after its present step, with the restart file that the script asks for. Runs under mpirun as
 // well: then only the last rank gets the signal.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // compute rve/contact/local and dump rve/grain: the contacts and the grains of RVEs against what compute rve/atom says of them, where the
 // atoms are on any rank, and what the two styles refuse.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Libraries of packings through LAMMPS scripts: create_rve fills them, fix rve chooses from them; the same on any number of ranks and in
 // any order of atoms, and the messages for wrong input. Runs under mpirun as well: every rank then also runs the script alone.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // compute rve/tangent: that it gives each atom the tangent of its RVE, on any rank, and changes nothing of the run; and what it refuses.
 
 #include "grains_script.h"
@@ -47,13 +48,7 @@ template <int D> macro::ProbedTangentOf<D> tangent_of(const std::string &path)
       rve::make_engine<D>(options),
       macro::TangentOptions::of(rve::Format::Double, macro::TangentKind::Elastic));
   return probes.probe(
-      1,
-      [&](int) {
-        return state;
-      },
-      [](int) {
-        return rve::Tensor<double, D>::zero();
-      })[0];
+      1, [&](int) { return state; }, [](int) { return rve::Tensor<double, D>::zero(); })[0];
 }
 
 }    // namespace

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Colliding spheres in the engine and in LAMMPS' pair_style granular: the same motion. They begin apart, so that the half step between the
 // velocities of both leapfrogs makes no difference: before the first contact velocities are those of any time.
 

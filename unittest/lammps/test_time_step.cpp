@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The DEM time step of fix rve through LAMMPS scripts: whose stability bound counts, and when it is looked at. Alone and on several
 // ranks.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The convergence of tangents by probing, for doc/src/compute_rve_tangent.rst: errors against the size of the probe in each number format, and
 // what a loading tangent depends on. Takes half a minute.
 
@@ -25,13 +26,7 @@ ProbedTangentOf<D> probe(const rve::RveStateOf<D> &state, const TangentOptions &
   engine.contacts = rve::contacts_of(state);
   return TangentProbesOf<D>(rve::make_engine<D>(engine), options)
       .probe(
-          1,
-          [&](int) {
-            return state;
-          },
-          [&](int) {
-            return rate;
-          })[0];
+          1, [&](int) { return state; }, [&](int) { return rate; })[0];
 }
 
 template <int D>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs that move to an engine with other contacts: to the same bits, with their numbers and shadows, or not at all.
 
 #include "macro/rve_points.h"
@@ -196,9 +197,8 @@ TEST(ContactChange, IsRefusedWhereMemoryIsShortAndThenNothingChanges)
   const std::vector<std::string> before = records(points);
 
   setenv("GPU_RVE_MEMORY_LIMIT", "1000", 1);
-  const std::string message = rve_test::message_of([&] {
-    points.set_materials({2}, {rough(points.material(2))});
-  });
+  const std::string message =
+      rve_test::message_of([&] { points.set_materials({2}, {rough(points.material(2))}); });
   unsetenv("GPU_RVE_MEMORY_LIMIT");
 
   EXPECT_NE(message.find("RVEs with contact law hooke with rolling resistance need "),

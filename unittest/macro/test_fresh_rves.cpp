@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Fresh RVEs in place of those that failed: under the stress, with the deformation and near the density that these had.
 
 #include "macro/rve_points.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Stresses in the ground before anything happens: weight of levels, and RVEs that are brought to a stress.
 
 #include "macro/in_situ.h"
@@ -129,9 +130,7 @@ TEST(HeightProfile, ALevelWithoutPointsHasTheDensityBelow)
 
 TEST(HeightProfile, NamesWhatIsWrong)
 {
-  EXPECT_EQ(rve_test::message_of([] {
-              HeightProfile(0.0, -1.0, {1.0});
-            }),
+  EXPECT_EQ(rve_test::message_of([] { HeightProfile(0.0, -1.0, {1.0}); }),
             "levels of the ground are -1 [length] thick; they must be thicker than 0");
   EXPECT_EQ(rve_test::message_of([] {
               HeightProfile(0.0, 1.0, {0.0, 1.0});

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Loading paths of RVEs against closed forms: laboratory tests on lattices, whose constants are known, and on packings; events, tables, and
 // what a path must not depend on.
 
@@ -80,8 +81,7 @@ template <int D> class Laboratory {
 
   /// Steps until the path has ended; at most so many.
   int finish(
-      int most, const std::function<void()> &look = [] {
-      })
+      int most, const std::function<void()> &look = [] {})
   {
     for (int done = 1; done <= most; ++done) {
       advance();
@@ -473,9 +473,7 @@ TEST(LoadPath, ModuliOfALatticeAreThoseOfItsElasticConstants)
     if (laboratory.path(Q).stage == 0) sheared = laboratory.result(Q);
   }
 
-  const auto change = [&](int k) {
-    return laboratory.result(k).stress - before;
-  };
+  const auto change = [&](int k) { return laboratory.result(k).stress - before; };
   const auto strain = [&](int k, int axis) {
     return std::log(laboratory.result(k).deformation(axis, axis));
   };
@@ -819,9 +817,7 @@ TEST(LoadPath, FollowsTablesOfStress)
     rows.replace(rows.find(std::string(" ") + name + "\n") + 1, 1, std::to_string(value));
   const auto paths =
       paths_of("stage stress p table t.csv p stress xx-yy 0 stress xx-zz 0 until time > 0.03",
-               [&](const std::string &) {
-                 return rows;
-               });
+               [&](const std::string &) { return rows; });
   const macro::PathTable table(rows, "t.csv");
   Laboratory<3> laboratory(start, 1, paths);
   const CubicConstants c = constants_under_pressure(start.material);

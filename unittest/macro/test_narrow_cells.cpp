@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs that are stretched until their cells are too narrow for their grains, and go on as copies of themselves side by side.
 
 #include "macro/rve_points.h"
@@ -190,9 +191,7 @@ TYPED_TEST(NarrowCell, TurnsWithItsDrive)
   const auto engine = rve::make_engine<D>(options_of_dimension(D));
   engine->add(state);
   engine->turn({0}, {rotation});
-  const auto turned = [&](const Matrix<D> &x) {
-    return rotation * x * rve::transpose(rotation);
-  };
+  const auto turned = [&](const Matrix<D> &x) { return rotation * x * rve::transpose(rotation); };
   Points<D> one = points_of<D>(state, with_copies(2)),
             other = points_of<D>(engine->state(0), with_copies(2));
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs that open until no grains touch, as at a free surface, and are closed again: no stress from nothing, stress again where grains touch
 // again, and all energy on record.
 
@@ -99,9 +100,8 @@ template <int D> std::vector<Touch> touches(const rve::RveStateOf<D> &state)
       const double distance = std::sqrt(dot(b, b)), radii = state.radius[i] + state.radius[j];
       all.push_back({radii / distance, distance, radii});
     }
-  std::sort(all.begin(), all.end(), [](const Touch &a, const Touch &b) {
-    return a.stretch > b.stretch;
-  });
+  std::sort(all.begin(), all.end(),
+            [](const Touch &a, const Touch &b) { return a.stretch > b.stretch; });
   return all;
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Macro steps of RVEs: what an advance leaves in the results, with details and without.
 
 #include "macro/rve_points.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Macro steps of RVEs of spheres, and RVEs of spheres as a material of a plane continuum.
 
 #include "macro/rve_constitutive.h"
@@ -429,9 +430,8 @@ TEST(PWaveModulusOfSpheres, ByATangentIsThatOfTheLattice)
       rve::make_engine<3>(sphere_options()),
       macro::TangentOptions::of(rve::Format::Double, macro::TangentKind::Elastic));
 
-  const double share = law.measured_wave_share({0, 1}, probes, [&](int point) {
-    return owner.points.state(owner.slots[point]);
-  });
+  const double share = law.measured_wave_share(
+      {0, 1}, probes, [&](int point) { return owner.points.state(owner.slots[point]); });
 
   // constants are those without overlap, which is 1e-3 of the radius
   EXPECT_NEAR(share * bound, fastest, 5e-3 * fastest);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Steps of a continuum over RVEs have the same bits where increments and stresses stay on a GPU, where the host waits for nothing that it does not
 // need, and on CPU threads: with substeps that are matched or adaptive, RVEs that are turned, looked at, have stiffened, repeat a call or fail.
 
@@ -372,10 +373,7 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
   here->steps(1);
   there->steps(1);
   expect_same(*here, *there, true);
-  EXPECT_GT(count_of([](rve::Rest rest) {
-              return rest != rve::Rest::Unknown;
-            }),
-            0);
+  EXPECT_GT(count_of([](rve::Rest rest) { return rest != rve::Rest::Unknown; }), 0);
   if (DEVICE == rve::Device::Cuda) {
     EXPECT_GT(ahead, 0);
     EXPECT_EQ(there->owner.advances_ahead, ahead + 1);
@@ -383,10 +381,7 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
   here->steps(40);
   there->steps(40);
   expect_same(*here, *there, true);
-  EXPECT_GT(count_of([](rve::Rest rest) {
-              return rest == rve::Rest::Sleeps;
-            }),
-            0);
+  EXPECT_GT(count_of([](rve::Rest rest) { return rest == rve::Rest::Sleeps; }), 0);
   if (DEVICE == rve::Device::Cuda) { EXPECT_EQ(there->owner.advances_there, 55); }
 }
 
@@ -406,6 +401,4 @@ TEST_P(StepsOnDevice, HaveThemOverSpheresInPlaneStrain)
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, StepsOnDevice, testing::ValuesIn(ALL_FORMATS),
-                         [](const auto &format) {
-                           return rve::to_string(format.param);
-                         });
+                         [](const auto &format) { return rve::to_string(format.param); });

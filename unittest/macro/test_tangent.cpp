@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a tangent says of a material, against closed forms: isotropic and plastic solids, solids under stress.
 
 #include "macro/tangent.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The tangent of an RVE has the same bits whatever else is probed with it, by any number of threads, and on a GPU as on a CPU.
 
 #include "macro/tangent_probes.h"
@@ -32,13 +33,7 @@ std::vector<ProbedTangentOf<D>> probe(const std::vector<State<D>> &states, Tange
   rate(1, 1) = -0.8;
   TangentProbesOf<D> probes(rve::make_engine<D>(options), how);
   return probes.probe(
-      static_cast<int>(states.size()),
-      [&](int k) {
-        return states[k];
-      },
-      [&](int) {
-        return rate;
-      });
+      static_cast<int>(states.size()), [&](int k) { return states[k]; }, [&](int) { return rate; });
 }
 
 template <int D> bool same_bits(const ProbedTangentOf<D> &a, const ProbedTangentOf<D> &b)
@@ -79,6 +74,4 @@ TEST_P(TangentBits, AreThoseOfAnRveAloneOnACpu)
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, TangentBits, testing::ValuesIn(ALL_FORMATS),
-                         [](const auto &format) {
-                           return rve::to_string(format.param);
-                         });
+                         [](const auto &format) { return rve::to_string(format.param); });

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The tangent of an RVE by probing: lattices against their closed forms, disordered packings against linear algebra and against runs, and that
 // the bits are those of an RVE alone.
 
@@ -56,13 +57,7 @@ std::vector<ProbedTangentOf<D>> probe(const std::vector<State<D>> &states,
 {
   TangentProbesOf<D> probes(rve::make_engine<D>(options_for(states[0], format, threads)), options);
   return probes.probe(
-      static_cast<int>(states.size()),
-      [&](int k) {
-        return states[k];
-      },
-      [&](int) {
-        return rate;
-      });
+      static_cast<int>(states.size()), [&](int k) { return states[k]; }, [&](int) { return rate; });
 }
 
 template <int D> ProbedTangentOf<D> probe(const State<D> &state, const TangentOptions &options)

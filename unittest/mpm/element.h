@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // One point of a law in space, for tests: strained step by step, or in a triaxial cell. Laws have one state variable there.
 
-#ifndef MPM_TEST_ELEMENT_H
-#define MPM_TEST_ELEMENT_H
+#pragma once
 
 #include "mpm/constitutive.h"
 #include "rve/core/tensor.h"
@@ -83,5 +83,3 @@ template <class Law> struct Triaxial {
 };
 
 }    // namespace mpm_test
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Ground in space with everything that a step knows: two laws, a square footing, a plate in the ground, two tractions, gravity,
 // initial stress, irregular velocities and all kinds of sides. Nothing of it is symmetric.
 
-#ifndef MPM_TEST_GROUND_IN_SPACE_H
-#define MPM_TEST_GROUND_IN_SPACE_H
+#pragma once
 
 #include "scene.h"
 
@@ -101,9 +101,7 @@ struct GroundInSpace {
   std::vector<double> numbers(mpm::MpmSolver<3> &of)
   {
     std::vector<double> list = {of.max_unbalanced_force(), of.cfl_number(scene.view(), STEP)};
-    const auto note = [&](const mpm::Vec<3> &v) {
-      list.insert(list.end(), {v[0], v[1], v[2]});
-    };
+    const auto note = [&](const mpm::Vec<3> &v) { list.insert(list.end(), {v[0], v[1], v[2]}); };
     for (int body = 0; body < NUM_BODIES; ++body) note(of.body_reaction(body));
     for (int side = 0; side < 6; ++side) note(of.side_reaction(static_cast<mpm::Face>(side)));
     note(of.damping_force());
@@ -120,5 +118,3 @@ struct GroundInSpace {
 };
 
 }    // namespace mpm_test
-
-#endif

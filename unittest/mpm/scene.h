@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Material points for the tests of the solver: arrays, blocks of points, and a few ranks in one process.
 
-#ifndef MPM_TEST_SCENE_H
-#define MPM_TEST_SCENE_H
+#pragma once
 
 #include "mpm/linear_elastic.h"
 #include "mpm/mpm_solver.h"
@@ -87,9 +87,7 @@ template <int D> struct SceneOf {
   }
   void add_block(const Vec &lo, const Vec &hi, double width, double density)
   {
-    add_block(lo, hi, width, density, [](auto...) {
-      return true;
-    });
+    add_block(lo, hi, width, density, [](auto...) { return true; });
   }
 
   /// All points begin to remember what a law does, at the stress that they have.
@@ -196,14 +194,10 @@ class RankTeam {
         communication.rank = rank;
         communication.sum_over_ranks = [this, rank](std::int64_t *data, std::size_t n) {
           if (rank == 0) words_summed_ += n;
-          reduce(rank, data, n, [](std::int64_t a, std::int64_t b) {
-            return a + b;
-          });
+          reduce(rank, data, n, [](std::int64_t a, std::int64_t b) { return a + b; });
         };
         communication.max_over_ranks = [this, rank](double *data, std::size_t n) {
-          reduce(rank, data, n, [](double a, double b) {
-            return a > b ? a : b;
-          });
+          reduce(rank, data, n, [](double a, double b) { return a > b ? a : b; });
         };
         communication.exchange = [this, rank](const std::vector<mpm::Message> &messages) {
           exchange(rank, messages);
@@ -269,9 +263,7 @@ class RankTeam {
       ++round_;
       all_here_.notify_all();
     } else {
-      all_here_.wait(lock, [&] {
-        return round_ != round || problem_;
-      });
+      all_here_.wait(lock, [&] { return round_ != round || problem_; });
       if (round_ == round) throw Abandoned();
     }
   }
@@ -290,5 +282,3 @@ class RankTeam {
 };
 
 }    // namespace mpm_test
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Sides with dashpots after Lysmer & Kuhlemeyer: waves leave through them, energy never comes back, and what they take is on record.
 
 #include "scene.h"

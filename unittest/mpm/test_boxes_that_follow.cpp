@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Boxes that follow the deformation of their points (cpgimp), and volumetric parts that are means over cells.
 
 #include "scene.h"

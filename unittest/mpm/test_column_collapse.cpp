@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A column of dry sand collapses: run-out and height of the deposit against the experiments' band.
 
 #include "scene.h"

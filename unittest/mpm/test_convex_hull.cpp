@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The half spaces of the vertices of a convex body.
 
 #include "mpm/convex_hull.h"
@@ -134,9 +135,8 @@ TEST(ConvexHull, GoesOnBehindASideWithItsWidthThere)
 {
   // half of a wedge, cut at x = 0: its tip goes on as a flat edge, not as a longer tip
   ConvexHull<2> half = convex_hull<2>({{{0.0, 0.0}}, {{1.0, 2.0}}, {{0.0, 2.0}}}, "body");
-  const auto cut = std::find_if(half.sides.begin(), half.sides.end(), [](const auto &side) {
-    return side.plane.normal[0] == -1.0;
-  });
+  const auto cut = std::find_if(half.sides.begin(), half.sides.end(),
+                                [](const auto &side) { return side.plane.normal[0] == -1.0; });
   ASSERT_NE(cut, half.sides.end());
   half.extend(cut - half.sides.begin(), 0.2);
 

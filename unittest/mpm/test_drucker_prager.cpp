@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Drucker-Prager and von Mises, in space and in plane strain: where stresses return to, and paths against closed forms.
 
 #include "mpm/drucker_prager.h"
@@ -253,9 +254,7 @@ TEST(DruckerPrager, TurnedHistoryGivesTheTurnedStress)
 TEST(DruckerPrager, RefusesImpossibleParameters)
 {
   const auto message = [](double young, double poisson, double c, double phi, double psi) {
-    return rve_test::message_of([&] {
-      DruckerPrager<3>(young, poisson, c, phi, psi);
-    });
+    return rve_test::message_of([&] { DruckerPrager<3>(young, poisson, c, phi, psi); });
   };
   EXPECT_NE(message(0.0, 0.3, 1.0, 30.0, 0.0).find("Young's modulus"), std::string::npos);
   EXPECT_NE(message(1.0, 0.5, 1.0, 30.0, 0.0).find("Poisson's ratio"), std::string::npos);

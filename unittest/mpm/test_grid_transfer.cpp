@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Points to nodes in two and three dimensions: what the integer sums keep exactly, and what is interpolated exactly.
 
 #include "mpm/grid_transfer.h"
@@ -116,10 +117,7 @@ TYPED_TEST(Transfer, NodesHoldTheRoundedMassOfThePointsToTheLastBit)
           1.0 + 2.0 * std::sin(static_cast<double>(p)) * std::sin(static_cast<double>(p));
       mpm::scatter<1>(
           all[p], scale, mass,
-          [&](const mpm::Place<D> &place) {
-            return mass * all[p].value(place);
-          },
-          sums.data(), 0);
+          [&](const mpm::Place<D> &place) { return mass * all[p].value(place); }, sums.data(), 0);
       total += scale.integer(mass);
     }
 
@@ -139,9 +137,7 @@ TYPED_TEST(Transfer, InternalForcesOfAPointAddUpToNothingToTheLastBit)
 
         mpm::scatter<1>(
             support, scale, 0.0,
-            [&](const mpm::Place<D> &place) {
-              return 3.7 * support.gradient(place)[a];
-            },
+            [&](const mpm::Place<D> &place) { return 3.7 * support.gradient(place)[a]; },
             sums.data(), 0);
 
         EXPECT_EQ(std::accumulate(sums.begin(), sums.end(), std::int64_t(0)), 0);

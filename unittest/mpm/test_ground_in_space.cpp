@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A scene in space with everything: bits that do not depend on threads, order and ranks, no preferred axis, and the balance of forces.
 
 #include "ground_in_space.h"
@@ -32,9 +33,8 @@ Outcome outcome_of(GroundInSpace &ground, int steps = STEPS,
     solver.step(ground.scene.view(), ground.loads, GroundInSpace::STEP);
   std::vector<int> order(ground.scene.size());
   for (int p = 0; p < ground.scene.size(); ++p) order[p] = p;
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    return ground.scene.id[a] < ground.scene.id[b];
-  });
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return ground.scene.id[a] < ground.scene.id[b]; });
   return {ground.scene.selected(order), ground.numbers(solver)};
 }
 
@@ -114,9 +114,7 @@ TEST_P(BitsInSpace, DoNotDependOnRanks)
 {
   const Outcome reference = alone();
   // from everywhere, with a rank that has none; slabs across each axis
-  expect_of_ranks(reference, 3, [](int p, const double *) {
-    return p * 7 / 3 % 2;
-  });
+  expect_of_ranks(reference, 3, [](int p, const double *) { return p * 7 / 3 % 2; });
   expect_of_ranks(reference, 2, [](int, const double *x) {
     return x[2] < GroundInSpace::SURFACE - GroundInSpace::CELL ? 0 : 1;
   });
@@ -135,18 +133,10 @@ TEST_P(BitsInSpace, DoNotDependOnBordersNearFacesOfBodies)
   const Outcome reference = alone(FEW);
   for (double border = 0.15; border < 0.5; border += 0.5 * GroundInSpace::CELL)
     expect_of_ranks(
-        reference, 2,
-        [&](int, const double *x) {
-          return x[2] < border ? 0 : 1;
-        },
-        FEW);
+        reference, 2, [&](int, const double *x) { return x[2] < border ? 0 : 1; }, FEW);
   for (double border = 0.3; border < 0.8; border += 0.5 * GroundInSpace::CELL)
     expect_of_ranks(
-        reference, 2,
-        [&](int, const double *x) {
-          return x[0] < border ? 0 : 1;
-        },
-        FEW);
+        reference, 2, [&](int, const double *x) { return x[0] < border ? 0 : 1; }, FEW);
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Nodes that a side or a body holds: points beside them feel what forces do, and walls and bodies feel what points lose.
 
 #include "scene.h"

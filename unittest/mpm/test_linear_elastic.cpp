@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Linear elasticity with finite rotations, in plane strain and in space.
 
 #include "mpm/linear_elastic.h"

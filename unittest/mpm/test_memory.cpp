@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What laws remember of points: rows as the layout says, begun by the law, and advanced where they are.
 
 #include "mpm/law_table.h"

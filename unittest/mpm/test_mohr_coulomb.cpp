@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Mohr-Coulomb and Tresca in plane strain: where stresses return to, and what an element test gives.
 
 #include "mpm/mohr_coulomb.h"
@@ -300,9 +301,7 @@ TEST(MohrCoulomb, IsLinearElasticInsideTheYieldSurface)
 TEST(MohrCoulomb, RefusesImpossibleParameters)
 {
   const auto message = [](double young, double poisson, double c, double phi, double psi) {
-    return rve_test::message_of([&] {
-      MohrCoulomb(young, poisson, c, phi, psi);
-    });
+    return rve_test::message_of([&] { MohrCoulomb(young, poisson, c, phi, psi); });
   };
   EXPECT_EQ(message(0.0, 0.3, 1.0, 30.0, 0.0), "Young's modulus must be positive, got 0 [stress]");
   EXPECT_EQ(message(1.0, -0.1, 1.0, 30.0, 0.0), "Poisson's ratio must be in [0, 0.5), got -0.1");

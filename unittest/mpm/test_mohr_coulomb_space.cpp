@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Mohr-Coulomb and Tresca in space: principal axes, and paths of a point against closed forms.
 
 #include "element.h"

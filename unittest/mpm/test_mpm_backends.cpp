@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The same bits from CPU threads and from a CUDA device. Skips where there is no device, unless GPU_RVE_REQUIRE_CUDA=1.
 
 #include "scene.h"
@@ -259,15 +260,9 @@ TEST_P(Backends, GiveTheSameBitsOnSeveralRanks)
   // points from everywhere, columns, and layers with a border right below the footing; the last rank has no points
   constexpr int RANKS = 3;
   const std::vector<std::function<int(int, double, double)>> divisions = {
-      [](int p, double, double) {
-        return p * 7 / 3 % 2;
-      },
-      [](int, double x, double) {
-        return x < 0.52 ? 0 : 1;
-      },
-      [](int, double, double y) {
-        return y < 0.8 - 0.5 * CELL ? 0 : 1;
-      },
+      [](int p, double, double) { return p * 7 / 3 % 2; },
+      [](int, double x, double) { return x < 0.52 ? 0 : 1; },
+      [](int, double, double y) { return y < 0.8 - 0.5 * CELL ? 0 : 1; },
   };
   for (const auto &rank_of : divisions)
     for (const bool all_on_device : {true, false}) {
@@ -317,24 +312,14 @@ TEST_F(OnDevice, SaysWhatIsWrongAsTheCpuDoes)
         run.scene.position[3 * 100] = 7.0;
         run.scene.position[3 * 90] = 8.0;
       },
-      [](Ground &run) {
-        run.scene.velocity[3 * 100] = std::nan("");
-      },
+      [](Ground &run) { run.scene.velocity[3 * 100] = std::nan(""); },
       [](Ground &run) {
         run.scene.half_size[50] = {{CELL, CELL}};
       },
-      [](Ground &run) {
-        run.scene.velocity[3 * 100 + 1] = 1e4;
-      },
-      [](Ground &run) {
-        run.scene.mass[100] = 1e300;
-      },
-      [](Ground &run) {
-        run.scene.model[60] = 5;
-      },
-      [](Ground &run) {
-        run.loads[0].traction[0] = HUGE_VAL;
-      }};
+      [](Ground &run) { run.scene.velocity[3 * 100 + 1] = 1e4; },
+      [](Ground &run) { run.scene.mass[100] = 1e300; },
+      [](Ground &run) { run.scene.model[60] = 5; },
+      [](Ground &run) { run.loads[0].traction[0] = HUGE_VAL; }};
   for (std::size_t k = 0; k < faults.size(); ++k) {
     const std::string of_cpu = message(mpm::Device::Cpu, faults[k]);
     EXPECT_NE(of_cpu, "") << "fault " << k;

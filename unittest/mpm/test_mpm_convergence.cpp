@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Closed forms and manufactured solutions on successively finer grids: the error and its observed order.
 //
 // Time steps are proportional to cells, so an order is that of both. doc/src/verification_mpm.rst has the table.
@@ -434,9 +435,8 @@ TEST(CollidingDisks, EnergyHistoryIsThatOfAnElasticImpact)
     Scene scene;
     for (const double centre : {0.2, 0.8})
       scene.add_block({{centre - 0.2, centre - 0.2}}, {{centre + 0.2, centre + 0.2}}, 0.5 * h,
-                      1000.0, [&](double x, double y) {
-                        return std::hypot(x - centre, y - centre) < 0.2;
-                      });
+                      1000.0,
+                      [&](double x, double y) { return std::hypot(x - centre, y - centre) < 0.2; });
     for (int p = 0; p < scene.size(); ++p)
       for (int c = 0; c < 2; ++c) scene.velocity[3 * p + c] = p < scene.size() / 2 ? 0.1 : -0.1;
     mpm::LinearElastic<2> law(1000.0, 0.3);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Places where a weight is zero: a point on a cell edge, a footing over an empty cell.
 
 #include "scene.h"
@@ -169,9 +170,7 @@ TEST(EmptyCellUnderTheFooting, AGapIsNotFeltUntilItIsClosed)
 {
   for (const auto shape : {ShapeFunction::Gimp, ShapeFunction::Linear}) {
     const double gap = 3.0 * CELL, dt = 2e-3, speed = 0.5;
-    Footing set(shape, 2.0 + gap, [](double, double) {
-      return true;
-    });
+    Footing set(shape, 2.0 + gap, [](double, double) { return true; });
     MpmSolver solver(set.options);
     solver.set_models({&set.law});
     solver.set_body_velocity(0, {{0.0, -speed}});

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Wrong input and trouble in a run: an exception that says what, where, and what is allowed.
 
 #include "mpm/mohr_coulomb.h"
@@ -32,9 +33,7 @@ struct OnePoint {
   }
   std::string step(double dt = 1e-3)
   {
-    return message_of<mpm::PointError>([&] {
-      solver.step(scene.view(), {}, dt);
-    });
+    return message_of<mpm::PointError>([&] { solver.step(scene.view(), {}, dt); });
   }
 };
 
@@ -43,9 +42,7 @@ struct OnePoint {
 TEST(GridInput, RefusesWrongCellsWithValueAndRange)
 {
   const auto build = [](double hi, double cell) {
-    return message_of<rve::InputError>([&] {
-      mpm::Grid<2>({{0.0, 0.0}}, {{hi, 2.0}}, cell);
-    });
+    return message_of<rve::InputError>([&] { mpm::Grid<2>({{0.0, 0.0}}, {{hi, 2.0}}, cell); });
   };
   expect_contains(build(2.0, -0.5), "cell size must be positive, got -0.5");
   expect_contains(build(2.3, 0.5), "must be a whole number of cells, got 2.3 / 0.5 = 4.6");
@@ -59,25 +56,13 @@ TEST(SolverInput, RefusesWrongOptions)
   const auto build = [](auto change) {
     mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{4.0, 4.0}}, 1.0);
     change(options);
-    return message_of<rve::InputError>([&] {
-      MpmSolver solver(options);
-    });
+    return message_of<rve::InputError>([&] { MpmSolver solver(options); });
   };
-  expect_contains(build([](auto &o) {
-                    o.flip = 1.5;
-                  }),
-                  "flip fraction must be in [0, 1], got 1.5");
-  expect_contains(build([](auto &o) {
-                    o.damping = 1.0;
-                  }),
+  expect_contains(build([](auto &o) { o.flip = 1.5; }), "flip fraction must be in [0, 1], got 1.5");
+  expect_contains(build([](auto &o) { o.damping = 1.0; }),
                   "local damping must be in [0, 1), got 1");
-  expect_contains(build([](auto &o) {
-                    o.thickness = 0.0;
-                  }),
-                  "thickness must be positive, got 0");
-  expect_contains(build([](auto &o) {
-                    o.threads = 0;
-                  }),
+  expect_contains(build([](auto &o) { o.thickness = 0.0; }), "thickness must be positive, got 0");
+  expect_contains(build([](auto &o) { o.threads = 0; }),
                   "number of threads is 0; it must be from 1 to 1024");
 }
 
@@ -85,9 +70,8 @@ TEST(SolverInput, RefusesATimeStepThatIsNotPositive)
 {
   OnePoint set;
   for (const double dt : {0.0, -1e-3}) {
-    const std::string message = message_of<rve::InputError>([&] {
-      set.solver.step(set.scene.view(), {}, dt);
-    });
+    const std::string message =
+        message_of<rve::InputError>([&] { set.solver.step(set.scene.view(), {}, dt); });
     expect_contains(message, "MPM time step must be positive, got ");
   }
 }
@@ -97,9 +81,7 @@ TEST(SolverInput, RefusesRowsOfMemoryThatAreTooShortForALaw)
   OnePoint one;
   mpm::MohrCoulomb<2> law(100.0, 0.3, 1.0, 30.0, 0.0);
   one.solver.set_models({&law});
-  expect_contains(message_of<rve::InputError>([&] {
-                    one.solver.step(one.scene.view(), {}, 1e-3);
-                  }),
+  expect_contains(message_of<rve::InputError>([&] { one.solver.step(one.scene.view(), {}, 1e-3); }),
                   "rows of the memory of points have 0 numbers, but a law has 2 state variables");
   one.scene.begin_memory(law);
   EXPECT_NO_THROW(one.solver.step(one.scene.view(), {}, 1e-3));
@@ -143,41 +125,15 @@ TEST(PointTrouble, WhatIsNotFiniteIsReportedAndNeverSummed)
     change(set.scene);
     return set.step();
   };
-  expect_contains(with([&](Scene &s) {
-                    s.position[1] = bad;
-                  }),
-                  "position that is not finite");
-  expect_contains(with([&](Scene &s) {
-                    s.velocity[0] = bad;
-                  }),
-                  "velocity that is not finite");
-  expect_contains(with([&](Scene &s) {
-                    s.stress[0](0, 1) = bad;
-                  }),
-                  "stress that is not finite");
-  expect_contains(with([&](Scene &s) {
-                    s.body_force[0] = bad;
-                  }),
-                  "body force that is not finite");
-  expect_contains(with([&](Scene &s) {
-                    s.mass[0] = 0.0;
-                  }),
-                  "positive mass, got 0");
-  expect_contains(with([&](Scene &s) {
-                    s.volume[0] = -1.0;
-                  }),
-                  "positive volume, got -1");
-  expect_contains(with([&](Scene &s) {
-                    s.half_size[0][0] = 0.6;
-                  }),
-                  "half sizes in (0, 0.5]");
-  expect_contains(with([&](Scene &s) {
-                    s.model[0] = 1;
-                  }),
-                  "constitutive model 1, but there are 1");
-  expect_contains(with([&](Scene &s) {
-                    s.rigid_body[0] = 0;
-                  }),
+  expect_contains(with([&](Scene &s) { s.position[1] = bad; }), "position that is not finite");
+  expect_contains(with([&](Scene &s) { s.velocity[0] = bad; }), "velocity that is not finite");
+  expect_contains(with([&](Scene &s) { s.stress[0](0, 1) = bad; }), "stress that is not finite");
+  expect_contains(with([&](Scene &s) { s.body_force[0] = bad; }), "body force that is not finite");
+  expect_contains(with([&](Scene &s) { s.mass[0] = 0.0; }), "positive mass, got 0");
+  expect_contains(with([&](Scene &s) { s.volume[0] = -1.0; }), "positive volume, got -1");
+  expect_contains(with([&](Scene &s) { s.half_size[0][0] = 0.6; }), "half sizes in (0, 0.5]");
+  expect_contains(with([&](Scene &s) { s.model[0] = 1; }), "constitutive model 1, but there are 1");
+  expect_contains(with([&](Scene &s) { s.rigid_body[0] = 0; }),
                   "rigid body 0, but there are only 0");
 }
 
@@ -185,9 +141,8 @@ TEST(PointTrouble, SumsThatCannotBeHeldAreRefused)
 {
   OnePoint set;
   set.scene.mass[0] = 1e301;
-  const std::string message = message_of<rve::InputError>([&] {
-    set.solver.step(set.scene.view(), {}, 1e-3);
-  });
+  const std::string message =
+      message_of<rve::InputError>([&] { set.solver.step(set.scene.view(), {}, 1e-3); });
   expect_contains(message, "mass of a point is too large for the sums on the grid");
 }
 
@@ -207,9 +162,8 @@ TEST(Traction, OutsideOfTheLocalPointsIsRefused)
   mpm::TractionLoad<2> load;
   load.traction = {{0.0, -1.0}};
   load.point_index = {1};
-  const std::string message = message_of<rve::InputError>([&] {
-    set.solver.step(set.scene.view(), {load}, 1e-3);
-  });
+  const std::string message =
+      message_of<rve::InputError>([&] { set.solver.step(set.scene.view(), {load}, 1e-3); });
   expect_contains(message, "traction on point index 1, allowed are 0 to 0");
 }
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Motion in closed form: free flight, rotation, patch test, a vibrating bar, two disks that collide.
 
 #include "scene.h"
@@ -220,9 +221,8 @@ TEST_P(Motion, CollidingDisksKeepEnergyAndSymmetry)
   Scene scene;
   for (const double centre : {0.2, 0.8})
     scene.add_block({{centre - 0.2, centre - 0.2}}, {{centre + 0.2, centre + 0.2}}, 0.5 * cell,
-                    1000.0, [&](double x, double y) {
-                      return std::hypot(x - centre, y - centre) < 0.2;
-                    });
+                    1000.0,
+                    [&](double x, double y) { return std::hypot(x - centre, y - centre) < 0.2; });
   const int half = scene.size() / 2;
   for (int p = 0; p < scene.size(); ++p)
     for (int c = 0; c < 2; ++c) scene.velocity[3 * p + c] = p < half ? 0.1 : -0.1;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The same bits for any number of ranks and threads and any order of the points.
 
 #include "mpm/rank_devices.h"
@@ -242,25 +243,18 @@ TEST_P(Bits, DoNotDependOnRanksWithPartsOfTheGround)
   };
   for (const int ranks : {2, 3, 8})
     expect_of_ranks(reference,
-                    divided(all, ranks,
-                            [&](double x, double) {
-                              return share(x, 1.2, ranks);
-                            }),
+                    divided(all, ranks, [&](double x, double) { return share(x, 1.2, ranks); }),
                     STEPS);
   for (const int ranks : {3, 8})
     expect_of_ranks(reference,
-                    divided(all, ranks,
-                            [&](double, double y) {
-                              return share(y, 0.95, ranks);
-                            }),
+                    divided(all, ranks, [&](double, double y) { return share(y, 0.95, ranks); }),
                     STEPS);
   for (const int half : {2, 4})
-    expect_of_ranks(reference,
-                    divided(all, 2 * half,
-                            [&](double x, double y) {
-                              return half * share(x, 1.2, 2) + share(y, 0.95, half);
-                            }),
-                    STEPS);
+    expect_of_ranks(
+        reference,
+        divided(all, 2 * half,
+                [&](double x, double y) { return half * share(x, 1.2, 2) + share(y, 0.95, half); }),
+        STEPS);
 }
 
 /// A rank above or beside the border of which the other one has only one node of the two that a face ties together.
@@ -271,18 +265,10 @@ TEST_P(Bits, DoNotDependOnBordersNearFacesOfBodies)
   const Scene all = ground();
   for (double border = 0.60; border < 0.94; border += 0.5 * CELL)
     expect_of_ranks(reference,
-                    divided(all, 2,
-                            [&](double, double y) {
-                              return y < border ? 0 : 1;
-                            }),
-                    FEW);
+                    divided(all, 2, [&](double, double y) { return y < border ? 0 : 1; }), FEW);
   for (double border = 0.55; border < 0.8; border += 0.5 * CELL)
     expect_of_ranks(reference,
-                    divided(all, 2,
-                            [&](double x, double) {
-                              return x < border ? 0 : 1;
-                            }),
-                    FEW);
+                    divided(all, 2, [&](double x, double) { return x < border ? 0 : 1; }), FEW);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -298,9 +284,7 @@ TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
 {
   // the plate ties columns together: one more on either side of the four that the halves share
   const Scene all = ground();
-  const auto mine = divided(all, 2, [](double x, double) {
-    return x < 0.3 ? 0 : 1;
-  });
+  const auto mine = divided(all, 2, [](double x, double) { return x < 0.3 ? 0 : 1; });
   const auto words_of = [&](int steps) {
     mpm_test::RankTeam team(2);
     team.run([&](int rank, const mpm::Communication &communication) {
@@ -331,9 +315,7 @@ TEST(Exchange, EndsWithTheErrorOfARankWhosePointHasNoPlace)
 {
   for (const double place : {std::nan(""), HUGE_VAL, 7.0}) {
     const Scene all = ground();
-    const auto mine = divided(all, 3, [](double x, double) {
-      return static_cast<int>(x / 0.41);
-    });
+    const auto mine = divided(all, 3, [](double x, double) { return static_cast<int>(x / 0.41); });
     const auto spoilt_run = [&] {
       mpm_test::RankTeam(3).run([&](int rank, const mpm::Communication &communication) {
         Scene part = all.selected(mine[rank]);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The material point method in space: what is conserved, and motion in closed form.
 
 #include "scene.h"
@@ -552,10 +553,9 @@ std::array<double, 2> errors_of_vortex(int cells, const Vec3 &axis, mpm::ShapeFu
   // a cell and more of material at rest around it
   const double reach = 1.0 + 1.5 * h, side = h * std::ceil(reach / h);
   Scene scene;
-  scene.add_block({{-side, -side, -side}}, {{side, side, side}}, 0.5 * h, density,
-                  [&](double x, double y, double z) {
-                    return x * x + y * y + z * z < reach * reach;
-                  });
+  scene.add_block(
+      {{-side, -side, -side}}, {{side, side, side}}, 0.5 * h, density,
+      [&](double x, double y, double z) { return x * x + y * y + z * z < reach * reach; });
   const Scene start = scene;
   mpm::LinearElastic<3> law(young, poisson);
   const double end = side + h;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Space against the plane: one cell of thickness between smooth walls is plane strain, along whichever axis, and no axis is another's
 // better.
 

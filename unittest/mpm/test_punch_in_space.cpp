@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Punches pressed into an elastic half space: a square and a round one.
 
 #include "scene.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Mail between the GPUs of ranks: here each rank is a stream of one GPU, whose kernels run beside each other and wait for each other.
 
 #include "cuda/device_buffer.cuh"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a rank holds of the grid is its part: nodes around its points, however large the grid is, and the same bits as on a small one.
 
 #include "scene.h"

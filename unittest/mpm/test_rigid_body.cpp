@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Rigid bodies with a prescribed velocity: what they do to the material, and what they feel.
 
 #include "scene.h"
@@ -259,9 +260,7 @@ template <int D> struct PlateOnGround {
     options.flip = 0.99;
     const int bodies = parts + 1;
     options.rigid_bodies.resize(bodies);
-    const auto number = [&](int body) {
-      return is_reversed ? bodies - 1 - body : body;
-    };
+    const auto number = [&](int body) { return is_reversed ? bodies - 1 - body : body; };
     scene.add_block(corner(0.0, 0.0, 0.0), corner(1.2, depth, 0.4), 0.5 * CELL, DENSITY);
     const int first = scene.size();
     scene.add_block(corner(0.2, D == 2 ? 0.0 : 0.1, 0.4), corner(1.0, D == 2 ? 0.0 : 0.5, 0.7),

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Rigid bodies that can turn, and those that forces drive: geometry, motion, contact and exchange of momentum.
 
 #include "turning_bodies.h"
@@ -359,9 +360,8 @@ double deceleration_on_plane(double friction, double slope, double speed, bool s
   if (form == BodyForm::Convex && is_wedge) {
     if constexpr (D == 2) {    // 0.7 wide, 0.35 high
       set.options.rigid_body_vertices = {{{{0.25, 0.3}}, {{0.95, 0.3}}, {{0.6, 0.65}}}};
-      set.scene.add_block({{0.25, 0.3}}, {{0.95, 0.7}}, 0.05, 8000.0, [](double x, double y) {
-        return y - 0.3 + std::abs(x - 0.6) < 0.35;
-      });
+      set.scene.add_block({{0.25, 0.3}}, {{0.95, 0.7}}, 0.05, 8000.0,
+                          [](double x, double y) { return y - 0.3 + std::abs(x - 0.6) < 0.35; });
       for (int p = set.num_deformable; p < set.scene.size(); ++p) set.scene.rigid_body[p] = 0;
     }
   } else {

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Shape functions along one axis: consistency at every place, cell edges and nodes included.
 
 #include "mpm/shape_functions.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Which nodes of the grid the ranks share, against what points and loads really reach.
 
 #include "scene.h"
@@ -98,9 +99,7 @@ std::vector<std::set<int>> shared_nodes(const mpm::Grid<2> &grid, const std::vec
 
 bool are_empty(const std::vector<std::set<int>> &all)
 {
-  return std::all_of(all.begin(), all.end(), [](const std::set<int> &one) {
-    return one.empty();
-  });
+  return std::all_of(all.begin(), all.end(), [](const std::set<int> &one) { return one.empty(); });
 }
 
 Scene points_at(const std::vector<Vec2> &places)
@@ -253,9 +252,8 @@ TEST(SharedNodes, ValuesComeFromTheFirstRankThatTouches)
     between[rank] = shared.at(own.data(), {{3, 2}});
     EXPECT_EQ(shared.at(own.data(), {{12, 2}})[0], 0.0) << "nobody is there";
     std::size_t pieces = 0;
-    shared.each_layer([&](const mpm::NodeBox<2> &box) {
-      pieces += shared.everywhere(own.data(), box).size();
-    });
+    shared.each_layer(
+        [&](const mpm::NodeBox<2> &box) { pieces += shared.everywhere(own.data(), box).size(); });
     EXPECT_EQ(pieces, all[rank].size());
   });
 

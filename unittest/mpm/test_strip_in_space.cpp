@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A strip footing on Tresca's ground, which must keep its volume: a slice of space whose cells have eight points each.
 
 #include "scene.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A traction on the free face of the points balances a uniform stress at every node, whatever the points per cell; a pressure follows the face.
 
 #include "scene.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Bodies of forms that turn, in space, against closed forms: inclines, a wall that turns about its foot, footings that forces press.
 
 #include "turning_bodies.h"
@@ -295,9 +296,8 @@ struct WaterBehindWall {
     const double depth = 1.0, foot = 1.0, weight = 1e4, h = depth / cells, width = 2.0 * h;
     Scene scene;
     scene.add_block({{0.0, 0.0, 0.0}}, {{foot + 0.5 * depth, width, depth}}, 0.5 * h,
-                    weight / GRAVITY, [&](double x, double, double z) {
-                      return x < foot + std::tan(slope) * z;
-                    });
+                    weight / GRAVITY,
+                    [&](double x, double, double z) { return x < foot + std::tan(slope) * z; });
     const int water = scene.size();
     const Vec3 out = {{std::cos(slope), 0.0, -std::sin(slope)}},
                up_wall = {{std::sin(slope), 0.0, std::cos(slope)}};

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Bodies that turn, for tests: on a layer, and a scene with everything that they know.
 
-#ifndef MPM_TEST_TURNING_BODIES_H
-#define MPM_TEST_TURNING_BODIES_H
+#pragma once
 
 #include "scene.h"
 
@@ -184,5 +184,3 @@ template <int D> struct TwoBodies {
 };
 
 }    // namespace mpm_test::turning
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The affine stiffness of a state from its contacts, which are found anew on the host in double precision.
 
-#ifndef RVE_UNITTEST_ORACLE_AFFINE_STIFFNESS_H
-#define RVE_UNITTEST_ORACLE_AFFINE_STIFFNESS_H
+#pragma once
 
 #include "rve/engine/affine_stiffness.h"
 #include "rve/engine/contact_network.h"
@@ -64,5 +64,3 @@ inline rve::AffineStiffness affine_stiffness(const rve::RveState &state)
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Pairs of neighbours, the slow and obvious way: every pair, every image, double precision.
 
-#ifndef RVE_UNITTEST_ORACLE_ALL_PAIRS_H
-#define RVE_UNITTEST_ORACLE_ALL_PAIRS_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -53,5 +53,3 @@ inline std::vector<OraclePair> all_pairs(const rve::Tensor2 &cell,
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Oracle: everything that an RVE answers, from all pairs and all near images, in long double and without list, minimum image or integers;
 // and beside each number a bound of what a number format may be off by.
 //
@@ -13,8 +14,7 @@
 //   stress   the error of the force times |b|, |f| times that of the branch, and half a unit of the integer sums of f b
 // Each count is generous by a factor of two or so; none is fitted.
 
-#ifndef RVE_UNITTEST_ORACLE_CONTACT_SUM_H
-#define RVE_UNITTEST_ORACLE_CONTACT_SUM_H
+#pragma once
 
 #include "rve/engine/engine.h"
 #include "rve/engine/state.h"
@@ -251,5 +251,3 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
 }
 
 }    // namespace rve_test
-
-#endif

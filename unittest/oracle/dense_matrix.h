@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Dense matrices, slow and obvious: the covariance matrix of all nodes of a grid, and Cholesky's factor of it.
 
-#ifndef RVE_UNITTEST_ORACLE_DENSE_MATRIX_H
-#define RVE_UNITTEST_ORACLE_DENSE_MATRIX_H
+#pragma once
 
 #include "field/covariance.h"
 #include "field/grid.h"
@@ -86,5 +86,3 @@ inline double largest_difference(const Matrix &a, const Matrix &b)
 }
 
 }    // namespace rve_test
-
-#endif

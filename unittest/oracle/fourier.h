@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The discrete Fourier transform by its definition, along one axis after the other: sum_j f_j exp(-2 pi i k j / m).
 
-#ifndef RVE_UNITTEST_ORACLE_FOURIER_H
-#define RVE_UNITTEST_ORACLE_FOURIER_H
+#pragma once
 
 #include "field/grid.h"
 
@@ -33,5 +33,3 @@ inline std::vector<std::complex<double>> fourier_transform(const field::Size &si
 }
 
 }    // namespace rve_test
-
-#endif

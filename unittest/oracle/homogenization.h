@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Homogenised quantities of a state, the slow and obvious way: all pairs, double precision, sums in the order of the pairs.
 
-#ifndef RVE_UNITTEST_ORACLE_HOMOGENIZATION_H
-#define RVE_UNITTEST_ORACLE_HOMOGENIZATION_H
+#pragma once
 
 #include "oracle/all_pairs.h"
 #include "rve/engine/state.h"
@@ -96,9 +96,7 @@ inline OracleResult homogenize_all_pairs(const rve::RveState &state, double slid
   result.mechanical_coordination_number =
       carrying ? static_cast<double>(contacts_of_carrying) / carrying : 0.0;
   const double tolerance = sliding_tolerance * contact_force_sum / count;
-  const auto slides = [&](double force) {
-    return force <= tolerance;
-  };
+  const auto slides = [&](double force) { return force <= tolerance; };
   result.sliding_fraction = std::count_if(below_limit.begin(), below_limit.end(), slides) / count;
   result.unbalanced_ratio =
       contact_force_sum > 0.0 ? (grain_force_sum / n) / (contact_force_sum / count) : 0.0;
@@ -106,5 +104,3 @@ inline OracleResult homogenize_all_pairs(const rve::RveState &state, double slid
 }
 
 }    // namespace rve_test
-
-#endif

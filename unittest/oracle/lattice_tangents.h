@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Lattices of disks and of spheres under pressure, and their elastic tangents in closed form.
 
-#ifndef RVE_UNITTEST_ORACLE_LATTICE_TANGENTS_H
-#define RVE_UNITTEST_ORACLE_LATTICE_TANGENTS_H
+#pragma once
 
 #include "macro/tangent.h"
 #include "support/lattice.h"
@@ -123,5 +123,3 @@ inline macro::TangentOf<3> of_face_centred_cubes(const Springs &s,
 }
 
 }    // namespace rve_test
-
-#endif

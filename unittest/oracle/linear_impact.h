@@ -1,11 +1,11 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Oracle: impact of two disks through a linear normal spring and a linear tangential spring with Coulomb limit, in the limit
 // of small overlaps (the line of centres does not turn). Normal and tangential motion are then two oscillators,
 //   m* delta'' = -k_n delta,     m_t v' = -f,  f' = k_t v while sticking,  f = +-mu k_n delta while sliding,
 // and v is known in closed form from one change of regime to the next; only the times of these changes are roots, found to
 // rounding. Di Maio & Di Renzo, Chem Eng Sci 59, 3461 (2004) give the same solution for spheres.
 
-#ifndef RVE_UNITTEST_ORACLE_LINEAR_IMPACT_H
-#define RVE_UNITTEST_ORACLE_LINEAR_IMPACT_H
+#pragma once
 
 #include <cmath>
 
@@ -109,5 +109,3 @@ class LinearImpact {
 };
 
 }    // namespace rve_test
-
-#endif

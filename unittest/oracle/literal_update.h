@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Oracle: the paper's update as printed, equations (3), (4), (11)-(13), (19)-(24), (38), (39): Cartesian positions without any
 // wrap, total velocities, explicit Euler for H, period shifts by rounding. Double precision, slow and obvious.
 // Deviation, as documented: (14) as printed adds magnitudes; here the tangential force is signed.
 
-#ifndef RVE_UNITTEST_ORACLE_LITERAL_UPDATE_H
-#define RVE_UNITTEST_ORACLE_LITERAL_UPDATE_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -151,5 +151,3 @@ class LiteralUpdate {
 };
 
 }    // namespace rve_test
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Oracle: contacts and Love stress of frictionless disks over all pairs and all near images, in double precision and Cartesian
 // coordinates. Slow and obvious; no list, no minimum image, no integers.
 
-#ifndef RVE_UNITTEST_ORACLE_LOVE_SUM_H
-#define RVE_UNITTEST_ORACLE_LOVE_SUM_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -40,5 +40,3 @@ inline LoveSum love_sum(const rve::RveState &state)
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The elastic tangent of disks by linear algebra: the equations of equilibrium of all grains, linearised about a state at rest, with contacts
 // that stick. No dynamics, no strain of finite size.
 
-#ifndef RVE_UNITTEST_ORACLE_NETWORK_STIFFNESS_H
-#define RVE_UNITTEST_ORACLE_NETWORK_STIFFNESS_H
+#pragma once
 
 #include "macro/tangent.h"
 #include "rve/engine/contact_network.h"
@@ -130,5 +130,3 @@ inline macro::TangentOf<2> network_stiffness(const rve::RveState &state)
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the engine answers for random states, against the sum over all pairs and all images.
 
 #include "oracle/contact_sum.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Widths, strain and lattice reduction of the periodic cell.
 
 #include "rve/physics/cell.h"

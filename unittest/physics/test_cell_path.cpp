@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The way of the cell through one macro increment.
 
 #include "rve/physics/cell_path.h"
@@ -150,9 +151,6 @@ TEST(CellPath, FollowsAChangeOfTheLattice)
     const Tensor2 cell = mapped.cell(k);
 
     EXPECT_LT(largest_difference(cell, expected), 1e-16) << "substep " << k;
-    if (k == 4)
-      mapped.map_start([&](const Tensor2 &start) {
-        return start * change;
-      });
+    if (k == 4) mapped.map_start([&](const Tensor2 &start) { return start * change; });
   }
 }

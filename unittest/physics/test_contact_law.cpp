@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Geometry, kinematics and force of one contact of two disks.
 
 #include "rve/core/fixed_point.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Leapfrog velocity update with Cundall's damping.
 
 #include "rve/physics/integrator.h"

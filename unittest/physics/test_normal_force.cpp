@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/physics/normal_force.h"
 
 #include <gtest/gtest.h>

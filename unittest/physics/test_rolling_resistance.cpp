@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Rolling resistance: its moment, its history, and contact laws with it.
 
 #include "rve/core/fixed_point.h"

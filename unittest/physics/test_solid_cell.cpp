@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Widths, strain and lattice reduction of the periodic cell in space.
 
 #include "rve/physics/solid_cell.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Kinematics of a contact of two spheres, and the tangential force that it remembers.
 
 #include "rve/core/numbers.h"

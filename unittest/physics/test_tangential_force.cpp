@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The tangential spring with Coulomb limit.
 
 #include "rve/physics/tangential_force.h"

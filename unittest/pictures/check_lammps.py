@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """LAMMPS reads the spheres of write_rve: after read_data it has their numbers, in the same box, finds the contacts of the table beside the file, and
 their normal forces make the same virial."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """OVITO opens grains.dump as particles and contacts.dump as their bonds, in every frame, with the numbers of the dumps; and what it has
 then is in balance: the sum of force times branch vector over the area of OVITO's cell is the stress that the point has. The same with spheres."""
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """plot_fields.py draws a picture of the last frame, one for each, and an animation; a box has the colour of its value, which is where the
 point is; and a column or a file that is not there is named."""
 

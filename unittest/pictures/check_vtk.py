@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """VTK's reader, which is ParaView's, opens what to_paraview.py makes: as many points, cells and arrays as the dumps have, with their numbers, at
 their times."""
 

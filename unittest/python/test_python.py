@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """The shared library through LAMMPS' Python module, and lmp on the same scene: the same bits.
 
     test_python.py cyclic_shear|footing|errors <lmp> <folder of the examples>

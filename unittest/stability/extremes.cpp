@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "stability/extremes.h"
 
 #include "oracle/affine_stiffness.h"
@@ -263,9 +264,7 @@ namespace {
                         {1e-3, 1e-6, 1e-7},
                         state,
                         1,
-                        [=](int) {
-                          return hold<D>(dt, 1000);
-                        },
+                        [=](int) { return hold<D>(dt, 1000); },
                         [=](const Trace<D> &trace) {
                           const double exact = exact_pressure<D>(state.material, overlap);
                           return std::fabs(trace.last().mean_stress() / exact - 1.0);
@@ -315,9 +314,7 @@ namespace {
            {1e-4, 1e-6, 1e-9},
            state,
            4,
-           [](int) {
-             return straight(simple_shear_by<D>(5e-3), time_step<D>(), 500);
-           },
+           [](int) { return straight(simple_shear_by<D>(5e-3), time_step<D>(), 500); },
            [=](const Trace<D> &trace) {
              const Histories<D> history = histories_by_pair(trace.end);
              double mean = 0.0, excess = 0.0;
@@ -356,12 +353,8 @@ namespace {
                         {1e-4, 1e-6, 1e-9},
                         state,
                         20,
-                        [=](int) {
-                          return straight(isotropic<D>(stretch), dt, 500);
-                        },
-                        [](const Trace<D> &trace) {
-                          return stress_error(trace);
-                        }});
+                        [=](int) { return straight(isotropic<D>(stretch), dt, 500); },
+                        [](const Trace<D> &trace) { return stress_error(trace); }});
     }
   }
 
@@ -385,9 +378,7 @@ namespace {
                        return call < 50 ? straight(isotropic<D>(stretch), 0.5 * time_step<D>(), 100)
                                         : hold<D>(0.5 * time_step<D>(), 1000);
                      },
-                     [](const Trace<D> &trace) {
-                       return stress_error(trace);
-                     }};
+                     [](const Trace<D> &trace) { return stress_error(trace); }};
       // at the last one small grains are inside large ones
       scene.must_refuse = scene.may_refuse = solid == solids.back();
       scenes.push_back(scene);
@@ -408,9 +399,7 @@ namespace {
           {1e-3, 1e-3, 1e-3},
           state,
           100,
-          [=](int) {
-            return hold<D>(share * bound, 100);
-          },
+          [=](int) { return hold<D>(share * bound, 100); },
           [=](const Trace<D> &trace) {
             const auto energy = [](const ResultOf<D> &r) {
               return r.kinetic_energy + r.elastic_energy;
@@ -488,9 +477,7 @@ namespace {
                       {1e-3, 1e-5, 1e-5},
                       packing<D>(),
                       calls,
-                      [](int) {
-                        return hold<D>(time_step<D>(), 5000);
-                      },
+                      [](int) { return hold<D>(time_step<D>(), 5000); },
                       [](const Trace<D> &trace) {
                         double worst = 0.0;
                         for (const ResultOf<D> &result : trace.results)
@@ -513,9 +500,7 @@ namespace {
                       {1e-4, 1e-6, 1e-9},
                       packing<D>(),
                       calls,
-                      [=](int) {
-                        return straight(simple_shear_by<D>(shear), time_step<D>(), 500);
-                      },
+                      [=](int) { return straight(simple_shear_by<D>(shear), time_step<D>(), 500); },
                       [=](const Trace<D> &trace) {
                         const double f_xy = trace.last().deformation(0, 1) / (shear * calls) - 1.0;
                         const double area =
@@ -581,9 +566,7 @@ namespace {
                       {1e-3 + added, D == 2 ? 5e-4 : 1e-3 + added, D == 2 ? 2e-4 : 1e-3 + added},
                       state,
                       quarters,
-                      [=](int) {
-                        return straight(turned<D>(0.5 * M_PI), dt, steps_per_quarter);
-                      },
+                      [=](int) { return straight(turned<D>(0.5 * M_PI), dt, steps_per_quarter); },
                       [](const Trace<D> &trace) {
                         return norm(trace.last().stress - trace.first().stress) /
                             trace.first().mean_stress();
@@ -653,9 +636,7 @@ namespace {
     const double mass = old.mass() / old.num_grains();
     all.push_back({2.0, 0.5 * size, mass, std::sqrt(mass / m.normal_stiffness)});
     for (const Units &units : all) {
-      const auto drive = [](double dt) {
-        return straight(simple_shear_by<D>(1e-3), dt, 500);
-      };
+      const auto drive = [](double dt) { return straight(simple_shear_by<D>(1e-3), dt, 500); };
       scenes.push_back(
           {"grain size and units",
            "mean diameter",
@@ -666,9 +647,7 @@ namespace {
            {1e-3, 1e-5, 1e-9},
            in_units(old, units.length, units.mass, units.time),
            2,
-           [=](int) {
-             return drive(time_step<D>() / units.time);
-           },
+           [=](int) { return drive(time_step<D>() / units.time); },
            [=](const Trace<D> &trace) {
              Options options = cpu_options(trace.format);
              options.contacts = contacts_of(old);
@@ -725,9 +704,7 @@ namespace {
            {1e-2, 1e-2, 1e-2},
            state,
            share_of(1000, length, 20),
-           [=](int) {
-             return hold<D>(dt, 1000);
-           },
+           [=](int) { return hold<D>(dt, 1000); },
            [](const Trace<D> &trace) {
              const auto momentum = [](const RveStateOf<D> &s, int a) {
                double sum = 0.0;
@@ -765,12 +742,8 @@ namespace {
                        {1e-4, 1e-6, 1e-9},
                        packing<D>(),
                        1,
-                       [=](int) {
-                         return straight(deformation, 0.5 * time_step<D>(), substeps);
-                       },
-                       [](const Trace<D> &trace) {
-                         return stress_error(trace);
-                       }};
+                       [=](int) { return straight(deformation, 0.5 * time_step<D>(), substeps); },
+                       [](const Trace<D> &trace) { return stress_error(trace); }};
         scene.may_refuse = true;
         scenes.push_back(scene);
       }
@@ -824,9 +797,7 @@ namespace {
     motion.applied_strain = strain_size(run.trace.last().deformation);
     for (const Advice &advice :
          rve::advice(run.trace.format, run.trace.last(), scene.state.material, motion)) {
-      const auto same_kind = [&](const Advice &other) {
-        return other.kind == advice.kind;
-      };
+      const auto same_kind = [&](const Advice &other) { return other.kind == advice.kind; };
       const auto &kinds = scene.explained_by;
       if (std::find(kinds.begin(), kinds.end(), advice.kind) != kinds.end() &&
           std::none_of(run.advice.begin(), run.advice.end(), same_kind))

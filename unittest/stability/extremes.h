@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The engine at the ends of what it may be asked: scenes of disks and of spheres, each with a property that must hold, all of a dimension
 // one batch.
 //
@@ -5,8 +6,7 @@
 // was. `warned`: the property is missed, and the advice that a run prints names why. `silent`: a wrong number that nothing tells of,
 // which must not be.
 
-#ifndef RVE_UNITTEST_STABILITY_EXTREMES_H
-#define RVE_UNITTEST_STABILITY_EXTREMES_H
+#pragma once
 
 #include "rve/engine/advice.h"
 
@@ -62,5 +62,3 @@ std::vector<Finding<D>> run_extremes(const std::vector<Scene<D>> &scenes, rve::F
                                      rve::Device device, std::string *engine_name = nullptr);
 
 }    // namespace rve_test
-
-#endif

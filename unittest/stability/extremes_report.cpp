@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Runs the engine at the extremes, each number format as one batch, and writes what was found: a row for each scene, and for each item the
 // envelope of each format. doc/src/stability.rst shows the file.
 //
@@ -122,9 +123,8 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
     }
     for (const std::string &item : items) {
       const auto &values = by_item[item];
-      const long holding = std::count_if(values.begin(), values.end(), [](const auto &v) {
-        return v.second == Verdict::Holds;
-      });
+      const long holding = std::count_if(values.begin(), values.end(),
+                                         [](const auto &v) { return v.second == Verdict::Holds; });
       json details = {{"property", scene_of[item]->property},
                       {"limit", scene_of[item]->limit[static_cast<int>(format)]}};
       for (const Verdict verdict :

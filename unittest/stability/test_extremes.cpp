@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The engine at the ends of what it may be asked: what must hold holds, or something says that it does not.
 //
 //   GPU_RVE_EXTREMES_LENGTH   percent of the ten million steps, thousand turns and so on, 0.1 to 100, 1 by default
@@ -70,6 +71,5 @@ TEST_P(Extremes, OfSpheresAreNeverSilentlyWrong)
   expect_nothing_silently_wrong<3>(GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Extremes, ::testing::ValuesIn(ALL_FORMATS), [](const auto &info) {
-  return rve::to_string(info.param);
-});
+INSTANTIATE_TEST_SUITE_P(Formats, Extremes, ::testing::ValuesIn(ALL_FORMATS),
+                         [](const auto &info) { return rve::to_string(info.param); });

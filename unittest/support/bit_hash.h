@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A 64-bit hash of the bits of numbers (FNV-1a, by bytes): two runs with the same hash had the same bits.
 
-#ifndef RVE_UNITTEST_SUPPORT_BIT_HASH_H
-#define RVE_UNITTEST_SUPPORT_BIT_HASH_H
+#pragma once
 
 #include "rve/core/checksum.h"
 
@@ -44,5 +44,3 @@ class BitHash {
 };
 
 }    // namespace rve_test
-
-#endif

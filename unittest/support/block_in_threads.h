@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A thread block of a GPU by threads of a CPU: what a phase does for its items is done at the same time, by several threads, and a phase ends when
 // all have. With GPU_RVE_SANITIZE=thread the sanitizer then sees each access of one item to what another one writes in the same phase, which on a
 // GPU would be a race.
 
-#ifndef SUPPORT_BLOCK_IN_THREADS_H
-#define SUPPORT_BLOCK_IN_THREADS_H
+#pragma once
 
 #include "rve/block/block_serial.h"
 
@@ -34,18 +34,13 @@ class Team {
     left_ = SIZE;
     ++turn_;
     begins_.notify_all();
-    ends_.wait(lock, [&] {
-      return left_ == 0;
-    });
+    ends_.wait(lock, [&] { return left_ == 0; });
   }
 
  private:
   Team()
   {
-    for (int t = 0; t < SIZE; ++t)
-      threads_.emplace_back([this, t] {
-        serve(t);
-      });
+    for (int t = 0; t < SIZE; ++t) threads_.emplace_back([this, t] { serve(t); });
   }
   ~Team()
   {
@@ -61,9 +56,7 @@ class Team {
   {
     std::unique_lock<std::mutex> lock(mutex_);
     for (long turn = 0;;) {
-      begins_.wait(lock, [&] {
-        return is_over_ || turn_ > turn;
-      });
+      begins_.wait(lock, [&] { return is_over_ || turn_ > turn; });
       if (is_over_) return;
       turn = turn_;
       lock.unlock();
@@ -103,15 +96,11 @@ template <class Base> class InThreads : public Base {
  public:
   template <class F> void for_each(int n, F f)
   {
-    share(n, [&](int i, int) {
-      f(i);
-    });
+    share(n, [&](int i, int) { f(i); });
   }
   template <class F, class Aside> void for_each(int n, F f, Aside aside)
   {
-    share(n, f, 1, [&](int) {
-      aside();
-    });
+    share(n, f, 1, [&](int) { aside(); });
   }
   template <class F> void for_items(int n, F f) { for_each(n, f); }
   template <class F, class G> void for_items(int n, F f, int m, G g) { share(n, f, m, g); }
@@ -120,8 +109,7 @@ template <class Base> class InThreads : public Base {
 
   template <class F> bool any(int n, F f)
   {
-    return any(n, f, [] {
-    });
+    return any(n, f, [] {});
   }
   template <class F, class Aside> bool any(int n, F f, Aside aside)
   {
@@ -144,9 +132,7 @@ template <class Base> class InThreads : public Base {
   template <int M, class F> rve::IntegerSums<M> sum_integers(int n, F f)
   {
     std::int64_t of_thread[Team::SIZE][M] = {};
-    share(n, [&](int i, int t) {
-      f(i, static_cast<std::int64_t *>(of_thread[t]));
-    });
+    share(n, [&](int i, int t) { f(i, static_cast<std::int64_t *>(of_thread[t])); });
     rve::IntegerSums<M> sums = {};
     for (const auto &of_one : of_thread)
       for (int m = 0; m < M; ++m) sums.value[m] += of_one[m];
@@ -159,9 +145,7 @@ template <class Base> class InThreads : public Base {
   template <int M, class Term, class F> void survey_items(int n, F f, rve::Survey<M> &survey)
   {
     rve::Survey<M> of_thread[Team::SIZE] = {};
-    share(n, [&](int i, int t) {
-      Base::template add_to_survey<M, Term>(i, f, of_thread[t]);
-    });
+    share(n, [&](int i, int t) { Base::template add_to_survey<M, Term>(i, f, of_thread[t]); });
     survey = rve::Survey<M>{};
     for (const rve::Survey<M> &of_one : of_thread) {
       for (int m = 0; m < M; ++m) survey.sum[m] = rve::wrapping_sum(survey.sum[m], of_one.sum[m]);
@@ -201,5 +185,3 @@ template <class Base> class InThreads : public Base {
 };
 
 }    // namespace rve_test
-
-#endif

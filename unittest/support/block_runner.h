@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Runs a block program in a test on the backend that the test was built for (rve_add_block_test). A program is a functor
 //     template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
 // whose pointers come from BlockArray. `fast_memory` is on chip on the GPU (kFastMemory bytes, not initialised).
 
-#ifndef RVE_UNITTEST_SUPPORT_BLOCK_RUNNER_H
-#define RVE_UNITTEST_SUPPORT_BLOCK_RUNNER_H
+#pragma once
 
 #include "cuda/cuda_required.h"
 #include "rve/block/block_serial.h"
@@ -144,5 +144,3 @@ class BlockTest : public ::testing::Test {
 };
 
 }    // namespace rve_test
-
-#endif

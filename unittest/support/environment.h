@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A variable of the environment for the time of a test.
 
-#ifndef RVE_UNITTEST_SUPPORT_ENVIRONMENT_H
-#define RVE_UNITTEST_SUPPORT_ENVIRONMENT_H
+#pragma once
 
 #include <cstdlib>
 #include <string>
@@ -38,5 +38,3 @@ class Environment {
 };
 
 }    // namespace rve_test
-
-#endif

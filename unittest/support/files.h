@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Files that tests write and read.
 
-#ifndef RVE_UNITTEST_SUPPORT_FILES_H
-#define RVE_UNITTEST_SUPPORT_FILES_H
+#pragma once
 
 #include <gtest/gtest.h>
 
@@ -28,5 +28,3 @@ inline std::string text_of(const std::string &path)
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // An engine in front of another one: it passes everything on. Tests derive from it what they count or refuse.
 
-#ifndef RVE_UNITTEST_SUPPORT_FORWARDING_ENGINE_H
-#define RVE_UNITTEST_SUPPORT_FORWARDING_ENGINE_H
+#pragma once
 
 #include "rve/engine/engine.h"
 
@@ -71,5 +71,3 @@ class ForwardingEngine : public rve::Engine {
 };
 
 }    // namespace rve_test
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Increments of a macro step for tests.
 
-#ifndef SUPPORT_INCREMENTS_H
-#define SUPPORT_INCREMENTS_H
+#pragma once
 
 #include "macro/rve_points.h"
 
@@ -31,5 +31,3 @@ template <int D> class IncrementsOf final : public macro::MacroIncrementsOf<D> {
 };
 
 }    // namespace rve_test
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The triangular lattice of equal disks, whose stress and stiffness have closed forms.
 
-#ifndef RVE_UNITTEST_SUPPORT_LATTICE_H
-#define RVE_UNITTEST_SUPPORT_LATTICE_H
+#pragma once
 
 #include "engine/test_states.h"
 
@@ -39,5 +39,3 @@ inline double lattice_shear_modulus(const rve::Material &material)
 }
 
 }    // namespace rve_test
-
-#endif

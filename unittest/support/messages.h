@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The messages of errors.
 
-#ifndef RVE_UNITTEST_SUPPORT_MESSAGES_H
-#define RVE_UNITTEST_SUPPORT_MESSAGES_H
+#pragma once
 
 #include "rve/core/error.h"
 
@@ -21,5 +21,3 @@ template <class Error = rve::InputError, class Call> std::string message_of(cons
 }
 
 }    // namespace rve_test
-
-#endif

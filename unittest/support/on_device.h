@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The same text for the CPU and, with RVE_TEST_CUDA, for the kernels of a GPU.
 
-#ifndef RVE_UNITTEST_SUPPORT_ON_DEVICE_H
-#define RVE_UNITTEST_SUPPORT_ON_DEVICE_H
+#pragma once
 
 #include "cuda/cuda_required.h"
 #include "rve/core/error.h"
@@ -41,5 +41,3 @@ template <class Test> class OnDeviceOf : public Test {
 using OnDevice = OnDeviceOf<testing::TestWithParam<rve::Format>>;
 
 }    // namespace rve_test
-
-#endif

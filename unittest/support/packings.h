@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Packings that several tests start from.
 
-#ifndef RVE_UNITTEST_SUPPORT_PACKINGS_H
-#define RVE_UNITTEST_SUPPORT_PACKINGS_H
+#pragma once
 
 #include "rve/engine/packing_io.h"
 #include "support/random.h"
@@ -87,5 +87,3 @@ inline double mean_radius(const rve::RveState &state)
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Random numbers that are the same on every machine (the distributions of the standard library are not).
 
-#ifndef RVE_UNITTEST_SUPPORT_RANDOM_H
-#define RVE_UNITTEST_SUPPORT_RANDOM_H
+#pragma once
 
 #include <cstdint>
 #include <random>
@@ -31,5 +31,3 @@ class Random {
 };
 
 }    // namespace rve_test
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Whether two ways to compute the same numbers differ by rounding only: as much as what goes in does, with another last digit.
 
-#ifndef RVE_TEST_SUPPORT_ROUNDING_H
-#define RVE_TEST_SUPPORT_ROUNDING_H
+#pragma once
 
 #include "support/random.h"
 
@@ -46,5 +46,3 @@ inline void expect_rounding_only(RoundingErrors found, double bound)
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The main function of a test program: all tests, or with --file=test_x those of the source file test_x.cpp.
 
-#ifndef RVE_UNITTEST_SUPPORT_RUN_TESTS_H
-#define RVE_UNITTEST_SUPPORT_RUN_TESTS_H
+#pragma once
 
 #include "support/tests_of_file.h"
 
@@ -82,5 +82,3 @@ inline int run_tests(int argc, char **argv)
 }
 
 }    // namespace rve_test
-
-#endif

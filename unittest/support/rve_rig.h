@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // One RVE in an engine of its own, and what tests compare of its state.
 
-#ifndef RVE_UNITTEST_SUPPORT_RVE_RIG_H
-#define RVE_UNITTEST_SUPPORT_RVE_RIG_H
+#pragma once
 
 #include "engine/test_states.h"
 #include "rve/engine/engine.h"
@@ -155,5 +155,3 @@ inline bool same_answer(const rve::Result &a, const rve::Result &b)
 }
 
 }    // namespace rve_test
-
-#endif

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // One call of the block program in memory full of garbage, on a CPU: by one thread that visits arrays, or by stand-ins for a thread block of a GPU,
 // which keep an item's own numbers beside the arrays. These begin as garbage, so that it shows what a program takes for loaded, kept or
 // published and is not.
 
-#ifndef SUPPORT_RVE_RUN_H
-#define SUPPORT_RVE_RUN_H
+#pragma once
 
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_serial.h"
@@ -212,5 +212,3 @@ using Formats = testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
 #endif
 
 }    // namespace rve_test
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Packings of a few grains, whose cells soon become too narrow when they are stretched.
 
-#ifndef RVE_UNITTEST_SUPPORT_SMALL_PACKINGS_H
-#define RVE_UNITTEST_SUPPORT_SMALL_PACKINGS_H
+#pragma once
 
 #include "rve/engine/packing.h"
 #include "support/on_device.h"
@@ -35,5 +35,3 @@ template <int D> rve::RveStateOf<D> small_packing(double preparation_friction = 
 template <int D> constexpr double DT_OF_SMALL_PACKINGS = D == 2 ? 2e-5 : 4e-6;
 
 }    // namespace rve_test
-
-#endif

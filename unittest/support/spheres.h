@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs of spheres that several tests start from, and one of them in an engine of its own.
 
-#ifndef RVE_UNITTEST_SUPPORT_SPHERES_H
-#define RVE_UNITTEST_SUPPORT_SPHERES_H
+#pragma once
 
 #include "engine/test_states.h"
 #include "rve/core/pi.h"
@@ -179,5 +179,3 @@ class SphereRig {
 };
 
 }    // namespace rve_test
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The main program of tests.
 
 #include "support/run_tests.h"

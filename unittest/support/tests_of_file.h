@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Which tests of the program are those of one source file.
 
-#ifndef RVE_UNITTEST_SUPPORT_TESTS_OF_FILE_H
-#define RVE_UNITTEST_SUPPORT_TESTS_OF_FILE_H
+#pragma once
 
 #include <gtest/gtest.h>
 
@@ -30,5 +30,3 @@ inline bool runs_tests_of(const std::string &file)
 }
 
 }    // namespace rve_test
-
-#endif

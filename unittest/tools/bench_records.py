@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """Tests of tools/bench_records.py, and the check of bench/results.
 
     python3 bench_records.py <repository>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 # What the kernels are compiled for, decided by cmake/CudaArchitectures.cmake: cmake -P cuda_architectures.cmake <source>
 cmake_policy(VERSION 3.25)
 get_filename_component(source "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)

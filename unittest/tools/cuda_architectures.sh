@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # The cards of the machine and what the kernels are compiled for:  sh cuda_architectures.sh <source folder> [cmake]
 # A machine's driver is played by scripts.
 set -eu

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: GPL-2.0-only
 # tools/get_lammps.sh with an archive that is a stub: paths with blanks, and which unpacked trees are trusted.
 #
 #   sh get_lammps.sh <repository>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """What these pages need beyond Sphinx: the language LAMMPS, links to LAMMPS' own pages, the tables and figures of bench/results, and MathJax beside the pages."""
 
 import glob

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """What the printed formulas of the paper would do where this package differs from them.
 
     python3 deviations.py [--lmp path] [--short] [--figure FILE.png]

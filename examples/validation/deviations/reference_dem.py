@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-2.0-only
 """A slow, obvious DEM of one RVE in double precision, with the printed alternatives of the paper as switches.
 
 The motion is that of the documentation (theory_rve): fractional coordinates s, never wrapped, and peculiar velocities c; numbers in

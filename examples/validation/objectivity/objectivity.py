@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Objectivity: a rigid rotation of an RVE turns its stress and changes nothing else.
 
     python3 objectivity.py [--lmp path] [--short] [--figure FILE.png]

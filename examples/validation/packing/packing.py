@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-2.0-only
 """Packing protocol: void ratio and coordination number of isotropic packings against pressure and friction during preparation.
 
     python3 packing.py [--lmp path] [--short] [--figure FILE.png]

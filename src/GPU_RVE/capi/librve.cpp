@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "capi/librve.h"
 
 #include "capi/step_bound.h"
@@ -66,9 +67,7 @@ template <class Work> int guarded(const Work &work) noexcept
 
 void require_pointer(const void *pointer, const char *name)
 {
-  require(pointer != nullptr, [&] {
-    return std::string(name) + " is a null pointer";
-  });
+  require(pointer != nullptr, [&] { return std::string(name) + " is a null pointer"; });
 }
 
 /// Product of the extents of an array of doubles. Throws InputError if no memory can have it.
@@ -77,9 +76,8 @@ std::size_t size_of_array(const char *name, std::initializer_list<std::size_t> e
   constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
   std::size_t product = 1;
   for (const std::size_t extent : extents) {
-    require(extent == 0 || product <= most / extent, [&] {
-      return std::string(name) + " would have more numbers than memory can have";
-    });
+    require(extent == 0 || product <= most / extent,
+            [&] { return std::string(name) + " would have more numbers than memory can have"; });
     product *= extent;
   }
   return product;
@@ -310,9 +308,7 @@ std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &
 
 template <int D> std::vector<char> saved_packing(const rve::RveStateOf<D> &state)
 {
-  return saved<D>(1, [&](std::size_t) -> const rve::RveStateOf<D> & {
-    return state;
-  });
+  return saved<D>(1, [&](std::size_t) -> const rve::RveStateOf<D> & { return state; });
 }
 
 /// Gives a caller bytes, or only their number.
@@ -340,9 +336,8 @@ template <int D> class Batch {
   {
     std::vector<rve::RveStateOf<D>> copies;
     for (const rve::RveStateOf<D> *state : states) copies.push_back(*state);
-    options.contacts = rve::contacts_of(copies, [](int k) {
-      return "packing " + std::to_string(k);
-    });
+    options.contacts =
+        rve::contacts_of(copies, [](int k) { return "packing " + std::to_string(k); });
     engine = rve::make_engine<D>(options);
     engine_options = options;
     for (const rve::RveStateOf<D> &state : copies) members.push_back({engine->add(state)});
@@ -402,12 +397,10 @@ template <int D> class Batch {
               int substeps, std::size_t calls, const std::string &names, double *table,
               std::uint32_t *statuses)
   {
-    require(dt > 0.0 && std::isfinite(dt), [&] {
-      return "dt is " + rve::number(dt) + "; it must be positive [time]";
-    });
-    require(substeps > 0, [&] {
-      return "substeps is " + std::to_string(substeps) + "; it must be at least 1";
-    });
+    require(dt > 0.0 && std::isfinite(dt),
+            [&] { return "dt is " + rve::number(dt) + "; it must be positive [time]"; });
+    require(substeps > 0,
+            [&] { return "substeps is " + std::to_string(substeps) + "; it must be at least 1"; });
     const macro::LoadPathsOf<D> paths(macro::path_words(text, "path"), text_of);
     require(paths.script_names().empty(), [&] {
       return "the path has v_" + paths.script_names().front() + "; there are no variables here";
@@ -420,9 +413,8 @@ template <int D> class Batch {
     std::vector<std::string> quantities;
     std::istringstream words(names);
     for (std::string name; words >> name;) quantities.push_back(name);
-    require(calls < std::numeric_limits<std::size_t>::max(), [&] {
-      return "calls is " + std::to_string(calls) + "; there are too many";
-    });
+    require(calls < std::numeric_limits<std::size_t>::max(),
+            [&] { return "calls is " + std::to_string(calls) + "; there are too many"; });
     const std::size_t row_size = size_of_array("table", {which.size(), quantities.size()});
     // a caller has all of it or nothing
     std::vector<double> found(size_of_array("table", {calls + 1, row_size})), column(which.size());
@@ -528,9 +520,7 @@ template <int D> class Batch {
     macro::TangentProbesOf<D> probes(rve::make_engine<D>(of_copies), options);
     const auto answers = probes.probe(
         static_cast<int>(which.size()),
-        [&](int k) {
-          return engine->state(members[which[k]].number);
-        },
+        [&](int k) { return engine->state(members[which[k]].number); },
         [&](int k) {
           return strain_rates ? matrix_at<D>(strain_rates, k) : rve::Tensor<double, D>::zero();
         });
@@ -637,9 +627,7 @@ template <int D> class Batch {
   void require_no_trial() const
   {
     require(std::none_of(members.begin(), members.end(),
-                         [](const Member &member) {
-                           return member.tried;
-                         }),
+                         [](const Member &member) { return member.tried; }),
             "an RVE has a trial, which must be committed or reverted before an advance");
   }
 
@@ -782,9 +770,8 @@ std::vector<std::size_t> chosen(const std::size_t *which, std::size_t count, std
       return "which[" + std::to_string(k) + "] is " + std::to_string(which[k]) +
           "; it must be below " + std::to_string(size);
     });
-    require(!seen[which[k]]++, [&] {
-      return "which has RVE " + std::to_string(which[k]) + " twice";
-    });
+    require(!seen[which[k]]++,
+            [&] { return "which has RVE " + std::to_string(which[k]) + " twice"; });
     all.push_back(which[k]);
   }
   return all;
@@ -821,9 +808,7 @@ struct rve_batch {
   }
   std::size_t size() const
   {
-    return visit([](const auto &batch) {
-      return batch.size();
-    });
+    return visit([](const auto &batch) { return batch.size(); });
   }
   int dimension() const { return any.index() == 0 ? 2 : 3; }
 };
@@ -924,9 +909,7 @@ int tell_quantity(rve_batch *batch, const char *name, const size_t *which, size_
     require_pointer(values, "values");
     const auto members = chosen(which, count, batch->size());
     Wanted wanted(*batch, arrays, values, "values", count);
-    batch->visit([&](const auto &one) {
-      one.quantity(name, members, wanted.room());
-    });
+    batch->visit([&](const auto &one) { one.quantity(name, members, wanted.room()); });
     wanted.deliver();
   });
 }
@@ -940,9 +923,7 @@ int tell_affine_stiffness(rve_batch *batch, const size_t *which, size_t count, d
     const auto members = chosen(which, count, batch->size());
     const std::size_t d = batch->dimension(), strains = d * (d + 1) / 2;
     Wanted wanted(*batch, arrays, stiffness, "stiffness", count * d * d * strains);
-    batch->visit([&](auto &one) {
-      one.affine_stiffness(members, wanted.room());
-    });
+    batch->visit([&](auto &one) { one.affine_stiffness(members, wanted.room()); });
     wanted.deliver();
   });
 }
@@ -979,11 +960,7 @@ int rve_packing_write(const rve_packing *packing, const char *file)
   return guarded([&] {
     require_pointer(packing, "packing");
     require_pointer(file, "file");
-    std::visit(
-        [&](const auto &state) {
-          rve::write_packing(file, state);
-        },
-        packing->state);
+    std::visit([&](const auto &state) { rve::write_packing(file, state); }, packing->state);
   });
 }
 
@@ -1023,11 +1000,9 @@ int rve_packing_image(const rve_packing *packing, int image, rve_packing **seen)
   return guarded([&] {
     require_pointer(packing, "packing");
     require_pointer(seen, "seen");
-    *seen = std::visit(
-        [&](const auto &state) {
-          return new rve_packing{rve::image_of(state, image)};
-        },
-        packing->state);
+    *seen =
+        std::visit([&](const auto &state) { return new rve_packing{rve::image_of(state, image)}; },
+                   packing->state);
   });
 }
 
@@ -1050,11 +1025,8 @@ int rve_packing_save(const rve_packing *packing, void *bytes, size_t capacity, s
   return guarded([&] {
     require_pointer(packing, "packing");
     require_pointer(size, "size");
-    const std::vector<char> all = std::visit(
-        [](const auto &state) {
-          return saved_packing(state);
-        },
-        packing->state);
+    const std::vector<char> all =
+        std::visit([](const auto &state) { return saved_packing(state); }, packing->state);
     give_bytes(all, bytes, capacity, size);
   });
 }
@@ -1082,21 +1054,13 @@ int rve_packing_dimension(const rve_packing *packing)
 size_t rve_packing_grains(const rve_packing *packing)
 {
   if (!packing) return 0;
-  return std::visit(
-      [](const auto &state) {
-        return state.radius.size();
-      },
-      packing->state);
+  return std::visit([](const auto &state) { return state.radius.size(); }, packing->state);
 }
 
 double rve_packing_void_ratio(const rve_packing *packing)
 {
   if (!packing) return 0.0;
-  return std::visit(
-      [](const auto &state) {
-        return state.void_ratio();
-      },
-      packing->state);
+  return std::visit([](const auto &state) { return state.void_ratio(); }, packing->state);
 }
 
 int rve_packing_array(const rve_packing *packing, const char *name, double *values, size_t count)
@@ -1104,11 +1068,8 @@ int rve_packing_array(const rve_packing *packing, const char *name, double *valu
   return guarded([&] {
     require_pointer(packing, "packing");
     require_pointer(name, "name");
-    std::visit(
-        [&](const auto &state) {
-          copy_out(array_named(state, name), values, count);
-        },
-        packing->state);
+    std::visit([&](const auto &state) { copy_out(array_named(state, name), values, count); },
+               packing->state);
   });
 }
 
@@ -1155,11 +1116,8 @@ int rve_packing_contacts(const rve_packing *packing, size_t *rows)
   return guarded([&] {
     require_pointer(packing, "packing");
     require_pointer(rows, "rows");
-    std::visit(
-        [&](const auto &state) {
-          *rows = rve::find_contacts(state).size();
-        },
-        packing->state);
+    std::visit([&](const auto &state) { *rows = rve::find_contacts(state).size(); },
+               packing->state);
   });
 }
 
@@ -1167,11 +1125,8 @@ int rve_packing_contact_table(const rve_packing *packing, double *values, size_t
 {
   return guarded([&] {
     require_pointer(packing, "packing");
-    std::visit(
-        [&](const auto &state) {
-          copy_out(contact_table(state), values, count);
-        },
-        packing->state);
+    std::visit([&](const auto &state) { copy_out(contact_table(state), values, count); },
+               packing->state);
   });
 }
 
@@ -1206,9 +1161,7 @@ size_t rve_batch_size(const rve_batch *batch)
 const char *rve_batch_description(const rve_batch *batch)
 {
   if (!batch) return "";
-  return batch->visit([](const auto &one) {
-    return one.text();
-  });
+  return batch->visit([](const auto &one) { return one.text(); });
 }
 
 int rve_time_steps(rve_batch *batch, const size_t *which, size_t count, double *dt)
@@ -1217,9 +1170,7 @@ int rve_time_steps(rve_batch *batch, const size_t *which, size_t count, double *
     require_pointer(batch, "batch");
     require_pointer(dt, "dt");
     const auto members = chosen(which, count, batch->size());
-    batch->visit([&](auto &one) {
-      one.time_steps(members, dt);
-    });
+    batch->visit([&](auto &one) { one.time_steps(members, dt); });
   });
 }
 
@@ -1241,9 +1192,7 @@ int rve_commit(rve_batch *batch)
 {
   return guarded([&] {
     require_pointer(batch, "batch");
-    batch->visit([](auto &one) {
-      one.commit();
-    });
+    batch->visit([](auto &one) { one.commit(); });
   });
 }
 
@@ -1251,9 +1200,7 @@ int rve_revert(rve_batch *batch)
 {
   return guarded([&] {
     require_pointer(batch, "batch");
-    batch->visit([](auto &one) {
-      one.revert();
-    });
+    batch->visit([](auto &one) { one.revert(); });
   });
 }
 
@@ -1281,9 +1228,7 @@ uint32_t rve_status_fatal(void)
 const char *rve_status_text(uint32_t status)
 {
   thread_local std::string text;
-  const int code = guarded([&] {
-    text = rve::describe_status(status);
-  });
+  const int code = guarded([&] { text = rve::describe_status(status); });
   return code == RVE_SUCCESS ? text.c_str() : "";
 }
 
@@ -1326,9 +1271,7 @@ int rve_tangents(rve_batch *batch, const size_t *which, size_t count, const char
 int rve_batch_device_number(const rve_batch *batch)
 {
   if (!batch) return -1;
-  return batch->visit([](const auto &one) {
-    return one.cuda_device();
-  });
+  return batch->visit([](const auto &one) { return one.cuda_device(); });
 }
 
 int rve_trial_device(rve_batch *batch, const size_t *which, size_t count, const double *increments,
@@ -1365,9 +1308,7 @@ int rve_batch_packing(rve_batch *batch, size_t which, rve_packing **packing)
     require_pointer(batch, "batch");
     require_pointer(packing, "packing");
     const size_t member = chosen(&which, 1, batch->size())[0];
-    *packing = batch->visit([&](const auto &one) {
-      return new rve_packing{one.state(member)};
-    });
+    *packing = batch->visit([&](const auto &one) { return new rve_packing{one.state(member)}; });
   });
 }
 
@@ -1392,9 +1333,7 @@ int rve_save(rve_batch *batch, void *bytes, size_t capacity, size_t *size)
   return guarded([&] {
     require_pointer(batch, "batch");
     require_pointer(size, "size");
-    const std::vector<char> all = batch->visit([](const auto &one) {
-      return one.save();
-    });
+    const std::vector<char> all = batch->visit([](const auto &one) { return one.save(); });
     give_bytes(all, bytes, capacity, size);
   });
 }
@@ -1404,9 +1343,7 @@ int rve_restore(rve_batch *batch, const void *bytes, size_t size)
   return guarded([&] {
     require_pointer(batch, "batch");
     require_pointer(bytes, "bytes");
-    batch->visit([&](auto &one) {
-      one.restore(static_cast<const char *>(bytes), size);
-    });
+    batch->visit([&](auto &one) { one.restore(static_cast<const char *>(bytes), size); });
   });
 }
 

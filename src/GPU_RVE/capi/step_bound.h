@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The largest DEM time step that an RVE of a batch is known to bear, and when it must be determined
 // again.
 
-#ifndef CAPI_STEP_BOUND_H
-#define CAPI_STEP_BOUND_H
+#pragma once
 
 #include "rve/engine/engine.h"
 #include "rve/engine/stiffening.h"
@@ -36,5 +36,3 @@ class StepBound {
 };
 
 }    // namespace capi
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "capi/words.h"
 
 #include "rve/core/error.h"
@@ -107,120 +108,67 @@ namespace {
   }
 
   const Table<rve::Options> OPTIONS = {
-      {"format",
-       [](const Entry &e, rve::Options &o) {
-         o.format = format_of(e);
-       }},
+      {"format", [](const Entry &e, rve::Options &o) { o.format = format_of(e); }},
       {"arithmetic",
        [](const Entry &e, rve::Options &o) {
          o.arithmetic = e.choice<rve::Arithmetic>(
              {{"strict", rve::Arithmetic::Strict}, {"relaxed", rve::Arithmetic::Relaxed}});
        }},
-      {"device",
-       [](const Entry &e, rve::Options &o) {
-         o.device = device_of(e);
-       }},
+      {"device", [](const Entry &e, rve::Options &o) { o.device = device_of(e); }},
       {"device_number",
        [](const Entry &e, rve::Options &o) {
          o.device_number = e.integer();
          if (o.device_number < 0) e.refuse("at least 0");
        }},
-      {"threads",
-       [](const Entry &e, rve::Options &o) {
-         o.threads = e.integer();
-       }},
-      {"block_size",
-       [](const Entry &e, rve::Options &o) {
-         o.block_size = e.integer();
-       }},
-      {"skin",
-       [](const Entry &e, rve::Options &o) {
-         o.skin = e.number();
-       }},
+      {"threads", [](const Entry &e, rve::Options &o) { o.threads = e.integer(); }},
+      {"block_size", [](const Entry &e, rve::Options &o) { o.block_size = e.integer(); }},
+      {"skin", [](const Entry &e, rve::Options &o) { o.skin = e.number(); }},
       {"arms",
        [](const Entry &e, rve::Options &o) {
          o.arms =
              e.choice<rve::Arms>({{"contact", rve::Arms::Contact}, {"lammps", rve::Arms::Lammps}});
        }},
-      {"overlap_limit",
-       [](const Entry &e, rve::Options &o) {
-         o.overlap_limit = e.number();
-       }},
+      {"overlap_limit", [](const Entry &e, rve::Options &o) { o.overlap_limit = e.number(); }},
       {"energy", [](const Entry &e, rve::Options &o) {
          o.track_energy = e.choice<bool>({{"yes", true}, {"no", false}});
        }}};
 
-  const Table<Order> RECIPE = {{"shape",
-                                [](const Entry &e, Order &o) {
-                                  o.dimension = e.choice<int>({{"disk", 2}, {"sphere", 3}});
-                                }},
-                               {"grains",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.num_grains = e.integer();
-                                }},
-                               {"seed",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.seed = e.integer<std::uint64_t>();
-                                }},
-                               {"radius",
-                                [](const Entry &e, Order &o) {
-                                  e.choice<bool>({{"uniform", true}});
-                                  o.recipe.radius_min = e.part(0).number();
-                                  o.recipe.radius_max = e.part(1).number();
-                                }},
-                               {"radius_min",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.radius_min = e.number();
-                                }},
-                               {"radius_max",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.radius_max = e.number();
-                                }},
-                               {"pressure",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.pressure = e.number();
-                                }},
-                               {"k0",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.at_rest = e.value == "rest";
-                                  if (!o.recipe.at_rest) o.recipe.k0 = e.number("a number or rest");
-                                }},
-                               {"void_ratio",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.void_ratio = e.number();
-                                }},
-                               {"void_ratio_tolerance",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.void_ratio_tolerance = e.number();
-                                }},
-                               {"friction_prep",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.preparation_friction = e.number();
-                                }},
-                               {"damping_prep",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.preparation_damping = e.number();
-                                }},
-                               {"tolerance",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.stress_tolerance = o.recipe.unbalanced_tolerance =
-                                      e.number();
-                                }},
-                               {"contact",
-                                [](const Entry &e, Order &o) {
-                                  o.recipe.material.law = rve::contact_law_of(e.value);
-                                }},
-                               {"device",
-                                [](const Entry &e, Order &o) {
-                                  o.options.device = device_of(e);
-                                }},
-                               {"threads",
-                                [](const Entry &e, Order &o) {
-                                  o.options.threads = e.integer();
-                                }},
-                               {"format", [](const Entry &e, Order &o) {
-                                  o.options.format = format_of(e);
-                                }}};
+  const Table<Order> RECIPE = {
+      {"shape",
+       [](const Entry &e, Order &o) {
+         o.dimension = e.choice<int>({{"disk", 2}, {"sphere", 3}});
+       }},
+      {"grains", [](const Entry &e, Order &o) { o.recipe.num_grains = e.integer(); }},
+      {"seed", [](const Entry &e, Order &o) { o.recipe.seed = e.integer<std::uint64_t>(); }},
+      {"radius",
+       [](const Entry &e, Order &o) {
+         e.choice<bool>({{"uniform", true}});
+         o.recipe.radius_min = e.part(0).number();
+         o.recipe.radius_max = e.part(1).number();
+       }},
+      {"radius_min", [](const Entry &e, Order &o) { o.recipe.radius_min = e.number(); }},
+      {"radius_max", [](const Entry &e, Order &o) { o.recipe.radius_max = e.number(); }},
+      {"pressure", [](const Entry &e, Order &o) { o.recipe.pressure = e.number(); }},
+      {"k0",
+       [](const Entry &e, Order &o) {
+         o.recipe.at_rest = e.value == "rest";
+         if (!o.recipe.at_rest) o.recipe.k0 = e.number("a number or rest");
+       }},
+      {"void_ratio", [](const Entry &e, Order &o) { o.recipe.void_ratio = e.number(); }},
+      {"void_ratio_tolerance",
+       [](const Entry &e, Order &o) { o.recipe.void_ratio_tolerance = e.number(); }},
+      {"friction_prep",
+       [](const Entry &e, Order &o) { o.recipe.preparation_friction = e.number(); }},
+      {"damping_prep", [](const Entry &e, Order &o) { o.recipe.preparation_damping = e.number(); }},
+      {"tolerance",
+       [](const Entry &e, Order &o) {
+         o.recipe.stress_tolerance = o.recipe.unbalanced_tolerance = e.number();
+       }},
+      {"contact",
+       [](const Entry &e, Order &o) { o.recipe.material.law = rve::contact_law_of(e.value); }},
+      {"device", [](const Entry &e, Order &o) { o.options.device = device_of(e); }},
+      {"threads", [](const Entry &e, Order &o) { o.options.threads = e.integer(); }},
+      {"format", [](const Entry &e, Order &o) { o.options.format = format_of(e); }}};
 
   template <class Target> void add_words(const Table<Target> &table, rve::Words &words)
   {
@@ -252,47 +200,18 @@ TangentOrder read_tangent_options(const std::string &text, rve::Format format)
           {{"elastic", macro::TangentKind::Elastic}, {"loading", macro::TangentKind::Loading}});
     else if (entry.word == "format")
       format = format_of(entry);
-  const Table<Options> table = {{"kind",
-                                 [](const Entry &, Options &) {
-                                 }},
-                                {"format",
-                                 [](const Entry &, Options &) {
-                                 }},
-                                {"probe",
-                                 [](const Entry &e, Options &o) {
-                                   o.probe = e.number();
-                                 }},
-                                {"lead",
-                                 [](const Entry &e, Options &o) {
-                                   o.lead = e.number();
-                                 }},
-                                {"spread",
-                                 [](const Entry &e, Options &o) {
-                                   o.spread = e.number();
-                                 }},
-                                {"strain_steps",
-                                 [](const Entry &e, Options &o) {
-                                   o.strain_steps = e.integer();
-                                 }},
-                                {"lead_steps",
-                                 [](const Entry &e, Options &o) {
-                                   o.lead_steps = e.integer();
-                                 }},
-                                {"look_steps",
-                                 [](const Entry &e, Options &o) {
-                                   o.look_steps = e.integer();
-                                 }},
-                                {"most_steps",
-                                 [](const Entry &e, Options &o) {
-                                   o.most_steps = e.integer();
-                                 }},
-                                {"tolerance",
-                                 [](const Entry &e, Options &o) {
-                                   o.tolerance = e.number();
-                                 }},
-                                {"damping", [](const Entry &e, Options &o) {
-                                   o.damping = e.number();
-                                 }}};
+  const Table<Options> table = {
+      {"kind", [](const Entry &, Options &) {}},
+      {"format", [](const Entry &, Options &) {}},
+      {"probe", [](const Entry &e, Options &o) { o.probe = e.number(); }},
+      {"lead", [](const Entry &e, Options &o) { o.lead = e.number(); }},
+      {"spread", [](const Entry &e, Options &o) { o.spread = e.number(); }},
+      {"strain_steps", [](const Entry &e, Options &o) { o.strain_steps = e.integer(); }},
+      {"lead_steps", [](const Entry &e, Options &o) { o.lead_steps = e.integer(); }},
+      {"look_steps", [](const Entry &e, Options &o) { o.look_steps = e.integer(); }},
+      {"most_steps", [](const Entry &e, Options &o) { o.most_steps = e.integer(); }},
+      {"tolerance", [](const Entry &e, Options &o) { o.tolerance = e.number(); }},
+      {"damping", [](const Entry &e, Options &o) { o.damping = e.number(); }}};
   Options options = Options::of(format, kind);
   for (const Entry &entry : all) {
     if (take(table, entry, options)) continue;

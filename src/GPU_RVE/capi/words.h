@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Words and values of the C interface: recipes and options are texts as in a script, "format double threads 2".
 
-#ifndef CAPI_WORDS_H
-#define CAPI_WORDS_H
+#pragma once
 
 #include "macro/tangent_probes.h"
 #include "rve/engine/options.h"
@@ -33,5 +33,3 @@ Order read_recipe(const std::string &text);
 rve::MaterialMember parameter_named(const std::string &keyword, rve::ContactLaw law, int dimension);
 
 }    // namespace capi
-
-#endif

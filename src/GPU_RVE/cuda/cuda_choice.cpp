@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "cuda/cuda_choice.h"
 
 #include <algorithm>

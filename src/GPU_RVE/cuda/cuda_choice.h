@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Which CUDA card serves, and what is said where none can. Knows nothing of the CUDA runtime, so that any machine can test it.
 
-#ifndef CUDA_CUDA_CHOICE_H
-#define CUDA_CUDA_CHOICE_H
+#pragma once
 
 #include <string>
 #include <vector>
@@ -56,5 +56,3 @@ struct CudaChoice {
 CudaChoice choose_card(const std::vector<std::string> &obstacles, int local_rank);
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The CUDA device of a rank. Exists only in builds with CUDA.
 
-#ifndef CUDA_CUDA_DEVICE_H
-#define CUDA_CUDA_DEVICE_H
+#pragma once
 
 #include <string>
 
@@ -19,5 +19,3 @@ struct CudaDevice {
 CudaDevice find_cuda_device(int local_rank, const void *kernel);
 
 }    // namespace rve
-
-#endif

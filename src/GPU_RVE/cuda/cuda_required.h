@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Whether the environment demands a CUDA device: where there is none, a run or a test then fails instead of doing without.
 
-#ifndef CUDA_CUDA_REQUIRED_H
-#define CUDA_CUDA_REQUIRED_H
+#pragma once
 
 #include "rve/core/error.h"
 
@@ -38,5 +38,3 @@ inline std::string cuda_requirement()
 }
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Where RVEs and points are advanced, as a user says.
 
-#ifndef CUDA_DEVICE_H
-#define CUDA_DEVICE_H
+#pragma once
 
 namespace rve {
 
@@ -9,5 +9,3 @@ namespace rve {
 enum class Device { Auto, Cpu, Cuda };
 
 }    // namespace rve
-
-#endif

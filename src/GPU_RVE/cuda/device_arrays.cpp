@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "cuda/device_arrays.h"
 
 #if defined(GPU_RVE_WITH_CUDA)

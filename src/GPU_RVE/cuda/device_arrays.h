@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Arrays of callers that may be in the memory of a CUDA device. In builds without CUDA none is.
 
-#ifndef CUDA_DEVICE_ARRAYS_H
-#define CUDA_DEVICE_ARRAYS_H
+#pragma once
 
 #include <cstddef>
 
@@ -16,5 +16,3 @@ bool is_on_device(const double *array, const char *name, int device);
 void copy_numbers(const double *from, double *to, std::size_t count, int device);
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Owners of device memory. Plain cudaMalloc, no managed memory.
 
-#ifndef CUDA_DEVICE_BUFFER_CUH
-#define CUDA_DEVICE_BUFFER_CUH
+#pragma once
 
 #include <cuda_runtime.h>
 
@@ -220,5 +220,3 @@ class DeviceArena {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Kernels that are put in place on a device while the one before them is at work, and wait there themselves.
 
-#ifndef CUDA_EARLY_LAUNCH_CUH
-#define CUDA_EARLY_LAUNCH_CUH
+#pragma once
 
 #include <cuda_runtime.h>
 
@@ -44,5 +44,3 @@ template <class T> __global__ void copy_few(const T *from, T *to, std::size_t co
 }
 
 }    // namespace rve
-
-#endif

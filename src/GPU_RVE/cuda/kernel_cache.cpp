@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "cuda/kernel_cache.h"
 
 #include "cuda/cuda_required.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Compiled kernels on disk, for the next run and for the other ranks of this one.
 //
 // A file of the cache is code that a GPU runs in the name of the user. So the folder must belong to the user and be closed to others,
@@ -5,8 +6,7 @@
 // used, with a word why. A file is written whole or not at all. It holds the key that it was written for and a checksum; where one of
 // them is not as it should be, the kernel is compiled again.
 
-#ifndef CUDA_KERNEL_CACHE_H
-#define CUDA_KERNEL_CACHE_H
+#pragma once
 
 #include "cuda/nvrtc.h"
 
@@ -59,5 +59,3 @@ class KernelCache {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Kernels that are handed over to a device together: as one graph where the same ones come again and again, which takes the host a few
 // microseconds for all of them, where each launch takes that.
 
-#ifndef CUDA_LAUNCH_LIST_CUH
-#define CUDA_LAUNCH_LIST_CUH
+#pragma once
 
 #include "cuda/device_buffer.cuh"
 #include "cuda/early_launch.cuh"
@@ -193,5 +193,3 @@ class LaunchList {
 };
 
 }    // namespace rve
-
-#endif

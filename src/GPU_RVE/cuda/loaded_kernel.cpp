@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "cuda/loaded_kernel.h"
 
 #include "cuda/device_buffer.cuh"

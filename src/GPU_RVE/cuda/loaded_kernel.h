@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A kernel that was compiled at run time, on the device. Exists only in builds with CUDA.
 
-#ifndef CUDA_LOADED_KERNEL_H
-#define CUDA_LOADED_KERNEL_H
+#pragma once
 
 #include "cuda/nvrtc.h"
 
@@ -15,5 +15,3 @@ std::string loading_of_kernels_obstacle();
 const void *load_kernel(const DeviceCode &compiled);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "cuda/nvrtc.h"
 
 #include <algorithm>
@@ -152,9 +153,7 @@ DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHea
   nvrtc.check(nvrtc.create(&program, source.c_str(), "kernel.cu", static_cast<int>(headers.size()),
                            texts.data(), names.data()),
               "creation of a program");
-  const auto destroy = [&nvrtc](Program *owned) {
-    nvrtc.destroy(owned);
-  };
+  const auto destroy = [&nvrtc](Program *owned) { nvrtc.destroy(owned); };
   const std::unique_ptr<Program, decltype(destroy)> owner(&program, destroy);
   nvrtc.check(nvrtc.add_name(program, kernel.c_str()), "name of a kernel");
 

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The run-time compiler of the CUDA Toolkit, libnvrtc: looked for when it is needed, so that no program depends on it. Needs no GPU.
 
-#ifndef CUDA_NVRTC_H
-#define CUDA_NVRTC_H
+#pragma once
 
 #include <string>
 #include <vector>
@@ -54,5 +54,3 @@ class Nvrtc {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "field/circulant_embedding.h"
 
 #include "field/normal_numbers.h"

@@ -1,10 +1,10 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Stationary Gaussian fields by circulant embedding. The covariance matrix of the nodes of a regular grid is a part of that of a torus at
 // least twice as large, which the Fourier transform diagonalizes: C = F^-1 diag(lambda) F. So X = F^-1 diag(sqrt(lambda)) F w, of normal
 // random numbers w on the torus, has the covariance C, without any error but rounding, if no eigenvalue lambda is negative.
 //   Dietrich & Newsam, SIAM J. Sci. Comput. 18, 1088 (1997); Wood & Chan, J. Comput. Graph. Stat. 3, 409 (1994)
 
-#ifndef FIELD_CIRCULANT_EMBEDDING_H
-#define FIELD_CIRCULANT_EMBEDDING_H
+#pragma once
 
 #include "field/covariance.h"
 #include "field/fft.h"
@@ -59,5 +59,3 @@ class CirculantEmbedding {
 };
 
 }    // namespace field
-
-#endif

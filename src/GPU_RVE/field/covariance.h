@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Covariance functions of a stationary Gaussian field of variance 1: functions of the distance r, in correlation lengths. The three are one
 // family: Matern's with the smoothness 1/2 is the exponential, and with an infinite one the Gaussian function.
 //   Matern, Spatial Variation (1986); Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 4.2.1
 
-#ifndef FIELD_COVARIANCE_H
-#define FIELD_COVARIANCE_H
+#pragma once
 
 #include "field/grid.h"
 
@@ -69,11 +69,7 @@ struct Covariance {
   double operator()(const Vec &lag) const
   {
     const double r = anisotropy.distance(lag);
-    return std::visit(
-        [r](const auto &f) {
-          return f(r);
-        },
-        function);
+    return std::visit([r](const auto &f) { return f(r); }, function);
   }
   /// "exponential", "gaussian" or "matern 1.5"
   std::string name() const;
@@ -83,5 +79,3 @@ struct Covariance {
 };
 
 }    // namespace field
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Real Fourier transforms by FFTW, in place. One thread, FFTW_ESTIMATE and no wisdom: the plan, and with it every bit, depends on the sizes
 // and the processor only.
 
-#ifndef FIELD_FFT_H
-#define FIELD_FFT_H
+#pragma once
 
 #include "field/grid.h"
 
@@ -36,5 +36,3 @@ class RealFft {
 };
 
 }    // namespace field
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The regular grid that a random field is generated on. All code of this room is for the plane; what loops over AXES does not mind a third one.
 
-#ifndef FIELD_GRID_H
-#define FIELD_GRID_H
+#pragma once
 
 #include "rve/core/error.h"
 
@@ -90,5 +90,3 @@ struct Grid {
 };
 
 }    // namespace field
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The value of a field between the nodes.
 
-#ifndef FIELD_INTERPOLATION_H
-#define FIELD_INTERPOLATION_H
+#pragma once
 
 #include "field/covariance.h"
 #include "field/grid.h"
@@ -83,5 +83,3 @@ class Interpolation {
 };
 
 }    // namespace field
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Marginal distributions: monotonic functions of a normal number z (mean 0, variance 1), which give the value its distribution.
 
-#ifndef FIELD_MARGINAL_H
-#define FIELD_MARGINAL_H
+#pragma once
 
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
@@ -123,5 +123,3 @@ class Bounded {
 using Marginal = std::variant<Normal, Lognormal, Uniform, Bounded>;
 
 }    // namespace field
-
-#endif

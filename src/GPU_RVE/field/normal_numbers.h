@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Normal random numbers of mean 0 and variance 1, from a seed: the 64-bit Mersenne twister of the C++ standard, and the transform of
 // Box & Muller (1958), since std::normal_distribution is another one in each standard library. |z| is at most sqrt(106 ln 2) = 8.57.
 
-#ifndef FIELD_NORMAL_NUMBERS_H
-#define FIELD_NORMAL_NUMBERS_H
+#pragma once
 
 #include "rve/core/pi.h"
 
@@ -33,5 +33,3 @@ class NormalNumbers {
 };
 
 }    // namespace field
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Other contacts than an engine was made for. It has its programs, and what an RVE is in memory, from the beginning: so all RVEs move to a
 // new one.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "macro/contact_response.h"
 
 #include "rve/engine/contact_laws.h"

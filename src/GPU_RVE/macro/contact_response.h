@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How contacts of an RVE give way to pressure, and how its grains follow a rotation: what plans of macro steps ask of a material and a grain. Asked
 // for thousands of points in every step, so that what does not change is computed once.
 
-#ifndef MACRO_CONTACT_RESPONSE_H
-#define MACRO_CONTACT_RESPONSE_H
+#pragma once
 
 #include "rve/engine/engine.h"
 #include "rve/engine/increment_plan.h"
@@ -39,5 +39,3 @@ template <int D> class ContactResponse {
 };
 
 }    // namespace macro
-
-#endif

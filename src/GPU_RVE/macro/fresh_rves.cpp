@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Fresh RVEs in place of those that failed: of a packing, brought to the stress that the failed one had.
 
 #include "macro/rve_points.h"
@@ -150,9 +151,8 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
     const auto distance = [&](int packing) {
       return std::fabs(packings[packing].void_ratio() - point.result.void_ratio);
     };
-    std::stable_sort(fresh.candidates.begin(), fresh.candidates.end(), [&](int a, int b) {
-      return distance(a) > distance(b);
-    });
+    std::stable_sort(fresh.candidates.begin(), fresh.candidates.end(),
+                     [&](int a, int b) { return distance(a) > distance(b); });
     const auto best = std::max(0, static_cast<int>(packings.size()) - MOST_FRESH_TRIALS);
     fresh.candidates.erase(fresh.candidates.begin(), fresh.candidates.begin() + best);
     const bool was_just_made = point.renewals > 0 && point.drive.substeps == 0;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "macro/in_situ.h"
 
 #include "macro/largest_eigenvalue.h"

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Stresses in the ground before anything happens: what weight and loads demand at a point, and how RVEs are brought to it.
 //
 // Why: ground at rest must be in equilibrium with its weight before a foundation or a wall comes, or it sets itself in motion.
 
-#ifndef MACRO_IN_SITU_H
-#define MACRO_IN_SITU_H
+#pragma once
 
 #include "macro/rve_points.h"
 #include "macro/way_to_stress.h"
@@ -131,5 +131,3 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
                              const std::vector<StressGoal> &goals, double tolerance, double dt);
 
 }    // namespace macro
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Macro steps in which each RVE is driven by a deformation increment: planned and answered by the host, or on a device that has the increments.
 
 #include "macro/rve_points.h"
@@ -300,9 +301,8 @@ template <int D> void RvePointsOf<D>::find_resting()
 /// Whether one of those that advance still owes a deformation, though none may sleep any more.
 template <int D> bool RvePointsOf<D>::any_owes() const
 {
-  return std::any_of(call_slots.begin(), call_slots.end(), [this](int slot) {
-    return points.front(slot).owes;
-  });
+  return std::any_of(call_slots.begin(), call_slots.end(),
+                     [this](int slot) { return points.front(slot).owes; });
 }
 
 template <int D>
@@ -388,9 +388,7 @@ template <int D> void RvePointsOf<D>::hear_of_stiffened()
 {
   constexpr int MANY = 16;
   const bool are_all = stiffened_places.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
-  const auto is_known = [this](int place) {
-    return has_stiffened(device_call.rves[place]);
-  };
+  const auto is_known = [this](int place) { return has_stiffened(device_call.rves[place]); };
   if (are_all)
     stiffened_places.erase(
         std::remove_if(stiffened_places.begin(), stiffened_places.end(), is_known),
@@ -469,9 +467,8 @@ void RvePointsOf<D>::advance_those_apart(const std::vector<int> &slots,
 template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vector<int> &failed)
 {
   auto in_trouble = std::exchange(call.failed, {});
-  std::sort(in_trouble.begin(), in_trouble.end(), [](const auto &one, const auto &other) {
-    return one.m < other.m;
-  });
+  std::sort(in_trouble.begin(), in_trouble.end(),
+            [](const auto &one, const auto &other) { return one.m < other.m; });
   std::vector<int> slots;
   std::vector<rve::DriveOf<D>> drives;
   std::vector<rve::ResponseOf<D>> answers;

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Largest eigenvalue of a symmetric tensor, in closed form.
 
-#ifndef MACRO_LARGEST_EIGENVALUE_H
-#define MACRO_LARGEST_EIGENVALUE_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -31,5 +31,3 @@ inline double largest_eigenvalue(const rve::Tensor3 &symmetric)
 }
 
 }    // namespace macro
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "macro/load_path.h"
 
 #include "rve/core/error.h"
@@ -424,9 +425,7 @@ template <int D> class LoadPathsOf<D>::Reader {
       add_term(sum, factor, term, word, of);
       begin = end;
     }
-    if (std::all_of(sum.begin(), sum.end(), [](double x) {
-          return x == 0.0;
-        }))
+    if (std::all_of(sum.begin(), sum.end(), [](double x) { return x == 0.0; }))
       refuse("the quantity '" + word + "' is no sum of components; the quantities are" +
              known_quantities(of));
     return sum;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Loading paths of RVEs: stages of conditions on rates, strains and stresses, with events that end or reverse them. Read from words, of a
 // file or of a script; without LAMMPS.
 //
@@ -16,8 +17,7 @@
 // AMPLITUDE PERIOD [PHASE], or table FILE COLUMN. Components that no condition of a stage names have rate zero. Strains are
 // logarithms of stretches, and F_ab / F_bb off the diagonal, of a cell that shears along x: L has nothing below its diagonal.
 
-#ifndef MACRO_LOAD_PATH_H
-#define MACRO_LOAD_PATH_H
+#pragma once
 
 #include "rve/engine/servo_modes.h"
 
@@ -180,5 +180,3 @@ template <int D> class LoadPathsOf {
 using LoadPaths = LoadPathsOf<2>;
 
 }    // namespace macro
-
-#endif

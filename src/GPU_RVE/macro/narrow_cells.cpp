@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs whose cells become too narrow for their grains: they go on as copies of themselves side by side, which are the same medium.
 
 #include "macro/rve_points.h"

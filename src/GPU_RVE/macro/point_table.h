@@ -1,10 +1,10 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The points behind RVEs, by slot, in two parts: all of a point, and its front, what every macro step asks of it and tells it. Thousands of whole
 // points are more than caches hold, and fronts are not.
 //
 // What DEM steps answer is written into fronts alone. A point hears of it when somebody looks at it.
 
-#ifndef MACRO_POINT_TABLE_H
-#define MACRO_POINT_TABLE_H
+#pragma once
 
 #include "macro/contact_response.h"
 #include "rve/engine/engine.h"
@@ -238,5 +238,3 @@ template <int D, class Point> class PointTable {
 };
 
 }    // namespace macro
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the answer of an RVE says, and what its contacts say, by name: the quantities of compute rve/atom and of the C interface.
 
-#ifndef MACRO_QUANTITIES_H
-#define MACRO_QUANTITIES_H
+#pragma once
 
 #include "rve/core/error.h"
 #include "rve/core/suggestion.h"
@@ -228,5 +228,3 @@ void with_quantity_named(const std::string &name, int dimension, const Read &rea
 }
 
 }    // namespace macro
-
-#endif

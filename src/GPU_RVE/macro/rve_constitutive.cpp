@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "macro/rve_constitutive.h"
 
 #include "macro/largest_eigenvalue.h"
@@ -157,13 +158,8 @@ RveConstitutive<D, DimensionOfRves>::measured_wave_share(const std::vector<int> 
                                                          const State &state) const
 {
   const auto answers = probes.probe(
-      static_cast<int>(points.size()),
-      [&](int k) {
-        return state(points[k]);
-      },
-      [](int) {
-        return rve::Tensor<double, DimensionOfRves>::zero();
-      });
+      static_cast<int>(points.size()), [&](int k) { return state(points[k]); },
+      [](int) { return rve::Tensor<double, DimensionOfRves>::zero(); });
   double largest = 0.0;
   for (std::size_t k = 0; k < points.size(); ++k)
     if (answers[k].is_measured)

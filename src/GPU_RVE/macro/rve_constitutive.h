@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The RVE engine as a material of the MPM solver: deformation increments in, Cauchy stresses out.
 
-#ifndef MACRO_RVE_CONSTITUTIVE_H
-#define MACRO_RVE_CONSTITUTIVE_H
+#pragma once
 
 #include "macro/rve_points.h"
 #include "macro/tangent_probes.h"
@@ -110,5 +110,3 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
 };
 
 }    // namespace macro
-
-#endif

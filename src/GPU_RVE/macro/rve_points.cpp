@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "macro/rve_points.h"
 
 #include "rve/core/error.h"
@@ -299,9 +300,7 @@ template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
   }
   any_stiffened.set(false);
   if (!tells_device) return;
-  const auto is_elsewhere = [](const rve::NewLimit &one) {
-    return one.place < 0;
-  };
+  const auto is_elsewhere = [](const rve::NewLimit &one) { return one.place < 0; };
   limits.erase(std::remove_if(limits.begin(), limits.end(), is_elsewhere), limits.end());
   engine->device_calls()->set_limits(limits);
 }
@@ -666,9 +665,8 @@ bool RvePointsOf<D>::slips(int slot, const Matrix &increment, double dt, int sub
   const PointFront<D> &front = points.front(slot);
   const double overlap =
       front.of_contacts.contact_strain(std::fmax(front.pressure, 0.0), material(slot));
-  return rve::slips(increment, substeps, dt, overlap, [&] {
-    return front.of_contacts.frequency(overlap, material(slot));
-  });
+  return rve::slips(increment, substeps, dt, overlap,
+                    [&] { return front.of_contacts.frequency(overlap, material(slot)); });
 }
 
 /// Whether it must be turned rigidly before an increment, which has what it owes.
@@ -936,9 +934,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
     call_and_look(slots, drives, looked_at);
   record_sizes.assign(points.size(), 0);
 
-  const auto has_failed = [&](int k) {
-    return (responses[k].status & rve::status::Fatal) != 0;
-  };
+  const auto has_failed = [&](int k) { return (responses[k].status & rve::status::Fatal) != 0; };
   bool any_failed = false;
   const auto take = [&](int k) {
     points.answered(slots[k], responses[k], drives[k]);

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The RVEs behind the points of one rank: what the engine holds, with the last answer of each, its failure flag and the record in which it
 // travels between ranks and into restart files; and how a macro step becomes DEM steps.
 
-#ifndef MACRO_RVE_POINTS_H
-#define MACRO_RVE_POINTS_H
+#pragma once
 
 #include "macro/load_path.h"
 #include "macro/point_table.h"
@@ -464,5 +464,3 @@ template <int D> class RvePointsOf {
 using RvePoints = RvePointsOf<2>;
 
 }    // namespace macro
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The record of an RVE and of its shadow, in which they travel between ranks and into restart files.
 
 #include "macro/rve_points.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "macro/tangent.h"
 
 #include "macro/largest_eigenvalue.h"
@@ -185,9 +186,8 @@ template <int D> TangentOf<D> dyad(const rve::Tensor<double, D> &x, const rve::T
 {
   TangentOf<D> product;
   for_places<D>([&](int i, int j, int row) {
-    for_places<D>([&](int k, int l, int column) {
-      product.component[row][column] = x(i, j) * y(k, l);
-    });
+    for_places<D>(
+        [&](int k, int l, int column) { product.component[row][column] = x(i, j) * y(k, l); });
   });
   return product;
 }
@@ -203,9 +203,7 @@ TangentOf<D> turned(const TangentOf<D> &tangent, const rve::Tensor<double, D> &r
     strain(k, l) += 0.5;
     strain(l, k) += 0.5;
     const rve::Tensor<double, D> stress = rotation * tangent(back * strain * rotation) * back;
-    for_places<D>([&](int i, int j, int row) {
-      result.component[row][column] = stress(i, j);
-    });
+    for_places<D>([&](int i, int j, int row) { result.component[row][column] = stress(i, j); });
   });
   return result;
 }
@@ -270,9 +268,7 @@ NominalTangentOf<D>::NominalTangentOf(const TangentOf<D> &tangent,
     for (int j = 0; j < D; ++j)
       for (int k = 0; k < D; ++k)
         for (int l = 0; l < D; ++l) {
-          const auto is = [](int a, int b) {
-            return a == b ? 1.0 : 0.0;
-          };
+          const auto is = [](int a, int b) { return a == b ? 1.0 : 0.0; };
           const double turning = 0.5 *
               (is(i, k) * stress(l, j) - is(i, l) * stress(k, j) - stress(i, k) * is(j, l) +
                stress(i, l) * is(j, k));
@@ -317,9 +313,8 @@ template <int D> LeastAcousticOf<D> least_acoustic_determinant(const NominalTang
   std::vector<LeastAcousticOf<D>> all;
   for (const rve::Vec<double, D> &n : directions<D>())
     all.push_back({acoustic_determinant(tangent, n), n});
-  std::stable_sort(all.begin(), all.end(), [](const auto &x, const auto &y) {
-    return x.determinant < y.determinant;
-  });
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto &x, const auto &y) { return x.determinant < y.determinant; });
 
   std::vector<rve::Vec<double, D>> starts;
   LeastAcousticOf<D> best = all[0];

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a tangent stiffness says of a material: moduli, second-order work, and whether a shear band may form. Numbers in, numbers out: no RVE.
 
-#ifndef MACRO_TANGENT_H
-#define MACRO_TANGENT_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -117,5 +117,3 @@ template <int D> struct TangentNumbersOf {
 };
 
 }    // namespace macro
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "macro/tangent_probes.h"
 
 #include "rve/core/error.h"
@@ -234,9 +235,7 @@ template <int D> void TangentProbesOf<D>::evaluate(Group &group) const
   for (const auto &result : group.results)
     answer.changed_contacts =
         std::max(answer.changed_contacts, std::abs(result.num_contacts - group.contacts));
-  const auto stress = [&](std::size_t k) {
-    return symmetric_part(group.results[k].stress);
-  };
+  const auto stress = [&](std::size_t k) { return symmetric_part(group.results[k].stress); };
   for (int k = 0; k < rve::Space<D>::strains; ++k) {
     const Matrix difference = stress(2 * k) - stress(2 * k + 1);
     // by engineering strains: a strain of the basis has sqrt(2) of them off the diagonal

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The tangent of an RVE from its grains: clones of it take small strains in all directions, come to rest, and answer with their stresses.
 // Knows the engine, not where states come from.
 
-#ifndef MACRO_TANGENT_PROBES_H
-#define MACRO_TANGENT_PROBES_H
+#pragma once
 
 #include "macro/tangent.h"
 #include "rve/engine/engine.h"
@@ -99,5 +99,3 @@ template <int D> class TangentProbesOf {
 };
 
 }    // namespace macro
-
-#endif

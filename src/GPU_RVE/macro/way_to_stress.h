@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs on their way to a stress: a servo steers each of them in calls of some DEM steps, all that are under way together.
 //
 // Why: RVEs are brought to the stresses in the ground before anything happens (in_situ), and fresh ones to those of the RVEs that they replace (fresh_rves).
 
-#ifndef MACRO_WAY_TO_STRESS_H
-#define MACRO_WAY_TO_STRESS_H
+#pragma once
 
 #include "rve/engine/engine.h"
 #include "rve/engine/servo_modes.h"
@@ -75,5 +75,3 @@ void lead(std::vector<Way> ways, const Drives &drives, const Advance &advance,
 }
 
 }    // namespace macro
-
-#endif

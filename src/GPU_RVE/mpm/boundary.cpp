@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/boundary.h"
 
 #include <algorithm>
@@ -45,9 +46,8 @@ template <int D> std::vector<std::uint8_t> Boundary<D>::sides(const Grid<D> &par
 
 template <int D> bool Boundary<D>::absorbs() const
 {
-  return std::any_of(dashpots_.begin(), dashpots_.end(), [](const Dashpots &dashpots) {
-    return dashpots.exist();
-  });
+  return std::any_of(dashpots_.begin(), dashpots_.end(),
+                     [](const Dashpots &dashpots) { return dashpots.exist(); });
 }
 
 template <int D> std::vector<AbsorbingNode<D>> Boundary<D>::absorbing(const Grid<D> &part) const
@@ -83,9 +83,8 @@ template <int D> Vec<D> Boundary<D>::sum_along(int axis, bool downwards, const I
     const int row = downwards ? grid_.cells(axis) + 1 - at.place[axis] : at.place[axis] + 1;
     ordered.emplace_back(order * (grid_.cells(axis) + 3) + row, &at.value);
   }
-  std::sort(ordered.begin(), ordered.end(), [](const auto &one, const auto &other) {
-    return one.first < other.first;
-  });
+  std::sort(ordered.begin(), ordered.end(),
+            [](const auto &one, const auto &other) { return one.first < other.first; });
   Vec<D> sum = Vec<D>::zero();
   for (const auto &[order, value] : ordered) sum = sum + *value;
   return sum;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Velocity conditions on the sides of the grid, and the arrays of rigid bodies on it. Contact with
 // bodies is in face_contact.h and rigid_contact.h.
 //
@@ -7,8 +8,7 @@
 // impulse less the second one, of which points with increments alone (flip 1) keep everything and those with velocities of the
 // grid (flip 0) nothing. Sides are imposed node by node, bodies column by column of nodes: neither looks at what the others change.
 
-#ifndef MPM_BOUNDARY_H
-#define MPM_BOUNDARY_H
+#pragma once
 
 #include "mpm/grid.h"
 #include "mpm/rigid_shape.h"
@@ -177,5 +177,3 @@ namespace face_pair {
 }    // namespace face_pair
 
 }    // namespace mpm
-
-#endif

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the MPM solver knows of a material: deformation increments in, Cauchy stresses out.
 //
 // The RVE engine and the analytic laws implement this; the solver knows neither.
 
-#ifndef MPM_CONSTITUTIVE_H
-#define MPM_CONSTITUTIVE_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -114,5 +114,3 @@ template <int D> class Constitutive {
 };
 
 }    // namespace mpm
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/convex_hull.h"
 
 #include "rve/core/error.h"
@@ -137,9 +138,8 @@ ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string
   for (const Candidate<D> &candidate : candidates(hull.vertices)) {
     if (!(candidate.measure > least_measure)) break;
     const auto is_known = [&](const typename ConvexHull<D>::Side &side) {
-      return std::all_of(candidate.corner.begin(), candidate.corner.end(), [&](int corner) {
-        return side.on[corner];
-      });
+      return std::all_of(candidate.corner.begin(), candidate.corner.end(),
+                         [&](int corner) { return side.on[corner]; });
     };
     if (std::any_of(hull.sides.begin(), hull.sides.end(), is_known)) continue;
     for (const double sign : {-1.0, 1.0}) {

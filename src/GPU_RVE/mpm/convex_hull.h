@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The convex hull of a few vertices, as half spaces that have a body in common. On the host, once for each body.
 
-#ifndef MPM_CONVEX_HULL_H
-#define MPM_CONVEX_HULL_H
+#pragma once
 
 #include "mpm/rigid_shape.h"
 
@@ -41,5 +41,3 @@ template <int D>
 ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string &name);
 
 }    // namespace mpm
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Runs the passes of a time step (step_passes.h) on a CUDA device, with the arrays of points and grid in its memory.
 //
 // Host and device share the points as follows. Positions and velocities are brought back in every step while the laws are at work, and taken
@@ -208,12 +209,8 @@ namespace {
     };
     meet_for_sums(
         mail, partners, given.components(),
-        [&](int k, std::int64_t *place) {
-          pass_of(PackSums<D>{given}, k, place)(0, tally);
-        },
-        [&](int k, std::int64_t *place) {
-          pass_of(UnpackSums<D>{taken}, k, place)(0, tally);
-        });
+        [&](int k, std::int64_t *place) { pass_of(PackSums<D>{given}, k, place)(0, tally); },
+        [&](int k, std::int64_t *place) { pass_of(UnpackSums<D>{taken}, k, place)(0, tally); });
   }
 
   __global__ void __launch_bounds__(BLOCK) set_to_zero(std::int64_t *sums, std::size_t count)
@@ -585,9 +582,8 @@ namespace {
     /// Copies `count` things.
     template <class T> void copy(T *to, const T *from, std::size_t count) const
     {
-      share_out(count, sizeof(T), [=](int begin, int end) {
-        std::copy(from + begin, from + end, to + begin);
-      });
+      share_out(count, sizeof(T),
+                [=](int begin, int end) { std::copy(from + begin, from + end, to + begin); });
     }
     /// Whether some of two arrays have the same bytes.
     template <class T> static bool is_same(const T *one, const T *other, int begin, int end)

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Steps on a CUDA device. Exists only in builds with CUDA.
 
-#ifndef MPM_CUDA_MACHINE_H
-#define MPM_CUDA_MACHINE_H
+#pragma once
 
 #include "mpm/step_runner.h"
 
@@ -16,5 +16,3 @@ std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options
                                                  const Grid<D> &grid, std::string &obstacle);
 
 }    // namespace mpm
-
-#endif

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What ranks with a GPU each tell each other without their hosts, in kernels between the passes of a step: through page-locked memory of
 // the computer that they share, which all of its GPUs reach. A rank leaves its numbers there, says so, waits until all others have said so,
 // and takes theirs. Its host goes on meanwhile.
 
-#ifndef MPM_CUDA_RANK_MAIL_CUH
-#define MPM_CUDA_RANK_MAIL_CUH
+#pragma once
 
 #include "cuda/device_buffer.cuh"
 #include "cuda/early_launch.cuh"
@@ -134,18 +134,12 @@ __device__ void meet_for_sums(const MailPlaces &mail, const MailPartners &partne
     }
   };
   each_node(
-      &MailPartner::given_end,
-      [&](int to) {
-        return mail.place_of_letter(mail.rank, to, round);
-      },
+      &MailPartner::given_end, [&](int to) { return mail.place_of_letter(mail.rank, to, round); },
       give);
   mail.meet(round);
   each_node(
       &MailPartner::taken_end,
-      [&](int from) {
-        return mail.place_of_letter(from, mail.rank, round);
-      },
-      take);
+      [&](int from) { return mail.place_of_letter(from, mail.rank, round); }, take);
 }
 
 /// The mail of this rank, if there can be any: all ranks on one computer, each with a GPU of its own.
@@ -206,5 +200,3 @@ class RankMail {
 };
 
 }    // namespace mpm
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/drucker_prager.h"
 
 #include "mpm/midpoint_increment.h"

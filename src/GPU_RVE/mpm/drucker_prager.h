@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Drucker-Prager plasticity, and von Mises' without friction.
 //
 // Why: a smooth yield surface with friction, for ground and for comparison with codes that have no other.
 
-#ifndef MPM_DRUCKER_PRAGER_H
-#define MPM_DRUCKER_PRAGER_H
+#pragma once
 
 #include "mpm/constitutive.h"
 
@@ -54,5 +54,3 @@ template <int D> class DruckerPrager : public Constitutive<D> {
 };
 
 }    // namespace mpm
-
-#endif

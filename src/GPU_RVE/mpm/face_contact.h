@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Contact of the material with bodies that press with one face: passes over columns of nodes.
 //
 // The face of a body generally lies between two rows of nodes, an inner and an outer one. In every
@@ -23,8 +24,7 @@
 // Components that a side of the grid holds are left to the side: bodies do not feel them. Nodes that
 // several bodies hold are divided among them (shared_contacts.h).
 
-#ifndef MPM_FACE_CONTACT_H
-#define MPM_FACE_CONTACT_H
+#pragma once
 
 #include "mpm/shared_contacts.h"
 
@@ -225,9 +225,7 @@ template <int D> struct ImposeBody : Pass<D> {
   {
     if (column.has_pair) find_pair(column, k);
     column.each_inside(step, [&](int row, int n) {
-      const auto free_of_sides = [&](int a) {
-        return !step.boundary.held_by_side(n, a);
-      };
+      const auto free_of_sides = [&](int a) { return !step.boundary.held_by_side(n, a); };
       if (!column.is_lateral)
         step.mark_contacts(body, n, column.weight, free_of_sides);
       else if (column.is_round)
@@ -300,9 +298,8 @@ template <int D> struct ImposeBody : Pass<D> {
     double inwards = 0.0;
     for (int a = 0; a < D; ++a)
       if (is_radial(column, n, a)) inwards += entry(n, a, 1) * column.from_axis[a];
-    step.mark_contacts(body, n, column.weight, [&](int a) {
-      return inwards > 0.0 && is_radial(column, n, a);
-    });
+    step.mark_contacts(body, n, column.weight,
+                       [&](int a) { return inwards > 0.0 && is_radial(column, n, a); });
   }
 
   /// Gives the marked components the velocity of the body. `felt_share` of each impulse is added to
@@ -384,5 +381,3 @@ template <int D> struct ImposeBody : Pass<D> {
 };
 
 }    // namespace mpm
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The background grid: cells of equal edges over a box, with one layer of ghost nodes around it.
 //
 // A point inside the box reaches at most one cell width beyond it (half size of a GIMP domain <= half a cell), so
@@ -6,8 +7,7 @@
 // Storage is for a box of nodes, the part of the grid that a rank holds: node numbers count in it. Cells, coordinates and places are those
 // of the whole grid.
 
-#ifndef MPM_GRID_H
-#define MPM_GRID_H
+#pragma once
 
 #include "rve/core/config.h"
 #include "rve/core/error.h"
@@ -250,5 +250,3 @@ template <int D> class Grid {
 };
 
 }    // namespace mpm
-
-#endif

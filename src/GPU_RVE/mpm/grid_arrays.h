@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The arrays on the nodes that a machine holds, in its own kind of memory, and where a StepView finds them.
 
-#ifndef MPM_GRID_ARRAYS_H
-#define MPM_GRID_ARRAYS_H
+#pragma once
 
 #include "mpm/boundary.h"
 #include "mpm/step_view.h"
@@ -68,5 +68,3 @@ template <int D, template <class> class Buffer> class GridArrays {
 };
 
 }    // namespace mpm
-
-#endif

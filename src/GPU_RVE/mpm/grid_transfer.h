@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // From points to nodes and back: the weights of a point, its shares of the integer sums on the nodes, and the gather.
 
-#ifndef MPM_GRID_TRANSFER_H
-#define MPM_GRID_TRANSFER_H
+#pragma once
 
 #include "mpm/grid.h"
 #include "mpm/shape_functions.h"
@@ -213,5 +213,3 @@ RVE_HD Tensor<D> interpolate_gradient(const Support<D> &support, const Field &fi
 }
 
 }    // namespace mpm
-
-#endif

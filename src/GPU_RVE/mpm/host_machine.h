@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The machine that runs the passes of a time step, and its implementation by CPU threads.
 //
 // A time step is written once, as a sequence of passes (step_program.h), each of which says what one point, node, column of nodes or load
@@ -37,8 +38,7 @@
 //   2. what it tells beyond the item has no order: integer sums, largest values, the least of the points with trouble;
 //   3. passes take effect in the order of the calls.
 
-#ifndef MPM_HOST_MACHINE_H
-#define MPM_HOST_MACHINE_H
+#pragma once
 
 #include "mpm/grid_arrays.h"
 #include "mpm/rank_devices.h"
@@ -372,5 +372,3 @@ template <int D> class HostMachine {
 };
 
 }    // namespace mpm
-
-#endif

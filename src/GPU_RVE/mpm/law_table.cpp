@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/law_table.h"
 
 #include "mpm/drucker_prager.h"

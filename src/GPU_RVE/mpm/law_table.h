@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The constitutive laws in closed form, by the words that scripts have for them: a new law is a line here and files of its own.
 
-#ifndef MPM_LAW_TABLE_H
-#define MPM_LAW_TABLE_H
+#pragma once
 
 #include "mpm/constitutive.h"
 
@@ -24,5 +24,3 @@ template <int D> struct LawEntry {
 template <int D> std::vector<LawEntry<D>> &law_table();
 
 }    // namespace mpm
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Linear elasticity, for verification and for parts of scenes that need no grains.
 
-#ifndef MPM_LINEAR_ELASTIC_H
-#define MPM_LINEAR_ELASTIC_H
+#pragma once
 
 #include "mpm/constitutive.h"
 
@@ -32,5 +32,3 @@ template <int D> class LinearElastic : public Constitutive<D> {
 };
 
 }    // namespace mpm
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Single numbers that say how a point is stressed and strained, for output. Equations (25b) and (27) of Zhao, Zhao & Liang 2021, with n = 2
 // in the plane and n = 3 in space. Numbers in, numbers out.
 
-#ifndef MPM_MEASURES_H
-#define MPM_MEASURES_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -45,5 +45,3 @@ inline double deviatoric_strain(const rve::Tensor3 &F)
 }
 
 }    // namespace mpm
-
-#endif

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What is in the rows of memory of a scene's points: the state variables of each of its laws.
 //
 // For those who keep the rows, write them to files and show them. Knows laws by words, as law_table.h does.
 
-#ifndef MPM_MEMORY_LAYOUT_H
-#define MPM_MEMORY_LAYOUT_H
+#pragma once
 
 #include "mpm/constitutive.h"
 
@@ -70,5 +70,3 @@ class MemoryLayout {
 };
 
 }    // namespace mpm
-
-#endif

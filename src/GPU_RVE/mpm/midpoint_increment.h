@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Strain and rotation of a deformation increment, and the elastic stress that they give: what hypoelastic laws share.
 // Numbers in, numbers out.
 
-#ifndef MPM_MIDPOINT_INCREMENT_H
-#define MPM_MIDPOINT_INCREMENT_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -67,5 +67,3 @@ RVE_INLINE rve::Tensor<double, D> elastic_stress(const rve::Tensor<double, D> &s
 }
 
 }    // namespace mpm
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/mohr_coulomb.h"
 
 #include "mpm/midpoint_increment.h"

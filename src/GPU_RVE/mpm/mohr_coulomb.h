@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Mohr-Coulomb and Tresca plasticity: the return in principal stresses, and the law made of it.
 //
 // Why: ground that needs no grains, and the bearing capacities that are known in closed form for it.
 
-#ifndef MPM_MOHR_COULOMB_H
-#define MPM_MOHR_COULOMB_H
+#pragma once
 
 #include "mpm/constitutive.h"
 #include "rve/core/config.h"
@@ -110,5 +110,3 @@ template <int D> class MohrCoulomb : public Constitutive<D> {
 };
 
 }    // namespace mpm
-
-#endif

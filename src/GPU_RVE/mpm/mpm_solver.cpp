@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/mpm_solver.h"
 
 #include "cuda/cuda_required.h"
@@ -238,9 +239,8 @@ template <int D>
 StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
                                  const std::vector<TractionLoad<D>> &loads, double dt)
 {
-  require(dt > 0.0 && std::isfinite(dt), [&] {
-    return "MPM time step must be positive, got " + number(dt) + " [time]";
-  });
+  require(dt > 0.0 && std::isfinite(dt),
+          [&] { return "MPM time step must be positive, got " + number(dt) + " [time]"; });
   require(points.memory_width >= memory_width_, [&] {
     return "rows of the memory of points have " + std::to_string(points.memory_width) +
         " numbers, but a law has " + std::to_string(memory_width_) + " state variables";
@@ -299,23 +299,18 @@ template <int D> StressUpdate<D> MpmSolver<D>::stress_update(const PointView<D> 
           [&](const DeviceArrays<D> &arrays, double part) {
             return plan_stress_there(points, arrays, part);
           },
-          [this] {
-            return begin_stress_there();
-          },
+          [this] { return begin_stress_there(); },
           [this] {
             if (only_model())
-              time_models([](Constitutive<D> &one, const std::vector<int> &) {
-                one.begin_update_ahead();
-              });
+              time_models(
+                  [](Constitutive<D> &one, const std::vector<int> &) { one.begin_update_ahead(); });
           },
           [this]() -> const std::int32_t * {
             const Constitutive<D> *model = stresses_come_ && stresses_there_ ? only_model()
                                                                              : nullptr;
             return model ? model->unfinished_there() : nullptr;
           },
-          [this] {
-            return settle_stress();
-          },
+          [this] { return settle_stress(); },
           [this] {
             for (Constitutive<D> *model : models_) model->meet();
           }};
@@ -404,9 +399,8 @@ template <int D> bool MpmSolver<D>::begin_stress_there()
     all = all && model.can_update_there();
   });
   if (!all) return false;
-  time_models([&](Constitutive<D> &model, const std::vector<int> &) {
-    model.begin_update_there();
-  });
+  time_models(
+      [&](Constitutive<D> &model, const std::vector<int> &) { model.begin_update_there(); });
   stresses_come_ = stresses_there_ = true;
   return true;
 }
@@ -427,9 +421,7 @@ template <int D> Arrival MpmSolver<D>::settle_stress() const
     helped = helped || model.were_unfinished();
   });
   if (all) return helped ? Arrival::WithHelp : Arrival::ByThemselves;
-  time_models([&](Constitutive<D> &model, const std::vector<int> &) {
-    model.bring_stresses();
-  });
+  time_models([&](Constitutive<D> &model, const std::vector<int> &) { model.bring_stresses(); });
   return Arrival::OnHost;
 }
 
@@ -494,9 +486,7 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
     for (int p = 0; p < points.count; ++p) {
       if (points.rigid_body[p] >= 0) continue;
       double speed = 0.0;
-      failed.guard(p, [&] {
-        speed = speed_of(p);
-      });
+      failed.guard(p, [&] { speed = speed_of(p); });
       if (std::isfinite(speed))
         fastest = std::max(fastest, speed);
       else

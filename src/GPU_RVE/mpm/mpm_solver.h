@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The material point method: one time step, from points to the grid and back.
 //
 // Knows nothing of LAMMPS, MPI, CUDA or grains. Points belong to the caller; sums on the nodes of the grid are integers, and over all
@@ -6,8 +7,7 @@
 // Every rank must make the same calls, questions for nodes, reactions and totals included: a call may communicate through the
 // functions in Communication.
 
-#ifndef MPM_MPM_SOLVER_H
-#define MPM_MPM_SOLVER_H
+#pragma once
 
 #include "mpm/constitutive.h"
 #include "mpm/points.h"
@@ -149,5 +149,3 @@ template <int D> class MpmSolver {
 };
 
 }    // namespace mpm
-
-#endif

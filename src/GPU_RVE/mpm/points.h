@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Material points as the solver sees them: arrays that the caller owns, and the loads on them.
 
-#ifndef MPM_POINTS_H
-#define MPM_POINTS_H
+#pragma once
 
 #include "mpm/constitutive.h"
 #include "mpm/grid.h"
@@ -68,5 +68,3 @@ class PointError : public std::runtime_error {
 };
 
 }    // namespace mpm
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A symmetric tensor in space along its principal axes. Numbers in, numbers out.
 
-#ifndef MPM_PRINCIPAL_AXES_H
-#define MPM_PRINCIPAL_AXES_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -28,9 +28,7 @@ struct PrincipalAxes {
       if (!turned) break;
     }
     int order[3] = {0, 1, 2};
-    std::sort(order, order + 3, [&](int a, int b) {
-      return t(a, a) > t(b, b);
-    });
+    std::sort(order, order + 3, [&](int a, int b) { return t(a, a) > t(b, b); });
     for (int i = 0; i < 3; ++i) {
       value[i] = t(order[i], order[i]);
       axis[i] = column(columns, order[i]);
@@ -67,5 +65,3 @@ struct PrincipalAxes {
 };
 
 }    // namespace mpm
-
-#endif

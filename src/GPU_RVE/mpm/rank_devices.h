@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Whether ranks have devices that can work for them side by side.
 
-#ifndef MPM_RANK_DEVICES_H
-#define MPM_RANK_DEVICES_H
+#pragma once
 
 #include "mpm/solver_options.h"
 
@@ -30,5 +30,3 @@ inline bool each_rank_has_its_device(const Communication &communication, const D
 }
 
 }    // namespace mpm
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/rigid_bodies.h"
 
 #include "rve/core/error.h"
@@ -167,9 +168,7 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
   const int b = bodies_[k];
   const RigidBodyOptions &options = options_.rigid_bodies[b];
   State &body = states_[k];
-  const auto is_own = [&](int p) {
-    return points.rigid_body[p] == b;
-  };
+  const auto is_own = [&](int p) { return points.rigid_body[p] == b; };
   body.orientation = rotation_by<D>(options.turned);
   const Tensor<D> to_body = transpose(body.orientation);
   double extent[2 * D];
@@ -185,9 +184,7 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
   communication.max_over_ranks(extent, 2 * D);
   Vec<D> middle;
   for (int a = 0; a < D; ++a) {
-    require(std::isfinite(extent[a]), [&] {
-      return options_.name_of_body(b) + " has no points";
-    });
+    require(std::isfinite(extent[a]), [&] { return options_.name_of_body(b) + " has no points"; });
     middle[a] = 0.5 * (extent[D + a] - extent[a]);
     body.half[a] = 0.5 * (extent[D + a] + extent[a]);
   }
@@ -229,9 +226,7 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
   body.centre = to_body * (middle - body.origin);
   body.mass_centre = to_body * (mass_centre - body.origin);
 
-  const auto arm = [&](int p) {
-    return to_body * (row<D>(points.position, p) - body.origin);
-  };
+  const auto arm = [&](int p) { return to_body * (row<D>(points.position, p) - body.origin); };
   // what a point's own box adds about an axis: m/3 (l² + l'²) of the half sizes across it
   const auto own_inertia = [&](int p, int i, int j) {
     if (i != j || i < D) return 0.0;
@@ -245,9 +240,8 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
         return points.mass[p] * dot(unit_motion(q / S, arm(p)), unit_motion(q % S, arm(p)));
       });
   const std::vector<double> of_boxes =
-      sums(points, communication, S * S, is_own, [&](int p, int q) {
-        return points.mass[p] * own_inertia(p, q / S, q % S);
-      });
+      sums(points, communication, S * S, is_own,
+           [&](int p, int q) { return points.mass[p] * own_inertia(p, q / S, q % S); });
   for (int q = 0; q < S * S; ++q) body.inertia[q] = of_places[q] + of_boxes[q];
 
   std::copy(prescribed_[k].begin(), prescribed_[k].end(), body.rates);

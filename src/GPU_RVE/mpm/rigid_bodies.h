@@ -1,10 +1,10 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The rigid bodies that can turn, between steps: place, turn, rates, and the inertia of those that forces drive.
 //
 // A body is made of its points once, when it is first seen: its form fits the boxes of the points or has vertices of its own, their masses
 // give its inertia, and their velocities those with which a free body begins. From then on the points follow the body. Forces on the points act on it.
 
-#ifndef MPM_RIGID_BODIES_H
-#define MPM_RIGID_BODIES_H
+#pragma once
 
 #include "mpm/convex_hull.h"
 #include "mpm/points.h"
@@ -83,5 +83,3 @@ template <int D> class RigidBodies {
 };
 
 }    // namespace mpm
-
-#endif

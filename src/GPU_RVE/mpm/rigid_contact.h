@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Contact of the material with convex bodies that can turn: passes over columns of nodes and over bodies.
 //
 // The surface of a body lies between nodes. On every line of nodes along an axis that meets it where its normal is nearest to that
@@ -11,8 +12,7 @@
 // (GatherContacts), the sum is solved (SolveContacts), and the contacts are imposed with the result. What the body feels is what the
 // contacts then gave, summed in integers; its motion follows from that and from nothing else (FinishBodies).
 
-#ifndef MPM_RIGID_CONTACT_H
-#define MPM_RIGID_CONTACT_H
+#pragma once
 
 #include "mpm/shared_contacts.h"
 
@@ -357,9 +357,7 @@ template <int D> struct SolveContacts : Pass<D> {
     RigidBodyStep<D> &body = step.rigid[index];
     const ContactScales<D> scales(step, body);
     double matrix[S * S], right[S];
-    const auto arm = [&](int k) {
-      return k < D ? 1.0 : body.reach;
-    };
+    const auto arm = [&](int k) { return k < D ? 1.0 : body.reach; };
     for (int i = 0; i < S; ++i) {
       right[i] = body.impulse[i] + arm(i) * scales.coarse.real(body.target[i]);
       for (int j = 0; j < S; ++j)
@@ -510,5 +508,3 @@ template <int D> struct MoveContactSums : Pass<D> {
 };
 
 }    // namespace mpm
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Convex rigid bodies that can turn: their form, their freedoms of motion, and what a time step knows of one. Numbers in, numbers out.
 
-#ifndef MPM_RIGID_SHAPE_H
-#define MPM_RIGID_SHAPE_H
+#pragma once
 
 #include "mpm/grid.h"
 
@@ -367,5 +367,3 @@ template <int D> struct RigidBodyStep {
 };
 
 }    // namespace mpm
-
-#endif

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Shape functions of the background grid along one axis; those of a node are products. Numbers in, numbers out.
 //
 // Coordinates are in cell widths from the low side of the grid, slopes are per cell width.
 
-#ifndef MPM_SHAPE_FUNCTIONS_H
-#define MPM_SHAPE_FUNCTIONS_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -76,5 +76,3 @@ RVE_HD inline AxisWeights gimp_weights(double xi, double half)
 }
 
 }    // namespace mpm
-
-#endif

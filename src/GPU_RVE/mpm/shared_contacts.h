@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Nodes that several rigid bodies touch.
 //
 // A node that contacts of more than one body hold is divided among these contacts. Each contact
@@ -16,8 +17,7 @@
 // sweep is repeated. Components of a node are divided one by one. Components that only one body
 // touches are not divided, and their momenta change at once.
 
-#ifndef MPM_SHARED_CONTACTS_H
-#define MPM_SHARED_CONTACTS_H
+#pragma once
 
 #include "mpm/step_view.h"
 
@@ -78,5 +78,3 @@ template <int D> struct JoinNodes : Pass<D> {
 };
 
 }    // namespace mpm
-
-#endif

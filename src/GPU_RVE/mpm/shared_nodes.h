@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Which nodes of the grid a rank holds, which of them concern others too, and what the ranks know of each other.
 //
 // Two boxes of nodes belong to a rank: the touched one, outside of which its points add nothing to any sum, and the needed one around
@@ -17,8 +18,7 @@
 // one axis after the other, and twice if local damping has disturbed that (ImposeContacts): each makes the needed box wider by two
 // along each axis. What a body feels is counted by the first rank that touches the node of the contact.
 
-#ifndef MPM_SHARED_NODES_H
-#define MPM_SHARED_NODES_H
+#pragma once
 
 #include "mpm/boundary.h"
 #include "mpm/grid.h"
@@ -153,9 +153,8 @@ std::vector<NodeValue<D, T>> SharedNodes<D>::everywhere(const T *own, const Node
   std::vector<const std::int64_t *> order;
   order.reserve(total);
   for (std::int64_t k = 0; k < total; ++k) order.push_back(&rows[ROW * k]);
-  std::sort(order.begin(), order.end(), [](const std::int64_t *one, const std::int64_t *other) {
-    return *one < *other;
-  });
+  std::sort(order.begin(), order.end(),
+            [](const std::int64_t *one, const std::int64_t *other) { return *one < *other; });
   std::vector<NodeValue<D, T>> all(total);
   for (std::int64_t k = 0; k < total; ++k) {
     all[k].place = grid_.place_of_id(*order[k]);
@@ -200,5 +199,3 @@ template <int D> template <class Visit> void SharedNodes<D>::each_layer(const Vi
 }
 
 }    // namespace mpm
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the solver is told once: the method and its numbers, and how ranks add up.
 
-#ifndef MPM_SOLVER_OPTIONS_H
-#define MPM_SOLVER_OPTIONS_H
+#pragma once
 
 #include "cuda/device.h"
 #include "mpm/boundary.h"
@@ -76,13 +76,11 @@ struct Communication {
   int ranks = 1;
   int rank = 0;    ///< this one, below ranks
   std::function<void(std::int64_t *data, std::size_t count)> sum_over_ranks = [](std::int64_t *,
-                                                                                 std::size_t) {
-  };
+                                                                                 std::size_t) {};
   std::function<void(double *data, std::size_t count)> max_over_ranks = [](double *, std::size_t) {
   };
   std::function<void(const std::vector<Message> &messages)> exchange =
-      [](const std::vector<Message> &) {
-      };
+      [](const std::vector<Message> &) {};
   /// Ends on all ranks if a rank has a problem: with that of the lowest such rank. Collective.
   std::function<void(const std::string &problem)> raise_on_all = [](const std::string &problem) {
     if (!problem.empty()) throw rve::InputError(problem);
@@ -94,5 +92,3 @@ struct Communication {
 };
 
 }    // namespace mpm
-
-#endif

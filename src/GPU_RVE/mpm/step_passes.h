@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The passes of a time step over points, nodes and columns of nodes: what one item does, from the same source for CPU threads and
 // a device. Item i changes what belongs to item i; sums on nodes are integers, and what goes into a tally is a maximum: neither
 // has an order. step_program.h has their sequence.
@@ -5,8 +6,7 @@
 // A pass gets a tally: tally.raise(k, value) keeps the largest value, tally.trouble(p, what) the first point that
 // cannot be treated, and tally.add(sum, part) adds to an integer that other items add to.
 
-#ifndef MPM_STEP_PASSES_H
-#define MPM_STEP_PASSES_H
+#pragma once
 
 #include "mpm/face_contact.h"
 #include "mpm/rigid_contact.h"
@@ -80,9 +80,7 @@ RVE_HD Trouble input_trouble(const Grid<D> &grid, const PointAtStart<D> &point, 
                              int num_models)
 {
   const bool is_rigid = point.rigid_body >= 0;
-  const auto is_positive = [](double x) {
-    return x > 0.0 && std::isfinite(x);
-  };
+  const auto is_positive = [](double x) { return x > 0.0 && std::isfinite(x); };
   Trouble trouble = are_finite<D>(point.body_force.component) ? Trouble::None : Trouble::BodyForce;
   trouble = is_positive(point.volume) ? trouble : Trouble::Volume;
   trouble = is_positive(point.mass) ? trouble : Trouble::Mass;
@@ -352,9 +350,7 @@ RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
 template <int D> RVE_HD double mean_of_cells(const StepView<D> &step, int p)
 {
   double mean = 0.0;
-  each_cell(step, p, [&](int node, double weight) {
-    mean += weight * step.cell_mean[node];
-  });
+  each_cell(step, p, [&](int node, double weight) { mean += weight * step.cell_mean[node]; });
   return mean;
 }
 
@@ -433,19 +429,13 @@ template <int D> struct InertiaOfPoint {
       const double mass = m * part.share();
       scatter_integer<INERTIA_SUMS<D>>(
           support, mass_scale, part.integer(mass_scale, m),
-          [&](const Place<D> &place) {
-            return mass * support.value(place);
-          },
-          sums, 0);
+          [&](const Place<D> &place) { return mass * support.value(place); }, sums, 0);
       for (int c = 0; c < D; ++c) {
         const double whole = m * velocity[c];
         const double momentum = whole * part.share();
         scatter_integer<INERTIA_SUMS<D>>(
             support, momentum_scale, part.integer(momentum_scale, whole),
-            [&](const Place<D> &place) {
-              return momentum * support.value(place);
-            },
-            sums, 1 + c);
+            [&](const Place<D> &place) { return momentum * support.value(place); }, sums, 1 + c);
       }
     });
   }
@@ -484,10 +474,7 @@ template <int D> struct ForceOfPoint {
         if (whole != 0.0)
           scatter_integer<VECTOR_SUMS<D>>(
               support, scale, part.integer(scale, whole),
-              [&](const Place<D> &place) {
-                return body_force * support.value(place);
-              },
-              sums, c);
+              [&](const Place<D> &place) { return body_force * support.value(place); }, sums, c);
       }
     });
   }
@@ -555,10 +542,7 @@ template <int D> struct ScatterMomentumAgain : Pass<D> {
         const double momentum = whole * part.share();
         scatter_integer<VECTOR_SUMS<D>>(
             support, scale, part.integer(scale, whole),
-            [&](const Place<D> &place) {
-              return momentum * support.value(place);
-            },
-            sums, c);
+            [&](const Place<D> &place) { return momentum * support.value(place); }, sums, c);
       }
     });
   }
@@ -608,10 +592,7 @@ template <int D> struct ScatterLoad : Pass<D> {
         const double force = whole[c] * share;
         scatter<VECTOR_SUMS<D>>(
             support, scale, force,
-            [&](const Place<D> &place) {
-              return force * support.value(place);
-            },
-            sums, c);
+            [&](const Place<D> &place) { return force * support.value(place); }, sums, c);
       }
     });
   }
@@ -912,9 +893,7 @@ template <int D> struct ListedSums : Pass<D> {
 template <int D> struct PackSums : ListedSums<D> {
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
-    this->each(k, [](std::int64_t &sum, std::int64_t &place) {
-      place = sum;
-    });
+    this->each(k, [](std::int64_t &sum, std::int64_t &place) { place = sum; });
   }
 };
 
@@ -922,12 +901,8 @@ template <int D> struct PackSums : ListedSums<D> {
 template <int D> struct UnpackSums : ListedSums<D> {
   template <class Tally> RVE_HD void operator()(int k, Tally &tally) const
   {
-    this->each(k, [&](std::int64_t &sum, std::int64_t &place) {
-      tally.add(&sum, place);
-    });
+    this->each(k, [&](std::int64_t &sum, std::int64_t &place) { tally.add(&sum, place); });
   }
 };
 
 }    // namespace mpm
-
-#endif

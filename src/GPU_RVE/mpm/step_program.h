@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // One time step as a sequence of passes, for any machine that runs passes: host_machine.h says what a machine is.
 
-#ifndef MPM_STEP_PROGRAM_H
-#define MPM_STEP_PROGRAM_H
+#pragma once
 
 #include "mpm/shared_nodes.h"
 #include "mpm/step_passes.h"
@@ -113,9 +113,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   }
   Vec<D> side_reaction(Face side) override
   {
-    return known_in(side_reactions_, static_cast<int>(side), [&] {
-      return find_side_reaction(side);
-    });
+    return known_in(side_reactions_, static_cast<int>(side),
+                    [&] { return find_side_reaction(side); });
   }
   Vec<D> damping_force() override
   {
@@ -475,9 +474,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
           rve::number(machine_.maxima()[ContactBound]) + " times their room";
     });
     for (int b = 0; b < view.num_bodies; ++b)
-      rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]), [&] {
-        return options_.name_of_body(b) + " has no points";
-      });
+      rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]),
+                   [&] { return options_.name_of_body(b) + " has no points"; });
   }
 
   Vec<D> per_time(const Vec<D> &impulse) const
@@ -507,5 +505,3 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 };
 
 }    // namespace mpm
-
-#endif

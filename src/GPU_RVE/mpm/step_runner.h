@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the solver sees of the machine that runs its steps.
 
-#ifndef MPM_STEP_RUNNER_H
-#define MPM_STEP_RUNNER_H
+#pragma once
 
 #include "mpm/step_view.h"
 
@@ -93,5 +93,3 @@ template <int D> class StepRunner {
 };
 
 }    // namespace mpm
-
-#endif

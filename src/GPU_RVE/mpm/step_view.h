@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the passes of a time step work on: pointers into the memory of the host or of a device, and the tally that passes over
 // points leave behind.
 
-#ifndef MPM_STEP_VIEW_H
-#define MPM_STEP_VIEW_H
+#pragma once
 
 #include "mpm/boundary.h"
 #include "mpm/grid_transfer.h"
@@ -234,5 +234,3 @@ template <int D> struct Pass {
 };
 
 }    // namespace mpm
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What elastic, perfectly plastic laws of cohesion and friction share: their parameters, and what they remember.
 
-#ifndef MPM_STRENGTH_PARAMETERS_H
-#define MPM_STRENGTH_PARAMETERS_H
+#pragma once
 
 #include "mpm/constitutive.h"
 #include "rve/core/error.h"
@@ -59,5 +59,3 @@ inline StateVariables plastic_state_variables(int dimension)
 }
 
 }    // namespace mpm
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // An RVE, the same behind a point, an elastic law of the MPM and a random field, without LAMMPS.
 //
 //   consumer <packing>

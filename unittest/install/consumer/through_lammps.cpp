@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // LAMMPS with the package, through its C interface.
 
 #include <library.h>

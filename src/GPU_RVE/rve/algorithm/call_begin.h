@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How a call begins: from the memory of an RVE to internal units.
 
-#ifndef RVE_ALGORITHM_CALL_BEGIN_H
-#define RVE_ALGORITHM_CALL_BEGIN_H
+#pragma once
 
 #include "rve/algorithm/call_progress.h"
 #include "rve/algorithm/force_units.h"
@@ -140,16 +140,12 @@ inline namespace RVE_ISA {
                                              PairView<Scene> from)
     {
       if (!call.header.list_valid) {
-        block.once([&] {
-          Renewal::set_out(call, call.cell);
-        });
+        block.once([&] { Renewal::set_out(call, call.cell); });
         Renewal::rebuild(block, call, call.image_pairs());
       }
       if (call.fatal()) return;
       if (!(call.header.largest_contact_force > 0.0)) Units::estimate_force(block, call, from);
-      block.once([&] {
-        Units::choose_units(call);
-      });
+      block.once([&] { Units::choose_units(call); });
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
         typename Stored::StoredGrain stored;
@@ -162,5 +158,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

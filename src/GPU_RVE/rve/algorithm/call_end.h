@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How a call ends: whether its result is sound, and what is written.
 
-#ifndef RVE_ALGORITHM_CALL_END_H
-#define RVE_ALGORITHM_CALL_END_H
+#pragma once
 
 #include "rve/algorithm/call_progress.h"
 #include "rve/algorithm/force_units.h"
@@ -47,9 +47,8 @@ inline namespace RVE_ISA {
       // the largest force is then that of a normal spring
       const bool springs_only = !Scene::Law::has_normal_dashpot(call.header.material) &&
           !(Scene::books && call.header.all_forces_count);
-      if (block.any(call.num_grains, [&](Item i) {
-            return springs_only && shared.largest_force[i] > crushing;
-          }))
+      if (block.any(call.num_grains,
+                    [&](Item i) { return springs_only && shared.largest_force[i] > crushing; }))
         word |= status::OverlapTooLarge;
       if (block.any(call.num_grains, [&](Item i) {
             return !moves_soundly<Scene::D>(shared.motion[i].velocity, shared.spin[i]);
@@ -114,5 +113,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

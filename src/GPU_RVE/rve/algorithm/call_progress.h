@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a sound call will have changed of an RVE beside its grains.
 
-#ifndef RVE_ALGORITHM_CALL_PROGRESS_H
-#define RVE_ALGORITHM_CALL_PROGRESS_H
+#pragma once
 
 #include "rve/algorithm/call_state.h"
 
@@ -22,9 +22,8 @@ inline namespace RVE_ISA {
   /// Copies a plain struct by many threads, word by word.
   template <class Block, class T> RVE_INLINE void copy_words(Block &block, const T &from, T &to)
   {
-    block.for_each(static_cast<int>(sizeof(T) / sizeof(std::int32_t)), [&](typename Block::Item w) {
-      copy_word<std::int32_t>(from, to, w);
-    });
+    block.for_each(static_cast<int>(sizeof(T) / sizeof(std::int32_t)),
+                   [&](typename Block::Item w) { copy_word<std::int32_t>(from, to, w); });
   }
 
   /// Component of the Love stress from the sums of a force phase, in a cell of volume 1 / per_volume [stress].
@@ -74,5 +73,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

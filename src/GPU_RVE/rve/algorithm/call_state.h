@@ -1,10 +1,10 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What is the same for all grains of an RVE while it is advanced: on chip on the GPU, written by one thread.
 //
 // Inside a call lengths and forces are measured in powers of two, so that changing to them and back costs no bit: the length
 // unit makes lever arms at most 1/2, the force unit is the resolution of the integer sums.
 
-#ifndef RVE_ALGORITHM_CALL_STATE_H
-#define RVE_ALGORITHM_CALL_STATE_H
+#pragma once
 
 #include "rve/algorithm/scene.h"
 #include "rve/algorithm/search_grid.h"
@@ -203,5 +203,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

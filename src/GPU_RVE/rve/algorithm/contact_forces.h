@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Forces of all contacts of one RVE. Every pair is computed once, by its owner; each component of the force is
 // rounded once to an integer and added with opposite signs to the two grains, so that the sum has no order and momentum is
 // conserved to the last bit.
 
-#ifndef RVE_ALGORITHM_CONTACT_FORCES_H
-#define RVE_ALGORITHM_CONTACT_FORCES_H
+#pragma once
 
 #include "rve/algorithm/call_state.h"
 #include "rve/algorithm/passing_grains.h"
@@ -297,9 +297,8 @@ inline namespace RVE_ISA {
               grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
           },
-          [&](const auto &step, const auto &other) RVE_INLINE_LAMBDA {
-            return pair_geometry(step, me, other);
-          },
+          [&](const auto &step, const auto &other)
+              RVE_INLINE_LAMBDA { return pair_geometry(step, me, other); },
           [&](int k, const auto &step, const auto &other, const auto &contact) RVE_INLINE_LAMBDA {
             add_pair<wanted>(call, keeps_ledger, step, me, other, contact,
                              static_cast<typename Here::Real>(overlap_limit),
@@ -334,9 +333,8 @@ inline namespace RVE_ISA {
       sum.torque = Vec<typename Scene::Real, Scene::spins>::zero();
       add_pair<wanted>(call, keeps_ledger, step, one, other, pair_geometry(step, one, other),
                        overlap_limit, pairs.extra_history[m], sum,
-                       [&](const auto &force) RVE_INLINE_LAMBDA {
-                         add_force(block, shared, second, force);
-                       });
+                       [&](const auto &force)
+                           RVE_INLINE_LAMBDA { add_force(block, shared, second, force); });
       round_torque(sum);
       add_force(block, shared, first, sum.own);
     };
@@ -451,9 +449,8 @@ inline namespace RVE_ISA {
         // they ride along with the grains: no phase of their own
         grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
           auto sum = begin_sum<Scene>(grains.largest_of(i));
-          block.share_out(i, num_grains, num_extra, [&](int m) RVE_INLINE_LAMBDA {
-            add_extra(m, sum);
-          });
+          block.share_out(i, num_grains, num_extra,
+                          [&](int m) RVE_INLINE_LAMBDA { add_extra(m, sum); });
           grains.keep_largest(i, sum.largest_force);
         });
       };
@@ -466,5 +463,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A second look at the contacts of the last forces, on demand.
 
-#ifndef RVE_ALGORITHM_CONTACT_VISIT_H
-#define RVE_ALGORITHM_CONTACT_VISIT_H
+#pragma once
 
 #include "rve/algorithm/contact_forces.h"
 
@@ -40,5 +40,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

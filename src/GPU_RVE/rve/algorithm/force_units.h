@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The unit of forces of a call, from the forces that are to be expected.
 
-#ifndef RVE_ALGORITHM_FORCE_UNITS_H
-#define RVE_ALGORITHM_FORCE_UNITS_H
+#pragma once
 
 #include "rve/algorithm/call_state.h"
 #include "rve/physics/laws/law.h"
@@ -104,9 +104,8 @@ inline namespace RVE_ISA {
     static RVE_INLINE bool is_saturated(Block &block, const CallState<Scene> &call)
     {
       const Real limit = static_cast<Real>(call.units.force_limit);
-      return block.any(call.num_grains, [&](Item i) {
-        return !(call.shared.largest_force[i] <= limit);
-      });
+      return block.any(call.num_grains,
+                       [&](Item i) { return !(call.shared.largest_force[i] <= limit); });
     }
 
    private:
@@ -120,5 +119,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Grains as the phases of a step take them: one by one. What a phase asks of them is written here, and for packs of grains in
 // algorithm/packed_grains.h: how they are loaded, stored and summed up. What is computed with them is not: that is written once.
 
-#ifndef RVE_ALGORITHM_GRAIN_ITEMS_H
-#define RVE_ALGORITHM_GRAIN_ITEMS_H
+#pragma once
 
 #include "rve/algorithm/system_view.h"
 #include "rve/core/integer_sums.h"
@@ -550,5 +550,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Kick and drift of a grain, from numbers to numbers: those of one grain, or packs of those of several.
 
-#ifndef RVE_ALGORITHM_GRAIN_MOTION_H
-#define RVE_ALGORITHM_GRAIN_MOTION_H
+#pragma once
 
 #include "rve/algorithm/grain_items.h"
 #include "rve/physics/integrator.h"
@@ -132,5 +132,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // From contacts to the numbers of a continuum: fabric, coordination, energies. On demand, on the configuration that the last
 // forces belong to.
 
-#ifndef RVE_ALGORITHM_HOMOGENIZATION_H
-#define RVE_ALGORITHM_HOMOGENIZATION_H
+#pragma once
 
 #include "rve/algorithm/contact_visit.h"
 #include "rve/algorithm/stability_bound.h"
@@ -180,9 +180,7 @@ inline namespace RVE_ISA {
     step.dt = typename Scene::Real(0);
     const double force_unit = units.force, energy_unit = units.force * units.length;
 
-    block.for_each(num_grains, [&](Item i) {
-      work.contact_count[i] = 0;
-    });
+    block.for_each(num_grains, [&](Item i) { work.contact_count[i] = 0; });
 
     const auto sums =
         block.template sum_items<kNumSums>(num_grains, [&](Item i, std::int64_t *sum) {
@@ -276,5 +274,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The memory image of one RVE between calls: a header and arrays in one piece of memory, the same bytes on CPU and GPU.
 // Plain data, outside of the instruction-set namespaces: it crosses their border.
 
-#ifndef RVE_ALGORITHM_IMAGE_H
-#define RVE_ALGORITHM_IMAGE_H
+#pragma once
 
 #include "rve/core/space.h"
 #include "rve/physics/material.h"
@@ -136,5 +136,3 @@ struct BatchConstants {
 };
 
 }    // namespace rve
-
-#endif

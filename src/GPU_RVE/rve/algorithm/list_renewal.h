@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A new Verlet list during a call, and the reduction of the lattice.
 
-#ifndef RVE_ALGORITHM_LIST_RENEWAL_H
-#define RVE_ALGORITHM_LIST_RENEWAL_H
+#pragma once
 
 #include "rve/algorithm/call_progress.h"
 #include "rve/algorithm/force_units.h"
@@ -35,14 +35,10 @@ inline namespace RVE_ISA {
               stable = stable && std::fabs(move[a]) <= quarter_cell;
             return !stable;
           },
-          [&] {
-            set_out(call, Planning::cell_of_step(call, k));
-          });
+          [&] { set_out(call, Planning::cell_of_step(call, k)); });
       if (unstable) {
         const bool saturated = ForceUnits<Block, Scene>::is_saturated(block, call);
-        block.once([&] {
-          call.status |= saturated ? status::ForceSaturated : status::Unstable;
-        });
+        block.once([&] { call.status |= saturated ? status::ForceSaturated : status::Unstable; });
         return;
       }
       if (leans) reduce_lattice(block, call, k);
@@ -100,9 +96,7 @@ inline namespace RVE_ISA {
         return;
       }
       order_grains(block, call, shared, work);
-      const auto place = [&](int i) {
-        return work.proposal[i];
-      };
+      const auto place = [&](int i) { return work.proposal[i]; };
       block.for_each(n, [&](Item i) {
         work.number[i] = work.excess_start[i];
         if constexpr (Block::kCapacity > 0) clear_sums<Block>(shared, i);
@@ -166,15 +160,10 @@ inline namespace RVE_ISA {
                                         const WorkspaceView<Scene> &work)
     {
       const int n = call.num_grains;
-      const auto grain_at = [&](int m) {
-        return Scene::D == 2 ? work.cell_grain[m] : m;
-      };
+      const auto grain_at = [&](int m) { return Scene::D == 2 ? work.cell_grain[m] : m; };
       const std::int32_t *number = call.num_rebuilds == 1 ? call.image.number : work.number;
       block.template order_by_class<Scene::owned_pairs + 1>(
-          n,
-          [&](int m) {
-            return Scene::owned_pairs - work.load[m];
-          },
+          n, [&](int m) { return Scene::owned_pairs - work.load[m]; },
           [&](int m, int place) {
             const int i = grain_at(m);
             work.proposal[i] = place;
@@ -185,11 +174,7 @@ inline namespace RVE_ISA {
                           ((alignof(std::decay_t<decltype(*array)>) <= 16) && ...),
                       "room");
         block.reorder(
-            n,
-            [&](int i) {
-              return work.proposal[i];
-            },
-            work.scratch, array...);
+            n, [&](int i) { return work.proposal[i]; }, work.scratch, array...);
       };
       if constexpr (Scene::D == 2) {
         reorder(shared.response, shared.motion);
@@ -209,5 +194,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

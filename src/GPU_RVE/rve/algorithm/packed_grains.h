@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Grains as the phases of a step take them on a CPU with AVX2: in packs (BlockSimd), and one by one what remains. As algorithm/grain_items.h,
 // how they are loaded, stored and summed up; what is computed with them is written once, for numbers and for packs of numbers.
 
-#ifndef RVE_ALGORITHM_PACKED_GRAINS_H
-#define RVE_ALGORITHM_PACKED_GRAINS_H
+#pragma once
 
 #include "rve/algorithm/call_state.h"
 #include "rve/algorithm/grain_items.h"
@@ -130,19 +130,14 @@ inline namespace RVE_ISA {
     template <int N> RVE_INLINE View<N> view(PackItem<N> i)
     {
       View<N> grains;
-      load_seen(
-          [&](int lane) {
-            return this->motion.array + i.first + lane;
-          },
-          grains);
+      load_seen([&](int lane) { return this->motion.array + i.first + lane; }, grains);
       if constexpr (D == 2) {
         grains.spin = load_records<Spin<typename Packed<N>::Real, D>, typename Packed<N>::Real>(
             this->spin.array + i.first);
         grains.radius = Packed<N>::Wide::load(this->radius.array + i.first);
       } else {
-        grains.radius = load_each<typename Packed<N>::Wide>([&](int lane) {
-          return this->motion[i.first + lane].radius;
-        });
+        grains.radius = load_each<typename Packed<N>::Wide>(
+            [&](int lane) { return this->motion[i.first + lane].radius; });
       }
       return grains;
     }
@@ -151,11 +146,7 @@ inline namespace RVE_ISA {
     {
       const std::int32_t *partner = this->partners.slot[k].array + i.first;
       View<N> grains;
-      load_seen(
-          [&](int lane) {
-            return shared.motion + partner[lane];
-          },
-          grains);
+      load_seen([&](int lane) { return shared.motion + partner[lane]; }, grains);
       if constexpr (D == 2) grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
       grains.radius = Packed<N>::Wide::load(this->partners.radius_in[k].array + i.first);
       return grains;
@@ -174,26 +165,18 @@ inline namespace RVE_ISA {
       GrainResponse<Packed<N>, D> response;
       if constexpr (D == 2) {
         Vec<typename Packed<N>::Real, 2> units;
-        load_row(
-            [&](int lane) {
-              return shared.response + i.first + lane;
-            },
-            units, response.list_position);
+        load_row([&](int lane) { return shared.response + i.first + lane; }, units,
+                 response.list_position);
         response.velocity_unit = units[0];
         response.spin_unit = units[1];
       } else {
         using Real = typename Packed<N>::Real;
-        response.velocity_unit = load_each<Real>([&](int lane) {
-          return this->motion[i.first + lane].velocity_unit;
-        });
-        response.spin_unit = load_each<Real>([&](int lane) {
-          return this->motion[i.first + lane].spin_unit;
-        });
-        load_three(
-            [&](int lane) {
-              return shared.list_position + i.first + lane;
-            },
-            response.list_position);
+        response.velocity_unit =
+            load_each<Real>([&](int lane) { return this->motion[i.first + lane].velocity_unit; });
+        response.spin_unit =
+            load_each<Real>([&](int lane) { return this->motion[i.first + lane].spin_unit; });
+        load_three([&](int lane) { return shared.list_position + i.first + lane; },
+                   response.list_position);
       }
       return response;
     }
@@ -265,22 +248,14 @@ inline namespace RVE_ISA {
                                    const PackedSums<N> &force)
     {
       const std::int32_t *partner = this->partners.slot[k].array + i.first;
-      add_to_row(
-          [&](int lane) {
-            return rows[partner[lane]].sum;
-          },
-          force);
+      add_to_row([&](int lane) { return rows[partner[lane]].sum; }, force);
     }
 
     template <int N>
     RVE_INLINE void keep_forces(Block &, const Shared &, PackItem<N> i, const PackedSums<N> &force,
                                 const typename Packed<N>::Real &largest)
     {
-      add_to_row(
-          [&](int lane) {
-            return rows[i.first + lane].sum;
-          },
-          force);
+      add_to_row([&](int lane) { return rows[i.first + lane].sum; }, force);
       largest.store(this->largest_force.array + i.first);
     }
 
@@ -297,22 +272,13 @@ inline namespace RVE_ISA {
     RVE_INLINE void publish_motion(PackItem<N> i, const Motion<Packed<N>, D> &motion)
     {
       if constexpr (D == 2) {
-        store_row(
-            [&](int lane) {
-              return this->motion.array + i.first + lane;
-            },
-            motion.position, motion.velocity);
+        store_row([&](int lane) { return this->motion.array + i.first + lane; }, motion.position,
+                  motion.velocity);
       } else {
-        store_three(
-            [&](int lane) {
-              return &this->motion[i.first + lane].position;
-            },
-            motion.position);
-        store_three(
-            [&](int lane) {
-              return &this->motion[i.first + lane].velocity;
-            },
-            motion.velocity);
+        store_three([&](int lane) { return &this->motion[i.first + lane].position; },
+                    motion.position);
+        store_three([&](int lane) { return &this->motion[i.first + lane].velocity; },
+                    motion.velocity);
       }
     }
 
@@ -322,11 +288,7 @@ inline namespace RVE_ISA {
       if constexpr (D == 2)
         store_records<typename Packed<N>::Real>(spin, this->spin.array + i.first);
       else
-        store_three(
-            [&](int lane) {
-              return &this->spin[i.first + lane];
-            },
-            spin);
+        store_three([&](int lane) { return &this->spin[i.first + lane]; }, spin);
     }
 
    private:
@@ -337,21 +299,9 @@ inline namespace RVE_ISA {
       if constexpr (D == 2) {
         load_row(row, grains.motion.position, grains.motion.velocity);
       } else {
-        load_three(
-            [&](int lane) {
-              return &row(lane)->position;
-            },
-            grains.motion.position);
-        load_three(
-            [&](int lane) {
-              return &row(lane)->velocity;
-            },
-            grains.motion.velocity);
-        load_three(
-            [&](int lane) {
-              return &row(lane)->spin;
-            },
-            grains.spin);
+        load_three([&](int lane) { return &row(lane)->position; }, grains.motion.position);
+        load_three([&](int lane) { return &row(lane)->velocity; }, grains.motion.velocity);
+        load_three([&](int lane) { return &row(lane)->spin; }, grains.spin);
       }
     }
 
@@ -367,5 +317,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Balanced ownership of the pairs of a Verlet list.
 //
 // Every pair is computed once, by one of its two grains. A grain that owns many pairs would keep its thread busy while the
@@ -6,8 +7,7 @@
 // same from both sides), but the procedure is deterministic all the same: offers and their acceptance are arbitrated by
 // number.
 
-#ifndef RVE_ALGORITHM_PAIR_OWNERSHIP_H
-#define RVE_ALGORITHM_PAIR_OWNERSHIP_H
+#pragma once
 
 #include "rve/algorithm/system_view.h"
 
@@ -119,9 +119,7 @@ inline namespace RVE_ISA {
             asked[i] = mine.partner;
             if (mine.which >= 0) block.fetch_min(&work.accepted[mine.partner], sooner + i);
           },
-          [&] {
-            *num_next = 0;
-          });
+          [&] { *num_next = 0; });
       block.for_each(count, [&](int m) {
         const int i = overloaded[m], which = work.proposal[i], j = asked[i];
         PairCount mine = work.count[i];
@@ -148,5 +146,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,11 +1,11 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Spheres of a block that has registers for none of them, and whose chip has no room for all that the steps ask for (InMemory): as
 // algorithm/grain_items.h, how they are loaded, stored and summed up. In each step all of it passes by, so it is made little: forces on a grain
 // are added up in one place, its record lies in two parts of whole pieces, of which partners that do not touch read only the first, a
 // partner's radius is read where the partner is, and what a pair remembers is neither read nor written while it is nothing. Each number of a
 // history has a row of its own, of which a warp reads whole lines.
 
-#ifndef RVE_ALGORITHM_PASSING_GRAINS_H
-#define RVE_ALGORITHM_PASSING_GRAINS_H
+#pragma once
 
 #include "rve/algorithm/grain_items.h"
 
@@ -236,5 +236,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Turns a whole RVE rigidly, as it lies in memory between calls.
 
-#ifndef RVE_ALGORITHM_RIGID_TURN_H
-#define RVE_ALGORITHM_RIGID_TURN_H
+#pragma once
 
 #include "rve/algorithm/system_view.h"
 
@@ -40,5 +40,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a program of the block is compiled for.
 
-#ifndef RVE_ALGORITHM_SCENE_H
-#define RVE_ALGORITHM_SCENE_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/core/fixed_point.h"
@@ -51,5 +51,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The grid by which a Verlet list finds pairs.
 
-#ifndef RVE_ALGORITHM_SEARCH_GRID_H
-#define RVE_ALGORITHM_SEARCH_GRID_H
+#pragma once
 
 #include "rve/core/config.h"
 #include "rve/core/fixed_point.h"
@@ -100,5 +100,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How long a DEM step an RVE bears, found where the RVE lives: a lower bound of stable_time_step() (engine/stability.h), within a
 // few percent of it, so that thousands of RVEs can be looked at and the exact answer is needed of few.
 //
@@ -8,8 +9,7 @@
 // shares of their contacts that partners carry. Each sweep is a bound. After some, all grains of the fastest mode have the same
 // eigenvalue: that of the mode, but for signs that its motion cannot have where contacts form odd rings.
 
-#ifndef RVE_ALGORITHM_STABILITY_BOUND_H
-#define RVE_ALGORITHM_STABILITY_BOUND_H
+#pragma once
 
 #include "rve/algorithm/contact_visit.h"
 #include "rve/algorithm/force_units.h"
@@ -109,9 +109,8 @@ inline namespace RVE_ISA {
     });
     // of a contact between the two lightest grains, or of the lightest that rolls on any other
     const double lightest = block.max_array(n, arrays.value);
-    const auto as_light = block.template sum_integers<1>(n, [&](Item i, std::int64_t *sum) {
-      sum[0] += arrays.value[i] == lightest ? 1 : 0;
-    });
+    const auto as_light = block.template sum_integers<1>(
+        n, [&](Item i, std::int64_t *sum) { sum[0] += arrays.value[i] == lightest ? 1 : 0; });
     double second = lightest;
     if (as_light[0] == 1) {
       block.for_each(n, [&](Item i) {
@@ -228,18 +227,15 @@ inline namespace RVE_ISA {
                            moduli.rolling / largest, moduli.twisting / largest};
     };
     // of a mass in units of that of a grain of radius one
-    const auto inverse_mass = [](double r) {
-      return 1.0 / times_power<Scene::D>(1.0, r);
-    };
+    const auto inverse_mass = [](double r) { return 1.0 / times_power<Scene::D>(1.0, r); };
     const double coming_deep = coming_overlap(block, call, step, arrays.value);
     block.for_each(n, [&](Item i) {
       arrays.value[i] = inverse_mass(static_cast<double>(shared.radius[i]));
       for (int k = 0; k < 12; ++k) Block::begin_sum(arrays.block + k * n, n, i);
     });
     const double lightest = block.max_array(n, arrays.value);
-    block.for_each(n, [&](Item i) {
-      arrays.value[i] = 1.0 / static_cast<double>(shared.radius[i]);
-    });
+    block.for_each(n,
+                   [&](Item i) { arrays.value[i] = 1.0 / static_cast<double>(shared.radius[i]); });
     const double smallest = 1.0 / block.max_array(n, arrays.value);
     const ContactModuli coming = relative_moduli({coming_deep, smallest, smallest});
     // of two of the lightest grains: along the normal, and along the contact with arms of a radius. What rolls is fastest where it rolls on
@@ -341,5 +337,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

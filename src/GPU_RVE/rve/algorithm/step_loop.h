@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The block program: advances one RVE by one call, on one CPU thread or one CUDA thread block.
 //
 //   grains, pairs and units as the call before left them                       call_begin.h
@@ -14,8 +15,7 @@
 // The kick of a step stands at the beginning of the next one, which saves a barrier. The stress of a call belongs to its end
 // configuration.
 
-#ifndef RVE_ALGORITHM_STEP_LOOP_H
-#define RVE_ALGORITHM_STEP_LOOP_H
+#pragma once
 
 #include "rve/algorithm/call_begin.h"
 #include "rve/algorithm/call_end.h"
@@ -142,9 +142,8 @@ inline namespace RVE_ISA {
         block.own_items(num_grains, load);
       }
       if constexpr (kFillsPlaces<Block, Scene>)
-        block.for_empty_places(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-          grains.be_nobody(shared, i);
-        });
+        block.for_empty_places(num_grains,
+                               [&](Item i) RVE_INLINE_LAMBDA { grains.be_nobody(shared, i); });
       int t = k - first;
       if constexpr (kFillsPlaces<Block, Scene>) {
         t = step_in_places(grains, t, end, n, moved, k > 1);
@@ -164,9 +163,7 @@ inline namespace RVE_ISA {
                                           plan, call.num_extra, held);
         }
       }
-      block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
-        grains.save(i);
-      });
+      block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA { grains.save(i); });
       needs_renewal = t < 0;
       return first + (needs_renewal ? ~t : t);
     }
@@ -208,9 +205,8 @@ inline namespace RVE_ISA {
         }
         set_response(shared, i, Stored::response_of(call, grains.radius[i], stored.list_position));
       });
-      block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-        grains.partners.look_at_all(shared, i);
-      });
+      block.own_items(num_grains,
+                      [&](Item i) RVE_INLINE_LAMBDA { grains.partners.look_at_all(shared, i); });
     }
 
     /// The forces of step k with all that the end of a call wants to know of them, left in call.survey.
@@ -218,9 +214,7 @@ inline namespace RVE_ISA {
     {
       if constexpr (std::is_same_v<StepGrains, Grains>) {
         if constexpr (!kHoldsUniforms<Block, Scene>)
-          block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-            grains.load_itself(i);
-          });
+          block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA { grains.load_itself(i); });
         contact_forces<Wanted::Survey>(block, grains, shared, call, call.law, num_grains,
                                        call.planned(k), call.num_extra);
       } else {
@@ -232,9 +226,7 @@ inline namespace RVE_ISA {
     RVE_COLD void survey_in_packs(const PlanOf<Scene> &plan)
     {
       StepGrains packs(block, shared, call.work, num_grains);
-      block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
-        packs.load(shared, i);
-      });
+      block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA { packs.load(shared, i); });
       contact_forces<Wanted::Survey>(block, packs, shared, call, call.law, num_grains, plan,
                                      call.num_extra);
       block.own_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
@@ -277,9 +269,8 @@ inline namespace RVE_ISA {
         if (k > 0) {
           block.begin_add_up();
           StepGrains grains(block, shared, call.work, num_grains);
-          block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
-            grains.load_with_forces(i);
-          });
+          block.own_items(num_grains,
+                          [&](const auto i) RVE_INLINE_LAMBDA { grains.load_with_forces(i); });
           if (move<false>(grains, call.planned(k), call.alpha, num_grains, k > 1)) {
             end_stretch();
             Renewal::renew(block, call, k);
@@ -293,9 +284,8 @@ inline namespace RVE_ISA {
         }
         // anew: what threads without a grain have shall not seem alive from step to step
         StepGrains grains(block, shared, call.work, num_grains);
-        block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
-          grains.load_with_forces(i);
-        });
+        block.own_items(num_grains,
+                        [&](const auto i) RVE_INLINE_LAMBDA { grains.load_with_forces(i); });
         contact_forces<Wanted::LoveSums>(block, grains, shared, call, call.law, num_grains,
                                          call.planned(k), call.num_extra, Nothing(), [&] {
                                            if (k > 0) keep_books(k, ledger, servo);
@@ -314,9 +304,8 @@ inline namespace RVE_ISA {
     {
       if constexpr (!std::is_same_v<StepGrains, Grains> || Scene::in_memory) {
         StepGrains grains(block, shared, call.work, num_grains);
-        block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA {
-          grains.load(shared, i);
-        });
+        block.own_items(num_grains,
+                        [&](const auto i) RVE_INLINE_LAMBDA { grains.load(shared, i); });
       }
     }
     /// The pairs back to where all others look for them.
@@ -324,9 +313,7 @@ inline namespace RVE_ISA {
     {
       if constexpr (Scene::in_memory) {
         StepGrains grains(block, shared, call.work, num_grains);
-        block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-          grains.save_pairs(i);
-        });
+        block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA { grains.save_pairs(i); });
       }
     }
 
@@ -369,9 +356,7 @@ inline namespace RVE_ISA {
         return;
       }
       if (k > call.plan_last) Planning::make_plan(block, call, k);
-      block.once([&] {
-        add_half_of_work(gradient_before(call.planned(k)));
-      });
+      block.once([&] { add_half_of_work(gradient_before(call.planned(k))); });
     }
 
     /// Prepares forces of the configuration before the first step. They leave their Love sums in call.survey, and everything else shall be
@@ -397,9 +382,7 @@ inline namespace RVE_ISA {
         shared.largest_force[i] = Real(0);
         call.work.damping[i] = call.work.friction[i] = call.work.viscous[i] = 0.0;
       });
-      block.once([&] {
-        call.law.dt = static_cast<Real>(call.drive.dt);
-      });
+      block.once([&] { call.law.dt = static_cast<Real>(call.drive.dt); });
     }
 
     /// By one thread.
@@ -429,9 +412,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void steer()
     {
       const SteeringRecord<Scene::D> &steering = call.steering;
-      const auto stress = [&](int c) {
-        return stress_component(call, call.end_per_volume, c);
-      };
+      const auto stress = [&](int c) { return stress_component(call, call.end_per_volume, c); };
       if (steering.modes) {
         call.servo_gradient = gradient_of_modes(
             *steering.modes, load_tensor<Scene::D>(steering.velocity_gradient),
@@ -534,9 +515,7 @@ inline namespace RVE_ISA {
       // an evaluation must not change the history: the Coulomb limit may be another one, with dashpots or after a change of friction
       if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
       std::uint32_t word;
-      const auto conclude = [&](int part) {
-        End::conclude(call, word, part, answer);
-      };
+      const auto conclude = [&](int part) { End::conclude(call, word, part, answer); };
       {
         Grains grains(block, shared, num_grains);
         surveyed_forces(grains, last_step());
@@ -560,10 +539,7 @@ inline namespace RVE_ISA {
           return;
         }
         save(grains);
-        if (has_books())
-          block.once([&] {
-            keep_books(last_step(), has_ledger(), has_servo());
-          });
+        if (has_books()) block.once([&] { keep_books(last_step(), has_ledger(), has_servo()); });
       }
       if (evaluates()) Stored::copy_history(block, call, call.work.fresh, call.pairs);
       if (End::needs_look(call, word)) word = End::find_trouble(block, call, word);
@@ -583,9 +559,7 @@ inline namespace RVE_ISA {
           lost.friction = energy * block.sum_array(num_grains, call.work.friction);
           lost.viscous = energy * block.sum_array(num_grains, call.work.viscous);
         }
-        block.once([&] {
-          Progress::note_progress(call, lost);
-        });
+        block.once([&] { Progress::note_progress(call, lost); });
         block.for_each(End::kConclusions, conclude);
       } else {
         store<false>(grains, End::kConclusions, conclude);
@@ -604,9 +578,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void fail(std::uint32_t word, AnswerRecord<Scene::D> &answer)
     {
-      block.once([&] {
-        End::answer_failure(call, word, answer);
-      });
+      block.once([&] { End::answer_failure(call, word, answer); });
     }
 
     /// Force and torque on grain i, which are left where the last kick asks for them.
@@ -692,5 +664,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What steps need to know of the cell, planned for many steps at a time.
 
-#ifndef RVE_ALGORITHM_STEP_PLANNING_H
-#define RVE_ALGORITHM_STEP_PLANNING_H
+#pragma once
 
 #include "rve/algorithm/call_progress.h"
 #include "rve/algorithm/verlet_list.h"
@@ -41,9 +41,7 @@ inline namespace RVE_ISA {
     static RVE_COLD void make_plan(Block block, CallState<Scene> &call, int first)
     {
       const int count = steps_to_plan(call, first);
-      block.for_each(count, [&](Item t) {
-        plan_step(call, t, first);
-      });
+      block.for_each(count, [&](Item t) { plan_step(call, t, first); });
       block.once([&] {
         if (!call.has_servo() && call.drive.segments > 1) cell_on(call.path, first - 1);
         call.plan_first = first;
@@ -89,9 +87,7 @@ inline namespace RVE_ISA {
             call.plan_first = call.plan_last = k;
             f();
           },
-          [&] {
-            plan_list(call, call.plan[0], call.cell, call.list_inverse);
-          });
+          [&] { plan_list(call, call.plan[0], call.cell, call.list_inverse); });
     }
 
    private:
@@ -164,5 +160,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

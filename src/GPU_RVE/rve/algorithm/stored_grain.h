@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How a grain comes from the memory of an RVE into the internal units of a call.
 
-#ifndef RVE_ALGORITHM_STORED_GRAIN_H
-#define RVE_ALGORITHM_STORED_GRAIN_H
+#pragma once
 
 #include "rve/algorithm/call_state.h"
 
@@ -115,13 +115,9 @@ inline namespace RVE_ISA {
       block.for_each(n, [&](Item i) {
         for (int m = i; m < Scene::owned_pairs * n; m += n) to.history[m] = from.history[m];
       });
-      block.for_each(call.num_extra, [&](Item m) {
-        to.extra_history[m] = from.extra_history[m];
-      });
+      block.for_each(call.num_extra, [&](Item m) { to.extra_history[m] = from.extra_history[m]; });
     }
   };
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Stress servo: steers components of the velocity gradient until the stress meets its goal.
 
-#ifndef RVE_ALGORITHM_STRESS_SERVO_H
-#define RVE_ALGORITHM_STRESS_SERVO_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/core/tensor.h"
@@ -51,5 +51,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Pointers into the memory of one RVE: its image between calls, and the workspace of the block that advances it.
 // Views own nothing and are passed by value.
 
-#ifndef RVE_ALGORITHM_SYSTEM_VIEW_H
-#define RVE_ALGORITHM_SYSTEM_VIEW_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/core/fixed_point.h"
@@ -652,5 +652,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Verlet list of a periodic, deformable cell: when it must be built anew, and how.
 
-#ifndef RVE_ALGORITHM_VERLET_LIST_H
-#define RVE_ALGORITHM_VERLET_LIST_H
+#pragma once
 
 #include "rve/algorithm/pair_ownership.h"
 #include "rve/algorithm/search_grid.h"
@@ -40,20 +40,15 @@ inline namespace RVE_ISA {
     // nobody needs them now
     std::int32_t *const arrival = work.accepted, *const arrived = work.overloaded;
     block.for_each(
-        num_cells,
-        [&](Item c) {
-          work.cell_start[c] = 0;
-        },
-        aside);
+        num_cells, [&](Item c) { work.cell_start[c] = 0; }, aside);
     block.for_each(num_grains, [&](Item i) {
       const int c = grid.index(motion[i].position);
       work.cell_of[i] = c;
       arrival[i] = block.fetch_add(&work.cell_start[c], 1);
     });
     block.scan_to_starts(work.cell_start, num_cells);
-    block.for_each(num_grains, [&](Item i) {
-      arrived[work.cell_start[work.cell_of[i]] + arrival[i]] = i;
-    });
+    block.for_each(num_grains,
+                   [&](Item i) { arrived[work.cell_start[work.cell_of[i]] + arrival[i]] = i; });
     // the order of arrival is chance, the order of numbers is not
     block.for_each(num_grains, [&](Item i) {
       const int c = work.cell_of[i], first = work.cell_start[c], end = work.cell_start[c + 1];
@@ -119,9 +114,7 @@ inline namespace RVE_ISA {
     using Wide = typename Scene::Wide;
     const Tensor<Wide, Scene::D> to_length = fraction_to_length<typename Scene::Numbers>(cell);
     const Wide margin = static_cast<Wide>(reach + skin);
-    sort_into_grid(block, motion, work, num_grains, grid, [&] {
-      clear_overloaded(work);
-    });
+    sort_into_grid(block, motion, work, num_grains, grid, [&] { clear_overloaded(work); });
 
     using Point = Vec<typename Scene::Coordinate, Scene::D>;
     const auto branch_between = [&](const Point &here, int j) {
@@ -183,16 +176,12 @@ inline namespace RVE_ISA {
     if (num_pairs > work.pair_capacity) return ListSizes{num_pairs, 0};
     PairRows rows{side_by_side, nullptr, num_grains};
     if (found[WithoutRoom] > 0) {
-      block.for_each(num_grains, [&](Item p) {
-        work.row_start[p] = work.count[p].in_row();
-      });
+      block.for_each(num_grains, [&](Item p) { work.row_start[p] = work.count[p].in_row(); });
       block.exclusive_scan(work.row_start, num_grains);
       rows = PairRows{work.row_partner, work.row_start, 1};
       block.for_each(num_grains, [&](Item p) {
         std::int32_t *next = work.row_partner + work.row_start[p];
-        for_each_owned(p, [&](int q) {
-          *next++ = q;
-        });
+        for_each_owned(p, [&](int q) { *next++ = q; });
       });
     }
 
@@ -264,13 +253,9 @@ inline namespace RVE_ISA {
       else
         work.load[i] = touching;
     };
-    block.for_each(num_grains, settle, [&] {
-      aside(sizes);
-    });
+    block.for_each(num_grains, settle, [&] { aside(sizes); });
     return sizes;
   }
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The execution vocabulary of block_serial.h on one CUDA thread block. The only place, beside the CUDA engine, that knows of
 // threads. Works for any block size from 1 to 1024, which may change from launch to launch: that is why CUB's block
 // primitives, whose size is a template parameter, are not used here.
 
-#ifndef RVE_BLOCK_BLOCK_CUDA_CUH
-#define RVE_BLOCK_BLOCK_CUDA_CUH
+#pragma once
 
 #include "rve/block/reorder.h"
 #include "rve/core/config.h"
@@ -97,9 +97,7 @@ inline namespace RVE_ISA {
     template <class F> RVE_DEVICE bool any(int n, F f)
     {
       bool mine = false;
-      visit_all(n, [&](Item i) {
-        mine = f(i) | mine;
-      });
+      visit_all(n, [&](Item i) { mine = f(i) | mine; });
       return __syncthreads_or(mine) != 0;
     }
 
@@ -115,9 +113,7 @@ inline namespace RVE_ISA {
     template <class F> RVE_DEVICE bool any_item(int n, F f)
     {
       bool mine = false;
-      visit_items(n, [&](Item i) RVE_INLINE_LAMBDA {
-        mine = f(i) | mine;
-      });
+      visit_items(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
       return __syncthreads_or(mine) != 0;
     }
 
@@ -130,9 +126,7 @@ inline namespace RVE_ISA {
     template <class F> RVE_DEVICE bool any_place(int n, F f)
     {
       int mine = 0;
-      visit_places(n, [&](Item i) RVE_INLINE_LAMBDA {
-        mine = f(i) | mine;
-      });
+      visit_places(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
       return __syncthreads_or(mine) != 0;
     }
 
@@ -146,25 +140,19 @@ inline namespace RVE_ISA {
 
     RVE_DEVICE double sum_array(int n, const double *a)
     {
-      return reduce(n, a, [](double x, double y) {
-        return x + y;
-      });
+      return reduce(n, a, [](double x, double y) { return x + y; });
     }
 
     RVE_DEVICE double max_array(int n, const double *a)
     {
-      return reduce(n, a, [](double x, double y) {
-        return y > x ? y : x;
-      });
+      return reduce(n, a, [](double x, double y) { return y > x ? y : x; });
     }
 
     template <int M, class F> RVE_DEVICE IntegerSums<M> sum_integers(int n, F f)
     {
       std::int64_t term[M];
       for (int m = 0; m < M; ++m) term[m] = 0;
-      visit_all(n, [&](Item i) {
-        f(i, term);
-      });
+      visit_all(n, [&](Item i) { f(i, term); });
       return add_up<M>(term);
     }
 
@@ -172,9 +160,7 @@ inline namespace RVE_ISA {
     {
       std::int64_t term[M];
       for (int m = 0; m < M; ++m) term[m] = 0;
-      visit_items(n, [&](Item i) {
-        f(i, term);
-      });
+      visit_items(n, [&](Item i) { f(i, term); });
       return add_up<M>(term);
     }
 
@@ -192,23 +178,12 @@ inline namespace RVE_ISA {
     template <int M, class Term, class F>
     RVE_DEVICE void survey_items(int n, F f, Survey<M> &survey)
     {
-      survey_visited<M, Term>(
-          [&](auto g) {
-            visit_items(n, g);
-          },
-          f,
-          [](Term *) {
-          },
-          survey);
+      survey_visited<M, Term>([&](auto g) { visit_items(n, g); }, f, [](Term *) {}, survey);
     }
     template <int M, class Term, class F, class Rest>
     RVE_DEVICE void survey_items_in_turn(int n, F f, Rest rest, Survey<M> &survey)
     {
-      survey_visited<M, Term>(
-          [&](auto g) {
-            visit_in_turn(n, g);
-          },
-          f, rest, survey);
+      survey_visited<M, Term>([&](auto g) { visit_in_turn(n, g); }, f, rest, survey);
     }
 
     /// visit(g) calls g(item) for the items of a thread, which then adds the rest.
@@ -232,9 +207,7 @@ inline namespace RVE_ISA {
         }
       };
       visit([&](Item i) RVE_INLINE_LAMBDA {
-        add([&](Term *term) RVE_INLINE_LAMBDA {
-          f(i, term, largest);
-        });
+        add([&](Term *term) RVE_INLINE_LAMBDA { f(i, term, largest); });
       });
       add(rest);
       // the bits are ordered as the numbers are, which are not negative
@@ -324,9 +297,7 @@ inline namespace RVE_ISA {
             first_class = class_of(i);
             return first_class;
           },
-          next,
-          [](int, int) {
-          });
+          next, [](int, int) {});
       if (lane() == 0) {
         RVE_UNROLL
         for (int k = 0; k < Classes; ++k) { scratch().of_class[k][warp()] = next[k]; }
@@ -341,10 +312,7 @@ inline namespace RVE_ISA {
         first += counts.all;
       }
       class_by_class(
-          n,
-          [&](int i) {
-            return n <= static_cast<int>(blockDim.x) ? first_class : class_of(i);
-          },
+          n, [&](int i) { return n <= static_cast<int>(blockDim.x) ? first_class : class_of(i); },
           next, take);
       __syncthreads();
     }
@@ -814,9 +782,7 @@ inline namespace RVE_ISA {
     {
       const Share share = share_of(n);
       int mine = 0;
-      one_by_one(share.first, share.last, [&](int i) {
-        mine += a[i];
-      });
+      one_by_one(share.first, share.last, [&](int i) { mine += a[i]; });
       const int up_to = sum_of_lanes_up_to(mine);
       if (lane() == lanes_here() - 1) scratch().scan[warp()] = up_to;
       __syncthreads();
@@ -864,5 +830,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

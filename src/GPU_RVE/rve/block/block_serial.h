@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The execution vocabulary of a block program, and its implementation by one CPU thread.
 //
 // A block program is written once, as phases over items, and runs on a CPU thread (BlockSerial) or on a CUDA thread block
@@ -45,8 +46,7 @@
 //   3. collectives return the result to every thread and stand in uniform control flow;
 //   4. what an item keeps across phases in registers is declared by `resident`, and is the only thing that is.
 
-#ifndef RVE_BLOCK_BLOCK_SERIAL_H
-#define RVE_BLOCK_BLOCK_SERIAL_H
+#pragma once
 
 #include "rve/block/reorder.h"
 #include "rve/core/integer_sums.h"
@@ -109,9 +109,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void survey_items_in_turn(int n, F f, Rest rest, Survey<M> &survey)
     {
       survey_items<M, Term>(n, f, survey);
-      const auto add_rest = [&](int, Term *term) RVE_INLINE_LAMBDA {
-        rest(term);
-      };
+      const auto add_rest = [&](int, Term *term) RVE_INLINE_LAMBDA { rest(term); };
       add_terms<M, Term>(n, add_rest, survey.sum);
     }
     static RVE_INLINE void reread() {}
@@ -268,5 +266,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // One CPU thread with SIMD as a block.
 
-#ifndef RVE_BLOCK_BLOCK_SIMD_H
-#define RVE_BLOCK_BLOCK_SIMD_H
+#pragma once
 
 #include "rve/block/block_serial.h"
 #include "rve/core/pack_item.h"
@@ -70,5 +70,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

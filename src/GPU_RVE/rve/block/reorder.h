@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Elements of arrays to other places, by way of other memory.
 
-#ifndef RVE_BLOCK_REORDER_H
-#define RVE_BLOCK_REORDER_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -24,5 +24,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The few operations whose form decides about speed and about bits: roots, quotients, minima. Strict: IEEE, the same bits on CPU
 // and GPU. Relaxed (RVE_RELAXED, CUDA only): the hardware's approximations; doc/src/accuracy.rst has their gain and their error.
 
-#ifndef RVE_CORE_ARITHMETIC_H
-#define RVE_CORE_ARITHMETIC_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -234,5 +234,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

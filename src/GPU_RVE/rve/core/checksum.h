@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A checksum for what leaves the program and comes back: files and byte images.
 
-#ifndef RVE_CORE_CHECKSUM_H
-#define RVE_CORE_CHECKSUM_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -31,5 +31,3 @@ inline std::uint64_t checksum_of(const void *data, std::size_t size)
 }
 
 }    // namespace rve
-
-#endif

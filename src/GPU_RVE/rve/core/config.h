@@ -1,11 +1,11 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a function needs to run on both sides, and the namespace that keeps two builds of it apart.
 //
 // The host engine is compiled twice, for the baseline instruction set and for x86-64-v3, and chosen at run time. Everything
 // that may be inlined into those two builds lives in the inline namespace RVE_ISA, so that the linker can never hand the
 // code of one instruction set to the other. Plain data that crosses the border is declared outside of it.
 
-#ifndef RVE_CORE_CONFIG_H
-#define RVE_CORE_CONFIG_H
+#pragma once
 
 #ifndef RVE_ISA
 #define RVE_ISA portable
@@ -50,6 +50,4 @@
 #define RVE_INLINE inline __attribute__((always_inline))
 // behind the parameters of a lambda that stands in an inner loop: a call per grain costs a tenth of its work
 #define RVE_INLINE_LAMBDA __attribute__((always_inline))
-#endif
-
 #endif

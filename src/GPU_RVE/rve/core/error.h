@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Wrong input ends in this exception, before anything runs. The styles turn it into error->all().
 
-#ifndef RVE_CORE_ERROR_H
-#define RVE_CORE_ERROR_H
+#pragma once
 
 #include <cstdio>
 #include <stdexcept>
@@ -44,5 +44,3 @@ inline std::string rounded(double value)
 }
 
 }    // namespace rve
-
-#endif

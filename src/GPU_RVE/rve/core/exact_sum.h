@@ -1,11 +1,11 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Sums without an order: real numbers are rounded once to integers, and integers are added.
 //
 // The sum of integers is the same for any order of the terms, any number of threads and any number of ranks. The unit of
 // the integers is a power of two that depends only on the largest magnitude and the number of terms, both of which have
 // no order either.
 
-#ifndef RVE_CORE_EXACT_SUM_H
-#define RVE_CORE_EXACT_SUM_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -52,5 +52,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Exceptions of a team of threads. An exception that leaves an OpenMP region ends the program.
 
-#ifndef RVE_CORE_FIRST_ERROR_H
-#define RVE_CORE_FIRST_ERROR_H
+#pragma once
 
 #include <exception>
 #include <mutex>
@@ -37,5 +37,3 @@ class FirstError {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The two uses of integers in the engine: positions as unsigned fractions of the cell, whose overflow is the periodic wrap, and
 // sums of forces, whose order then does not matter.
 
-#ifndef RVE_CORE_FIXED_POINT_H
-#define RVE_CORE_FIXED_POINT_H
+#pragma once
 
 #include "rve/core/numbers.h"
 #include "rve/core/tensor.h"
@@ -161,5 +161,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Integer sums: those that wrap, and those over the items of a block.
 
-#ifndef RVE_CORE_INTEGER_SUMS_H
-#define RVE_CORE_INTEGER_SUMS_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -43,5 +43,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

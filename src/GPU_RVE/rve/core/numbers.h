@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Number formats: the types that a program computes with, and nothing of physics.
 
-#ifndef RVE_CORE_NUMBERS_H
-#define RVE_CORE_NUMBERS_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -71,5 +71,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Packs of numbers that are computed with at once, in AVX2 registers. Every operation is the IEEE operation on each number, so
 // that a formula gives the bits that it gives for one number. For translation units compiled for x86-64-v3.
 
-#ifndef RVE_CORE_PACK_H
-#define RVE_CORE_PACK_H
+#pragma once
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/fixed_point.h"
@@ -691,5 +691,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

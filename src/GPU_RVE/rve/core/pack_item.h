@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Several grains at a time as the item of a phase.
 
-#ifndef RVE_CORE_PACK_ITEM_H
-#define RVE_CORE_PACK_ITEM_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -24,5 +24,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Rows of memory to packs and back: a record of four numbers per grain, of which a pack wants the first ones of all its lanes, the second
 // ones and so on. `row(lane)` is the address of a record; one of four words of 32 bits is aligned to 16 bytes. For translation units compiled
 // for x86-64-v3.
 
-#ifndef RVE_CORE_PACK_ROWS_H
-#define RVE_CORE_PACK_ROWS_H
+#pragma once
 
 #include "rve/core/pack.h"
 #include "rve/core/vec.h"
@@ -70,9 +70,7 @@ inline namespace RVE_ISA {
   /// The addresses of four rows, from lane `first` on.
   template <class Row> RVE_INLINE auto rows_from(const Row &row, int first)
   {
-    return [&row, first](int lane) {
-      return row(first + lane);
-    };
+    return [&row, first](int lane) { return row(first + lane); };
   }
 
   template <int N, class Row>
@@ -126,9 +124,7 @@ inline namespace RVE_ISA {
   {
     load_words(row, first);
     const auto two_rows = [&](int lane) {
-      const auto at = [&](int k) {
-        return reinterpret_cast<const __m64 *>(row(k)) + 2;
-      };
+      const auto at = [&](int k) { return reinterpret_cast<const __m64 *>(row(k)) + 2; };
       return _mm_loadh_pi(_mm_loadl_pi(_mm_setzero_ps(), at(lane)), at(lane + 1));
     };
     const auto four_rows = [&](int lane) {
@@ -185,9 +181,7 @@ inline namespace RVE_ISA {
     store_words(row, first);
     const __m256 x = second[0].part[0], y = second[1].part[0];
     const auto put = [&](int lane, __m128 two) {
-      const auto at = [&](int k) {
-        return reinterpret_cast<__m64 *>(row(k)) + 2;
-      };
+      const auto at = [&](int k) { return reinterpret_cast<__m64 *>(row(k)) + 2; };
       _mm_storel_pi(at(lane), two);
       _mm_storeh_pi(at(lane + 1), two);
     };
@@ -258,9 +252,7 @@ inline namespace RVE_ISA {
   RVE_INLINE void take_rows(std::int32_t *rows, Vec<Pack<std::int32_t, 8>, 3> &sum)
   {
     FourColumns columns;
-    columns.load([&](int lane) {
-      return rows + 4 * lane;
-    });
+    columns.load([&](int lane) { return rows + 4 * lane; });
     for (int c = 0; c < 3; ++c) sum[c].part[0] = _mm256_castps_si256(columns.column[c]);
     for (int k = 0; k < 32; k += 8)
       _mm256_storeu_si256(reinterpret_cast<__m256i *>(rows + k), _mm256_setzero_si256());
@@ -269,9 +261,7 @@ inline namespace RVE_ISA {
   RVE_INLINE void take_rows(std::int64_t *rows, Vec<Pack<std::int64_t, 8>, 3> &sum)
   {
     for (int m = 0; m < 2; ++m) {
-      const auto row = [&](int lane) {
-        return rows + 4 * (4 * m + lane);
-      };
+      const auto row = [&](int lane) { return rows + 4 * (4 * m + lane); };
       TwoColumns xy, torque;
       xy.load(row, 0);
       torque.load(row, 2);
@@ -295,9 +285,7 @@ inline namespace RVE_ISA {
   /// The addresses that lie `bytes` behind those of the lanes.
   template <class Row> RVE_INLINE auto behind(const Row &row, int bytes)
   {
-    return [&row, bytes](int lane) {
-      return reinterpret_cast<const char *>(row(lane)) + bytes;
-    };
+    return [&row, bytes](int lane) { return reinterpret_cast<const char *>(row(lane)) + bytes; };
   }
 
   RVE_INLINE void take_column(__m256 column, __m256 &part)
@@ -407,9 +395,7 @@ inline namespace RVE_ISA {
   RVE_INLINE void store_three(const Row &row, const Vec<Pack<T, N>, 3> &x)
   {
     if constexpr (sizeof(T) == 4) {
-      const auto bits = [&](int a) {
-        return (__m256i) x[a].part[0];
-      };
+      const auto bits = [&](int a) { return (__m256i) x[a].part[0]; };
       const __m256i zero = _mm256_setzero_si256();
       const __m256i xy[2] = {_mm256_unpacklo_epi32(bits(0), bits(1)),
                              _mm256_unpackhi_epi32(bits(0), bits(1))},
@@ -538,5 +524,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How many numbers describe something in a space of D dimensions.
 
-#ifndef RVE_CORE_SPACE_H
-#define RVE_CORE_SPACE_H
+#pragma once
 
 namespace rve {
 
@@ -14,5 +14,3 @@ template <int D> struct Space {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The mixing function of SplitMix64, behind every choice that is to look random and to depend on nothing but numbers such as the ID of
 // an atom: not on ranks, order or time.
 
-#ifndef RVE_CORE_SPLITMIX64_H
-#define RVE_CORE_SPLITMIX64_H
+#pragma once
 
 #include <cstdint>
 
@@ -19,5 +19,3 @@ constexpr std::uint64_t splitmix64(std::uint64_t x)
 }
 
 }    // namespace rve
-
-#endif

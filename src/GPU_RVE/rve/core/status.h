@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The status word of an RVE.
 
-#ifndef RVE_CORE_STATUS_H
-#define RVE_CORE_STATUS_H
+#pragma once
 
 #include <cstdint>
 
@@ -28,5 +28,3 @@ namespace status {
 }    // namespace status
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a person may have meant by a word that is none of those known. For the parsers of scripts and files.
 
-#ifndef RVE_CORE_SUGGESTION_H
-#define RVE_CORE_SUGGESTION_H
+#pragma once
 
 #include <algorithm>
 #include <cctype>
@@ -55,9 +55,8 @@ inline Words nearest_words(std::string_view word, const Words &known)
     if (distance <= (letters + 1) / 3 || begins(other, word) || begins(word, other))
       near.emplace_back(distance, other);
   }
-  std::stable_sort(near.begin(), near.end(), [](const auto &a, const auto &b) {
-    return a.first < b.first;
-  });
+  std::stable_sort(near.begin(), near.end(),
+                   [](const auto &a, const auto &b) { return a.first < b.first; });
   if (near.size() > MOST) near.resize(MOST);
   Words words;
   for (const auto &[distance, other] : near) words.push_back(other);
@@ -90,5 +89,3 @@ inline std::string unknown_keyword(std::string_view word, const Words &known,
 }
 
 }    // namespace rve
-
-#endif

@@ -1,9 +1,9 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Whether light work, loops of microseconds that come again and again, is shared by all threads or done by one. Where cores are taken by
 // other programs, a thread that does not run keeps the others waiting at the end of each loop for milliseconds; how many cores are free is
 // nobody's to know, so both ways are timed now and then.
 
-#ifndef RVE_CORE_TEAM_CHOICE_H
-#define RVE_CORE_TEAM_CHOICE_H
+#pragma once
 
 #include <algorithm>
 
@@ -106,5 +106,3 @@ class TeamChoice {
 };
 
 }    // namespace rve
-
-#endif

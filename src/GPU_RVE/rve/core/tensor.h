@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Second-order tensors of a fixed dimension: velocity gradient, cell matrix, deformation gradient, stress.
 
-#ifndef RVE_CORE_TENSOR_H
-#define RVE_CORE_TENSOR_H
+#pragma once
 
 #include "rve/core/space.h"
 #include "rve/core/vec.h"
@@ -212,5 +212,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How many threads share a job, and which part of it is whose; with OpenMP or without it.
 
-#ifndef RVE_CORE_THREADS_H
-#define RVE_CORE_THREADS_H
+#pragma once
 
 #include "rve/core/error.h"
 #include "rve/core/team_choice.h"
@@ -124,5 +124,3 @@ struct ThreadShare {
 };
 
 }    // namespace rve
-
-#endif

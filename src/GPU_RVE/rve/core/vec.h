@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Vectors of a fixed dimension. Knows nothing of grains.
 
-#ifndef RVE_CORE_VEC_H
-#define RVE_CORE_VEC_H
+#pragma once
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/space.h"
@@ -107,5 +107,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

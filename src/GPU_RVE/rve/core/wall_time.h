@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Wall time, which is measured and decides nothing.
 
-#ifndef RVE_CORE_WALL_TIME_H
-#define RVE_CORE_WALL_TIME_H
+#pragma once
 
 #include <chrono>
 
@@ -16,5 +16,3 @@ inline double seconds_since(WallClock::time_point start)
 }
 
 }    // namespace rve
-
-#endif

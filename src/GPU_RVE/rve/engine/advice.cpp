@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/advice.h"
 
 #include "rve/core/error.h"

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What an engine computes faithfully may still not be what its user wants: limits that belong to a number format, to quasi-static
 // deformation, to stability and to the size of a representative volume. Each is told with its value, its limit and a remedy.
 
-#ifndef RVE_ENGINE_ADVICE_H
-#define RVE_ENGINE_ADVICE_H
+#pragma once
 
 #include "rve/engine/engine.h"
 
@@ -112,5 +112,3 @@ std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> 
                                     double before, double mode_error = 0.0);
 
 }    // namespace rve
-
-#endif

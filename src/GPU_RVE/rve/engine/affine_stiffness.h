@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What an RVE answers to a strain that is too small to be worth DEM steps.
 
-#ifndef RVE_ENGINE_AFFINE_STIFFNESS_H
-#define RVE_ENGINE_AFFINE_STIFFNESS_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -44,5 +44,3 @@ template <int D> struct LookOf {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What calls answer, in the words of the engine's users.
 
-#ifndef RVE_ENGINE_ANSWERS_H
-#define RVE_ENGINE_ANSWERS_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/core/status.h"
@@ -62,5 +62,3 @@ template <int D> RVE_HD LookOf<D> to_look(const DetailRecord<D> &record)
 template <int D> DetailRecord<D> details_of(const ImageHeader<D> &header);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/batch_engine.h"
 
 #include "rve/core/error.h"
@@ -44,9 +45,7 @@ namespace {
 
   template <int D> auto among(const std::vector<DriveOf<D>> &drives)
   {
-    return [&drives](std::size_t place) {
-      return drives[place];
-    };
+    return [&drives](std::size_t place) { return drives[place]; };
   }
 
   BatchConstants to_constants(const Options &options)
@@ -130,9 +129,8 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
   }
   note_needs(state.material);
   needs.friction = needs.friction ||
-      std::any_of(state.pairs.begin(), state.pairs.end(), [](const PairOf<D> &pair) {
-                     return magnitude(pair.tangential_force) != 0.0;
-                   });
+      std::any_of(state.pairs.begin(), state.pairs.end(),
+                  [](const PairOf<D> &pair) { return magnitude(pair.tangential_force) != 0.0; });
   return rve;
 }
 
@@ -220,9 +218,7 @@ void BatchEngine<D>::turn(const std::vector<int> &rves,
     const Tensor<double, D> &r = rotations[k];
     const Tensor<double, D> error = transpose(r) * r - Tensor<double, D>::identity();
     require(std::all_of(std::begin(error.component), std::end(error.component),
-                        [](double x) {
-                          return std::fabs(x) < 1e-12;
-                        }) &&
+                        [](double x) { return std::fabs(x) < 1e-12; }) &&
                 determinant(r) > 0.0,
             "an RVE can be turned by a rotation only, and the tensor is none");
   }
@@ -259,9 +255,7 @@ template <int D> bool BatchEngine<D>::is_there(int rve) const
 
 template <int D> void BatchEngine<D>::check_slot(int rve) const
 {
-  require(is_there(rve), [&] {
-    return "there is no RVE with number " + std::to_string(rve);
-  });
+  require(is_there(rve), [&] { return "there is no RVE with number " + std::to_string(rve); });
 }
 
 template <int D> ResponseOf<D> BatchEngine<D>::to_response(const AnswerRecord<D> &answer)
@@ -672,14 +666,10 @@ void BatchEngine<D>::answer(const std::vector<int> &rves, IncrementCallOf<D> &ca
         caller.take_look(k, to_look(first.details[detail_of[k]]));
   }
   if (again.empty()) return;
-  const bool looks = std::any_of(again.begin(), again.end(), [this](int k) {
-    return increments[k].is_looked_at;
-  });
+  const bool looks =
+      std::any_of(again.begin(), again.end(), [this](int k) { return increments[k].is_looked_at; });
   const Answers last = repeat(
-      rves,
-      [this](std::size_t place) {
-        return increments[place].drive();
-      },
+      rves, [this](std::size_t place) { return increments[place].drive(); },
       {first.answers, nullptr}, looks ? Answer::Longest : Answer::Short);
   for (const int k : again) {
     const ResponseOf<D> one = to_response(last.answers[k]);

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What both backends share: the table of RVEs, input checks, the translation between the public structs and the records
 // that the block program reads, and the repetition of calls whose lists or force scale did not suffice.
 
-#ifndef RVE_ENGINE_BATCH_ENGINE_H
-#define RVE_ENGINE_BATCH_ENGINE_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/engine/engine.h"
@@ -197,5 +197,3 @@ template <int D> class BatchEngine : public EngineOf<D> {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How wide a periodic cell must be for its grains, and a list of neighbours. Host only.
 
-#ifndef RVE_ENGINE_CELL_WIDTH_H
-#define RVE_ENGINE_CELL_WIDTH_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -22,5 +22,3 @@ template <int D> double list_margin_of(const RveStateOf<D> &state, double skin);
 template <int D> double grains_across(const RveStateOf<D> &state);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/contact_laws.h"
 
 #include <limits>
@@ -16,9 +17,7 @@ namespace {
 
 double reach_of(const Material &material)
 {
-  return with_law(material, [&](const auto &law) {
-    return law.reach(material);
-  });
+  return with_law(material, [&](const auto &law) { return law.reach(material); });
 }
 
 template <int D> double contact_strain(double pressure, const Material &material, double radius)

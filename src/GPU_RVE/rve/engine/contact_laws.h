@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The contact law of a material, for whoever looks at states without an engine.
 
-#ifndef RVE_ENGINE_CONTACT_LAWS_H
-#define RVE_ENGINE_CONTACT_LAWS_H
+#pragma once
 
 #include "rve/core/numbers.h"
 #include "rve/engine/program_choice.h"
@@ -49,9 +49,7 @@ template <int D = 2, class Work> auto with_law(const Material &material, const W
 /// False if the stiffness of a contact depends on its overlap, as that of Hertz' law does.
 template <int D = 2> bool has_constant_moduli(const Material &material)
 {
-  return with_law<D>(material, [](const auto &law) {
-    return law.has_constant_moduli;
-  });
+  return with_law<D>(material, [](const auto &law) { return law.has_constant_moduli; });
 }
 
 /// How far beyond touching grains act on each other [length].
@@ -70,5 +68,3 @@ template <int D = 2>
 ContactModuli moduli_at_strain(double strain, const Material &material, double radius);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/contact_measures.h"
 
 #include "rve/engine/contact_laws.h"

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the contacts of a state say on average: how normals, branches and forces are spread over directions, and which springs hold the elastic
 // energy, which contacts slide. Found on the host in double precision, from what contact_network.h sees: springs, dashpots excluded.
 
-#ifndef RVE_ENGINE_CONTACT_MEASURES_H
-#define RVE_ENGINE_CONTACT_MEASURES_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -37,5 +37,3 @@ template <int D> struct ContactMeasuresOf {
 template <int D> ContactMeasuresOf<D> contact_measures(const RveStateOf<D> &state);
 
 }    // namespace rve
-
-#endif

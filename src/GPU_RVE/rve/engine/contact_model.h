@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the contacts of a batch have in common. It is known when the packings are read, before there is an engine for them.
 
-#ifndef RVE_ENGINE_CONTACT_MODEL_H
-#define RVE_ENGINE_CONTACT_MODEL_H
+#pragma once
 
 #include "rve/physics/material.h"
 
@@ -51,5 +51,3 @@ ContactLaw contact_law_of(const std::string &word);
 std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension = 2, bool later = false);
 
 }    // namespace rve
-
-#endif

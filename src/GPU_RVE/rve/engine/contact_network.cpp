@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/contact_network.h"
 
 #include "rve/engine/contact_laws.h"
@@ -203,10 +204,9 @@ template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D
     bins.for_each_near(bins.place(state, i), [&](int j) {
       if (j > i) add_if_acting(state, reach, i, j, contacts);
     });
-    std::sort(contacts.begin() + begin, contacts.end(),
-              [](const TouchingPairOf<D> &x, const TouchingPairOf<D> &y) {
-                return x.second < y.second;
-              });
+    std::sort(
+        contacts.begin() + begin, contacts.end(),
+        [](const TouchingPairOf<D> &x, const TouchingPairOf<D> &y) { return x.second < y.second; });
   }
   return contacts;
 }
@@ -227,12 +227,9 @@ std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
       known.push_back(seen);
     }
   });
-  const auto grains = [](const auto &pair) {
-    return std::make_pair(pair.first, pair.second);
-  };
-  std::sort(known.begin(), known.end(), [&](const PairOf<D> &x, const PairOf<D> &y) {
-    return grains(x) < grains(y);
-  });
+  const auto grains = [](const auto &pair) { return std::make_pair(pair.first, pair.second); };
+  std::sort(known.begin(), known.end(),
+            [&](const PairOf<D> &x, const PairOf<D> &y) { return grains(x) < grains(y); });
   std::vector<PairOf<D>> pairs;
   pairs.reserve(contacts.size());
   for (const TouchingPairOf<D> &contact : contacts) {

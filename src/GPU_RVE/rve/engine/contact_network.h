@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The contacts of a state, found on the host in double precision: for file output, for the stability bound, and as a slow,
 // plain reference. The engine has its own lists.
 
-#ifndef RVE_ENGINE_CONTACT_NETWORK_H
-#define RVE_ENGINE_CONTACT_NETWORK_H
+#pragma once
 
 #include "rve/engine/state.h"
 #include "rve/physics/laws/law.h"
@@ -87,5 +87,3 @@ template <int D> Tensor<double, D> spring_stress(const RveStateOf<D> &state);
 template <int D> Vec<double, D> branch_vector(const RveStateOf<D> &state, int i, int j);
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A periodic medium in a larger cell: the same grains, and copies of them side by side. Host only.
 
-#ifndef RVE_ENGINE_COPIES_H
-#define RVE_ENGINE_COPIES_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -23,5 +23,3 @@ template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state);
 template <int D> bool is_one_grain_across(const RveStateOf<D> &state, int copies);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/cuda_engine.h"
 
 #include "cuda/cuda_device.h"
@@ -580,11 +581,8 @@ namespace {
       const bool looks =
           std::find(is_looked_at.begin(), is_looked_at.end(), 1) != is_looked_at.end();
       const Answers last = this->repeat(
-          rves,
-          [&drives](std::size_t m) {
-            return drives[m];
-          },
-          {first.data(), nullptr}, looks ? Base::Answer::Longest : Base::Answer::Short);
+          rves, [&drives](std::size_t m) { return drives[m]; }, {first.data(), nullptr},
+          looks ? Base::Answer::Longest : Base::Answer::Short);
       RepeatedRecord<D> *records = repeated_buffer.room(repeats);
       int finished = 0;
       for (int m = 0; m < repeats; ++m) {

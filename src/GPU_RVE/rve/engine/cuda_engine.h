@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The engine on a CUDA device: one thread block per RVE. Exists only in builds with CUDA.
 
-#ifndef RVE_ENGINE_CUDA_ENGINE_H
-#define RVE_ENGINE_CUDA_ENGINE_H
+#pragma once
 
 #include "rve/engine/engine.h"
 
@@ -12,5 +12,3 @@ template <int D>
 std::unique_ptr<EngineOf<D>> make_cuda_engine(const Options &options, std::string &obstacle);
 
 }    // namespace rve
-
-#endif

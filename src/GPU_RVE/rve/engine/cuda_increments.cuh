@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Around the kernels that advance RVEs, when increments and stresses of their points are on the device: what the increments become, in which order
 // RVEs go, and where the answers belong. Pointers are of the device, but where something else is said.
 
-#ifndef RVE_ENGINE_CUDA_INCREMENTS_CUH
-#define RVE_ENGINE_CUDA_INCREMENTS_CUH
+#pragma once
 
 #include "rve/engine/answers.h"
 #include "rve/engine/cuda_kernels.h"
@@ -262,5 +262,3 @@ __global__ void place_resting(const RestingRve<D> *resting, int count, Rest *res
 }
 
 }    // namespace rve
-
-#endif

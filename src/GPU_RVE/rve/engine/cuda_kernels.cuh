@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The block program as CUDA kernels; a translation unit for each program and number format instantiates them.
 
-#ifndef RVE_ENGINE_CUDA_KERNELS_CUH
-#define RVE_ENGINE_CUDA_KERNELS_CUH
+#pragma once
 
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_cuda.cuh"
@@ -236,9 +236,7 @@ inline namespace RVE_ISA {
       auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Scene> *>(&call));
       block.for_each(
           static_cast<int>(launch.prepared_size / sizeof(FourWords)),
-          [&](int w) {
-            to[w] = from[w];
-          },
+          [&](int w) { to[w] = from[w]; },
           [&] {
             next_entry = atomicAdd(launch.queue, 1);
             // when this RVE is done, those are next
@@ -344,5 +342,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

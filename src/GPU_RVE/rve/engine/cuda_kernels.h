@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the CUDA engine and its kernels both know: launch records and sizes. NVRTC reads it, too, so it knows nothing of the host.
 
-#ifndef RVE_ENGINE_CUDA_KERNELS_H
-#define RVE_ENGINE_CUDA_KERNELS_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/algorithm/scene.h"
@@ -139,5 +139,3 @@ struct ProgramKernels {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The programs of a CUDA engine: their kernels, which were compiled with it or are compiled when they are first needed, and the memory
 // that they want.
 
-#ifndef RVE_ENGINE_CUDA_PROGRAMS_H
-#define RVE_ENGINE_CUDA_PROGRAMS_H
+#pragma once
 
 #include "rve/engine/cuda_kernels.h"
 #include "rve/engine/options.h"
@@ -74,5 +74,3 @@ class CudaPrograms {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Calls of an engine whose increments and stresses lie in the memory of its CUDA device: planned, made and answered there. What the host does not ask
 // for it need not hear. RVEs that rest fall asleep there, sleep and wake.
 
-#ifndef RVE_ENGINE_DEVICE_CALLS_H
-#define RVE_ENGINE_DEVICE_CALLS_H
+#pragma once
 
 #include "rve/engine/engine.h"
 #include "rve/engine/increment_plan.h"
@@ -80,5 +80,3 @@ template <int D> class DeviceCallsOf {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What messages and files call things in a space of D dimensions.
 
-#ifndef RVE_ENGINE_DIMENSION_WORDS_H
-#define RVE_ENGINE_DIMENSION_WORDS_H
+#pragma once
 
 namespace rve {
 
@@ -21,5 +21,3 @@ template <> struct DimensionWords<3> {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Mean velocity of the grains of a packing that comes from elsewhere.
 
-#ifndef RVE_ENGINE_DRIFT_H
-#define RVE_ENGINE_DRIFT_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -21,5 +21,3 @@ template <int D> void remove_drift(RveStateOf<D> &state, const Vec<double, D> &d
 template <int D> std::string describe_drift(const Vec<double, D> &drift);
 
 }    // namespace rve
-
-#endif

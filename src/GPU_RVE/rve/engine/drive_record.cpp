@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/drive_record.h"
 
 #include "rve/core/error.h"
@@ -57,9 +58,8 @@ namespace {
 
 template <int D> void check(const DriveOf<D> &drive)
 {
-  require(drive.substeps >= 0, [&] {
-    return "substeps must be 0 or more, got " + std::to_string(drive.substeps);
-  });
+  require(drive.substeps >= 0,
+          [&] { return "substeps must be 0 or more, got " + std::to_string(drive.substeps); });
   require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0), [&] {
     return "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]";
   });

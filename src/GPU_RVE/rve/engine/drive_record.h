@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What an engine is told to do, as the block program reads it.
 
-#ifndef RVE_ENGINE_DRIVE_RECORD_H
-#define RVE_ENGINE_DRIVE_RECORD_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/engine/engine.h"
@@ -29,5 +29,3 @@ template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRec
 template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The small parts of the engine's public header that belong to no backend.
 
 #include "rve/engine/engine.h"

@@ -1,10 +1,10 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The RVE engine: a batch of periodic DEM packings, each advanced by its own drive, on CPU threads or on a GPU.
 // This is the header that styles and the MPM adapter see. No LAMMPS, no CUDA in it.
 //
 // States, drives, answers and engines are templates on the dimension D of the RVEs; their names without it are those of disks.
 
-#ifndef RVE_ENGINE_ENGINE_H
-#define RVE_ENGINE_ENGINE_H
+#pragma once
 
 #include "rve/core/status.h"
 #include "rve/engine/affine_stiffness.h"
@@ -272,5 +272,3 @@ template <int D = 2>
 std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *notice = nullptr);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Chooses the backend.
 
 #include "cuda/cuda_required.h"

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Files that are written whole or not at all, and refused for reading where they are no files. Errors say why, in the words of the
 // operating system.
 
-#ifndef RVE_ENGINE_FILES_H
-#define RVE_ENGINE_FILES_H
+#pragma once
 
 #include <string>
 
@@ -53,5 +53,3 @@ void require_readable(const std::string &path, const std::string &what);
 std::string plain_text(const std::string &text, const std::string &file);
 
 }    // namespace rve
-
-#endif

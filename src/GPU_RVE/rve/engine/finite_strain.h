@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Rotation and stretch of a deformation increment; what is small of both on a device, too.
 
-#ifndef RVE_ENGINE_FINITE_STRAIN_H
-#define RVE_ENGINE_FINITE_STRAIN_H
+#pragma once
 
 #include "rve/engine/spatial_strain.h"
 
@@ -156,5 +156,3 @@ template <int D> Tensor<double, D> part_of_increment(const Tensor<double, D> &f,
 }
 
 }    // namespace rve
-
-#endif

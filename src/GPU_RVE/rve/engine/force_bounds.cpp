@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/force_bounds.h"
 
 #include "rve/core/pi.h"
@@ -16,9 +17,8 @@ namespace {
   /// bounds no other, and where it bounds a twisting moment, by a length of the material.
   double possible_obliquity(const Material &material)
   {
-    const bool is_bounded = with_law(material, [](const auto &law) {
-      return law.bounds_tangential_forces;
-    });
+    const bool is_bounded =
+        with_law(material, [](const auto &law) { return law.bounds_tangential_forces; });
     if (!is_bounded || resists_twisting(material)) return std::numeric_limits<double>::infinity();
     const double force = std::sqrt(1.0 + material.friction * material.friction);
     const double moment = 0.5 * material.friction + 0.25 * material.rolling_friction;

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How large the sums of forces on a grain can become, and what a material asks of a program: for the unit of the integers
 // (algorithm/call_state.h).
 
-#ifndef RVE_ENGINE_FORCE_BOUNDS_H
-#define RVE_ENGINE_FORCE_BOUNDS_H
+#pragma once
 
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/state.h"
@@ -41,5 +41,3 @@ bool all_forces_count(const Material &material);
 double obliquity_of(const Material &material, int dimension);
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The engine on CPU threads: one RVE per thread at a time.
 
-#ifndef RVE_ENGINE_HOST_ENGINE_H
-#define RVE_ENGINE_HOST_ENGINE_H
+#pragma once
 
 #include "rve/engine/engine.h"
 
@@ -10,5 +10,3 @@ namespace rve {
 template <int D> std::unique_ptr<EngineOf<D>> make_host_engine(const Options &options);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The block program on a CPU thread, for RVEs of RVE_KERNEL_DIMENSION in the number format RVE_KERNEL_FORMAT. Compiled for each
 // instruction set with RVE_ISA = baseline or v3; the same bits from both (std::fma is exact everywhere, and slow where the hardware has
 // none).

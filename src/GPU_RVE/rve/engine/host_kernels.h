@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The border to the block program on a CPU thread, which is compiled for each instruction set, dimension and number format. Plain data
 // only.
 
-#ifndef RVE_ENGINE_HOST_KERNELS_H
-#define RVE_ENGINE_HOST_KERNELS_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/engine/options.h"
@@ -54,5 +54,3 @@ template <InstructionSet isa, int D> HostKernel<D> host_kernel(Format format)
 }
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How a deformation increment becomes DEM steps of an RVE: one text for the host and for a device, to the same bits on both.
 
-#ifndef RVE_ENGINE_INCREMENT_PLAN_H
-#define RVE_ENGINE_INCREMENT_PLAN_H
+#pragma once
 
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/sleep.h"
@@ -167,9 +167,8 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
     if (!find_strain_size(plan.deformation, of_all)) return plan;
   }
   if (may_sleep && rve.status == 0) {
-    const Skipping skipping = skipping_of(rest, strain, of_all, options.quiescent_strain, [&] {
-      return options.substeps_of(strain, rve);
-    });
+    const Skipping skipping = skipping_of(rest, strain, of_all, options.quiescent_strain,
+                                          [&] { return options.substeps_of(strain, rve); });
     if (skipping == Skipping::Sleep) {
       plan.kind = PlanKind::Sleeps;
       plan.substeps = 0;
@@ -183,9 +182,7 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
   plan.kind = PlanKind::Simple;
   if (!owing && !options.is_adaptive) return plan;
   const double pressure = std::fmax(rve.pressure, 0.0);
-  const auto frequency = [&rve] {
-    return rve.contacts.frequency;
-  };
+  const auto frequency = [&rve] { return rve.contacts.frequency; };
   if (!(owing && is_turned(sleep->mean_overlap, plan.deformation)) &&
       !(options.is_adaptive &&
         slips(plan.deformation, plan.substeps, options.dt, rve.contacts.strain(pressure),
@@ -203,5 +200,3 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
 }
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The text of the kernels, in the program: what they are compiled from at run time. Made by CMake (cmake/EmbedKernelText.cmake).
 
-#ifndef RVE_ENGINE_KERNEL_TEXT_H
-#define RVE_ENGINE_KERNEL_TEXT_H
+#pragma once
 
 #include "cuda/nvrtc.h"
 
@@ -16,5 +16,3 @@ const std::vector<DeviceHeader> &kernel_headers();
 const char *kernel_text_digest();
 
 }    // namespace rve
-
-#endif

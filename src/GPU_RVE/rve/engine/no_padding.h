@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Records that are copied as bytes, into files and messages, have no bytes between their members: nobody sets those, and files would differ from run to run.
 
-#ifndef RVE_ENGINE_NO_PADDING_H
-#define RVE_ENGINE_NO_PADDING_H
+#pragma once
 
 #include <cstddef>
 
@@ -16,5 +16,3 @@ constexpr bool has_no_padding(Members Record::*.../*members*/)
 }
 
 }    // namespace rve
-
-#endif

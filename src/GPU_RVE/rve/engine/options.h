@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a user chooses once for a batch. The engines turn it into types, once, when they are made.
 
-#ifndef RVE_ENGINE_OPTIONS_H
-#define RVE_ENGINE_OPTIONS_H
+#pragma once
 
 #include "cuda/device.h"
 #include "rve/engine/contact_model.h"
@@ -45,5 +45,3 @@ struct Options {
 std::string to_string(Format format);
 
 }    // namespace rve
-
-#endif

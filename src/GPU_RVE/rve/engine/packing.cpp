@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/packing.h"
 
 #include "rve/core/error.h"
@@ -643,9 +644,7 @@ namespace {
       FirstError failed;
 #pragma omp parallel for schedule(dynamic, 8) if (count > 8)
       for (std::ptrdiff_t k = 0; k < count; ++k)
-        failed.guard(k, [&] {
-          following[k]->follow_time_step(states[k]);
-        });
+        failed.guard(k, [&] { following[k]->follow_time_step(states[k]); });
       failed.rethrow();
     }
   }
@@ -696,9 +695,7 @@ template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
   check_recipe<D>(recipe);
   // its output is fixed by the C++ standard; that of the distributions is not
   std::mt19937_64 random(recipe.seed);
-  const auto uniform = [&random] {
-    return static_cast<double>(random() >> 11) * 0x1p-53;
-  };
+  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
 
   RveStateOf<D> state;
   state.material = recipe.material;
@@ -717,9 +714,8 @@ template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
 
   std::vector<int> order(n);
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int i, int j) {
-    return state.radius[i] > state.radius[j];
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int i, int j) { return state.radius[i] > state.radius[j]; });
   RandomAddition<D> addition(state, state.radius[order.front()]);
   constexpr int MOST_ATTEMPTS = 1000000;
   for (const int grain : order) {
@@ -755,10 +751,7 @@ generate_packings(const std::vector<PackingRecipe> &recipes, EngineOf<D> &engine
       all[k]->give_up();
     }
   };
-  for (const std::size_t k : active)
-    attempt(k, [&] {
-      all[k]->begin();
-    });
+  for (const std::size_t k : active) attempt(k, [&] { all[k]->begin(); });
 
   while (true) {
     std::vector<std::size_t> going;

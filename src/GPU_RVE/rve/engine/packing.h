@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Makes packings of disks or of spheres: a seeded loose cloud, compressed by the engine's stress servo.
 
-#ifndef RVE_ENGINE_PACKING_H
-#define RVE_ENGINE_PACKING_H
+#pragma once
 
 #include "rve/engine/engine.h"
 
@@ -130,5 +130,3 @@ generate_packings(const std::vector<PackingRecipe> &recipes, EngineOf<D> &engine
                   const typename PreparedPackingOf<D>::Progress &progress = {});
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Signed permutations of axes: no rounding anywhere, and minus zero is avoided.
 
 #include "rve/engine/packing_image.h"

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Images of a packing: the same grains seen in a mirror or turned by right angles. They are as good a sample of the material as the
 // packing itself, and their bias points elsewhere.
 
-#ifndef RVE_ENGINE_PACKING_IMAGE_H
-#define RVE_ENGINE_PACKING_IMAGE_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -31,5 +31,3 @@ template <int D> Tensor<double, D> image_of(const Tensor<double, D> &stress, int
 template <int D> RveStateOf<D> image_of(const RveStateOf<D> &state, int image);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Number conversion is by <charconv>: exact, and the same in every locale.
 
 #include "rve/engine/packing_io.h"
@@ -256,9 +257,8 @@ namespace {
         }
         continue;
       }
-      const auto entry = std::find_if(lines.begin(), lines.end(), [&](const MaterialLine &e) {
-        return name == e.name;
-      });
+      const auto entry = std::find_if(lines.begin(), lines.end(),
+                                      [&](const MaterialLine &e) { return name == e.name; });
       if (entry == lines.end()) {
         if (name == "cell" && complete) return;
         Words known = {"cell"};
@@ -550,9 +550,7 @@ namespace {
 
     const auto has_history = [](const PairOf<D> &pair) {
       return std::any_of(std::begin(pair_memory<D>()), std::end(pair_memory<D>()),
-                         [&](const RememberedNumber<D> &number) {
-                           return number.of(pair) != 0.0;
-                         });
+                         [&](const RememberedNumber<D> &number) { return number.of(pair) != 0.0; });
     };
     const int remembered = std::max(remembered_numbers(state.pairs), least_remembered<D>());
     out << "\ncontacts " << std::count_if(state.pairs.begin(), state.pairs.end(), has_history);

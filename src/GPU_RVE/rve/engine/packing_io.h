@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Files of RVEs: the package's own packing file and library of packings, and an export that plain LAMMPS and OVITO read.
 
-#ifndef RVE_ENGINE_PACKING_IO_H
-#define RVE_ENGINE_PACKING_IO_H
+#pragma once
 
 #include "rve/engine/packing_library.h"
 #include "rve/engine/state.h"
@@ -69,5 +69,3 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
 template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state);
 
 }    // namespace rve
-
-#endif

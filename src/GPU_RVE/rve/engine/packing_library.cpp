@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/packing_library.h"
 
 #include "rve/core/error.h"
@@ -24,9 +25,7 @@ template <int D> void PackingLibraryOf<D>::check() const
               std::to_string(packings.size()) + " packings");
   constexpr double TOLERANCE = 1e-9;
   for (std::size_t k = 0; k < packings.size(); ++k) {
-    const auto name = [&] {
-      return "packing " + std::to_string(k) + " of the library ";
-    };
+    const auto name = [&] { return "packing " + std::to_string(k) + " of the library "; };
     require(index[k].num_grains == packings[k].num_grains(), [&] {
       return name() + "has " + std::to_string(packings[k].num_grains()) +
           " grains; its index says " + std::to_string(index[k].num_grains);

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A packing library: many packings of one material, with an index of what they are, and the choice among them for a material point.
 
-#ifndef RVE_ENGINE_PACKING_LIBRARY_H
-#define RVE_ENGINE_PACKING_LIBRARY_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -88,5 +88,3 @@ class StressLevels {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/program_choice.h"
 
 #include "rve/core/error.h"
@@ -67,9 +68,8 @@ Program memory_program(const ContactModel &contacts)
   const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const ProgramFeatures &one) {
     return features_of(one.memory).contacts.serves(contacts);
   });
-  require(found != TABLE.end(), [&] {
-    return "there is no program for RVEs with " + to_string(contacts);
-  });
+  require(found != TABLE.end(),
+          [&] { return "there is no program for RVEs with " + to_string(contacts); });
   return found->memory;
 }
 
@@ -78,9 +78,8 @@ Program richest_program(ContactLaw law, int dimension)
   const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const ProgramFeatures &one) {
     return one.contacts.law == law && one.contacts.dimension == dimension;
   });
-  require(last != TABLE.rend(), [&] {
-    return std::string("there is no program for the contact law ") + word_of(law);
-  });
+  require(last != TABLE.rend(),
+          [&] { return std::string("there is no program for the contact law ") + word_of(law); });
   return last->memory;
 }
 

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Which line of the table of programs serves.
 
-#ifndef RVE_ENGINE_PROGRAM_CHOICE_H
-#define RVE_ENGINE_PROGRAM_CHOICE_H
+#pragma once
 
 #include "rve/engine/contact_model.h"
 #include "rve/engine/programs.h"
@@ -37,5 +37,3 @@ Program richest_program(ContactLaw law, int dimension = 2);
 Program choose_program(Program memory, const CallNeeds &needs);
 
 }    // namespace rve
-
-#endif

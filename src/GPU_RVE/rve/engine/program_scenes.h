@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The table of programs as types.
 
-#ifndef RVE_ENGINE_PROGRAM_SCENES_H
-#define RVE_ENGINE_PROGRAM_SCENES_H
+#pragma once
 
 #include "rve/algorithm/scene.h"
 #include "rve/engine/programs.h"
@@ -28,5 +28,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The one table of programs: for which laws the block program is compiled. CMake makes a CUDA translation unit of each line in each
 // number format, the engines choose a line for a call, bench/kernel_resources.py and the manual name kernels by it.
 
-#ifndef RVE_ENGINE_PROGRAMS_H
-#define RVE_ENGINE_PROGRAMS_H
+#pragma once
 
 namespace rve {
 
@@ -63,5 +63,3 @@ constexpr int kNumPrograms = 0 RVE_PROGRAMS(RVE_PROGRAM_COUNT);
 #undef RVE_PROGRAM_COUNT
 
 }    // namespace rve
-
-#endif

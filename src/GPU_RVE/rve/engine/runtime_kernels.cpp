@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/runtime_kernels.h"
 
 #include "cuda/loaded_kernel.h"

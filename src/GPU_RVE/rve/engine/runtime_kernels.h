@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Kernels of programs that are compiled while the program runs, when a call needs one first. Exists only in builds with CUDA.
 
-#ifndef RVE_ENGINE_RUNTIME_KERNELS_H
-#define RVE_ENGINE_RUNTIME_KERNELS_H
+#pragma once
 
 #include "cuda/kernel_cache.h"
 #include "cuda/nvrtc.h"
@@ -41,5 +41,3 @@ const void *runtime_kernel(const KernelName &name, int capability,
                            const std::function<void(const std::string &)> &log);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/rve_image.h"
 
 #include "rve/algorithm/rigid_turn.h"
@@ -282,24 +283,19 @@ template <int D>
 StateImage build_image(Format format, const RveStateOf<D> &state, int extra_capacity,
                        Program memory)
 {
-  return with_scene<D>(format, memory, [&](auto scene) {
-    return build<decltype(scene)>(state, extra_capacity);
-  });
+  return with_scene<D>(format, memory,
+                       [&](auto scene) { return build<decltype(scene)>(state, extra_capacity); });
 }
 
 template <int D> RveStateOf<D> read_image(Format format, const StateImage &image, Program memory)
 {
-  return with_scene<D>(format, memory, [&](auto scene) {
-    return read<decltype(scene)>(image);
-  });
+  return with_scene<D>(format, memory, [&](auto scene) { return read<decltype(scene)>(image); });
 }
 
 template <int D>
 void turn_image(Format format, StateImage &image, const Tensor<double, D> &rotation, Program memory)
 {
-  with_scene<D>(format, memory, [&](auto scene) {
-    turn<decltype(scene)>(image, rotation);
-  });
+  with_scene<D>(format, memory, [&](auto scene) { turn<decltype(scene)>(image, rotation); });
 }
 
 template <int D>

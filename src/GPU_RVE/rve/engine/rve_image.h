@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The memory image of an RVE (algorithm/image.h), made from a state and read back.
 
-#ifndef RVE_ENGINE_RVE_IMAGE_H
-#define RVE_ENGINE_RVE_IMAGE_H
+#pragma once
 
 #include "rve/algorithm/image.h"
 #include "rve/engine/options.h"
@@ -43,5 +43,3 @@ template <int D> int initial_extra_capacity(int num_grains);
 template <int D> void set_material_in(ImageHeader<D> &header, const Material &material);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/servo_modes.h"
 
 #include "rve/core/error.h"
@@ -134,9 +135,7 @@ ServoModesOf<D>::ServoModesOf(const std::vector<ComponentSum<D>> &rates,
 template <int D> double servo_error(const DriveOf<D> &drive, const Tensor<double, D> &stress)
 {
   double largest = 0.0;
-  const auto see = [&](double error) {
-    largest = std::max(largest, std::fabs(error));
-  };
+  const auto see = [&](double error) { largest = std::max(largest, std::fabs(error)); };
   const Tensor<double, D> lack = drive.stress_goal - stress;
   for (int k = 0; k < drive.num_modes; ++k) {
     double error = 0.0;

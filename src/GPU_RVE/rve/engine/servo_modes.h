@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Which directions a stress servo steers: from conditions on rates and on stresses, each a sum of components.
 //
 // A symmetric tensor is written as its components on and above the diagonal, sigma = (s_xx, ..., s_xy, ...), and a velocity gradient as those
@@ -7,8 +8,7 @@
 // is free, P C^T = C^T, the stiffness C S W of the modes has positive eigenvalues for every positive definite S, whatever it is: the
 // servo swings about its goal, and no number of the material is needed. Single components are their own modes.
 
-#ifndef RVE_ENGINE_SERVO_MODES_H
-#define RVE_ENGINE_SERVO_MODES_H
+#pragma once
 
 #include "rve/engine/engine.h"
 
@@ -52,5 +52,3 @@ template <int D> struct ServoModesOf {
 template <int D> double servo_error(const DriveOf<D> &drive, const Tensor<double, D> &stress);
 
 }    // namespace rve
-
-#endif

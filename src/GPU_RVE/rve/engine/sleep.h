@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // RVEs that sleep through macro steps: what is known of one after a look at it, and the stress that follows. One text for the host and for a device,
 // to the same bits on both.
 
-#ifndef RVE_ENGINE_SLEEP_H
-#define RVE_ENGINE_SLEEP_H
+#pragma once
 
 #include "rve/engine/affine_stiffness.h"
 #include "rve/engine/finite_strain.h"
@@ -56,5 +56,3 @@ template <int D> struct SleepOf {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Rotation and stretch of a deformation increment in space, and what a constant velocity gradient makes of a cell. finite_strain.h has those of the
 // plane, and what is alike in both.
 
-#ifndef RVE_ENGINE_SPATIAL_STRAIN_H
-#define RVE_ENGINE_SPATIAL_STRAIN_H
+#pragma once
 
 #include "rve/core/pi.h"
 #include "rve/core/tensor.h"
@@ -84,5 +84,3 @@ struct SpatialPolarDecomposition {
 Tensor3 exponential(const Tensor3 &a);
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A contact couples six coordinates: (x, y, r theta) of two grains. With rotation measured as the surface displacement
 // r theta all coordinates are lengths, the rotational mass is I/r^2 = m/2, and a stretch of the contact is
 //     u_n = (u_j - u_i).n        u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,    w = r theta, a = r - overlap/2,
@@ -106,9 +107,8 @@ namespace {
         contacts(_contacts),
         moduli(_moduli)
     {
-      const bool rolls = std::any_of(moduli.begin(), moduli.end(), [](const ContactModuli &of) {
-        return of.rolling > 0.0;
-      });
+      const bool rolls = std::any_of(moduli.begin(), moduli.end(),
+                                     [](const ContactModuli &of) { return of.rolling > 0.0; });
       for (int i = 0; i < state.num_grains(); ++i) {
         const double m = grain_mass(state, i);
         for (const double mass : {m, m, 0.5 * m})
@@ -342,9 +342,8 @@ namespace {
                             const std::vector<TouchingPairOf<D>> &contacts, const Moduli &moduli)
   {
     const auto &all = moduli.of_contact;
-    if (std::all_of(all.begin(), all.end(), [](const ContactModuli &of) {
-          return of.largest() == 0.0;
-        }))
+    if (std::all_of(all.begin(), all.end(),
+                    [](const ContactModuli &of) { return of.largest() == 0.0; }))
       return 0.0;
     return lanczos_largest_eigenvalue(NetworkOperator<D>(state, contacts, all));
   }

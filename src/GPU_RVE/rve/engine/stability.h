@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How large a DEM time step may be. Host only; looks at a state, never at an engine.
 
-#ifndef RVE_ENGINE_STABILITY_H
-#define RVE_ENGINE_STABILITY_H
+#pragma once
 
 #include "rve/engine/state.h"
 
@@ -34,5 +34,3 @@ template <int D> double stable_time_step(const RveStateOf<D> &state);
 double gershgorin_time_step(const RveState &state, double coming_overlap = 0.0);
 
 }    // namespace rve
-
-#endif

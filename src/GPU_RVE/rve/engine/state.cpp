@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a state means, what makes it sound, and its record of bytes for restarts and migration.
 
 #include "rve/engine/state.h"
@@ -247,9 +248,7 @@ namespace {
     std::vector<std::pair<std::int32_t, std::int32_t>> ends;
     for (std::size_t k = 0; k < state.pairs.size(); ++k) {
       const PairOf<D> &pair = state.pairs[k];
-      const auto name = [&] {
-        return "pair " + std::to_string(k + 1);
-      };
+      const auto name = [&] { return "pair " + std::to_string(k + 1); };
       for (const std::int32_t grain : {pair.first, pair.second})
         require(grain >= 0 && grain < state.num_grains(), [&] {
           return name() + " names grain " + std::to_string(grain + std::int64_t{1}) +
@@ -260,11 +259,7 @@ namespace {
       });
       for (const RememberedNumber<D> &number : pair_memory<D>())
         require_finite(
-            number.of(pair),
-            [&] {
-              return number.what + (" of " + name());
-            },
-            number.unit);
+            number.of(pair), [&] { return number.what + (" of " + name()); }, number.unit);
       ends.push_back(std::minmax(pair.first, pair.second));
     }
     std::sort(ends.begin(), ends.end());
@@ -426,9 +421,8 @@ namespace {
   template <int D> bool has_later_parameters(const Material &material)
   {
     const std::vector<MaterialMember> members = parameters_of(material.law, D, true);
-    return std::any_of(members.begin(), members.end(), [&](MaterialMember member) {
-      return material.*member != 0.0;
-    });
+    return std::any_of(members.begin(), members.end(),
+                       [&](MaterialMember member) { return material.*member != 0.0; });
   }
 
 }    // namespace
@@ -522,11 +516,7 @@ template <int D> void RveStateOf<D>::check_sizes() const
   require(!radius.empty(), "RVE has no grains; it needs at least one");
   for (std::size_t i = 0; i < radius.size(); ++i)
     require_positive(
-        radius[i],
-        [=] {
-          return "radius of grain " + std::to_string(i + 1);
-        },
-        "[length]");
+        radius[i], [=] { return "radius of grain " + std::to_string(i + 1); }, "[length]");
   const auto [smallest, largest] = std::minmax_element(radius.begin(), radius.end());
   for (const double r : {*smallest, *largest}) check_grain<D>(material, r);
   check_reach(material, *smallest);
@@ -544,9 +534,7 @@ template <int D> void RveStateOf<D>::check() const
   double largest_radius = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     const auto of_grain = [&](const char *what) {
-      return [=] {
-        return std::string(what) + " of grain " + std::to_string(i + 1);
-      };
+      return [=] { return std::string(what) + " of grain " + std::to_string(i + 1); };
     };
     for (int a = 0; a < D; ++a)
       require_finite(velocity[D * i + a], of_grain("peculiar velocity"), "[length/time]");

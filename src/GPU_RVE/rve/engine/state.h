@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The complete state of one RVE, in numbers that every format of the engine can read and write without loss.
 // Restart files, migration between ranks, packing files and tests all speak this.
 
-#ifndef RVE_ENGINE_STATE_H
-#define RVE_ENGINE_STATE_H
+#pragma once
 
 #include "rve/core/tensor.h"
 #include "rve/physics/grain_shape.h"
@@ -198,5 +198,3 @@ template <int D> std::vector<char> serialize(const RveStateOf<D> &state);
 template <int D = 2> RveStateOf<D> deserialize(const char *data, std::size_t size);
 
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // When the stiffness of an RVE has grown so far that the bound of its time step must be checked
 // again. The same test runs on the host and on a device.
 
-#ifndef RVE_ENGINE_STIFFENING_H
-#define RVE_ENGINE_STIFFENING_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -54,5 +54,3 @@ inline StiffeningLimit stiffening_limit(const StiffnessMeasures &now, std::int32
 }
 
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/substeps.h"
 
 #include "rve/physics/grain_shape.h"

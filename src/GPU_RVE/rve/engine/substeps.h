@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How many DEM steps a macro step is worth.
 
-#ifndef RVE_ENGINE_SUBSTEPS_H
-#define RVE_ENGINE_SUBSTEPS_H
+#pragma once
 
 #include "rve/core/config.h"
 #include "rve/engine/engine.h"
@@ -59,5 +59,3 @@ struct AdaptiveSubsteps {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The deformable periodic cell: widths, strain since a reference, lattice reduction. Plane cells.
 
-#ifndef RVE_PHYSICS_CELL_H
-#define RVE_PHYSICS_CELL_H
+#pragma once
 
 #include "rve/core/fixed_point.h"
 
@@ -95,5 +95,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

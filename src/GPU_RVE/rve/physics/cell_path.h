@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The way of the cell through one macro increment: a straight line from H to dF H, or a polygon of such lines where the
 // increment rotates by more than 0.01 rad (a chord cuts off area: theta^2/4 of it at most). The end point is exact.
 
-#ifndef RVE_PHYSICS_CELL_PATH_H
-#define RVE_PHYSICS_CELL_PATH_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -83,5 +83,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

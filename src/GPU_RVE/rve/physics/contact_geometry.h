@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Geometry of one contact of two disks (or spheres): numbers in, numbers out.
 
-#ifndef RVE_PHYSICS_CONTACT_GEOMETRY_H
-#define RVE_PHYSICS_CONTACT_GEOMETRY_H
+#pragma once
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/tensor.h"
@@ -59,5 +59,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Local damping: Cundall's, and one that knows no axes.
 
-#ifndef RVE_PHYSICS_DAMPING_H
-#define RVE_PHYSICS_DAMPING_H
+#pragma once
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/vec.h"
@@ -35,5 +35,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

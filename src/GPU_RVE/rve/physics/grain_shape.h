@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Grains: disks in the plane, spheres in space.
 
-#ifndef RVE_PHYSICS_GRAIN_SHAPE_H
-#define RVE_PHYSICS_GRAIN_SHAPE_H
+#pragma once
 
 #include "rve/core/config.h"
 #include "rve/core/pi.h"
@@ -45,5 +45,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Leapfrog in peculiar velocity and fractional coordinate: c' = F_damped/m, s' = H^-1 c. The mean field never enters
 // (doc/theory: equations (19)-(23), (38), (39) of the paper reduce to this).
 
-#ifndef RVE_PHYSICS_INTEGRATOR_H
-#define RVE_PHYSICS_INTEGRATOR_H
+#pragma once
 
 #include "rve/physics/damping.h"
 
@@ -38,5 +38,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

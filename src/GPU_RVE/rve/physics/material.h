@@ -1,8 +1,8 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What grains are made of: the parameters of their contacts and of their motion, each said once. Checks, packing files, restart records,
 // keywords of scripts and the memory of an RVE follow from this table. Plain data, outside of the instruction-set namespaces.
 
-#ifndef RVE_PHYSICS_MATERIAL_H
-#define RVE_PHYSICS_MATERIAL_H
+#pragma once
 
 namespace rve {
 
@@ -174,5 +174,3 @@ template <MaterialMember member> struct UnitOf {
 };
 
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Normal contact laws.
 
-#ifndef RVE_PHYSICS_NORMAL_FORCE_H
-#define RVE_PHYSICS_NORMAL_FORCE_H
+#pragma once
 
 #include "rve/core/config.h"
 
@@ -29,5 +29,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The deformable periodic cell in space: widths, strain since a reference, lattice reduction. Beside cell.h, which has those of the plane.
 
-#ifndef RVE_PHYSICS_SOLID_CELL_H
-#define RVE_PHYSICS_SOLID_CELL_H
+#pragma once
 
 #include "rve/core/fixed_point.h"
 
@@ -126,5 +126,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

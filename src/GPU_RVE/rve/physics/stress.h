@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Love's formula.
 
-#ifndef RVE_PHYSICS_STRESS_H
-#define RVE_PHYSICS_STRESS_H
+#pragma once
 
 #include "rve/core/tensor.h"
 
@@ -18,5 +18,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Tangential contact laws.
 
-#ifndef RVE_PHYSICS_TANGENTIAL_FORCE_H
-#define RVE_PHYSICS_TANGENTIAL_FORCE_H
+#pragma once
 
 #include "rve/core/arithmetic.h"
 
@@ -62,5 +62,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // A spring with a Coulomb limit for a force that is a vector: along the contact of two spheres, or for what is turned.
 
-#ifndef RVE_PHYSICS_VECTOR_SPRING_H
-#define RVE_PHYSICS_VECTOR_SPRING_H
+#pragma once
 
 #include "rve/core/vec.h"
 
@@ -130,5 +130,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

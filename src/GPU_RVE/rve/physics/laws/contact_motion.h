@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What the contact of two disks and that of two spheres have in common.
 
-#ifndef RVE_PHYSICS_LAWS_CONTACT_MOTION_H
-#define RVE_PHYSICS_LAWS_CONTACT_MOTION_H
+#pragma once
 
 #include "rve/physics/contact_geometry.h"
 #include "rve/physics/laws/law.h"
@@ -63,5 +63,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How two disks move at their contact, and what forces there do to them: the same for every contact law.
 
-#ifndef RVE_PHYSICS_LAWS_DISK_CONTACT_H
-#define RVE_PHYSICS_LAWS_DISK_CONTACT_H
+#pragma once
 
 #include "rve/physics/laws/contact_motion.h"
 #include "rve/physics/tangential_force.h"
@@ -53,5 +53,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Adhesion after Derjaguin, Muller and Toporov (1975), J. Colloid Interface Sci. 53, 314: a constant attraction beside Hertz' contact.
 //
 // As LAMMPS' `pair granular dmt`: f_n = k_n a d - f_a - gamma v_n with f_a = 4 pi w R, w the surface energy and R the reduced radius, and
@@ -8,8 +9,7 @@
 // et al. 2014, Phys. Rev. E 90, 022202, "reversible adhesion"). No friction and no dashpot acts at a distance. Two grains that come
 // together jump into contact, two that are pulled apart let go at d = -h, after the work f_a h/2 beyond that of the contact.
 
-#ifndef RVE_PHYSICS_LAWS_DMT_ADHESION_H
-#define RVE_PHYSICS_LAWS_DMT_ADHESION_H
+#pragma once
 
 #include "rve/core/pi.h"
 #include "rve/physics/laws/hertz_mindlin.h"
@@ -164,5 +164,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // The contact of two grains in D dimensions, and the spring along it.
 
-#ifndef RVE_PHYSICS_LAWS_GRAIN_CONTACT_H
-#define RVE_PHYSICS_LAWS_GRAIN_CONTACT_H
+#pragma once
 
 #include "rve/physics/laws/disk_contact.h"
 #include "rve/physics/laws/sphere_contact.h"
@@ -50,5 +50,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Hertz' normal contact and Mindlin's tangential one, between spheres, or disks that touch as spheres of their radii do.
 //
 // As LAMMPS' `pair granular hertz ... tangential mindlin`, `mindlin/force` and their variants `mindlin_rescale`. With the reduced radius R = r_i r_j / (r_i + r_j) and the
@@ -8,8 +9,7 @@
 // the sum of those that LAMMPS calls velocity, viscoelastic (Brilliantov et al. 1996, Phys. Rev. E 53, 5382) and coeff_restitution, with which
 // the restitution depends on no velocity (Tsuji et al. 1992, Powder Technol. 71, 239).
 
-#ifndef RVE_PHYSICS_LAWS_HERTZ_MINDLIN_H
-#define RVE_PHYSICS_LAWS_HERTZ_MINDLIN_H
+#pragma once
 
 #include "rve/physics/grain_shape.h"
 #include "rve/physics/laws/grain_contact.h"
@@ -337,5 +337,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

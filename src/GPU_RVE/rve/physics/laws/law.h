@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // What a contact law is, and what all laws share.
 //
 // A law is a struct in a number format, in the internal units of a call (algorithm/call_state.h). It holds its parameters and nothing
@@ -46,8 +47,7 @@
 // No transcendental function is called, since the libraries of CPU and GPU differ in the last bit; sums of two products that are
 // symmetric in the grains are written as such, not as fused operations, whose rounding has an order.
 
-#ifndef RVE_PHYSICS_LAWS_LAW_H
-#define RVE_PHYSICS_LAWS_LAW_H
+#pragma once
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/vec.h"
@@ -230,5 +230,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

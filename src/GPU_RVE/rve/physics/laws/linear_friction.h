@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Linear springs with friction.
 
-#ifndef RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
-#define RVE_PHYSICS_LAWS_LINEAR_FRICTION_H
+#pragma once
 
 #include "rve/physics/laws/grain_contact.h"
 #include "rve/physics/laws/rolling_friction.h"
@@ -228,5 +228,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // Resistance to rolling and, of spheres, to twisting: moments against the turning of two grains on each other, beside any contact law.
 //
 // As LAMMPS' `pair granular ... rolling sds k_roll gamma_roll mu_roll twisting sds k_twist gamma_twist mu_twist`, after Luding (2008),
@@ -5,8 +6,7 @@
 // that exists in name only, "pseudo-force", since only its moment acts. And as its `twisting marshall`, after Marshall (2009),
 // "Discrete-element modeling of particulate aerosol flows", J. Comput. Phys. 228, 1541-1561.
 
-#ifndef RVE_PHYSICS_LAWS_ROLLING_FRICTION_H
-#define RVE_PHYSICS_LAWS_ROLLING_FRICTION_H
+#pragma once
 
 #include "rve/physics/laws/grain_contact.h"
 
@@ -488,5 +488,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif

@@ -1,7 +1,7 @@
+// SPDX-License-Identifier: GPL-2.0-only
 // How two spheres move at their contact, and what forces there do to them: the same for every contact law. Beside disk_contact.h.
 
-#ifndef RVE_PHYSICS_LAWS_SPHERE_CONTACT_H
-#define RVE_PHYSICS_LAWS_SPHERE_CONTACT_H
+#pragma once
 
 #include "rve/physics/laws/contact_motion.h"
 #include "rve/physics/vector_spring.h"
@@ -80,5 +80,3 @@ inline namespace RVE_ISA {
 
 }    // namespace RVE_ISA
 }    // namespace rve
-
-#endif
