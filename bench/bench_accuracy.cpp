@@ -448,7 +448,7 @@ Outcome<D> run_points(const Scene<D> &scene, const std::vector<RveStateOf<D>> &p
     for (std::size_t k = 0; k < packings.size(); ++k)
       outcome.curves[k].push_back(is_there ? stresses[k] : points.stress(slots[k]));
   }
-  points.hear();
+  points.fetch_results();
   outcome.pace = pace.mean();
   for (std::size_t k = 0; k < packings.size(); ++k)
     outcome.dem_steps += static_cast<double>(points.point(slots[k]).last_steps().counters.steps -

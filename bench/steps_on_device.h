@@ -50,15 +50,15 @@ template <int D> class StepsOnDevice {
   bool advance(bool with_details, std::vector<int> &failed)
   {
     const bool is_as_before = points_.is_as_before(slots_, places_);
-    if (!points_.plan_there(slots_, places_, is_as_before, there_, increments_)) return false;
-    points_.begin_advance_ahead();
+    request_ = points_.plan(slots_, places_, is_as_before, there_, increments_);
+    if (!request_) return false;
+    request_->launch_early();
     rve::check_cuda(cudaStreamSynchronize(nullptr), "plan of a macro step");
-    if (!points_.can_advance_there()) return false;
-    points_.begin_advance_there();
+    if (!request_->launch()) return false;
     failed.clear();
-    for (const int place : points_.end_advance()) failed.push_back(slots_[place]);
+    for (const int place : points_.finish()) failed.push_back(slots_[place]);
     if (with_details) {
-      points_.hear();
+      points_.fetch_results();
       points_.complete();
     }
     return true;
@@ -68,7 +68,7 @@ template <int D> class StepsOnDevice {
   std::vector<Matrix> stresses(std::size_t count)
   {
     std::vector<Matrix> first;
-    const bool are_there = points_.stresses_are_there();
+    const bool are_there = request_->fetch() != rve::StressesAre::OnHost;
     const double *numbers = are_there ? stresses_.receive(COMPONENTS * count) : nullptr;
     for (std::size_t k = 0; k < count; ++k)
       first.push_back(are_there ? rve::load_tensor<D>(numbers + COMPONENTS * k)
@@ -89,6 +89,7 @@ template <int D> class StepsOnDevice {
   const std::vector<int> &slots_;
   std::vector<int> places_;
   rve::PointsOnDevice there_;
+  rve::Request *request_ = nullptr;
   Increments increments_;
   rve::DeviceBuffer<double> deformations_, stresses_;
 };

@@ -199,8 +199,8 @@ void FixRve::end_of_step()
 {
   const auto &settings = impl->settings;
   const bigint step = update->ntimestep;
-  if (!impl->checks_wait) {
-    impl->settle();
+  if (!impl->checks_postponed) {
+    impl->finish();
     impl->say_notes();
   }
   if (settings.path.halts && impl->all_paths_ended()) {
@@ -210,7 +210,7 @@ void FixRve::end_of_step()
   impl->progress.step_done([this] { return impl->dem_steps(); });
   if (settings.dt_check_interval) {
     const bool due = step % settings.dt_check_interval == 0;
-    if (due || !impl->checks_wait)
+    if (due || !impl->checks_postponed)
       impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
     if (due) impl->advise(false);
   }
@@ -228,7 +228,7 @@ void FixRve::end_of_step()
 void FixRve::post_run()
 {
   impl->has_run = impl->has_run || update->nsteps > 0;
-  impl->check_behind_advance();
+  impl->run_postponed_checks();
   // a run may be shorter than the interval of checks
   const int interval = impl->settings.dt_check_interval;
   if (interval && update->ntimestep % interval) {
@@ -467,14 +467,14 @@ void FixRve::grow_arrays(int nmax)
 
 void FixRve::copy_arrays(int i, int j, int delflag)
 {
-  impl->settle();    // RVEs under way answer to the slots of their atoms
+  impl->finish();    // RVEs under way answer to the slots of their atoms
   if (delflag && impl->slot[j] >= 0) impl->remove(j);
   impl->slot[j] = impl->slot[i];
 }
 
 void FixRve::set_arrays(int i)
 {
-  impl->settle();
+  impl->finish();
   impl->slot[i] = -1;
 }
 

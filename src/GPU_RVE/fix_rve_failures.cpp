@@ -59,7 +59,7 @@ void FixRve::ImplOf<D>::report(const std::vector<int> &failed, const std::vector
     const std::string message = fmt::format(
         "RVE of atom {} failed at step {}: {} ({}: largest overlap {} of the sum of "
         "radii, overlap_limit {} [radius], void ratio {}, DEM time step {}{})",
-        fix->atom->tag[i], told_step(), rve::describe_status(result.status),
+        fix->atom->tag[i], reported_step(), rve::describe_status(result.status),
         is_new ? "its packing" : "before", rve::number(overlap),
         rve::number(settings.options.overlap_limit), rve::number(void_ratio), rve::number(dt_dem),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
@@ -86,11 +86,11 @@ template <int D> void FixRve::ImplOf<D>::note_copies(const std::vector<int> &ato
   for (const int i : atoms) {
     if (std::find(widened.begin(), widened.end(), slot[i]) == widened.end()) continue;
     const auto &result = points->point(slot[i]).result;
-    notes.push_back(
-        {fix->atom->tag[i], NoteKind::Line,
-         fmt::format("the cell of the RVE of atom {} has become too narrow at step {}; "
-                     "it goes on as {} copies side by side, of {} grains",
-                     fix->atom->tag[i], told_step(), points->copies(slot[i]), result.num_grains)});
+    notes.push_back({fix->atom->tag[i], NoteKind::Line,
+                     fmt::format("the cell of the RVE of atom {} has become too narrow at step {}; "
+                                 "it goes on as {} copies side by side, of {} grains",
+                                 fix->atom->tag[i], reported_step(), points->copies(slot[i]),
+                                 result.num_grains)});
   }
 }
 
@@ -126,7 +126,7 @@ std::vector<int> FixRve::ImplOf<D>::renew(const std::vector<int> &failed,
         {id, NoteKind::Line,
          fmt::format("the RVE of atom {} failed at step {}: {}; a fresh one of {} takes its place "
                      "after {} DEM steps: stress {}, void ratio {} (was {})",
-                     id, told_step(), rve::describe_status(reasons[k]),
+                     id, reported_step(), rve::describe_status(reasons[k]),
                      packings.name(renewal.packing), renewal.steps, stresses,
                      rve::number(renewal.void_ratio), rve::number(renewal.void_ratio_before))});
   }

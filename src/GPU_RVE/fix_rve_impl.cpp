@@ -166,7 +166,7 @@ FixRve::ImplOf<D>::least_time_step(const std::vector<int> &atoms, double enough)
   const tagint *tag = fix->atom->tag;
   const std::vector<int> some = slots_of(atoms);
   std::vector<double> bounds;
-  const std::string who = fmt::format("fix rve {}: time step at step {}", fix->id, told_step());
+  const std::string who = fmt::format("fix rve {}: time step at step {}", fix->id, reported_step());
   collectively(fix->lmp, who,
                [&] { bounds = points.as_they_are().bound_time_steps(some, enough); });
 
@@ -242,7 +242,7 @@ template <int D> std::vector<int> FixRve::ImplOf<D>::atoms_to_check(Check check)
 {
   if (check == Check::Interval || check == Check::InSitu) return advancing_atoms();
   if (check == Check::Run) return settings.dt_auto ? std::vector<int>() : advancing_atoms();
-  settle();
+  finish();
   std::vector<int> atoms;
   if (points.as_they_are().any_has_stiffened())
     for (int i = 0; i < fix->atom->nlocal; i++)
@@ -271,13 +271,13 @@ template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
 
   if (!settings.dt_auto) {
     check_time_step(used, least.dt,
-                    fmt::format("the RVE of atom {} at step {}", least.atom, told_step()));
+                    fmt::format("the RVE of atom {} at step {}", least.atom, reported_step()));
     return;
   }
   dt = settings.dt_fraction * least.dt;
   if (fix->comm->me) return;
   utils::logmesg(fix->lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
-                 fix->id, rve::number(dt), told_step(), least.atom);
+                 fix->id, rve::number(dt), reported_step(), least.atom);
   const bool has_used_it = check != Check::InSitu;
   if (has_used_it && used > least.dt && !std::exchange(warned_dt, true))
     fix->error->warning(
@@ -285,7 +285,7 @@ template <int D> void FixRve::ImplOf<D>::recheck_time_step(Check check)
         "fix rve: in step {} the DEM time step {} [time] was above the stability bound {} [time] "
         "of the RVE of atom {}, which stiffened within one step; use a smaller timestep, or "
         "dt auto with less than {}",
-        told_step(), rve::number(used), rve::number(least.dt), least.atom,
+        reported_step(), rve::number(used), rve::number(least.dt), least.atom,
         rve::number(settings.dt_fraction));
 }
 
@@ -356,7 +356,7 @@ std::string FixRve::Impl::place_of_failure(int atom) const
 {
   return fmt::format("fix rve {}: {}step {}", fix->id,
                      atom >= 0 ? fmt::format("RVE of atom {}, ", fix->atom->tag[atom]) : "",
-                     told_step());
+                     reported_step());
 }
 
 /* ---------------------------------------------------------------------- */
@@ -809,7 +809,7 @@ void FixRve::ImplOf<D>::check(const Matrix &tensor, const char *what, const char
 
 /* ---------------------------------------------------------------------- */
 
-/// What others read they ask for when they do: most output is not of RVEs.
+/// True if this step needs complete results. Other readers request them on demand.
 template <int D> bool FixRve::ImplOf<D>::wants_details() const
 {
   const int interval = settings.dt_check_interval;
@@ -820,10 +820,10 @@ template <int D> bool FixRve::ImplOf<D>::wants_details() const
 template <int D>
 void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector<Drive> &drives)
 {
-  settle();
+  finish();
   const int count = static_cast<int>(atoms.size());
   int first_bad = count;
-  slots.resize(count);
+  slots = slots_of(atoms);
   {
     const rve::LightWork work(count, threads());
 #pragma omp parallel for num_threads(work.team) reduction(min : first_bad)
@@ -832,7 +832,6 @@ void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector
       if (!rve::finite(drive.velocity_gradient) || !rve::finite(drive.stress_goal) ||
           !rve::finite(drive.deformation))
         first_bad = std::min(first_bad, k);
-      slots[k] = slot[atoms[k]];
     }
   }
   if (first_bad < count) {
@@ -842,9 +841,7 @@ void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector
   }
   const bool with_details = wants_details();
   guarded([&] {
-    const double start = platform::walltime();
     std::vector<int> failed = points->advance(slots, drives, with_details);
-    wall_time += platform::walltime() - start;
     ++num_advances;
     note_copies(atoms);
     if (settings.policy == RvePolicy::Fresh) failed = renew(failed, atoms);
@@ -853,31 +850,63 @@ void FixRve::ImplOf<D>::advance(const std::vector<int> &atoms, const std::vector
 }
 
 /* ----------------------------------------------------------------------
-   a device advances the RVEs while LAMMPS ends this step and begins the next, unless somebody looks at them before. All ranks decide alike
+   an advance by increments: a device runs it while LAMMPS ends this step and begins the next, unless the RVEs are accessed before.
+   all ranks decide alike
 ------------------------------------------------------------------------- */
 
+/// Notes whether the checks of an advance that begins in this step are postponed.
+template <int D> void FixRve::ImplOf<D>::note_begin()
+{
+  checks_postponed = all_on_devices && !wants_details();
+  step_of_advance = fix->update->ntimestep;
+}
+
 template <int D>
-bool FixRve::ImplOf<D>::begin_advance(const std::vector<int> &atoms,
+rve::Request *FixRve::ImplOf<D>::begin(const std::vector<int> &atoms,
+                                       macro::MacroIncrementsOf<D> &increments)
+{
+  finish();
+  note_begin();
+  slots = slots_of(atoms);
+  rve::Request *const request =
+      guarded([&] { return points.as_they_are().begin(slots, increments); });
+  if (!request) {
+    advance_by_drives(atoms, increments);
+    return nullptr;
+  }
+  under_way = {&atoms, &increments};
+  if (checks_postponed) return request;
+  finish();
+  if (wants_details()) complete();
+  return nullptr;
+}
+
+template <int D>
+void FixRve::ImplOf<D>::advance_by_drives(const std::vector<int> &atoms,
+                                          macro::MacroIncrementsOf<D> &increments)
+{
+  const int count = static_cast<int>(atoms.size());
+  std::vector<Drive> wanted(count);
+  for (int k = 0; k < count; ++k) {
+    wanted[k].dt = increments.dt;
+    wanted[k].substeps = increments.substeps;
+    wanted[k].deformation = increments.increment(k);
+  }
+  advance(atoms, wanted);
+  for (int k = 0; k < count; ++k) increments.take_stress(k, stress(atoms[k]));
+}
+
+template <int D>
+rve::Request *FixRve::ImplOf<D>::plan(const std::vector<int> &atoms, bool is_as_before,
+                                      const rve::PointsOnDevice &there,
                                       macro::MacroIncrementsOf<D> &increments)
 {
-  settle();
-  const bool with_details = wants_details();
-  checks_wait = all_on_devices && !with_details;
-  step_of_advance = fix->update->ntimestep;
-  slots = slots_of(atoms);
-  return guarded([&] {
-    const double start = platform::walltime();
-    if (!points.as_they_are().begin_advance(slots, increments)) return false;
-    wall_time += platform::walltime() - start;
-    ++num_advances;
-    under_way = {&atoms, &increments};
-    if (checks_wait) return true;
-    settle();
-    const double complete_start = platform::walltime();
-    if (with_details) points->complete();
-    wall_time += platform::walltime() - complete_start;
-    return true;
-  });
+  finish();
+  note_begin();
+  if (!is_as_before) slots = slots_of(atoms);
+  under_way = {&atoms, &increments};
+  return guarded(
+      [&] { return points.as_they_are().plan(slots, atoms, is_as_before, there, increments); });
 }
 
 template <int D> bool FixRve::ImplOf<D>::is_as_before(const std::vector<int> &atoms)
@@ -888,56 +917,14 @@ template <int D> bool FixRve::ImplOf<D>::is_as_before(const std::vector<int> &at
   return same && points.as_they_are().is_as_before(slots, atoms);
 }
 
-template <int D>
-bool FixRve::ImplOf<D>::plan_there(const std::vector<int> &atoms, bool is_as_before,
-                                   const rve::PointsOnDevice &there,
-                                   macro::MacroIncrementsOf<D> &increments)
+template <int D> void FixRve::ImplOf<D>::finish()
 {
-  settle();
-  if (!is_as_before) slots = slots_of(atoms);
-  planned = {&atoms, &increments};
-  return guarded([&] {
-    return points.as_they_are().plan_there(slots, atoms, is_as_before, there, increments);
-  });
-}
-
-template <int D> bool FixRve::ImplOf<D>::can_advance_there()
-{
-  return guarded([&] { return points.as_they_are().can_advance_there(); });
-}
-
-template <int D> void FixRve::ImplOf<D>::begin_advance_ahead()
-{
-  guarded([&] {
-    const double start = platform::walltime();
-    points.as_they_are().begin_advance_ahead();
-    wall_time += platform::walltime() - start;
-  });
-}
-
-/// Details are for who asks for them.
-template <int D> void FixRve::ImplOf<D>::begin_advance_there()
-{
-  checks_wait = all_on_devices && !wants_details();
-  step_of_advance = fix->update->ntimestep;
-  guarded([&] {
-    const double start = platform::walltime();
-    points.as_they_are().begin_advance_there();
-    wall_time += platform::walltime() - start;
-  });
-  ++num_advances;
-  under_way = planned;
-}
-
-template <int D> void FixRve::ImplOf<D>::settle()
-{
-  if (!is_under_way()) return;
+  if (!under_way.increments || !points.as_they_are().is_under_way()) return;
   const UnderWay advance = std::exchange(under_way, {});
-  const bool was_told_later = std::exchange(is_told_later, true);
+  const bool reported_last_advance = std::exchange(reports_last_advance, true);
   guarded([&] {
-    const double start = platform::walltime();
-    const std::vector<int> places = points.as_they_are().end_advance();
-    wall_time += platform::walltime() - start;
+    const std::vector<int> places = points.as_they_are().finish();
+    ++num_advances;
     note_copies(*advance.atoms);
     std::vector<int> failed;
     for (const int place : places) failed.push_back(slots[place]);
@@ -946,24 +933,24 @@ template <int D> void FixRve::ImplOf<D>::settle()
     for (const int place : places)
       advance.increments->take_stress(place, stress((*advance.atoms)[place]));
   });
-  is_told_later = was_told_later;
+  reports_last_advance = reported_last_advance;
 }
 
-/// With half of a strain before the forces and half behind them a step meets itself, and its end is not yet reached.
-template <int D> void FixRve::ImplOf<D>::meet()
+/// The scheme USAVG calls this in the middle of a step, too: postponed checks wait for its end.
+template <int D> void FixRve::ImplOf<D>::synchronise_ranks()
 {
-  settle();
-  if (fix->update->ntimestep != step_of_advance) check_behind_advance();
+  finish();
+  if (fix->update->ntimestep != step_of_advance) run_postponed_checks();
 }
 
-template <int D> void FixRve::ImplOf<D>::check_behind_advance()
+template <int D> void FixRve::ImplOf<D>::run_postponed_checks()
 {
-  settle();
-  if (!std::exchange(checks_wait, false)) return;
-  is_told_later = true;
+  finish();
+  if (!std::exchange(checks_postponed, false)) return;
+  reports_last_advance = true;
   say_notes();
   if (settings.dt_check_interval) recheck_time_step(Check::EveryStep);
-  is_told_later = false;
+  reports_last_advance = false;
 }
 
 /* ---------------------------------------------------------------------- */
@@ -1178,7 +1165,9 @@ template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
     MPI_Allreduce(&status, &any_status, 1, MPI_INT, MPI_BOR, fix->world);
     return any_status;
   }
-  if (n == 9) mine = num_advances ? wall_time / num_advances : 0.0;
+  if (n == 9)
+    mine = num_advances ? points.as_they_are().total_time() / static_cast<double>(num_advances)
+                        : 0.0;
   const bool is_largest = n == 8 || n == 9 || n == 15;
   MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, is_largest ? MPI_MAX : MPI_SUM, fix->world);
   return all;

@@ -43,8 +43,8 @@ struct FixRve::Impl {
   FixRveSettings settings;
   double dt;                // DEM time step, or its upper limit where substeps are matched
   std::vector<int> slot;    // per atom: RVE in the engine, or -1
-  // what ranks tell each other of this step they tell in the next, in meet()
-  bool checks_wait = false;
+  // notes and checks of this step are exchanged between ranks in the next, by synchronise_ranks()
+  bool checks_postponed = false;
   double restart_step = 0.0;    // of the head of a restart file
   RestartRecords records;
   bool is_material = false;    // fix mpm has asked for it
@@ -67,10 +67,11 @@ struct FixRve::Impl {
                                               double tolerance) = 0;
   /// All RVEs make what the script asks for in this LAMMPS step.
   virtual void advance_by_script() = 0;
-  /// Ends an advance that is under way, on this rank alone.
-  virtual void settle() = 0;
-  /// Notes of the last step and the check of its time step, if they wait; collective.
-  virtual void check_behind_advance() = 0;
+  /// Ends the advance that is under way, on this rank alone.
+  virtual void finish() = 0;
+  /// Reports the notes of the last advance and checks its time step, if that was postponed;
+  /// collective.
+  virtual void run_postponed_checks() = 0;
 
   // What changes of RVEs that are there; all collective. A restart file has a head of this fix: what its RVEs were made with.
   virtual void write_restart_head(FILE *fp) const = 0;
@@ -169,9 +170,13 @@ struct FixRve::Impl {
 
  protected:
   bool warned_dt = false;
-  bigint step_of_advance = -1;    // the last one that did not wait for its RVEs
-  bool is_told_later = false;     // what is said is about that step
-  bigint told_step() const { return is_told_later ? step_of_advance : fix->update->ntimestep; }
+  bigint step_of_advance = -1;    // LAMMPS step of the last advance
+  bool reports_last_advance = false;
+  /// The step that messages are about.
+  bigint reported_step() const
+  {
+    return reports_last_advance ? step_of_advance : fix->update->ntimestep;
+  }
   /// How rank 0 reports a note: in the log, as a warning, or as a warning once. An error ends the
   /// run on all ranks.
   enum class NoteKind { Line, Warning, Tension, Error };
@@ -203,21 +208,21 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   using Points = macro::RvePointsOf<D>;
   using Matrix = rve::Tensor<double, D>;
 
-  /// What all others see of the RVEs: none that is under way.
-  class SettledPoints {
+  /// The RVEs as the rest of the fix sees them: an access finishes the advance that is under way.
+  class FinishedPoints {
    public:
-    explicit SettledPoints(ImplOf &_owner) : owner(_owner) {}
+    explicit FinishedPoints(ImplOf &_owner) : owner(_owner) {}
     void operator=(std::unique_ptr<Points> _points) { points = std::move(_points); }
     Points *operator->() const { return get(); }
     Points &operator*() const { return *get(); }
-    /// For halves of advances, and for what does not depend on answers.
+    /// For the advance itself, and for data that it does not change.
     Points &as_they_are() const { return *points; }
 
    private:
     Points *get() const
     {
-      owner.settle();
-      owner.guarded([this] { points->hear(); });
+      owner.finish();
+      owner.guarded([this] { points->fetch_results(); });
       return points.get();
     }
     ImplOf &owner;
@@ -225,7 +230,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   };
 
   RvePackingsOf<D> packings;
-  SettledPoints points;
+  FinishedPoints points;
 
   ImplOf(FixRve *_fix, FixRveSettings _settings) :
       Impl(_fix, std::move(_settings), D), points(*this), of_plane(*this)
@@ -240,7 +245,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
                                       const std::vector<macro::StressGoal> &goals,
                                       double tolerance) override;
   void advance_by_script() override;
-  void check_behind_advance() override;
+  void run_postponed_checks() override;
   void write_restart_head(FILE *fp) const override;
   void read_restart_head(const char *buf) override;
   void modify(int narg, char **arg) override;
@@ -286,25 +291,14 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
 
   // for RveConstitutive
   macro::RveClock clock(double lammps_dt) const override { return Impl::clock(lammps_dt); }
-  void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives) override;
-  bool begin_advance(const std::vector<int> &atoms,
+  rve::Request *begin(const std::vector<int> &atoms,
+                      macro::MacroIncrementsOf<D> &increments) override;
+  rve::Request *plan(const std::vector<int> &atoms, bool is_as_before,
+                     const rve::PointsOnDevice &there,
                      macro::MacroIncrementsOf<D> &increments) override;
-  void settle() override;
-  bool is_under_way() const override { return under_way.increments != nullptr; }
+  void finish() override;
   bool is_as_before(const std::vector<int> &atoms) override;
-  bool plan_there(const std::vector<int> &atoms, bool is_as_before,
-                  const rve::PointsOnDevice &there,
-                  macro::MacroIncrementsOf<D> &increments) override;
-  bool can_advance_there() override;
-  void begin_advance_there() override;
-  void begin_advance_ahead() override;
-  bool stresses_are_there() const override { return points.as_they_are().stresses_are_there(); }
-  const std::int32_t *unfinished_there() const override
-  {
-    return points.as_they_are().unfinished_there();
-  }
-  bool were_unfinished() const override { return points.as_they_are().were_unfinished(); }
-  void meet() override;
+  void synchronise_ranks() override;
   const Matrix &stress(int atom) const override { return points->stress(slot[atom]); }
   const typename Points::Point &point(int atom) const override
   {
@@ -315,7 +309,6 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   {
     guarded([&] { points->complete(); });
   }
-  int threads() const override { return settings.options.threads; }
 
   State state(int atom) const
   {
@@ -332,7 +325,7 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
     const std::vector<int> *atoms = nullptr;
     macro::MacroIncrementsOf<D> *increments = nullptr;
   };
-  UnderWay under_way, planned;
+  UnderWay under_way;
   bool all_on_devices = false;    // the RVEs of all ranks
   bool warned_sharing = false, warned_tension = false;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
@@ -344,7 +337,6 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
     bigint step = 0;
     bool is_told = false;    // a warning has come
   } fast_strain;
-  double wall_time = 0.0;
   bigint num_advances = 0;
   // of a restart file, until the RVEs have been adopted
   bool continues = false;
@@ -363,6 +355,10 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   /// Those whose RVEs are not frozen.
   std::vector<int> advancing_atoms() const;
   std::vector<int> slots_of(const std::vector<int> &atoms) const;
+  int threads() const { return settings.options.threads; }
+  void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives);
+  void advance_by_drives(const std::vector<int> &atoms, macro::MacroIncrementsOf<D> &increments);
+  void note_begin();
   /// What the script asks for in this LAMMPS step.
   std::vector<Drive> drives(const std::vector<int> &atoms);
   void advance_on_paths(const macro::LoadPathsOf<D> &paths);

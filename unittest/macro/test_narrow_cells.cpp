@@ -140,7 +140,7 @@ TYPED_TEST(NarrowCell, GoesOnBesideThoseThatAreNotNarrow)
   for (int step = 0; step < 12; ++step) {
     IncrementsOf<D> increments(drives);
     std::vector<int> failed;
-    ASSERT_TRUE(by_increments.advance(slots, increments, false, failed));
+    ASSERT_TRUE(advance(by_increments, slots, increments, false, failed));
     EXPECT_TRUE(failed.empty());
     by_drives.advance(slots, drives, false);
     for (int k = 0; k < 3; ++k)

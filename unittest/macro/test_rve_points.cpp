@@ -291,11 +291,11 @@ class CountingEngine final : public rve_test::ForwardingEngine {
     tally.responses += static_cast<int>(rves.size());
     engine->advance(rves, drives, responses);
   }
-  bool begin_advance(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
+  rve::Request *begin(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
   {
-    if (!engine->begin_advance(rves, call)) return false;
-    tally.increments += static_cast<int>(rves.size());
-    return true;
+    rve::Request *const request = engine->begin(rves, call);
+    if (request) tally.increments += static_cast<int>(rves.size());
+    return request;
   }
 
  private:
@@ -680,7 +680,7 @@ TEST(MacroIncrements, HaveTheBitsOfTheDrives)
       for (int step = 0; step < 10; ++step) {
         Increments increments(drives);
         std::vector<int> failed;
-        ASSERT_TRUE(by_increments.advance(slots, increments, with_details, failed));
+        ASSERT_TRUE(advance(by_increments, slots, increments, with_details, failed));
         EXPECT_TRUE(failed.empty());
         by_drives.advance(other_slots, drives, with_details);
         for (int k = 0; k < RVES; ++k)
@@ -718,7 +718,7 @@ TEST(MacroIncrements, LetRvesSleepAsDrivesDo)
     for (int step = 0; step < 40; ++step) {
       Increments increments(drives);
       std::vector<int> failed;
-      ASSERT_TRUE(by_increments.advance(slots, increments, step % 7 == 0, failed));
+      ASSERT_TRUE(advance(by_increments, slots, increments, step % 7 == 0, failed));
       by_drives.advance(other_slots, drives, step % 5 == 0);
       for (int k = 0; k < RVES; ++k) {
         EXPECT_TRUE(same_bits(increments.stresses[k], by_drives.stress(other_slots[k])));
@@ -755,7 +755,7 @@ TEST(MacroIncrements, AreNotTakenWhereMoreStandsBetween)
     RvePoints points = three_points(slots, macro);
     const std::vector<double> before = points.record(slots[0]);
     Increments increments(drives);
-    EXPECT_FALSE(points.advance(slots, increments, false, failed));
+    EXPECT_FALSE(advance(points, slots, increments, false, failed));
     const std::vector<double> after = points.record(slots[0]);
     ASSERT_EQ(after.size(), before.size());
     EXPECT_EQ(std::memcmp(after.data(), before.data(), after.size() * sizeof(double)), 0);
@@ -778,7 +778,7 @@ TEST(MacroIncrements, FailuresAreNamedAndRestFromThenOn)
 
   Increments first(crush);
   std::vector<int> failed;
-  ASSERT_TRUE(by_increments.advance(slots, first, false, failed));
+  ASSERT_TRUE(advance(by_increments, slots, first, false, failed));
   EXPECT_EQ(failed, std::vector<int>{1});
   by_drives.advance(other_slots, crush, false);
   EXPECT_TRUE(by_increments.frozen(slots[1]));
@@ -789,7 +789,7 @@ TEST(MacroIncrements, FailuresAreNamedAndRestFromThenOn)
   for (int step = 0; step < 3; ++step) {
     Increments increments(drives);
     failed.clear();
-    ASSERT_TRUE(by_increments.advance(slots, increments, false, failed));
+    ASSERT_TRUE(advance(by_increments, slots, increments, false, failed));
     EXPECT_TRUE(failed.empty());
     by_drives.advance(other_slots, drives, false);
     for (int k = 0; k < RVES; ++k)

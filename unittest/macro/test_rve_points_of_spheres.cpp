@@ -306,39 +306,25 @@ class Owner final : public macro::RveOwner<3> {
   Owner(const Spheres &state, int count) : points(points_of(state, count, slots)) {}
 
   macro::RveClock clock(double dt) const override { return {dt / 200, 200}; }
-  void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives) override
+  rve::Request *begin(const std::vector<int> &atoms,
+                      macro::MacroIncrementsOf<3> &increments) override
   {
-    points.advance(atoms, drives, false);
+    return points.begin(atoms, increments);
   }
-  bool begin_advance(const std::vector<int> &atoms,
-                     macro::MacroIncrementsOf<3> &increments) override
+  rve::Request *plan(const std::vector<int> &, bool, const rve::PointsOnDevice &,
+                     macro::MacroIncrementsOf<3> &) override
   {
-    under_way = points.begin_advance(atoms, increments);
-    return under_way;
+    return nullptr;
   }
-  void settle() override
-  {
-    if (std::exchange(under_way, false)) points.end_advance();
-  }
-  bool is_under_way() const override { return under_way; }
+  void finish() override { points.finish(); }
   bool is_as_before(const std::vector<int> &) override { return false; }
-  bool plan_there(const std::vector<int> &, bool, const rve::PointsOnDevice &,
-                  macro::MacroIncrementsOf<3> &) override
-  {
-    return false;
-  }
-  bool can_advance_there() override { return false; }
-  void begin_advance_there() override {}
-  bool stresses_are_there() const override { return false; }
-  void meet() override {}
+  void synchronise_ranks() override {}
   const Tensor3 &stress(int atom) const override { return points.stress(atom); }
   const Points::Point &point(int atom) const override { return points.point(atom); }
   void complete() override { points.complete(); }
-  int threads() const override { return 1; }
 
   std::vector<int> slots;
   Points points;
-  bool under_way = false;
 };
 
 /// d sigma_xx / d eps_xx of grains that move with the mean field, along a direction [stress].

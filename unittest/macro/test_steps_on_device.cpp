@@ -30,7 +30,38 @@ template <class T> bool same_bits(const T &a, const T &b)
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-/// What fix rve does with its RVEs, whose slots are the places of their points. Those that fail are frozen.
+/// Passes a request on and counts.
+class CountingRequest final : public rve::Request {
+ public:
+  void set(rve::Request *request)
+  {
+    request_ = request;
+    note_plan();
+  }
+  bool launch_early() override
+  {
+    const bool is_launched = request_->launch_early();
+    if (is_launched) ++early;
+    return is_launched;
+  }
+  bool launch() override
+  {
+    if (!request_->launch()) return false;
+    ++launched;
+    note_launch();
+    return true;
+  }
+  const std::int32_t *needs_host() const override { return request_->needs_host(); }
+
+  int launched = 0, early = 0;
+
+ private:
+  rve::StressesAre wait() override { return request_->fetch(); }
+  rve::Request *request_ = nullptr;
+};
+
+/// What fix rve does with its RVEs, whose slots are the indices of their points. Those that fail are
+/// frozen.
 template <int D> class Owner final : public RveOwner<D> {
  public:
   using Points = RvePointsOf<D>;
@@ -42,11 +73,11 @@ template <int D> class Owner final : public RveOwner<D> {
     points_.add(states);
   }
 
-  /// Settled, and heard of.
+  /// With the results of the last advance.
   Points &points()
   {
-    settle();
-    points_.hear();
+    finish();
+    points_.fetch_results();
     return points_;
   }
 
@@ -54,59 +85,41 @@ template <int D> class Owner final : public RveOwner<D> {
   {
     return {DEM_DT, static_cast<int>(std::lround(dt / DEM_DT))};
   }
-  void advance(const std::vector<int> &atoms, const std::vector<rve::DriveOf<D>> &drives) override
+  rve::Request *begin(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) override
   {
-    points().advance(atoms, drives, false);
+    finish();
+    atoms_ = &atoms;
+    increments_ = &increments;
+    rve::Request *const request = points_.begin(atoms, increments);
+    if (!request) advance_by_drives(atoms, increments);
+    return request;
   }
-  bool begin_advance(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) override
+  rve::Request *plan(const std::vector<int> &atoms, bool is_as_before,
+                     const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments) override
   {
-    settle();
-    if (!points_.begin_advance(atoms, increments)) return false;
-    begin(atoms, increments);
-    return true;
+    finish();
+    atoms_ = &atoms;
+    increments_ = &increments;
+    rve::Request *const request = points_.plan(atoms, atoms, is_as_before, there, increments);
+    on_device.set(request);
+    return request ? &on_device : nullptr;
+  }
+  void finish() override
+  {
+    if (!points_.is_under_way()) return;
+    for (const int place : points_.finish()) {
+      ++failures;
+      increments_->take_stress(place, points_.stress((*atoms_)[place]));
+    }
+    if (on_device.is_running() && on_device.fetch() != rve::StressesAre::OnDevice)
+      ++times_unfinished;
+    if (points_.any_has_stiffened()) ++times_stiffened;
   }
   bool is_as_before(const std::vector<int> &atoms) override
   {
     return points_.is_as_before(atoms, atoms);
   }
-  bool plan_there(const std::vector<int> &atoms, bool is_as_before,
-                  const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments) override
-  {
-    settle();
-    atoms_ = &atoms;
-    planned_ = &increments;
-    return points_.plan_there(atoms, atoms, is_as_before, there, increments);
-  }
-  bool can_advance_there() override { return points_.can_advance_there(); }
-  void begin_advance_there() override
-  {
-    points_.begin_advance_there();
-    begin(*atoms_, *planned_);
-    ++advances_there;
-  }
-  void begin_advance_ahead() override
-  {
-    if (points_.begin_advance_ahead()) ++advances_ahead;
-  }
-  bool stresses_are_there() const override { return points_.stresses_are_there(); }
-  const std::int32_t *unfinished_there() const override { return points_.unfinished_there(); }
-  bool were_unfinished() const override
-  {
-    if (points_.were_unfinished()) ++times_unfinished;
-    return points_.were_unfinished();
-  }
-  void settle() override
-  {
-    if (!under_way_) return;
-    MacroIncrementsOf<D> &increments = *std::exchange(under_way_, nullptr);
-    for (const int place : points_.end_advance()) {
-      ++failures;
-      increments.take_stress(place, points_.stress((*atoms_)[place]));
-    }
-    if (points_.any_has_stiffened()) ++times_stiffened;
-  }
-  bool is_under_way() const override { return under_way_; }
-  void meet() override
+  void synchronise_ranks() override
   {
     if (!points_.any_has_stiffened()) return;
     std::vector<int> stiffened;
@@ -123,21 +136,27 @@ template <int D> class Owner final : public RveOwner<D> {
     return const_cast<Owner *>(this)->points().point(atom);
   }
   void complete() override { points().complete(); }
-  int threads() const override { return 2; }
 
-  int advances_there = 0, advances_ahead = 0, failures = 0, times_stiffened = 0;
-  mutable int times_unfinished = 0;
+  CountingRequest on_device;
+  int failures = 0, times_stiffened = 0, times_unfinished = 0;
 
  private:
-  void begin(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments)
+  void advance_by_drives(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments)
   {
-    atoms_ = &atoms;
-    under_way_ = &increments;
+    std::vector<rve::DriveOf<D>> drives(atoms.size());
+    for (std::size_t k = 0; k < atoms.size(); ++k) {
+      drives[k].dt = increments.dt;
+      drives[k].substeps = increments.substeps;
+      drives[k].deformation = increments.increment(static_cast<int>(k));
+    }
+    points().advance(atoms, drives, false);
+    for (std::size_t k = 0; k < atoms.size(); ++k)
+      increments.take_stress(static_cast<int>(k), points_.stress(atoms[k]));
   }
 
   Points points_;
   const std::vector<int> *atoms_ = nullptr;
-  MacroIncrementsOf<D> *planned_ = nullptr, *under_way_ = nullptr;
+  MacroIncrementsOf<D> *increments_ = nullptr;
 };
 
 /// Of a free block. Stresses of the RVEs blow a light one up.
@@ -281,7 +300,7 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   if (DEVICE != rve::Device::Cuda) return;
   const int updates = scheme == mpm::Scheme::Usavg ? 2 * steps : steps;
   // where all work calls begin before the host has seen their plan; adaptive ones when it knows about how many steps they make
-  const int ahead = there.owner.advances_ahead;
+  const int ahead = there.owner.on_device.early;
   if (macro.quiescent_strain > 0.0)
     EXPECT_EQ(ahead, 0);
   else if (macro.adaptive)
@@ -289,9 +308,9 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   else
     EXPECT_EQ(ahead, updates);
   if (motion.turning * DT < rve::LARGEST_TURN) {
-    EXPECT_EQ(there.owner.advances_there, updates);
+    EXPECT_EQ(there.owner.on_device.launched, updates);
   } else {
-    EXPECT_LT(there.owner.advances_there, updates);
+    EXPECT_LT(there.owner.on_device.launched, updates);
   }
   EXPECT_TRUE(!shall_fail || there.owner.times_unfinished > 0);
 }
@@ -364,7 +383,7 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
   there->steps(14);
   slow_down(*here, 0.005);
   slow_down(*there, 0.005);
-  const int ahead = there->owner.advances_ahead;
+  const int ahead = there->owner.on_device.early;
   const auto count_of = [&](const auto &is_one) {
     int count = 0;
     for (int p = 0; p < here->scene.size(); ++p) count += is_one(here->owner.point(p).rest());
@@ -376,13 +395,13 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
   EXPECT_GT(count_of([](rve::Rest rest) { return rest != rve::Rest::Unknown; }), 0);
   if (DEVICE == rve::Device::Cuda) {
     EXPECT_GT(ahead, 0);
-    EXPECT_EQ(there->owner.advances_ahead, ahead + 1);
+    EXPECT_EQ(there->owner.on_device.early, ahead + 1);
   }
   here->steps(40);
   there->steps(40);
   expect_same(*here, *there, true);
   EXPECT_GT(count_of([](rve::Rest rest) { return rest == rve::Rest::Sleeps; }), 0);
-  if (DEVICE == rve::Device::Cuda) { EXPECT_EQ(there->owner.advances_there, 55); }
+  if (DEVICE == rve::Device::Cuda) { EXPECT_EQ(there->owner.on_device.launched, 55); }
 }
 
 TEST_P(StepsOnDevice, HaveThemOverSpheresInPlaneStrain)

@@ -45,11 +45,10 @@ class ForwardingEngine : public rve::Engine {
   {
     engine->advance(rves, drives, responses);
   }
-  bool begin_advance(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
+  rve::Request *begin(const std::vector<int> &rves, rve::IncrementCallOf<2> &call) override
   {
-    return engine->begin_advance(rves, call);
+    return engine->begin(rves, call);
   }
-  void end_advance() override { engine->end_advance(); }
   void bound_time_steps(const std::vector<int> &rves, double enough,
                         std::vector<double> &bounds) override
   {

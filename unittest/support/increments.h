@@ -30,4 +30,15 @@ template <int D> class IncrementsOf final : public macro::MacroIncrementsOf<D> {
   const std::vector<rve::DriveOf<D>> drives_;
 };
 
+/// Advances RVEs by increments, from the launch to the results. False: the points need drives.
+template <int D>
+bool advance(macro::RvePointsOf<D> &points, const std::vector<int> &slots,
+             IncrementsOf<D> &increments, bool with_details, std::vector<int> &failed)
+{
+  if (!points.begin(slots, increments)) return false;
+  failed = points.finish();
+  if (with_details) points.complete();
+  return true;
+}
+
 }    // namespace rve_test

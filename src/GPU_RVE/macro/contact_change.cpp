@@ -156,7 +156,8 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
       if (of_shadows[slot]) points[slot].shadow = shadows->add(*of_shadows[slot]);
   };
   engine = std::move(other);
-  device_knows = has_refused = false;
+  device_plan = Plan::None;
+  under_way = {};
   shadows = std::move(other_shadows);
   try {
     put(fresh, fresh_shadows);

@@ -20,11 +20,11 @@ namespace macro {
 
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
-  /// has_parts: `parts` are those of the step.
+  /// has_actions: `actions` are those of the step.
   IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> &macro, bool of_all,
-                bool has_parts = false) :
+                bool has_actions = false) :
       owner_(owner),
-      macro_(macro), of_all_(of_all), has_parts_(has_parts)
+      macro_(macro), of_all_(of_all), has_actions_(has_actions)
   {
   }
 
@@ -33,7 +33,8 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     for (int m = begin; m < end; ++m) {
       rve::IncrementOf<D> &increment = increments[m - begin];
       if (!plan(owner_.call_slots[m], macro_.increment(place(m)), increment)) return false;
-      increment.is_looked_at = has_parts_ && owner_.parts[place(m)] == Part::WorksAndIsLookedAt;
+      increment.is_looked_at =
+          has_actions_ && owner_.actions[place(m)] == Action::AdvanceAndEvaluate;
     }
     return true;
   }
@@ -99,7 +100,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     if (!rve::finite(deformation)) return true;
     if (front.owes) increment.deformation = deformation * owner_.points.at(slot).pending;
     find_substeps(slot, increment);
-    if (owner_.needs_turn(slot, increment.deformation, macro_.dt, increment.substeps))
+    if (owner_.planner().needs_turn(slot, increment.deformation, macro_.dt, increment.substeps))
       turn(slot, increment);
     return true;
   }
@@ -108,7 +109,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     if (owner_.options.adaptive)
       increment.substeps =
-          owner_.substeps_of(slot, rve::strain_size(increment.deformation), macro_.dt);
+          owner_.planner().substeps(slot, rve::strain_size(increment.deformation), macro_.dt);
   }
 
   /// Leaves the stretch of an increment.
@@ -125,59 +126,66 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
 
   RvePointsOf &owner_;
   MacroIncrementsOf<D> &macro_;
-  const bool of_all_, has_parts_;
+  const bool of_all_, has_actions_;
   // grains could not follow these
   std::vector<int> turned_;
   std::vector<Matrix> rotations_;
 };
 
 template <int D>
-bool RvePointsOf<D>::begin_advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments)
+rve::Request *RvePointsOf<D>::begin(const std::vector<int> &slots, MacroIncrementsOf<D> &increments)
 {
-  hear();
-  device_knows = false;
-  if (options.stress_from != StressFrom::End || shadows || slots.empty()) return false;
+  fetch_results();
+  device_plan = Plan::None;
+  under_way = {};
+  if (options.stress_from != StressFrom::End || shadows || slots.empty()) return nullptr;
   const auto start = rve::WallClock::now();
   if (points.is_changed()) find_those_apart();
   const int count = static_cast<int>(slots.size());
-  call_slots.clear();
-  call_places.clear();
-  places_apart.clear();
-  const bool has_parts = find_sleepers(slots, increments);
+  const bool has_actions = find_sleepers(slots, increments);
   const bool any_sleep =
-      has_parts && std::find(parts.begin(), parts.end(), Part::Sleeps) != parts.end();
+      has_actions && std::find(actions.begin(), actions.end(), Action::Skip) != actions.end();
   if (any_sleep) complete_looks(those_that_sleep(slots));
   const bool of_all = !any_is_apart && !any_sleep;
-  if (of_all) {
-    call_slots = slots;
-  } else {
-    for (int k = 0; k < count; ++k) {
-      if (is_apart[slots[k]]) {
-        places_apart.push_back(k);
-        continue;
-      }
-      if (any_sleep && parts[k] == Part::Sleeps) continue;
-      call_slots.push_back(slots[k]);
-      call_places.push_back(k);
-    }
-  }
-  auto call = std::make_shared<IncrementCall>(*this, increments, of_all, has_parts);
+  choose_slots(slots, any_sleep);
+  auto call = std::make_shared<IncrementCall>(*this, increments, of_all, has_actions);
   const auto engine_start = rve::WallClock::now();
-  const bool has_begun = engine->begin_advance(call_slots, *call);
+  rve::Request *const request = engine->begin(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
-  if (!has_begun) return false;
+  if (!request) return nullptr;
   if (any_sleep) {
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k) {
-      if (parts[k] != Part::Sleeps) continue;
+      if (actions[k] != Action::Skip) continue;
       increments.take_stress(k, sleep_on(slots[k], increments.increment(k)));
     }
   }
-  record_sizes.assign(points.size(), 0);
-  under_way = {&slots, &increments, std::move(call)};
+  under_way = {request, &slots, &increments, std::move(call)};
   seconds += rve::seconds_since(start);
-  return true;
+  return request;
+}
+
+/// Which slots the call of the engine has, and where they are in `slots`: not those that are apart,
+/// which have calls of their own, and not those that sleep in this step.
+template <int D> void RvePointsOf<D>::choose_slots(const std::vector<int> &slots, bool any_sleep)
+{
+  call_slots.clear();
+  call_places.clear();
+  places_apart.clear();
+  if (!any_is_apart && !any_sleep) {
+    call_slots = slots;
+    return;
+  }
+  for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
+    if (is_apart[slots[k]]) {
+      places_apart.push_back(k);
+      continue;
+    }
+    if (any_sleep && actions[k] == Action::Skip) continue;
+    call_slots.push_back(slots[k]);
+    call_places.push_back(k);
+  }
 }
 
 /// What those that are not apart do in this step: whether there is any but work.
@@ -187,39 +195,40 @@ bool RvePointsOf<D>::find_sleepers(const std::vector<int> &slots,
 {
   if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
   const int count = static_cast<int>(slots.size());
-  parts.resize(count);
+  actions.resize(count);
   bool any = false;
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team) reduction(|| : any)
   for (int k = 0; k < count; ++k) {
-    parts[k] = is_apart[slots[k]]
-        ? Part::Works
-        : part_of(slots[k], increments.increment(k), increments.dt, increments.substeps);
-    any = any || parts[k] != Part::Works;
+    actions[k] = is_apart[slots[k]]
+        ? Action::Advance
+        : planner().action(slots[k], increments.increment(k), increments.dt, increments.substeps);
+    any = any || actions[k] != Action::Advance;
   }
   return any;
 }
 
-template <int D> std::vector<int> RvePointsOf<D>::end_advance()
+template <int D> std::vector<int> RvePointsOf<D>::finish()
 {
   const auto start = rve::WallClock::now();
-  UnderWay advance = std::exchange(under_way, {});
+  const UnderWay advance = std::exchange(under_way, {});
   std::vector<int> failed;
-  stiffened_places.clear();
-  stresses_there = !advance.call && engine->device_calls()->end(stiffened_places);
-  some_unfinished = !advance.call && engine->device_calls()->were_unfinished();
-  if (advance.call) {
-    engine->end_advance();
-  } else if (!stresses_there) {
-    is_unheard = false;
-    advance.call = std::make_shared<IncrementCall>(*this, *advance.increments, call_places.empty());
-    engine->device_calls()->hear(*advance.call);
-    device_knows = false;
-  } else {
-    hear_of_stiffened();
+  if (!advance.request) return failed;
+  std::shared_ptr<IncrementCall> call = advance.call;
+  const rve::StressesAre stresses_are = advance.request->fetch();
+  if (!call) {
+    results_on_device = stresses_are != rve::StressesAre::OnHost;
+    if (results_on_device) {
+      fetch_results_of_stiffened();
+    } else {
+      call = std::make_shared<IncrementCall>(*this, *advance.increments, call_places.empty());
+      engine->device_calls()->deliver(*call);
+      device_plan = Plan::None;
+    }
   }
   seconds_in_engine += rve::seconds_since(start);
-  if (advance.call && !advance.call->failed.empty()) end_failures(*advance.call, failed);
+  record_sizes.assign(points.size(), 0);
+  if (call && !call->failed.empty()) end_failures(*call, failed);
   if (!places_apart.empty())
     advance_those_apart(*advance.slots, places_apart, *advance.increments, failed);
   seconds += rve::seconds_since(start);
@@ -306,23 +315,24 @@ template <int D> bool RvePointsOf<D>::any_owes() const
 }
 
 template <int D>
-bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector<int> &point_of,
-                                bool is_as_before, const rve::PointsOnDevice &there,
-                                MacroIncrementsOf<D> &increments)
+rve::Request *RvePointsOf<D>::plan(const std::vector<int> &slots, const std::vector<int> &point_of,
+                                   bool is_as_before, const rve::PointsOnDevice &there,
+                                   MacroIncrementsOf<D> &increments)
 {
-  if (!engine->device_calls() || there.device < 0 || there.device != engine->cuda_device() ||
+  under_way = {};
+  rve::DeviceCallsOf<D> *const device = engine->device_calls();
+  if (!device || there.device < 0 || there.device != engine->cuda_device() ||
       options.stress_from != StressFrom::End || shadows || slots.empty() ||
       increments.substeps == 0)
-    return false;
+    return nullptr;
   const auto start = rve::WallClock::now();
   const bool nothing_new = !points.is_changed() && is_as_before;
-  if (nothing_new && has_refused) return false;
-  device_call.is_new = !nothing_new || !device_knows;
+  if (nothing_new && device_plan == Plan::Refused) return nullptr;
+  device_call.is_new = !nothing_new || device_plan != Plan::Valid;
   if (device_call.is_new) {
-    hear();
-    device_knows = false;
-    has_refused = !find_planned(slots, point_of);
-    if (has_refused) return false;
+    fetch_results();
+    device_plan = find_planned(slots, point_of) ? Plan::Valid : Plan::Refused;
+    if (device_plan == Plan::Refused) return nullptr;
   }
   device_call.points = there;
   device_call.options.dt = increments.dt;
@@ -330,49 +340,15 @@ bool RvePointsOf<D>::plan_there(const std::vector<int> &slots, const std::vector
   device_call.options.is_adaptive = options.adaptive ? 1 : 0;
   if (options.adaptive) device_call.options.adaptive = *options.adaptive;
   device_call.options.quiescent_strain = options.quiescent_strain;
-  engine->device_calls()->plan(device_call);
-  device_knows = true;
-  planned_increments = &increments;
-  seconds += rve::seconds_since(start);
-  return true;
-}
-
-template <int D> bool RvePointsOf<D>::begin_advance_ahead()
-{
-  const auto start = rve::WallClock::now();
-  const bool has_begun = engine->device_calls()->begin_ahead();
-  const double took = rve::seconds_since(start);
-  seconds_in_engine += took;
-  seconds += took;
-  return has_begun;
-}
-
-template <int D> const std::int32_t *RvePointsOf<D>::unfinished_there() const
-{
-  const bool goes_on_there = under_way.slots && !under_way.call;
-  return goes_on_there ? engine->device_calls()->unfinished_there() : nullptr;
-}
-
-template <int D> bool RvePointsOf<D>::can_advance_there()
-{
-  return engine->device_calls()->take_plan();
-}
-
-template <int D> void RvePointsOf<D>::begin_advance_there()
-{
-  const auto start = rve::WallClock::now();
-  engine->device_calls()->begin();
-  is_unheard = true;
-  record_sizes.assign(points.size(), 0);
   places_apart.clear();
-  under_way = {&planned_slots, planned_increments, nullptr};
-  const double took = rve::seconds_since(start);
-  seconds_in_engine += took;
-  seconds += took;
+  device->plan(device_call);
+  under_way = {device, &planned_slots, &increments, nullptr};
+  seconds += rve::seconds_since(start);
+  return device;
 }
 
 namespace {
-  /// For who wants answers and no stresses.
+  /// Discards the stresses of results that only the points receive.
   template <int D> class NoIncrements final : public MacroIncrementsOf<D> {
    public:
     rve::Tensor<double, D> increment(int) const override
@@ -383,44 +359,30 @@ namespace {
   };
 }    // namespace
 
-/// Of those that have stiffened and are not known to have, or of all where they are many.
-template <int D> void RvePointsOf<D>::hear_of_stiffened()
+/// Fetches the results of RVEs that have stiffened and are not known to have, or of all RVEs if they
+/// are many.
+template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
 {
   constexpr int MANY = 16;
-  const bool are_all = stiffened_places.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
+  std::vector<int> places = engine->device_calls()->stiffened();
+  const bool are_all = places.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
   const auto is_known = [this](int place) { return has_stiffened(device_call.rves[place]); };
-  if (are_all)
-    stiffened_places.erase(
-        std::remove_if(stiffened_places.begin(), stiffened_places.end(), is_known),
-        stiffened_places.end());
-  if (stiffened_places.size() >= MANY) {
-    hear();
+  if (are_all) places.erase(std::remove_if(places.begin(), places.end(), is_known), places.end());
+  if (places.size() >= MANY) {
+    fetch_results();
     return;
   }
   NoIncrements<D> none;
   IncrementCall call(*this, none, true);
-  for (const int place : stiffened_places) engine->device_calls()->hear_of(place, call);
+  for (const int place : places) engine->device_calls()->deliver_one(place, call);
 }
 
-template <int D> void RvePointsOf<D>::hear()
+template <int D> void RvePointsOf<D>::fetch_results()
 {
-  if (!is_unheard) return;
-  is_unheard = false;
+  if (!std::exchange(results_on_device, false)) return;
   NoIncrements<D> none;
   IncrementCall call(*this, none, true);
-  engine->device_calls()->hear(call);
-}
-
-template <int D>
-bool RvePointsOf<D>::advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments,
-                             bool with_details, std::vector<int> &failed)
-{
-  if (!begin_advance(slots, increments)) return false;
-  failed = end_advance();
-  const auto start = rve::WallClock::now();
-  if (with_details) complete();
-  seconds += rve::seconds_since(start);
-  return true;
+  engine->device_calls()->deliver(call);
 }
 
 template <int D> void RvePointsOf<D>::find_those_apart()
@@ -488,27 +450,15 @@ template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vec
   }
 }
 
-template bool RvePointsOf<2>::begin_advance(const std::vector<int> &, MacroIncrementsOf<2> &);
-template bool RvePointsOf<3>::begin_advance(const std::vector<int> &, MacroIncrementsOf<3> &);
-template std::vector<int> RvePointsOf<2>::end_advance();
-template std::vector<int> RvePointsOf<3>::end_advance();
-template bool RvePointsOf<2>::advance(const std::vector<int> &, MacroIncrementsOf<2> &, bool,
-                                      std::vector<int> &);
-template bool RvePointsOf<3>::advance(const std::vector<int> &, MacroIncrementsOf<3> &, bool,
-                                      std::vector<int> &);
-template bool RvePointsOf<2>::plan_there(const std::vector<int> &, const std::vector<int> &, bool,
-                                         const rve::PointsOnDevice &, MacroIncrementsOf<2> &);
-template bool RvePointsOf<3>::plan_there(const std::vector<int> &, const std::vector<int> &, bool,
-                                         const rve::PointsOnDevice &, MacroIncrementsOf<3> &);
-template bool RvePointsOf<2>::begin_advance_ahead();
-template bool RvePointsOf<3>::begin_advance_ahead();
-template const std::int32_t *RvePointsOf<2>::unfinished_there() const;
-template const std::int32_t *RvePointsOf<3>::unfinished_there() const;
-template bool RvePointsOf<2>::can_advance_there();
-template bool RvePointsOf<3>::can_advance_there();
-template void RvePointsOf<2>::begin_advance_there();
-template void RvePointsOf<3>::begin_advance_there();
-template void RvePointsOf<2>::hear();
-template void RvePointsOf<3>::hear();
+#define RVE_INSTANTIATE(D)                                                                        \
+  template rve::Request *RvePointsOf<D>::begin(const std::vector<int> &, MacroIncrementsOf<D> &); \
+  template rve::Request *RvePointsOf<D>::plan(const std::vector<int> &, const std::vector<int> &, \
+                                              bool, const rve::PointsOnDevice &,                  \
+                                              MacroIncrementsOf<D> &);                            \
+  template std::vector<int> RvePointsOf<D>::finish();                                             \
+  template void RvePointsOf<D>::fetch_results();
+RVE_INSTANTIATE(2)
+RVE_INSTANTIATE(3)
+#undef RVE_INSTANTIATE
 
 }    // namespace macro

@@ -10,8 +10,10 @@
 #include "rve/engine/engine.h"
 #include "rve/engine/sleep.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <iterator>
 #include <vector>
 
 namespace macro {
@@ -31,6 +33,12 @@ enum class Unheard : char {
   Increment,    ///< did: PointFront::increment
   Sleep         ///< it sleeps on
 };
+
+template <int D> bool is_identity(const rve::Tensor<double, D> &f)
+{
+  const auto one = rve::Tensor<double, D>::identity();
+  return std::equal(std::begin(f.component), std::end(f.component), one.component);
+}
 
 template <int D> struct PointFront {
   PointState state = PointState::Empty;

@@ -2,7 +2,6 @@
 #include "macro/rve_constitutive.h"
 
 #include "macro/largest_eigenvalue.h"
-#include "rve/core/threads.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/substeps.h"
 
@@ -70,43 +69,34 @@ void RveConstitutive<D, DimensionOfRves>::update(
     int count, const int *point_index, const rve::Tensor<double, D> *deformation_increment,
     double dt, rve::Tensor<double, D> *stress, mpm::MemoryRows memory)
 {
-  if (begin_update(count, point_index, deformation_increment, dt, stress, memory)) settle();
+  if (rve::Request *request = begin(count, point_index, deformation_increment, dt, stress, memory))
+    finish(*request);
 }
 
 template <int D, int DimensionOfRves>
-bool RveConstitutive<D, DimensionOfRves>::begin_update(
+rve::Request *RveConstitutive<D, DimensionOfRves>::begin(
     int count, const int *point_index, const rve::Tensor<double, D> *deformation_increment,
     double dt, rve::Tensor<double, D> *stress, mpm::MemoryRows /*memory*/)
 {
   is_as_before = false;
-  begin_increments(count, point_index, deformation_increment, dt, stress);
-  if (owner.begin_advance(atoms, *increments)) return owner.is_under_way();
-
-  drives.resize(count);
-  {
-    const rve::LightWork work(count, owner.threads());
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) {
-      drives[k].dt = increments->dt;
-      drives[k].substeps = increments->substeps;
-      drives[k].deformation =
-          rve::in_plane_strain<DimensionOfRves>(deformation_increment[atoms[k]]);
-    }
-  }
-  owner.advance(atoms, drives);
-  const rve::LightWork work(count, owner.threads());
-#pragma omp parallel for num_threads(work.team)
-  for (int k = 0; k < count; ++k)
-    stress[atoms[k]] = rve::leading_components<D>(owner.stress(atoms[k]));
-  return false;
+  set_increments(count, point_index, deformation_increment, dt, stress);
+  return owner.begin(atoms, *increments);
 }
 
 template <int D, int DimensionOfRves>
-void RveConstitutive<D, DimensionOfRves>::begin_increments(
-    int count, const int *point_index, const rve::Tensor<double, D> *increment_of, double dt,
-    rve::Tensor<double, D> *stress_of)
+rve::StressesAre RveConstitutive<D, DimensionOfRves>::finish(rve::Request &request)
 {
-  owner.settle();    // groups may share their RVEs' owner
+  owner.finish();
+  return request.fetch();
+}
+
+template <int D, int DimensionOfRves>
+void RveConstitutive<D, DimensionOfRves>::set_increments(int count, const int *point_index,
+                                                         const rve::Tensor<double, D> *increment_of,
+                                                         double dt,
+                                                         rve::Tensor<double, D> *stress_of)
+{
+  owner.finish();    // the RVEs of its other dimension
   const RveClock clock = owner.clock(dt);
   if (!is_as_before) atoms.assign(point_index, point_index + count);
   increments = std::make_shared<Increments>(atoms, increment_of, stress_of);
@@ -115,20 +105,19 @@ void RveConstitutive<D, DimensionOfRves>::begin_increments(
 }
 
 template <int D, int DimensionOfRves>
-bool RveConstitutive<D, DimensionOfRves>::plan_update_there(int count, const int *point_index,
-                                                            const mpm::DeviceArrays<D> &arrays,
-                                                            double dt,
-                                                            rve::Tensor<double, D> *stress)
+rve::Request *RveConstitutive<D, DimensionOfRves>::plan(int count, const int *point_index,
+                                                        const mpm::DeviceArrays<D> &arrays,
+                                                        double dt, rve::Tensor<double, D> *stress)
 {
-  if (arrays.device < 0) return false;
-  begin_increments(count, point_index, nullptr, dt, stress);
+  if (arrays.device < 0) return nullptr;
+  set_increments(count, point_index, nullptr, dt, stress);
   rve::PointsOnDevice there;
   there.device = arrays.device;
   there.dimension = D;
-  // tensors are nothing but their components
+  // a tensor is its components, one after the other
   there.increment = reinterpret_cast<const double *>(arrays.deformation_increment);
   there.stress = reinterpret_cast<double *>(arrays.stress);
-  return owner.plan_there(atoms, is_as_before, there, *increments);
+  return owner.plan(atoms, is_as_before, there, *increments);
 }
 
 template <int D, int DimensionOfRves>
@@ -138,7 +127,8 @@ void RveConstitutive<D, DimensionOfRves>::expect_update(int count, const int *po
       std::equal(atoms.begin(), atoms.end(), point_index) && owner.is_as_before(atoms);
 }
 
-template <int D, int DimensionOfRves> void RveConstitutive<D, DimensionOfRves>::bring_stresses()
+template <int D, int DimensionOfRves>
+void RveConstitutive<D, DimensionOfRves>::copy_stresses_to_host()
 {
   const int count = static_cast<int>(atoms.size());
   for (int k = 0; k < count; ++k) increments->take_stress(k, owner.stress(atoms[k]));

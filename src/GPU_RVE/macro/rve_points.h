@@ -6,12 +6,14 @@
 
 #include "macro/load_path.h"
 #include "macro/point_table.h"
+#include "macro/rve_point.h"
+#include "macro/sampled_step.h"
+#include "macro/step_planner.h"
 #include "macro/way_to_stress.h"
 #include "rve/engine/advice.h"
 #include "rve/engine/affine_stiffness.h"
 #include "rve/engine/device_calls.h"
 #include "rve/engine/finite_strain.h"
-#include "rve/engine/substeps.h"
 
 #include <memory>
 #include <optional>
@@ -19,24 +21,6 @@
 #include <vector>
 
 namespace macro {
-
-/// Where the stress of a macro step is taken.
-enum class StressFrom { End, Average, Regression };
-
-/// What may stand between a macro step and the DEM steps of an RVE; as given here, nothing does.
-struct MacroStepOptions {
-  /// Number of DEM steps by strain; not with a servo.
-  std::optional<rve::AdaptiveSubsteps> adaptive;
-  /// An RVE that strains less since its last DEM step is skipped; 0: none is.
-  double quiescent_strain = 0.0;
-  StressFrom stress_from = StressFrom::End;
-  /// Of an average or a regression, the last one at the end of the macro step.
-  int stress_samples = 1;
-  int stress_spacing = 1;       ///< DEM steps between samples
-  int shadow_refinement = 4;    ///< DEM steps of a shadow per step of its RVE
-  /// Of an RVE side by side, where its cell becomes too narrow; a power of two.
-  int most_copies = 1;
-};
 
 /// Deformation increments of a macro step, and who takes the stresses that answer them. Several threads ask at once, for different RVEs.
 template <int D> class MacroIncrementsOf {
@@ -75,73 +59,7 @@ template <int D> class RvePointsOf {
 
   using State = PointState;
 
-  struct Point {
-    State state = State::Empty;
-    bool stale = false;            ///< `result` is of an earlier advance, but for stress and status
-    std::int32_t contacts = 0;     ///< after its last DEM steps
-    double peak_force = 0.0;       ///< largest contact force of its last DEM steps [force]
-    rve::StiffeningLimit limit;    ///< beyond which its time-step bound is checked again
-    double grain_size = 0.0;       ///< rve::grain_size [length]
-    Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
-    rve::Material material;
-    /// Of the last advance that succeeded; its status is that of the last advance.
-    rve::ResultOf<D> result;
-
-    double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
-    double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
-    /// Terms of its energy balance when a run began, if it began here.
-    std::optional<rve::EnergyTerms> energy_at_start;
-    /// Of its last DEM steps, without modes; none so far if it has no substeps.
-    rve::DriveOf<D> drive;
-    double servo_error = 0.0;    ///< after them [stress]
-    PathState<D> path;
-
-    std::int32_t copies = 1;      ///< of the grains that it began with, side by side
-    std::int32_t renewals = 0;    ///< how often a fresh RVE took its place
-
-    rve::ResultOf<D> rested;    ///< while asleep: of its last DEM step
-
-    /// At the end of its last DEM steps, if their strain was so small that the RVE may sleep when the next one is, too. The same whatever the
-    /// advance was asked for.
-    struct Look {
-      bool is_at_rest;
-      double mean_overlap;    ///< [-]
-      /// Not known of one that came with a record, until it is wanted: it is that of the configuration.
-      std::optional<rve::AffineStiffnessOf<D>> stiffness;
-
-      bool is_whole() const { return !is_at_rest || stiffness; }
-    };
-    std::optional<Look> look;
-
-    int shadow = -1;                          ///< number of its shadow in the engine of shadows
-    Matrix shadow_stress = Matrix::zero();    ///< [stress]
-
-    bool asleep() const { return state == State::Asleep; }
-    bool frozen() const { return state == State::Frozen; }
-    const rve::ResultOf<D> &last_steps() const { return asleep() ? rested : result; }
-    /// Over contacts, overlap / sum of radii, after its last DEM steps [-].
-    double mean_overlap() const { return look ? look->mean_overlap : last_steps().mean_overlap; }
-    /// |D| in the RVE's own time, of its last DEM steps [1/time]
-    double strain_rate() const;
-    /// Its last DEM steps were these, and `result` has their stress.
-    void note(const rve::DriveOf<D> &last);
-    /// A sound answer to this drive.
-    void hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
-    /// It sleeps, or sleeps on: cell, deformation and void ratio follow. The rest is that of the last DEM step.
-    void sleep_on(const rve::SleepOf<D> &sleep);
-    /// What follows the pending deformation, from `rested`; but its stress.
-    void follow_pending();
-    /// Of one that sleeps, or has been looked at.
-    rve::SleepOf<D> sleep() const;
-    rve::Rest rest() const;
-    PointFront<D> front() const;
-    /// D itself, in the axes of the present; zero before its first steps [1/time]
-    Matrix rate_of_deformation() const;
-    /// What its configuration says, which is that of its last steps. Their stress may be a mean, and their status stays.
-    void take_details(const rve::ResultOf<D> &look);
-    /// |stress - stress of the shadow| over the larger of both [-]
-    double shadow_deviation() const;
-  };
+  using Point = PointOf<D>;
 
   /// `_shadows` is an engine in double precision, or none if there shall be no shadows. `_threads` are for what is done here.
   RvePointsOf(std::unique_ptr<rve::EngineOf<D>> _engine, std::unique_ptr<rve::EngineOf<D>> _shadows,
@@ -168,39 +86,30 @@ template <int D> class RvePointsOf {
   /// another unit.
   std::vector<int> advance(const std::vector<int> &slots,
                            const std::vector<rve::DriveOf<D>> &drives, bool with_details = true);
-  /// The same by increments, for thousands of RVEs in one pass before the engine's call and one behind it, in two halves: a GPU works between
-  /// them. False: nothing has happened, since more stands between this macro step and DEM steps, and it is for the other advance(). `slots`
-  /// and `increments` live until end_advance(), and nothing else may be asked before.
-  bool begin_advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments);
-  /// Gives the places in `slots` of those that failed.
-  std::vector<int> end_advance();
-  /// The same where increments and stresses of points are in the memory of the engine's device: `point_of` says which are those of the slots, and
-  /// `increments` has their time step and takes stresses where RVEs fail. The plan is behind what the device has been told before; when that has
-  /// been waited for, it may be that not all can advance so. Then nothing has happened, and it is for the other halves.
-  bool plan_there(const std::vector<int> &slots, const std::vector<int> &point_of,
-                  bool is_as_before, const rve::PointsOnDevice &there,
-                  MacroIncrementsOf<D> &increments);
-  /// Whether slots and points are those of the last plan.
+  /// Launches an advance by deformation increments: the engine reads them and delivers stresses while
+  /// they are in the caches of a core. Null: this macro step needs drives, that is advance(), and
+  /// nothing has changed. `slots` and `increments` live until finish(), before which only finish() and
+  /// fetch_results() may be called.
+  rve::Request *begin(const std::vector<int> &slots, MacroIncrementsOf<D> &increments);
+  /// Plans the same with increments and stresses in the memory of the engine's device: the RVE of
+  /// slots[k] belongs to the point point_of[k] there. The request has still to be launched. Null: some
+  /// RVEs need the host, that is begin(). `increments` has the time step, and takes the stresses if
+  /// finish() leaves them on the host. `is_as_before`: the arguments are those of the last plan.
+  rve::Request *plan(const std::vector<int> &slots, const std::vector<int> &point_of,
+                     bool is_as_before, const rve::PointsOnDevice &there,
+                     MacroIncrementsOf<D> &increments);
+  /// True if slots and points are those of the last plan.
   bool is_as_before(const std::vector<int> &slots, const std::vector<int> &point_of) const
   {
     return planned_slots == slots && planned_points == point_of;
   }
-  bool can_advance_there();
-  void begin_advance_there();
-  /// Begins a planned advance before the device has been waited for, where its plan asks nothing. It goes on if then can_advance_there(). Returns
-  /// whether it has begun.
-  bool begin_advance_ahead();
-  /// In the memory of the device: above zero when an advance that is under way has ended there and end_advance() has to see to some. Null: none is.
-  const std::int32_t *unfinished_there() const;
-  /// Whether it had to in the last one.
-  bool were_unfinished() const { return some_unfinished; }
-  /// Whether the stresses of the last advance are all on the device; otherwise the increments have taken all of them.
-  bool stresses_are_there() const { return stresses_there; }
-  /// What the device answered in the last advance, for who looks at points: before all but the halves of advances.
-  void hear();
-  /// Both halves.
-  bool advance(const std::vector<int> &slots, MacroIncrementsOf<D> &increments, bool with_details,
-               std::vector<int> &failed);
+  /// True from the launch of a request to finish().
+  bool is_under_way() const { return under_way.request && under_way.request->is_running(); }
+  /// Waits for the request that is under way. Returns the indices in `slots` of the RVEs that failed.
+  std::vector<int> finish();
+  /// Updates the points from results that the last advance has left on the device. Call it before any
+  /// function but begin(), plan() and finish().
+  void fetch_results();
   /// Completes the results of all points that an advance left without details.
   void complete() const;
   /// Those whose cells have become too narrow since this was asked last, and go on as copies of themselves side by side.
@@ -332,16 +241,16 @@ template <int D> class RvePointsOf {
   mutable std::vector<rve::DriveOf<D>> resting;
   mutable std::vector<rve::ResultOf<D>> looks;
 
-  struct Macro;           // a macro step of one RVE
   class IncrementCall;    // of the engine
 
   // of the advance by increments, kept between calls
   std::vector<int> call_places, call_slots, places_apart;
-  /// Between the halves of an advance.
+  /// The last request, until it has been finished.
   struct UnderWay {
+    rve::Request *request = nullptr;
     const std::vector<int> *slots = nullptr;
     MacroIncrementsOf<D> *increments = nullptr;
-    std::shared_ptr<IncrementCall> call;    ///< none: on the device
+    std::shared_ptr<IncrementCall> call;    ///< null: increments are on the device
   };
   UnderWay under_way;
   // of advances on the device
@@ -349,32 +258,26 @@ template <int D> class RvePointsOf {
       planned_points;                  ///< of the last plan, with those that are frozen
   rve::DeviceCallOf<D> device_call;    ///< its rves are call_slots
   std::vector<int> place_of_slot;      ///< in it; -1: none
-  std::vector<int> stiffened_places;
   std::vector<rve::Rest> rests;
-  MacroIncrementsOf<D> *planned_increments = nullptr;
-  bool device_knows = false;    ///< what plans ask of RVEs
-  bool has_refused = false;     ///< the RVEs of the last plan are none for a device
-  bool is_unheard = false;      ///< what the device answered last
-  bool stresses_there = false, some_unfinished = false;    ///< of the last advance
+  /// State of device_call, the input of the last plan.
+  enum class Plan {
+    None,      ///< must be made again
+    Valid,     ///< the device has it
+    Refused    ///< the RVEs need the host until they change
+  };
+  Plan device_plan = Plan::None;
+  bool results_on_device =
+      false;    ///< the points have not received the results of the last advance
   /// By slot: whether it rests, or is as many as copies, which have calls of their own; and whether one of them does or is.
   std::vector<char> is_apart;
   bool any_is_apart = false;
-
-  /// What an RVE does in a macro step.
-  enum class Part : char {
-    Nothing,
-    Sleeps,
-    Works,
-    WorksAndIsLookedAt    ///< at its end
-  };
-  static bool works(Part part) { return part == Part::Works || part == Part::WorksAndIsLookedAt; }
 
   // of advance_plainly, kept between calls
   std::vector<rve::ResponseOf<D>> responses;
   std::vector<rve::ElasticResultOf<D>> found_looks;    ///< of those that are looked at
   // of advance_by_plan
-  std::vector<Part> parts;     // of each slot that is given
-  std::vector<int> working;    // places of those that work among them, unless all do
+  std::vector<Action> actions;    // of each slot that is given
+  std::vector<int> working;       // places of those that work among them, unless all do
   std::vector<int> working_slots;
   std::vector<rve::DriveOf<D>> working_drives;
   std::vector<char> must_turn, is_looked_at;    // as working_slots
@@ -417,6 +320,7 @@ template <int D> class RvePointsOf {
   std::vector<int> advance_by_plan(const std::vector<int> &slots,
                                    const std::vector<rve::DriveOf<D>> &drives);
   void find_those_apart();
+  void choose_slots(const std::vector<int> &slots, bool any_sleep);
   void end_failures(IncrementCall &call, std::vector<int> &failed);
   void advance_those_apart(const std::vector<int> &slots, const std::vector<int> &places,
                            MacroIncrementsOf<D> &increments, std::vector<int> &failed);
@@ -435,30 +339,24 @@ template <int D> class RvePointsOf {
   void move_to(const rve::ContactModel &contacts, const NewMaterials &materials);
   void set_materials_in_place(const std::vector<int> &slots,
                               const std::vector<rve::Material> &materials);
-  Part part_of(int slot, const rve::DriveOf<D> &drive) const;
-  Part part_of(int slot, const Matrix &increment, double dt, int substeps) const;
   void complete_looks(const std::vector<int> &slots);
   bool find_sleepers(const std::vector<int> &slots, const MacroIncrementsOf<D> &increments);
-  int substeps_of(int slot, const rve::DriveOf<D> &drive) const;
-  /// Adaptive ones, for an increment of this strain_size().
-  int substeps_of(int slot, double strain, double dt) const;
   Matrix sleep_on(int slot, const Matrix &increment);
   Matrix sleep_until(int slot, const Matrix &pending);
   std::vector<int> those_that_sleep(const std::vector<int> &slots) const;
   void look_at_working();
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
                    std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
-  bool slips(int slot, const Matrix &increment, double dt, int substeps) const;
-  bool needs_turn(int slot, const Matrix &increment, double dt, int substeps) const;
   void find_resting();
   bool any_owes() const;
   bool find_planned(const std::vector<int> &slots, const std::vector<int> &point_of);
-  void hear_of_stiffened();
-  bool plan_parts(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
+  void fetch_results_of_stiffened();
+  StepPlanner<D> planner() const { return {options, points}; }
+  bool plan_actions(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
   bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
                  bool all_work);
   void catch_up();
-  void run(std::vector<Macro> &macros);
+  void run(std::vector<SampledStep<D>> &steps);
   void advance_shadows(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
 };
 using RvePoints = RvePointsOf<2>;

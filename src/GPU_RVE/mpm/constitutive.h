@@ -5,10 +5,10 @@
 
 #pragma once
 
+#include "rve/core/request.h"
 #include "rve/core/tensor.h"
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -63,42 +63,33 @@ template <int D> class Constitutive {
                       const rve::Tensor<double, D> *deformation_increment, double dt,
                       rve::Tensor<double, D> *stress, MemoryRows memory) = 0;
 
-  /// The same, of which the rest may be done by settle(): a device works meanwhile, and the arrays stay where they are. Returns whether anything
-  /// is left to be done.
-  virtual bool begin_update(int count, const int *point_index,
-                            const rve::Tensor<double, D> *deformation_increment, double dt,
-                            rve::Tensor<double, D> *stress, MemoryRows memory)
+  /// Begins the same update. Null: the stresses are there. Otherwise finish() waits for them, and the
+  /// arrays stay where they are until then.
+  virtual rve::Request *begin(int count, const int *point_index,
+                              const rve::Tensor<double, D> *deformation_increment, double dt,
+                              rve::Tensor<double, D> *stress, MemoryRows memory)
   {
     update(count, point_index, deformation_increment, dt, stress, memory);
-    return false;
+    return nullptr;
   }
-  /// Ends what begin_update() has left.
-  virtual void settle() {}
-  /// An update of these points comes later in this step: what does not depend on the increments can be found out now, while a device has something
-  /// to do.
-  virtual void expect_update(int /*count*/, const int * /*point_index*/) {}
-  /// The same where the arrays are in the memory of a device, while none of the points of that device has another law. plan_update_there() has the
-  /// device plan it, if that can be; when that has been done, can_update_there() says whether it can go so, and begin_update_there()
-  /// begins it. `stress` is the array of the host, for stresses that come another way: settle() ends the update, and if then not
-  /// stresses_are_there(), on the device, bring_stresses() makes them those of the host.
-  virtual bool plan_update_there(int /*count*/, const int * /*point_index*/,
-                                 const DeviceArrays<D> & /*arrays*/, double /*dt*/,
-                                 rve::Tensor<double, D> * /*stress*/)
+  /// Plans the same update with increments and stresses in the memory of a device, if no point on
+  /// that device has a law of another kind. Null: the law needs the host, that is begin(). The request
+  /// has still to be launched. `stress`: array of the host for the stresses that finish() leaves there.
+  virtual rve::Request *plan(int /*count*/, const int * /*point_index*/,
+                             const DeviceArrays<D> & /*arrays*/, double /*dt*/,
+                             rve::Tensor<double, D> * /*stress*/)
   {
-    return false;
+    return nullptr;
   }
-  virtual bool can_update_there() { return false; }
-  virtual void begin_update_there() {}
-  /// In between, where no other law has points: may have the device begin what it has planned. If then not can_update_there(), no point has moved.
-  virtual void begin_update_ahead() {}
-  virtual bool stresses_are_there() const { return false; }
-  /// In the memory of the device, while an update goes on there: above zero when it has ended and its stresses are not all there, which settle() sees to.
-  virtual const std::int32_t *unfinished_there() const { return nullptr; }
-  /// Whether it had to.
-  virtual bool were_unfinished() const { return false; }
-  virtual void bring_stresses() {}
-  /// All ranks are in the same place, in a step behind the last update, and have settled: what they have to tell each other can be told.
-  virtual void meet() {}
+  /// Waits for the stresses of a request and returns where they are.
+  virtual rve::StressesAre finish(rve::Request & /*request*/) { return rve::StressesAre::OnHost; }
+  /// Copies stresses that finish() has left on the device to the array of the host.
+  virtual void copy_stresses_to_host() {}
+  /// Announces an update of these points later in this step: work that does not depend on the
+  /// increments can be done now, while a device is busy.
+  virtual void expect_update(int /*count*/, const int * /*point_index*/) {}
+  /// Exchanges notes and checks between ranks. Collective, after the last update was finished.
+  virtual void synchronise_ranks() {}
 
   /// Whether update() may be called for parts of the points at the same time, from several threads.
   virtual bool takes_parts() const { return false; }

@@ -192,15 +192,6 @@ MpmSolver<D>::MpmSolver(const SolverOptions<D> &options, Communication communica
   options_.threads = rve::usable_threads(options.threads);
 }
 
-template <int D> void MpmSolver<D>::set_models(std::vector<Constitutive<D> *> models)
-{
-  models_ = std::move(models);
-  model_seconds_.assign(models_.size(), 0.0);
-  memory_width_ = 0;
-  for (const Constitutive<D> *model : models_)
-    memory_width_ = std::max(memory_width_, static_cast<int>(model->state_variables().size()));
-}
-
 template <int D> void MpmSolver<D>::set_body_velocity(int body, const Vec<D> &velocity)
 {
   require(are_finite<D>(velocity.component), [&] {
@@ -241,9 +232,9 @@ StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
 {
   require(dt > 0.0 && std::isfinite(dt),
           [&] { return "MPM time step must be positive, got " + number(dt) + " [time]"; });
-  require(points.memory_width >= memory_width_, [&] {
+  require(points.memory_width >= stresses_.memory_width(), [&] {
     return "rows of the memory of points have " + std::to_string(points.memory_width) +
-        " numbers, but a law has " + std::to_string(memory_width_) + " state variables";
+        " numbers, but a law has " + std::to_string(stresses_.memory_width()) + " state variables";
   });
   loads_.clear();
   for (std::size_t k = 0; k < loads.size(); ++k)
@@ -260,7 +251,7 @@ StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
   return {points,
           loads_,
           static_cast<int>(loads.size()),
-          static_cast<int>(models_.size()),
+          stresses_.num_laws(),
           body_velocity_,
           body_velocity_before_,
           rigid_.steps(points, dt, communication_),
@@ -271,7 +262,7 @@ template <int D>
 void MpmSolver<D>::step(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
                         double dt)
 {
-  runner_->step(input(points, loads, dt), stress_update(points));
+  runner_->step(input(points, loads, dt), stresses_);
   body_velocity_before_ = body_velocity_;
   rigid_.advance(dt);
   check_points(points);
@@ -281,51 +272,7 @@ template <int D>
 void MpmSolver<D>::evaluate(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
                             double dt)
 {
-  runner_->evaluate(input(points, loads, dt), stress_update(points));
-}
-
-/// Valid as long as `points`.
-template <int D> StressUpdate<D> MpmSolver<D>::stress_update(const PointView<D> &points)
-{
-  return {[&](const Tensor<D> *increment, double part) {
-            return advance_stress(points, increment, part);
-          },
-          [&] {
-            list_points(points);
-            time_models([](Constitutive<D> &model, const std::vector<int> &list) {
-              model.expect_update(static_cast<int>(list.size()), list.data());
-            });
-          },
-          [&](const DeviceArrays<D> &arrays, double part) {
-            return plan_stress_there(points, arrays, part);
-          },
-          [this] { return begin_stress_there(); },
-          [this] {
-            if (only_model())
-              time_models(
-                  [](Constitutive<D> &one, const std::vector<int> &) { one.begin_update_ahead(); });
-          },
-          [this]() -> const std::int32_t * {
-            const Constitutive<D> *model = stresses_come_ && stresses_there_ ? only_model()
-                                                                             : nullptr;
-            return model ? model->unfinished_there() : nullptr;
-          },
-          [this] { return settle_stress(); },
-          [this] {
-            for (Constitutive<D> *model : models_) model->meet();
-          }};
-}
-
-/// The one that has points; null: there are none, or several.
-template <int D> Constitutive<D> *MpmSolver<D>::only_model() const
-{
-  Constitutive<D> *only = nullptr;
-  for (std::size_t k = 0; k < models_.size(); ++k) {
-    if (points_of_model_[k].empty()) continue;
-    if (only) return nullptr;
-    only = models_[k];
-  }
-  return only;
+  runner_->evaluate(input(points, loads, dt), stresses_);
 }
 
 /// Refuses what a step left behind and the next one could not begin with.
@@ -341,138 +288,21 @@ template <int D> void MpmSolver<D>::check_points(const PointView<D> &points) con
     if (trouble != Trouble::None) first = std::min(first, FirstTrouble::key(p, trouble));
   }
   if (first != FirstTrouble::NOWHERE)
-    throw_point_error(grid_, points, static_cast<int>(body_velocity_.size()),
-                      static_cast<int>(models_.size()), first);
-}
-
-/// Which points a model has changes seldom: the lists are made anew when it does.
-template <int D> void MpmSolver<D>::list_points(const PointView<D> &points)
-{
-  const auto is_same = [&](const std::vector<int> &then, const int *now) {
-    return static_cast<int>(then.size()) == points.count &&
-        std::equal(then.begin(), then.end(), now);
-  };
-  if (points_of_model_.size() == models_.size() && is_same(listed_model_, points.model) &&
-      is_same(listed_body_, points.rigid_body))
-    return;
-  listed_model_.assign(points.model, points.model + points.count);
-  listed_body_.assign(points.rigid_body, points.rigid_body + points.count);
-  points_of_model_.assign(models_.size(), {});
-  for (int p = 0; p < points.count; ++p) {
-    const int model = points.model[p];
-    // one that is not there has not been refused yet
-    if (points.rigid_body[p] < 0 && model >= 0 && model < static_cast<int>(models_.size()))
-      points_of_model_[model].push_back(p);
-  }
-}
-
-/// work(model) of all that have points.
-template <int D> template <class Work> void MpmSolver<D>::time_models(const Work &work) const
-{
-  for (std::size_t k = 0; k < models_.size(); ++k) {
-    if (points_of_model_[k].empty()) continue;
-    const auto start = rve::WallClock::now();
-    work(*models_[k], points_of_model_[k]);
-    model_seconds_[k] += rve::seconds_since(start);
-  }
-}
-
-template <int D>
-bool MpmSolver<D>::plan_stress_there(const PointView<D> &points, const DeviceArrays<D> &arrays,
-                                     double dt)
-{
-  if (arrays.device < 0) return false;
-  bool any = false, all = true;
-  time_models([&](Constitutive<D> &model, const std::vector<int> &list) {
-    any = true;
-    all = all &&
-        model.plan_update_there(static_cast<int>(list.size()), list.data(), arrays, dt,
-                                points.stress);
-  });
-  return any && all;
-}
-
-template <int D> bool MpmSolver<D>::begin_stress_there()
-{
-  bool all = true;
-  time_models([&](Constitutive<D> &model, const std::vector<int> &) {
-    all = all && model.can_update_there();
-  });
-  if (!all) return false;
-  time_models(
-      [&](Constitutive<D> &model, const std::vector<int> &) { model.begin_update_there(); });
-  stresses_come_ = stresses_there_ = true;
-  return true;
-}
-
-template <int D> Arrival MpmSolver<D>::settle_stress() const
-{
-  if (!stresses_come_) return Arrival::ByThemselves;
-  stresses_come_ = false;
-  for (std::size_t k = 0; k < models_.size(); ++k) {
-    const auto start = rve::WallClock::now();
-    models_[k]->settle();
-    model_seconds_[k] += rve::seconds_since(start);
-  }
-  if (!std::exchange(stresses_there_, false)) return Arrival::OnHost;
-  bool all = true, helped = false;
-  time_models([&](Constitutive<D> &model, const std::vector<int> &) {
-    all = all && model.stresses_are_there();
-    helped = helped || model.were_unfinished();
-  });
-  if (all) return helped ? Arrival::WithHelp : Arrival::ByThemselves;
-  time_models([&](Constitutive<D> &model, const std::vector<int> &) { model.bring_stresses(); });
-  return Arrival::OnHost;
+    throw_point_error(grid_, points, static_cast<int>(body_velocity_.size()), stresses_.num_laws(),
+                      first);
 }
 
 template <int D> void MpmSolver<D>::settle() const
 {
-  if (settle_stress() == Arrival::OnHost) runner_->stresses_came();
-}
-
-template <int D>
-bool MpmSolver<D>::advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt)
-{
-  list_points(points);
-  const MemoryRows memory{points.memory, points.memory_width};
-  for (std::size_t k = 0; k < models_.size(); ++k) {
-    Constitutive<D> &model = *models_[k];
-    const std::vector<int> &list = points_of_model_[k];
-    const auto start = rve::WallClock::now();
-    if (!model.takes_parts()) {
-      if (model.begin_update(static_cast<int>(list.size()), list.data(), increment, dt,
-                             points.stress, memory))
-        stresses_come_ = true;
-      model_seconds_[k] += rve::seconds_since(start);
-      continue;
-    }
-    const int count = static_cast<int>(list.size());
-    const rve::LightWork work(count, options_.threads);
-    rve::FirstError failed;
-#pragma omp parallel num_threads(work.team)
-    {
-      const rve::ThreadShare mine(count);
-      failed.guard(mine.begin, [&] {
-        model.update(mine.end - mine.begin, list.data() + mine.begin, increment, dt, points.stress,
-                     memory);
-      });
-    }
-    failed.rethrow();
-    model_seconds_[k] += rve::seconds_since(start);
-  }
-  return stresses_come_;
+  if (stresses_.finish() == rve::StressesAre::OnHost) runner_->stresses_changed();
 }
 
 template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, double dt) const
 {
   fetch(points);
-  for (std::size_t k = 0; k < models_.size(); ++k) {
-    const auto start = rve::WallClock::now();
-    models_[k]->expect_questions();
-    model_seconds_[k] += rve::seconds_since(start);
-  }
+  stresses_.expect_questions();
   const auto speed_of = [&](int p) {
-    const double modulus = models_.at(points.model[p])->p_wave_modulus(p);
+    const double modulus = stresses_.law(points.model[p]).p_wave_modulus(p);
     const double *v = points.velocity[p];
     const double wave = std::sqrt(modulus * points.volume[p] / points.mass[p]);
     return wave + (D == 2 ? std::hypot(v[0], v[1]) : std::hypot(v[0], v[1], v[2]));
@@ -497,7 +327,7 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
   if (first < points.count)
     fail(points, first,
          "has no wave speed, p-wave modulus " +
-             number(models_.at(points.model[first])->p_wave_modulus(first)) + " [stress]");
+             number(stresses_.law(points.model[first]).p_wave_modulus(first)) + " [stress]");
   communication_.max_over_ranks(&fastest, 1);
   for (const Dashpots &dashpots : options_.dashpots)
     fastest = std::max({fastest, dashpots.normal, dashpots.tangential});

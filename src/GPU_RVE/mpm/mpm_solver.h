@@ -39,7 +39,7 @@ template <int D> class MpmSolver {
                      std::string *notice = nullptr);
 
   /// The constitutive models that PointView::model refers to. Not owned; they must outlive the solver's calls.
-  void set_models(std::vector<Constitutive<D> *> models);
+  void set_models(std::vector<Constitutive<D> *> models) { stresses_.set_laws(std::move(models)); }
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec<D> &velocity);
@@ -112,7 +112,7 @@ template <int D> class MpmSolver {
   /// Wall time so far in copies from and to a device [seconds].
   double transfer_time() const { return runner_->transfer_time(); }
   /// Wall time that the k-th constitutive model has taken so far [seconds].
-  double model_time(int k) const { return model_seconds_.at(k); }
+  double model_time(int k) const { return stresses_.time(k); }
 
   /// What advances the points: a line for the log.
   std::string description() const { return runner_->description(); }
@@ -120,32 +120,17 @@ template <int D> class MpmSolver {
  private:
   StepInput<D> input(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads,
                      double dt);
-  StressUpdate<D> stress_update(const PointView<D> &points);
-  bool advance_stress(const PointView<D> &points, const Tensor<D> *increment, double dt);
-  bool plan_stress_there(const PointView<D> &points, const DeviceArrays<D> &arrays, double dt);
-  bool begin_stress_there();
-  Constitutive<D> *only_model() const;
-  Arrival settle_stress() const;
-  template <class Work> void time_models(const Work &work) const;
-  void list_points(const PointView<D> &points);
   void check_points(const PointView<D> &points) const;
 
   SolverOptions<D> options_;
   Communication communication_;
   Grid<D> grid_;
   std::unique_ptr<StepRunner<D>> runner_;
-  std::vector<Constitutive<D> *> models_;
-  mutable std::vector<double> model_seconds_;
-  mutable bool stresses_come_ = false;     ///< a model has not been waited for
-  mutable bool stresses_there_ = false;    ///< and what comes comes to the device
-  int memory_width_ = 0;                   ///< doubles that the rows of memory need
+  mutable StressUpdate<D> stresses_;
   std::vector<Vec<D>> body_velocity_, body_velocity_before_;
   RigidBodies<D> rigid_;
   double last_dt_ = 0.0;    ///< of the last step or evaluation
   std::vector<PointLoad<D>> loads_;
-
-  std::vector<std::vector<int>> points_of_model_;    ///< local indices, ascending
-  std::vector<int> listed_model_, listed_body_;      ///< for which those lists were made
 };
 
 }    // namespace mpm

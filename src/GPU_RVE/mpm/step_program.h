@@ -45,20 +45,20 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     options_.rigid_bodies.at(body).friction = friction;
   }
 
-  void step(const StepInput<D> &input, const StressUpdate<D> &update) override
+  void step(const StepInput<D> &input, StressUpdate<D> &update) override
   {
     const bool usavg = options_.scheme == Scheme::Usavg;
     const double part = usavg ? 0.5 * input.dt : input.dt;
     begin(input, update);
     if (usavg) {
-      settle_stress(update);
+      finish_stress(update);
       prepare(false);
       scatter(ScatterInertia<D>{machine_.view()});
       machine_.over_nodes(NodeInertia<D>{machine_.view()});
       impose_bodies(Contact::Find, false);
       find_strains(part);
       begin_stress(part, update);
-      settle_stress(update);
+      finish_stress(update);
       machine_.over_points(BoundForces<D>{machine_.view()});
       machine_.over_loads(PrepareLoad<D>{machine_.view(), true});
       static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2, "with loads");
@@ -70,7 +70,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       balance();
       move(part);
     } else {
-      behind_stress(update, [&] {
+      after_stress(update, [&] {
         prepare(true);
         find_forces();
         move(part);
@@ -79,10 +79,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     begin_stress(part, update);
   }
 
-  void evaluate(const StepInput<D> &input, const StressUpdate<D> &update) override
+  void evaluate(const StepInput<D> &input, StressUpdate<D> &update) override
   {
     begin(input, update);
-    settle_stress(update);
+    finish_stress(update);
     prepare(true);
     find_forces();
     share_maxima(Unbalanced, 2);
@@ -91,7 +91,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     check_all();
   }
 
-  void stresses_came() override { machine_.stresses_changed(); }
+  void stresses_changed() override { machine_.stresses_changed(); }
 
   void fetch(const PointView<D> &points) override
   {
@@ -160,7 +160,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     return per_time(impulse);
   }
 
-  void begin(const StepInput<D> &input, const StressUpdate<D> &update)
+  void begin(const StepInput<D> &input, StressUpdate<D> &update)
   {
     body_reactions_.clear();
     side_reactions_.clear();
@@ -171,7 +171,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     shared_.find(input.points, options_.shape, half_boxes_);
     machine_.take_part(shared_, boundary_);
     machine_.divide_nodes(divides_nodes_);
-    update.expect();
+    update.begin_step(input.points, options_.threads);
   }
 
   /// Others may have moved the points: what was known of where they are is void.
@@ -207,32 +207,33 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     return false;
   }
 
-  /// The passes that need the stresses which come. A device is told them before the host has heard of these, to be halted if it has to see to some
-  /// stresses; then they are made once more. Not where hosts exchange sums in between.
-  template <class Passes> void behind_stress(const StressUpdate<D> &update, const Passes &passes)
+  /// Runs the passes that need pending stresses. A device launches them speculatively, before the host
+  /// knows that the stresses are complete: if the host must finish some RVEs they are cancelled and
+  /// repeated. Not if hosts exchange sums in between.
+  template <class Passes> void after_stress(StressUpdate<D> &update, const Passes &passes)
   {
     const bool needs_no_host = !machine_.knows_at_once() &&
         (communication_.ranks == 1 || (machine_.ranks_meet_there() && !has_free_bodies()));
-    const std::int32_t *unfinished = needs_no_host ? update.unfinished_there() : nullptr;
-    const auto tell = [&] {
+    const std::int32_t *needs_host = needs_no_host ? update.needs_host() : nullptr;
+    const auto launch = [&] {
       passes();
       machine_.hand_over();
     };
-    if (unfinished) {
-      machine_.halt_where(unfinished);
-      tell();
+    if (needs_host) {
+      machine_.halt_where(needs_host);
+      launch();
       machine_.halt_where(nullptr);
     }
     try {
-      if (arrive(update) != Arrival::ByThemselves || !unfinished) tell();
-      // devices of other ranks may wait for these passes: not before them
-      update.meet();
+      if (fetch_stress(update) != rve::StressesAre::OnDevice || !needs_host) launch();
+      // after these passes, for which devices of other ranks may wait
+      update.synchronise_ranks();
     } catch (...) {
       machine_.leave_ranks();
       throw;
     }
   }
-  /// What these feel is added up by hosts.
+  /// The reactions of free bodies are summed on the hosts.
   bool has_free_bodies() const { return machine_.view().num_rigid > 0; }
 
   /// Checks, weights and bounds of all points.
@@ -302,19 +303,19 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     }
     machine_.over_points(StrainPoint<D>{machine_.view(), dt});
   }
-  /// The stresses that strains over dt give.
-  void begin_stress(double dt, const StressUpdate<D> &update)
+  /// Begins the update of the stresses by strains over dt [time].
+  void begin_stress(double dt, StressUpdate<D> &update)
   {
-    const bool is_planned = update.plan_there(machine_.device_arrays(), dt);
+    const bool is_planned = update.plan(machine_.device_arrays(), dt);
     machine_.ask();
-    if (is_planned) update.begin_ahead();
+    if (is_planned) update.launch_early();
     machine_.settle();
     check_all();
     if (!machine_.knows_at_once()) {
       half_boxes_ = machine_.maxima()[BoxBound];
       divides_nodes_ = bodies_can_meet(machine_.view().dt);
     }
-    if (is_planned && update.begin_there()) {
+    if (is_planned && update.launch()) {
       machine_.stresses_come();
       machine_.bring_motion();    // meanwhile
       return;
@@ -323,16 +324,16 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.bring_motion();
     if (!come_later) machine_.stresses_changed();
   }
-  Arrival arrive(const StressUpdate<D> &update)
+  rve::StressesAre fetch_stress(StressUpdate<D> &update)
   {
-    const Arrival arrival = update.settle();
-    if (arrival == Arrival::OnHost) machine_.stresses_changed();
-    return arrival;
+    const rve::StressesAre they_are = update.finish();
+    if (they_are == rve::StressesAre::OnHost) machine_.stresses_changed();
+    return they_are;
   }
-  void settle_stress(const StressUpdate<D> &update)
+  void finish_stress(StressUpdate<D> &update)
   {
-    arrive(update);
-    update.meet();
+    fetch_stress(update);
+    update.synchronise_ranks();
   }
 
   /// Contacts of all bodies. Those of several are found together and imposed on nodes that are divided among them.

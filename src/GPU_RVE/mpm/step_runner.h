@@ -4,9 +4,9 @@
 #pragma once
 
 #include "mpm/step_view.h"
+#include "mpm/stress_update.h"
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,32 +21,6 @@ template <int D> struct StepInput {
   const std::vector<Vec<D>> &body_velocity_before;
   std::vector<RigidBodyStep<D>> &rigid;    ///< bodies that can turn, before the step and after it
   double dt;                               ///< [time]
-};
-
-/// How stresses came that had not been waited for.
-enum class Arrival {
-  ByThemselves,    ///< to the device, or there were none
-  WithHelp,        ///< to the device, where the host had to see to some
-  OnHost           ///< the host has other ones than before
-};
-
-/// How the stresses of the points follow.
-template <int D> struct StressUpdate {
-  /// Advances them by ΔF of each, over a time [time]; perhaps they are there behind settle() only. Returns whether it is so.
-  std::function<bool(const Tensor<D> *increment, double dt)> begin;
-  /// An advance comes later in this step.
-  std::function<void()> expect;
-  /// The same with arrays of a device, which is told so; and, when the device has done what it was told, whether it has begun.
-  std::function<bool(const DeviceArrays<D> &arrays, double dt)> plan_there;
-  std::function<bool()> begin_there;
-  /// In between: it may begin before the device has done so. No return value: begin_there() says what came of it.
-  std::function<void()> begin_ahead;
-  /// In the memory of the device: above zero when all that it was told is done and stresses are not all there. Null: that cannot be known there.
-  std::function<const std::int32_t *()> unfinished_there;
-  /// All stresses are there when it returns.
-  std::function<Arrival()> settle;
-  /// Behind it: what ranks tell each other of the stresses. All of them call it together.
-  std::function<void()> meet;
 };
 
 /// Throws a PointError for the point and the trouble of a FirstTrouble key.
@@ -66,10 +40,10 @@ template <int D> class StepRunner {
   /// Coefficient of a body with frictional contact [-].
   virtual void set_body_friction(int body, double friction) = 0;
 
-  virtual void step(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
-  virtual void evaluate(const StepInput<D> &input, const StressUpdate<D> &update) = 0;
-  /// Stresses that a step had not waited for are there.
-  virtual void stresses_came() = 0;
+  virtual void step(const StepInput<D> &input, StressUpdate<D> &update) = 0;
+  virtual void evaluate(const StepInput<D> &input, StressUpdate<D> &update) = 0;
+  /// The stresses of the host have changed: those that a step had not waited for.
+  virtual void stresses_changed() = 0;
 
   /// Brings all arrays of the points up to date that only the machine has changed.
   virtual void fetch(const PointView<D> &points) = 0;

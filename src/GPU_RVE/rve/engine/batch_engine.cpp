@@ -265,7 +265,8 @@ template <int D> ResponseOf<D> BatchEngine<D>::to_response(const AnswerRecord<D>
 
 template <int D> void BatchEngine<D>::require_nothing_under_way() const
 {
-  require(!under_way.caller, "a call of the engine is under way, and there can be one at a time");
+  require(!increment_request.is_running(),
+          "a call of the engine is under way, and there can be one at a time");
 }
 
 template <int D> void BatchEngine<D>::prepare_repeat(int rve, const AnswerRecord<D> &result)
@@ -566,11 +567,11 @@ void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<Dri
 }
 
 template <int D>
-bool BatchEngine<D>::begin_advance(const std::vector<int> &rves, IncrementCallOf<D> &caller)
+Request *BatchEngine<D>::begin(const std::vector<int> &rves, IncrementCallOf<D> &caller)
 {
   require_nothing_under_way();
   const int count = static_cast<int>(rves.size());
-  if (count == 0) return true;
+  if (count == 0) return &increment_request;
   Call call;
   DriveRecord<D> *records = room_for_drives(count);
   call.rves = &rves;
@@ -599,14 +600,12 @@ bool BatchEngine<D>::begin_advance(const std::vector<int> &rves, IncrementCallOf
       extent.add(mine);
     }
   }
-  if (!all_serve) return false;
+  if (!all_serve) return nullptr;
   plan(call, extent, false, Answer::Short);
   number_looks(call);
   caller.begin();
-
-  const Answers first = begin_launch(call);
-  under_way = {&rves, &caller, first};
-  return true;
+  increment_request.set(rves, caller, begin_launch(call));
+  return &increment_request;
 }
 
 /// Which details are those of which RVE, if increments ask for looks.
@@ -620,12 +619,21 @@ template <int D> void BatchEngine<D>::number_looks(Call &call)
   call.detail_of = &detail_of;
 }
 
-template <int D> void BatchEngine<D>::end_advance()
+template <int D>
+void BatchEngine<D>::IncrementRequest::set(const std::vector<int> &rves, IncrementCallOf<D> &caller,
+                                           const Answers &first)
 {
-  if (!under_way.caller) return;
-  const UnderWay call = std::exchange(under_way, {});
-  end_launch();
-  answer(*call.rves, *call.caller, call.answers);
+  rves_ = &rves;
+  caller_ = &caller;
+  first_ = first;
+  this->note_launch();
+}
+
+template <int D> StressesAre BatchEngine<D>::IncrementRequest::wait()
+{
+  engine_.end_launch();
+  engine_.answer(*rves_, *caller_, first_);
+  return StressesAre::OnHost;
 }
 
 template <int D>

@@ -34,9 +34,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
                std::vector<ElasticResultOf<D>> &results) override;
   void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                std::vector<ResponseOf<D>> &responses) override;
-  using EngineOf<D>::advance;
-  bool begin_advance(const std::vector<int> &rves, IncrementCallOf<D> &call) override;
-  void end_advance() override;
+  Request *begin(const std::vector<int> &rves, IncrementCallOf<D> &call) override;
   void bound_time_steps(const std::vector<int> &rves, double enough,
                         std::vector<double> &bounds) override;
   std::size_t bytes_per_rve(int num_grains) const override;
@@ -183,13 +181,20 @@ template <int D> class BatchEngine : public EngineOf<D> {
   std::vector<int> order, class_begin;
   /// That finds time steps: megabytes, kept from one to the next.
   std::vector<DriveOf<D>> drives_of_look;
-  /// A call by increments between its halves.
-  struct UnderWay {
-    const std::vector<int> *rves = nullptr;
-    IncrementCallOf<D> *caller = nullptr;    ///< none: there is no such call
-    Answers answers;
+  /// A call by increments of the host.
+  class IncrementRequest final : public Request {
+   public:
+    explicit IncrementRequest(BatchEngine &engine) : engine_(engine) {}
+    void set(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
+
+   private:
+    StressesAre wait() override;
+    BatchEngine &engine_;
+    const std::vector<int> *rves_ = nullptr;
+    IncrementCallOf<D> *caller_ = nullptr;
+    Answers first_;
   };
-  UnderWay under_way;
+  IncrementRequest increment_request{*this};
   int pairs_per_grain = 4;    ///< capacity of the workspaces, grows on demand
   // of a call that was repeated for some RVEs
   std::vector<AnswerRecord<D>> mended;

@@ -180,15 +180,17 @@ namespace {
         order_increments<D>
             <<<rounded_up(count, kCostClasses) / kCostClasses, kCostClasses>>>(launch);
       check_cuda(cudaGetLastError(), "launch of a plan");
-      is_begun = false;
+      is_launched_early = false;
+      this->note_plan();
       bring_findings(plan_told);
     }
 
-    bool begin_ahead() override
+    bool launch_early() override
     {
       const PlanOptions &asked = increments_of_call.options;
       const bool knows_steps = !asked.is_adaptive || steps_before > 0;
-      // one such plan says little: who has been looked at in vain is not looked at in the next step
+      // launch early only after several plans that did not need the host: an RVE that was evaluated
+      // in vain is not evaluated in the next step
       constexpr int AS_EXPECTED = 8;
       if (!knows_steps || (may_sleep && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
@@ -196,47 +198,47 @@ namespace {
       expected.steps = asked.is_adaptive
           ? steps_before
           : static_cast<unsigned long long>(increments_of_call.count) * asked.substeps;
-      begin_planned(expected, &increments_of_call.findings->held);
-      is_begun = true;
+      launch_planned(expected, &increments_of_call.findings->held);
+      is_launched_early = true;
       return true;
     }
 
-    bool take_plan() override
+    bool launch() override
     {
       const CallFindings &found = *plan_told.room(1);
-      if (found.held && std::exchange(is_begun, false)) {
+      if (found.held && std::exchange(is_launched_early, false)) {
         wait_for_answers();
-        drives_in_use = 1 - drives_in_use;    // as if it had not begun
+        drives_in_use = 1 - drives_in_use;    // undo the early launch
       }
       steps_before = found.steps;
       plans_not_held = found.held ? 0 : plans_not_held + 1;
-      return found.refused == 0;
+      if (found.refused > 0) return false;
+      if (!std::exchange(is_launched_early, false)) launch_planned(found, nullptr);
+      this->note_launch();
+      return true;
     }
 
-    void begin() override
-    {
-      if (!std::exchange(is_begun, false)) begin_planned(*plan_told.room(1), nullptr);
-    }
-
-    bool end(std::vector<int> &stiffened) override
+    StressesAre wait() override
     {
       wait_for_answers();
       const CallFindings &found = *answers_told.room(1);
       int unfinished = found.unfinished;
-      some_unfinished = unfinished > 0;
-      if (unfinished > 0 && unfinished <= kMostUnfinished) unfinished = repeat_some(unfinished);
+      const bool host_helps = unfinished > 0;
+      if (host_helps && unfinished <= kMostUnfinished) unfinished = repeat_some(unfinished);
       const int *places = increments_of_call.stiffened;
-      stiffened.assign(places, places + std::min(found.stiffened, this->MOST_STIFFENED));
-      return unfinished == 0;
+      stiffened_places.assign(places, places + std::min(found.stiffened, this->MOST_STIFFENED));
+      if (unfinished > 0) return StressesAre::OnHost;
+      return host_helps ? StressesAre::OnDeviceByHost : StressesAre::OnDevice;
     }
 
-    const std::int32_t *unfinished_there() const override
+    const std::vector<int> &stiffened() const override { return stiffened_places; }
+
+    const std::int32_t *needs_host() const override
     {
-      return &increments_of_call.findings->unfinished;
+      return this->is_running() ? &increments_of_call.findings->unfinished : nullptr;
     }
-    bool were_unfinished() const override { return some_unfinished; }
 
-    void hear(IncrementCallOf<D> &caller) override
+    void deliver(IncrementCallOf<D> &caller) override
     {
       use_device();
       const std::size_t count = device_call->rves.size();
@@ -254,7 +256,7 @@ namespace {
                       sleep_buffer.receive(count), caller);
     }
 
-    void hear_of(int place, IncrementCallOf<D> &caller) override
+    void deliver_one(int place, IncrementCallOf<D> &caller) override
     {
       use_device();
       const IncrementOf<D> increment = increment_of(bring(increments_of_call.drives + place));
@@ -447,8 +449,9 @@ namespace {
       check_cuda(cudaGetLastError(), "launch of a note of those that rest");
     }
 
-    /// Launches a planned call and what takes its answers, by what the plan found, or will find.
-    void begin_planned(const CallFindings &found, const int *hold)
+    /// Launches a planned call and the kernel that distributes its results. `found`: what the plan has
+    /// found, or is expected to find.
+    void launch_planned(const CallFindings &found, const int *hold)
     {
       use_device();
       IncrementLaunch<D> &launch = increments_of_call;
@@ -885,11 +888,11 @@ namespace {
     DeviceBuffer<CallFindings> findings_buffer;
     HostBuffer<CallFindings> plan_told, answers_told;    ///< to the host
     Milestone answers_are_told;
-    bool is_begun = false;    ///< before its plan was looked at
+    bool is_launched_early = false;    ///< before the host has read the plan
     /// Of all RVEs in the last plan; 0: it was another call's.
     unsigned long long steps_before = 0;
-    int plans_not_held = 0;          ///< the last ones of this call: CallFindings::held
-    bool some_unfinished = false;    ///< in the last call
+    int plans_not_held = 0;               ///< the last ones of this call: CallFindings::held
+    std::vector<int> stiffened_places;    ///< in the last call
     DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];
     DeviceBuffer<Rest> rest_buffer;

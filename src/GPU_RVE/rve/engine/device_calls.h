@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Calls of an engine whose increments and stresses lie in the memory of its CUDA device: planned, made and answered there. What the host does not ask
-// for it need not hear. RVEs that rest fall asleep there, sleep and wake.
+// Calls of an engine whose increments and stresses are in the memory of its CUDA device, which plans
+// them, runs them and decides which RVEs are quiescent. The host reads results when it needs them.
 
 #pragma once
 
@@ -15,31 +15,33 @@ namespace rve {
 /// Tensors of points in the memory of a CUDA device, one after the other.
 struct PointsOnDevice {
   int device = -1;    ///< as CUDA counts; -1: there are none
-  /// Of the tensors: that of the RVEs, or 2 over spheres, which are in plane strain then.
+  /// Dimension of the tensors: that of the RVEs, or 2 for RVEs of spheres in plane strain.
   int dimension = 0;
   const double *increment = nullptr;    ///< deformation increments [-]
   double *stress = nullptr;             ///< [stress]
 };
 
-/// Of an RVE that has been looked at or sleeps, when a call is new.
+/// Rest of an RVE at the beginning of a new call, if it is known.
 template <int D> struct RestingRve {
   int place = 0;    ///< in the call
   Rest rest = Rest::Unknown;
-  SleepOf<D> sleep;    ///< no stiffness where it moves
+  SleepOf<D> sleep;    ///< without a stiffness if the RVE moves
 };
 
-/// IncrementOf::substeps of one that has slept since before the call was new: what it answered then is not known here.
+/// IncrementOf::substeps of an RVE that has been quiescent since before the call was new: the device
+/// does not have the result of its last DEM steps.
 constexpr std::int32_t BEFORE_THE_CALL = -1;
 
-/// What one call shall do. It lives until the call has been heard, or another one has begun.
+/// Input of a call. It lives until the results have been delivered or the next call is planned.
 template <int D> struct DeviceCallOf {
   PointsOnDevice points;
   std::vector<int> rves;
-  std::vector<int> point_of;    ///< of each of them, among the tensors
+  std::vector<int> point_of;    ///< index of the point of each RVE among the tensors
   PlanOptions options;
-  std::vector<PlannedRve> planned;       ///< of each of them; as it was when the call was new
-  std::vector<RestingRve<D>> resting;    ///< the same; the others have not been looked at
-  bool is_new = true;                    ///< RVEs, points or plans are not those of the call before
+  std::vector<PlannedRve> planned;    ///< of each RVE, at the beginning of a new call
+  std::vector<RestingRve<D>>
+      resting;           ///< RVEs whose rest is known, at the beginning of a new call
+  bool is_new = true;    ///< RVEs, points or plans differ from those of the last call
 };
 
 /// A new PlannedRve::limit.
@@ -48,34 +50,23 @@ struct NewLimit {
   StiffeningLimit limit;
 };
 
-template <int D> class DeviceCallsOf {
+/// Calls whose increments and stresses are in the memory of the engine's CUDA device, and the request
+/// of the last one that was planned. After Request::fetch() the results stay on the device: deliver()
+/// copies them to the host when they are wanted there.
+template <int D> class DeviceCallsOf : public Request {
  public:
-  virtual ~DeviceCallsOf() = default;
-
-  /// Has the device plan a call behind all that it has been told before.
+  /// Lets the device plan a call, after the work that it has been given so far.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
-  /// Begins the call before anybody has looked at the plan, where it is expected to find nothing but RVEs that make steps. No RVE moves or turns if
-  /// it refuses one, or if one sleeps or is looked at: then it has not begun. Returns whether it has; if the plan is as expected, begin() has
-  /// nothing to do.
-  virtual bool begin_ahead() = 0;
-  /// When the device has planned: whether all RVEs can go so.
-  virtual bool take_plan() = 0;
-  /// Begins the call. The stresses are where those of the points are, in the order of what the device is told.
-  virtual void begin() = 0;
-  /// Waits for the call. Whether all RVEs have answered, so that nobody must hear of it. `stiffened` are the places of those that exceed the
-  /// limits of their plans, or MOST_STIFFENED of them.
-  virtual bool end(std::vector<int> &stiffened) = 0;
+  /// Indices (in the call) of the RVEs that exceeded the limits of their plans, of which fetch()
+  /// returns at most MOST_STIFFENED.
+  virtual const std::vector<int> &stiffened() const = 0;
   static constexpr int MOST_STIFFENED = 64;
-  /// In the memory of the device: above zero when the call has ended there and RVEs have not finished, which end() has to see to. What is told the
-  /// device behind the call can ask for it.
-  virtual const std::int32_t *unfinished_there() const = 0;
-  /// Whether it was so in the last call that has ended.
-  virtual bool were_unfinished() const = 0;
-  /// The answers of the call that has ended last, as EngineOf::end_advance() gives them; some RVEs may repeat it before. Of one that sleeps it is
-  /// the answer to its last DEM steps, and IncrementCallOf::take_sleep() says what is pending since.
-  virtual void hear(IncrementCallOf<D> &call) = 0;
-  /// The sound answer at one place alone.
-  virtual void hear_of(int place, IncrementCallOf<D> &call) = 0;
+  /// Delivers the results of the last call; RVEs that have not finished are repeated before. A
+  /// quiescent RVE delivers the result of its last DEM steps and, with
+  /// IncrementCallOf::take_sleep(), its deferred increment.
+  virtual void deliver(IncrementCallOf<D> &call) = 0;
+  /// Delivers the result of one RVE, which must have finished.
+  virtual void deliver_one(int place, IncrementCallOf<D> &call) = 0;
   virtual void set_limits(const std::vector<NewLimit> &limits) = 0;
 };
 

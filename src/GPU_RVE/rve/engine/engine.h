@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include "rve/core/request.h"
 #include "rve/core/status.h"
 #include "rve/engine/affine_stiffness.h"
 #include "rve/engine/options.h"
@@ -224,18 +225,10 @@ template <int D> class EngineOf {
   virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                        std::vector<ResponseOf<D>> &responses) = 0;
 
-  /// The same with short answers and increments alone, in two halves, between which a GPU works while its caller does something else. False:
-  /// nothing has happened, since one of the increments is none for a call like this; that is the caller's to find out, by the other calls.
-  /// `rves` and `call` live until end_advance(), which gives the answers; nothing else may be asked of the engine before.
-  virtual bool begin_advance(const std::vector<int> &rves, IncrementCallOf<D> &call) = 0;
-  virtual void end_advance() = 0;
-  /// Both halves.
-  bool advance(const std::vector<int> &rves, IncrementCallOf<D> &call)
-  {
-    if (!begin_advance(rves, call)) return false;
-    end_advance();
-    return true;
-  }
+  /// Launches the same motion by increments, with short answers, which Request::fetch() delivers to
+  /// `call`. Returns null if a drive is needed for one of the RVEs; then nothing has changed. `rves`
+  /// and `call` live until fetch(), and no other function of the engine may be called before.
+  virtual Request *begin(const std::vector<int> &rves, IncrementCallOf<D> &call) = 0;
 
   /// Lower bounds of the stable time steps of RVEs as they are (rve::stable_time_step of their states), found where they live [time]:
   /// within a few percent where they are below `enough`, and as loose as may be above. 0 where none was found. They depend on the

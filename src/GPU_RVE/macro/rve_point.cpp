@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#include "macro/rve_point.h"
+
+#include "rve/core/error.h"
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/servo_modes.h"
+
+#include <algorithm>
+
+namespace macro {
+
+template <int D> double PointOf<D>::strain_rate() const
+{
+  if (drive.substeps == 0) return 0.0;
+  if (drive.has_servo())
+    return std::max(rve::norm(last_steps().servo_velocity_gradient),
+                    rve::norm(drive.velocity_gradient));
+  return rve::strain_size(drive.deformation) / (drive.substeps * drive.dt);
+}
+
+template <int D> void PointOf<D>::note(const rve::DriveOf<D> &last)
+{
+  drive = last;
+  drive.modes = nullptr;    // they live elsewhere
+  servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
+}
+
+template <int D>
+void PointOf<D>::hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last)
+{
+  state = State::Awake;
+  result.status = response.status;
+  result.stress = response.stress;
+  stale = true;
+  contacts = response.num_contacts;
+  peak_force = response.peak_force;
+  look.reset();
+  if (last.substeps == 0) return;
+  pending = Matrix::identity();
+  note(last);
+}
+
+template <int D> rve::SleepOf<D> PointOf<D>::sleep() const
+{
+  return {pending, last_steps().stress,
+          look && look->stiffness ? *look->stiffness : rve::AffineStiffnessOf<D>(), mean_overlap()};
+}
+
+template <int D> rve::Rest PointOf<D>::rest() const
+{
+  const bool is_at_rest = look && look->is_at_rest;
+  if (asleep()) return is_at_rest ? rve::Rest::Sleeps : rve::Rest::Wakes;
+  return is_at_rest ? rve::Rest::Rests : look ? rve::Rest::Moves : rve::Rest::Unknown;
+}
+
+template <int D> void PointOf<D>::sleep_on(const rve::SleepOf<D> &sleep)
+{
+  if (!asleep()) rested = result;
+  state = State::Asleep;
+  pending = sleep.pending;
+  result.stress = sleep.stress_after(pending);
+  follow_pending();
+}
+
+template <int D> void PointOf<D>::follow_pending()
+{
+  const Matrix stress = result.stress, rotation = rve::rotation_of(pending);
+  result = rested;
+  result.stress = stress;
+  result.fabric = rotation * rested.fabric * rve::transpose(rotation);
+  result.cell = pending * rested.cell;
+  result.deformation = pending * rested.deformation;
+  result.void_ratio = (1.0 + rested.void_ratio) * rve::determinant(pending) - 1.0;
+}
+
+template <int D> PointFront<D> PointOf<D>::front() const
+{
+  PointFront<D> front;
+  front.is_current = true;
+  if (state == State::Empty) return front;
+  front.state = state;
+  front.owes = !is_identity(pending);
+  front.limit = limit;
+  front.response = {result.status, contacts, peak_force, result.stress};
+  front.pressure = last_steps().mean_stress();
+  front.of_contacts = ContactResponse<D>(material, grain_size);
+  front.substeps = drive.substeps;
+  return front;
+}
+
+template <int D> void PointOf<D>::take_details(const rve::ResultOf<D> &look)
+{
+  rve::ResultOf<D> &last = asleep() ? rested : result;
+  const Matrix stress = last.stress;
+  const std::uint32_t status = last.status;
+  last = look;
+  last.stress = stress;
+  last.status = status;
+  stale = false;
+  if (asleep()) follow_pending();
+}
+
+template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const
+{
+  if (drive.substeps == 0) return Matrix::zero();
+  if (!drive.has_servo()) {
+    const rve::PolarDecomposition polar(drive.deformation);
+    return (1.0 / (drive.substeps * drive.dt)) *
+        (polar.rotation * polar.strain * rve::transpose(polar.rotation));
+  }
+  // modes steer sums of components: there L is known as a whole
+  Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient
+                                    : drive.velocity_gradient;
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b)
+      if (drive.controlled[a][b]) rate(a, b) = last_steps().servo_velocity_gradient(a, b);
+  return 0.5 * (rate + rve::transpose(rate));
+}
+
+template <int D> double PointOf<D>::shadow_deviation() const
+{
+  const double difference = rve::norm(result.stress - shadow_stress);
+  // of the larger one: a shadow without contacts makes it 1, not infinite
+  const double size = std::max(rve::norm(result.stress), rve::norm(shadow_stress));
+  return size > 0.0 ? difference / size : 0.0;
+}
+
+template struct PointOf<2>;
+template struct PointOf<3>;
+
+}    // namespace macro

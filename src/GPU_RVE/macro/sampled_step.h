@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// The stress of a macro step as a mean or a regression over samples.
+
+#pragma once
+
+#include "macro/macro_step_options.h"
+#include "rve/engine/engine.h"
+#include "rve/engine/finite_strain.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace macro {
+
+/// A macro step of one RVE in parts that end where its stress is sampled.
+template <int D> struct SampledStep {
+  using Matrix = rve::Tensor<double, D>;
+
+  int slot;
+  rve::DriveOf<D> drive;
+  int parts = 1;
+  int first_steps = 0;            ///< DEM steps of the first part
+  int spacing = 0;                ///< DEM steps of each other part
+  std::vector<Matrix> samples;    ///< stress at the end of each part [stress]
+  bool failed = false;
+
+  SampledStep(int _slot, const rve::DriveOf<D> &_drive, const MacroStepOptions &options) :
+      slot(_slot), drive(_drive)
+  {
+    const int substeps = drive.substeps;
+    if (substeps < 2) return;
+    parts = std::min(options.stress_samples, substeps);
+    spacing = std::min(options.stress_spacing, (substeps - 1) / (parts - 1));
+    first_steps = substeps - (parts - 1) * spacing;
+  }
+
+  int steps(int part) const { return part == 0 ? first_steps : spacing; }
+
+  rve::DriveOf<D> of_part(int part) const
+  {
+    if (parts == 1) return drive;
+    rve::DriveOf<D> some = drive;
+    some.substeps = steps(part);
+    const auto end = [&](int p) {
+      return static_cast<double>(first_steps + p * spacing) / drive.substeps;
+    };
+    // the last part ends where the macro step does, to the last bit but one
+    const Matrix after = part + 1 == parts ? drive.deformation
+                                           : rve::part_of_increment(drive.deformation, end(part));
+    some.deformation = part == 0
+        ? after
+        : after * rve::inverse(rve::part_of_increment(drive.deformation, end(part - 1)));
+    return some;
+  }
+
+  /// Mean of the samples, or the value at the end of the straight line through them.
+  Matrix stress(StressFrom from) const
+  {
+    const int n = static_cast<int>(samples.size());
+    Matrix mean = Matrix::zero(), slope = Matrix::zero();
+    double spread = 0.0;
+    for (int k = 0; k < n; ++k) {
+      const double place = k - 0.5 * (n - 1);
+      mean = mean + (1.0 / n) * samples[k];
+      slope = slope + place * samples[k];
+      spread += place * place;
+    }
+    return from == StressFrom::Average ? mean : mean + (0.5 * (n - 1) / spread) * slope;
+  }
+};
+
+}    // namespace macro

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// The handle of an advance of RVEs that may still run.
+//
+// The engine creates it, and RvePoints, fix rve, the constitutive law and the solver of the MPM
+// pass it on unchanged. Each of them has one function that begins a request and one that finishes it.
+
+#pragma once
+
+#include <cstdint>
+
+namespace rve {
+
+/// Where the stresses of a finished advance are. Of several advances the largest value counts.
+enum class StressesAre {
+  OnDevice,          ///< in the arrays of the device; the host did nothing
+  OnDeviceByHost,    ///< in the arrays of the device; the host had to repeat some RVEs
+  OnHost             ///< in the arrays of the host
+};
+
+/// An engine has one request at a time. It is valid until the engine begins the next one.
+class Request {
+ public:
+  virtual ~Request() = default;
+
+  /// Launches a planned call before the host has read the plan, if the plan will most likely not
+  /// need the host. launch() corrects a wrong guess. Returns true if it has launched the call.
+  virtual bool launch_early() { return false; }
+  /// Reads the plan, once the device has been synchronised, and launches the call unless it runs
+  /// already. False: some RVEs need the host, no RVE has moved, and the request is void.
+  virtual bool launch() { return true; }
+  /// A number in device memory that is above zero if the call has ended and the host must repeat
+  /// some RVEs: kernels behind the call read it. Null: the device does not know.
+  virtual const std::int32_t *needs_host() const { return nullptr; }
+  /// Waits until the call has ended. Returns where its stresses are, also when called again.
+  StressesAre fetch()
+  {
+    if (is_running_) {
+      is_running_ = false;
+      stresses_are_ = wait();
+    }
+    return stresses_are_;
+  }
+  /// True from the launch until the results have been fetched.
+  bool is_running() const { return is_running_; }
+
+ protected:
+  virtual StressesAre wait() = 0;
+  void note_launch()
+  {
+    is_running_ = true;
+    stresses_are_ = StressesAre::OnHost;
+  }
+  /// A new request, not launched yet.
+  void note_plan() { is_running_ = false; }
+
+ private:
+  bool is_running_ = false;
+  StressesAre stresses_are_ = StressesAre::OnHost;
+};
+
+}    // namespace rve
