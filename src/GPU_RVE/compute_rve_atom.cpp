@@ -16,9 +16,9 @@
 
 #include "atom.h"
 #include "fix_rve.h"
+#include "lammps/rve_columns.h"
 #include "macro/quantities.h"
 #include "memory.h"
-#include "rve_columns.h"
 #include "update.h"
 
 #include <algorithm>

@@ -15,14 +15,14 @@
 #include "compute_rve_tangent.h"
 
 #include "atom.h"
-#include "collective_error.h"
 #include "error.h"
 #include "fix_rve.h"
+#include "lammps/collective_error.h"
+#include "lammps/rve_columns.h"
+#include "lammps/rve_settings.h"
 #include "macro/tangent_probes.h"
 #include "memory.h"
 #include "rve/core/error.h"
-#include "rve_columns.h"
-#include "rve_settings.h"
 #include "update.h"
 
 #include <optional>

@@ -19,8 +19,8 @@
 #include "error.h"
 #include "fix_rve.h"
 #include "group.h"
+#include "lammps/rve_columns.h"
 #include "rve/engine/contact_network.h"
-#include "rve_columns.h"
 #include "update.h"
 
 #include <algorithm>

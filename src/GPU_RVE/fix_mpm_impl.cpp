@@ -17,17 +17,17 @@
 
 #include "fix_mpm_impl.h"
 
-#include "formulas.h"
+#include "lammps/formulas.h"
+#include "lammps/rank_resources.h"
+#include "lammps/restart_record.h"
+#include "lammps/state_readers.h"
 #include "mpm/measures.h"
-#include "rank_resources.h"
-#include "restart_record.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/core/first_error.h"
 #include "rve/core/suggestion.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
-#include "state_readers.h"
 
 #include "atom.h"
 #include "comm.h"

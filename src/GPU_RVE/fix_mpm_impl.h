@@ -18,15 +18,15 @@
 
 #include "fix_mpm.h"
 
-#include "collective_error.h"
 #include "fix_rve.h"
+#include "lammps/collective_error.h"
+#include "lammps/mpm_settings.h"
+#include "lammps/progress.h"
+#include "lammps/restart_record.h"
 #include "macro/in_situ.h"
 #include "mpm/memory_layout.h"
 #include "mpm/mpm_solver.h"
-#include "mpm_settings.h"
 #include "pointers.h"
-#include "progress.h"
-#include "restart_record.h"
 #include "update.h"
 
 #include <memory>

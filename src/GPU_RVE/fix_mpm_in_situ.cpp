@@ -16,7 +16,7 @@
 
 #include "fix_mpm_impl.h"
 
-#include "collective_error.h"
+#include "lammps/collective_error.h"
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 

@@ -15,14 +15,14 @@
 #include "write_rve.h"
 
 #include "atom.h"
-#include "collective_error.h"
 #include "comm.h"
 #include "error.h"
 #include "fix_rve.h"
+#include "lammps/collective_error.h"
+#include "lammps/script_words.h"
 #include "modify.h"
 #include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
-#include "script_words.h"
 
 #include <string>
 
