@@ -5,7 +5,7 @@
 #pragma once
 
 #include "error.h"
-#include "fix_rve.h"
+#include "fix_rve_impl.h"
 #include "lammps.h"
 #include "lammps/script_words.h"
 #include "rve/core/suggestion.h"
@@ -65,16 +65,54 @@ std::vector<EntryOf<Table> *> read_columns(LAMMPS *lmp, const std::string &style
   return columns;
 }
 
-/// Ends with an error, which begins with `style` and `id`, unless RVEs of the fix have all these; entries say it of a dimension by is_of().
-template <class Entry>
-void require_columns_of(const FixRve &fix, LAMMPS *lmp, const std::string &style, const char *id,
-                        const std::vector<const Entry *> &columns)
+/// work(rves) with the RVEs of a fix, which are of 2 or 3 dimensions.
+template <class Work> auto with_rves(const FixRve &fix, const Work &work)
 {
-  for (const Entry *column : columns)
-    if (!column->is_of(fix.dimension()))
-      lmp->error->all(FLERR, "{} {}: {} is of {}, and the RVEs of fix {} are of {}", style, id,
-                      column->name, fix.dimension() == 2 ? "spheres" : "disks", fix.id,
-                      fix.dimension() == 2 ? "disks" : "spheres");
+  return fix.rves().dimension == 3 ? work(fix.rves_of<3>()) : work(fix.rves_of<2>());
 }
+
+/// The fix of the RVEs that `columns` are of: that of `fix_id`, or the only one if that is empty. Ends with an error, which begins with
+/// `style` and `id`, if there is none or its RVEs do not have all these; entries say it of a dimension by is_of().
+template <class Entry>
+FixRve *fix_of_columns(LAMMPS *lmp, const std::string &style, const char *id,
+                       const std::string &fix_id, const std::vector<const Entry *> &columns)
+{
+  FixRve *const fix = FixRve::find(lmp, fix_id, style + " " + id);
+  const bool of_disks = fix->rves().dimension == 2;
+  for (const Entry *column : columns)
+    if (!column->is_of(fix->rves().dimension))
+      lmp->error->all(FLERR, "{} {}: {} is of {}, and the RVEs of fix {} are of {}", style, id,
+                      column->name, of_disks ? "spheres" : "disks", fix->id,
+                      of_disks ? "disks" : "spheres");
+  return fix;
+}
+
+/// Values of a compute, row by row. LAMMPS reads them as a vector if there is one column, else as an array.
+class ColumnValues {
+ public:
+  explicit ColumnValues(std::size_t columns = 1) : columns_(columns) {}
+
+  /// Number of columns as LAMMPS counts: 0 for a vector.
+  int num_columns() const { return columns_ == 1 ? 0 : static_cast<int>(columns_); }
+  double *row(std::size_t i) { return values_.data() + i * columns_; }
+  double bytes() const { return static_cast<double>(values_.size() * sizeof(double)); }
+
+  /// Makes room for `rows` rows, where LAMMPS finds them by `vector` or `array`.
+  void resize(std::size_t rows, double *&vector, double **&array)
+  {
+    values_.resize(rows * columns_);
+    rows_.resize(rows);
+    for (std::size_t i = 0; i < rows; i++) rows_[i] = row(i);
+    if (columns_ == 1)
+      vector = values_.data();
+    else
+      array = rows_.data();
+  }
+
+ private:
+  std::size_t columns_;
+  std::vector<double> values_;
+  std::vector<double *> rows_;
+};
 
 }    // namespace LAMMPS_NS
