@@ -77,7 +77,7 @@ compilers() { ${CXX:-c++} --version 2>/dev/null | head -1; ${CUDACXX:-nvcc} --ve
 # Inputs of the steps CUDA and races and of the parts of .ci/nightly. Numerics are watched by the golden bits, so the text of the engine is no input of
 # examples: golden_bits.txt changes with them.
 build_files=(CMakeLists.txt CMakePresets.json cmake src/GPU_RVE/CMakeLists.txt)
-styles=(':(glob)src/GPU_RVE/*.h' ':(glob)src/GPU_RVE/*.cpp')
+styles=(':(glob)src/GPU_RVE/*.h' ':(glob)src/GPU_RVE/*.cpp' src/GPU_RVE/lammps)
 inputs_of() {    # inputs_of <part>: sets `inputs`
   case $1 in
     cuda) inputs=(src/GPU_RVE/rve src/GPU_RVE/cuda ':(glob)src/GPU_RVE/mpm/*.h' ':(glob)src/GPU_RVE/mpm/*.cu' ':(glob)src/GPU_RVE/mpm/*.cuh'

@@ -38,7 +38,10 @@ room capi "capi macro rve/engine cuda rve/core"
 room field "field rve/core"
 
 complain "styles see the interfaces of engine, mpm, macro and field, not the rooms below" <<END
-$(grep -nE '#[[:space:]]*include[[:space:]]*"rve/(physics|algorithm|block)/' ./*.h ./*.cpp)
+$(grep -rnE '#[[:space:]]*include[[:space:]]*"rve/(physics|algorithm|block)/' ./*.h ./*.cpp lammps)
+END
+complain "lammps/ knows styles by state_readers, rve_columns and gpurveplugin only" <<END
+$(grep -rnE '#[[:space:]]*include[[:space:]]*"(fix_(mpm|rve)|compute_rve|create_rve|dump_rve|random_field|rve_packings|write_rve)' lammps | grep -vE '^lammps/(state_readers|rve_columns|gpurveplugin)\.')
 END
 complain "the header of a style includes its base class and the standard library only" <<END
 $(grep -nE '#[[:space:]]*include' fix_mpm.h fix_rve.h compute_rve_atom.h compute_rve_contact_local.h compute_rve_tangent.h create_rve.h dump_rve_grain.h random_field.h write_rve.h 2>/dev/null | grep -vE '"(fix|compute|command|dump_custom)\.h"|<[a-z_]+>')

@@ -15,10 +15,8 @@
 #include "compute_rve_atom.h"
 
 #include "atom.h"
-#include "fix_rve.h"
+#include "lammps/rve_columns.h"
 #include "macro/quantities.h"
-#include "memory.h"
-#include "rve_columns.h"
 #include "update.h"
 
 #include <algorithm>
@@ -31,12 +29,14 @@ using namespace LAMMPS_NS;
 
 namespace {
 
+using Rves = FixRve::Impl;
+
 // of the answer of an RVE, of the contacts of its state, or of the RVE of a local atom
 struct Column {
   const char *name;
   const macro::Quantity *of_result;
   const macro::ContactQuantity *of_contacts;
-  double (FixRve::*of_atom)(int) const;
+  double (*of_atom)(const Rves &, int);
 
   bool is_of(int dimension) const
   {
@@ -45,15 +45,20 @@ struct Column {
   }
 };
 
+constexpr Column of_atom(const char *name, double (*value)(const Rves &, int))
+{
+  return {name, nullptr, nullptr, value};
+}
+
 constexpr Column OF_ATOMS[] = {
-    {"servo_error", nullptr, nullptr, &FixRve::servo_error},
-    {"path_stage", nullptr, nullptr, &FixRve::path_stage},
-    {"path_time", nullptr, nullptr, &FixRve::path_time},
-    {"path_cycles", nullptr, nullptr, &FixRve::path_cycles},
-    {"path_ended", nullptr, nullptr, &FixRve::path_ended},
-    {"inertial", nullptr, nullptr, &FixRve::inertial_number},
-    {"copies", nullptr, nullptr, &FixRve::copies},
-    {"renewals", nullptr, nullptr, &FixRve::renewals},
+    of_atom("servo_error", [](const Rves &rves, int i) { return rves.servo_error(i); }),
+    of_atom("path_stage", [](const Rves &rves, int i) { return rves.path_report(i).stage; }),
+    of_atom("path_time", [](const Rves &rves, int i) { return rves.path_report(i).time; }),
+    of_atom("path_cycles", [](const Rves &rves, int i) { return rves.path_report(i).cycles; }),
+    of_atom("path_ended", [](const Rves &rves, int i) { return rves.path_report(i).ended; }),
+    of_atom("inertial", [](const Rves &rves, int i) { return rves.inertial_number(i); }),
+    of_atom("copies", [](const Rves &rves, int i) { return rves.copies(i); }),
+    of_atom("renewals", [](const Rves &rves, int i) { return rves.renewals(i); }),
 };
 
 const std::vector<Column> &columns()
@@ -69,22 +74,25 @@ const std::vector<Column> &columns()
   return all;
 }
 
-// the columns of a local atom; its contacts are looked at once, and only if a column is of them
+// the columns of a local atom; its contacts are found once, and only if a column is of them
 template <int D>
-void fill_row(const FixRve &fix, int i, const std::vector<const Column *> &columns, double *row)
+void fill_row(const FixRve::ImplOf<D> &rves, int i, const std::vector<const Column *> &columns,
+              double *row)
 {
   std::optional<rve::ContactMeasuresOf<D>> contacts;
   for (const Column *column : columns) {
     if (column->of_atom) {
-      *row++ = (fix.*column->of_atom)(i);
+      *row++ = column->of_atom(rves, i);
     } else if (column->of_result) {
-      *row++ = column->of_result->of(fix.result<D>(i));
+      *row++ = column->of_result->of(rves.point(i).result);
     } else {
-      if (!contacts) contacts = rve::contact_measures(fix.state<D>(i));
+      if (!contacts) contacts = rve::contact_measures(rves.state(i));
       *row++ = column->of_contacts->of(*contacts);
     }
   }
 }
+
+constexpr const char *STYLE = "compute rve/atom";
 
 }    // namespace
 
@@ -92,66 +100,42 @@ struct ComputeRveAtom::Impl {
   std::vector<const Column *> quantities;
   std::string fix_id;    // empty: the only fix rve there is
   FixRve *fix = nullptr;
-  int nmax = 0;
+  ColumnValues values;
 };
-
-/* ---------------------------------------------------------------------- */
 
 ComputeRveAtom::ComputeRveAtom(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), impl(std::make_unique<Impl>())
 {
   impl->quantities =
-      read_columns(lmp, "compute rve/atom", id, "quantity", columns(), 3, narg, arg, impl->fix_id);
-
+      read_columns(lmp, STYLE, id, "quantity", columns(), 3, narg, arg, impl->fix_id);
+  impl->values = ColumnValues(impl->quantities.size());
   peratom_flag = 1;
-  size_peratom_cols = impl->quantities.size() == 1 ? 0 : static_cast<int>(impl->quantities.size());
+  size_peratom_cols = impl->values.num_columns();
 }
 
-/* ---------------------------------------------------------------------- */
-
-ComputeRveAtom::~ComputeRveAtom()
-{
-  memory->destroy(vector_atom);
-  memory->destroy(array_atom);
-}
-
-/* ---------------------------------------------------------------------- */
+ComputeRveAtom::~ComputeRveAtom() = default;
 
 void ComputeRveAtom::init()
 {
-  impl->fix = FixRve::find(lmp, impl->fix_id, std::string("compute rve/atom ") + id);
-  require_columns_of(*impl->fix, lmp, "compute rve/atom", id, impl->quantities);
+  impl->fix = fix_of_columns(lmp, STYLE, id, impl->fix_id, impl->quantities);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void ComputeRveAtom::compute_peratom()
 {
   invoked_peratom = update->ntimestep;
-  const int columns = static_cast<int>(impl->quantities.size());
-  if (atom->nmax > impl->nmax) {
-    impl->nmax = atom->nmax;
-    memory->destroy(vector_atom);
-    memory->destroy(array_atom);
-    if (columns == 1)
-      memory->create(vector_atom, impl->nmax, "rve/atom:vector");
-    else
-      memory->create(array_atom, impl->nmax, columns, "rve/atom:array");
-  }
-  for (int i = 0; i < atom->nlocal; i++) {
-    double *row = columns == 1 ? &vector_atom[i] : array_atom[i];
-    if (!(atom->mask[i] & groupbit) || impl->fix->slot(i) < 0)
-      std::fill_n(row, columns, 0.0);
-    else if (impl->fix->dimension() == 3)
-      fill_row<3>(*impl->fix, i, impl->quantities, row);
-    else
-      fill_row<2>(*impl->fix, i, impl->quantities, row);
-  }
+  impl->values.resize(atom->nmax, vector_atom, array_atom);
+  with_rves(*impl->fix, [&](const auto &rves) {
+    for (int i = 0; i < atom->nlocal; i++) {
+      double *const row = impl->values.row(i);
+      if ((atom->mask[i] & groupbit) && rves.slot[i] >= 0)
+        fill_row(rves, i, impl->quantities, row);
+      else
+        std::fill_n(row, impl->quantities.size(), 0.0);
+    }
+  });
 }
-
-/* ---------------------------------------------------------------------- */
 
 double ComputeRveAtom::memory_usage()
 {
-  return static_cast<double>(impl->nmax) * impl->quantities.size() * sizeof(double);
+  return impl->values.bytes();
 }

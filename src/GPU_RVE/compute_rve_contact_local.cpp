@@ -17,15 +17,13 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
-#include "fix_rve.h"
 #include "group.h"
-#include "memory.h"
+#include "lammps/rve_columns.h"
 #include "rve/engine/contact_network.h"
-#include "rve_columns.h"
 #include "update.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -111,42 +109,33 @@ void add_rows(const rve::RveStateOf<D> &state, tagint atom,
     for (const Quantity *quantity : quantities) rows.push_back(quantity->of(Row<D>{atom, contact}));
 }
 
+constexpr const char *STYLE = "compute rve/contact/local";
+
 }    // namespace
 
 struct ComputeRveContactLocal::Impl {
   std::vector<const Quantity *> quantities;
   std::string fix_id;    // empty: the only fix rve there is
   FixRve *fix = nullptr;
-  int nmax = 0;
+  ColumnValues values;
 };
-
-/* ---------------------------------------------------------------------- */
 
 ComputeRveContactLocal::ComputeRveContactLocal(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), impl(std::make_unique<Impl>())
 {
-  impl->quantities = read_columns(lmp, "compute rve/contact/local", id, "quantity", QUANTITIES, 3,
-                                  narg, arg, impl->fix_id);
-
+  impl->quantities =
+      read_columns(lmp, STYLE, id, "quantity", QUANTITIES, 3, narg, arg, impl->fix_id);
+  impl->values = ColumnValues(impl->quantities.size());
   local_flag = 1;
   size_local_rows = 0;
-  size_local_cols = impl->quantities.size() == 1 ? 0 : static_cast<int>(impl->quantities.size());
+  size_local_cols = impl->values.num_columns();
 }
 
-/* ---------------------------------------------------------------------- */
-
-ComputeRveContactLocal::~ComputeRveContactLocal()
-{
-  memory->destroy(vector_local);
-  memory->destroy(array_local);
-}
-
-/* ---------------------------------------------------------------------- */
+ComputeRveContactLocal::~ComputeRveContactLocal() = default;
 
 void ComputeRveContactLocal::init()
 {
-  impl->fix = FixRve::find(lmp, impl->fix_id, std::string("compute rve/contact/local ") + id);
-  require_columns_of(*impl->fix, lmp, "compute rve/contact/local", id, impl->quantities);
+  impl->fix = fix_of_columns(lmp, STYLE, id, impl->fix_id, impl->quantities);
 }
 
 /* ----------------------------------------------------------------------
@@ -156,17 +145,15 @@ void ComputeRveContactLocal::init()
 void ComputeRveContactLocal::compute_local()
 {
   invoked_local = update->ntimestep;
-  const int columns = static_cast<int>(impl->quantities.size());
   std::vector<double> rows;
   int mine = 0, found;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & groupbit) || impl->fix->slot(i) < 0) continue;
-    mine = 1;
-    if (impl->fix->dimension() == 3)
-      add_rows(impl->fix->state<3>(i), atom->tag[i], impl->quantities, rows);
-    else
-      add_rows(impl->fix->state<2>(i), atom->tag[i], impl->quantities, rows);
-  }
+  with_rves(*impl->fix, [&](const auto &rves) {
+    for (int i = 0; i < atom->nlocal; i++) {
+      if (!(atom->mask[i] & groupbit) || rves.slot[i] < 0) continue;
+      mine = 1;
+      add_rows(rves.state(i), atom->tag[i], impl->quantities, rows);
+    }
+  });
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_MAX, world);
   if (!found)
     error->all(
@@ -174,24 +161,12 @@ void ComputeRveContactLocal::compute_local()
         "compute rve/contact/local {}: no atom of group {} has an RVE of fix {}; choose atoms "
         "of its group, as in: group look id 17",
         id, group->names[igroup], impl->fix->id);
-
-  size_local_rows = static_cast<int>(rows.size()) / columns;
-  if (size_local_rows > impl->nmax) {
-    impl->nmax = size_local_rows;
-    memory->destroy(vector_local);
-    memory->destroy(array_local);
-    if (columns == 1)
-      memory->create(vector_local, impl->nmax, "rve/contact/local:vector");
-    else
-      memory->create(array_local, impl->nmax, columns, "rve/contact/local:array");
-  }
-  if (size_local_rows)
-    memcpy(columns == 1 ? vector_local : array_local[0], rows.data(), rows.size() * sizeof(double));
+  size_local_rows = static_cast<int>(rows.size() / impl->quantities.size());
+  impl->values.resize(size_local_rows, vector_local, array_local);
+  std::copy(rows.begin(), rows.end(), impl->values.row(0));
 }
-
-/* ---------------------------------------------------------------------- */
 
 double ComputeRveContactLocal::memory_usage()
 {
-  return static_cast<double>(impl->nmax) * impl->quantities.size() * sizeof(double);
+  return impl->values.bytes();
 }

@@ -15,16 +15,15 @@
 #include "compute_rve_tangent.h"
 
 #include "atom.h"
-#include "collective_error.h"
 #include "error.h"
-#include "fix_rve.h"
+#include "lammps/collective_error.h"
+#include "lammps/rve_columns.h"
+#include "lammps/rve_settings.h"
 #include "macro/tangent_probes.h"
-#include "memory.h"
 #include "rve/core/error.h"
-#include "rve_columns.h"
-#include "rve_settings.h"
 #include "update.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -168,10 +167,7 @@ constexpr ScriptKeyword<Settings> KEYWORDS[] = {
     {"most_steps", "N",
      [](ScriptWords &words, Settings &s) { s.most_steps = words.integer("", 1); }}};
 
-template <int D> rve::Tensor<double, D> rate_of(const FixRve &fix, int i)
-{
-  return rve::load_tensor<D>(fix.rate_of_deformation<D>(i).data());
-}
+constexpr const char *STYLE = "compute rve/tangent";
 
 }    // namespace
 
@@ -179,35 +175,34 @@ struct ComputeRveTangent::Impl {
   std::vector<const Quantity *> quantities;
   Settings settings;
   FixRve *fix = nullptr;
-  int nmax = 0;
+  ColumnValues values;
 
-  /// Rows of the atoms, in their order. An RVE that cannot be measured has zeros.
-  template <int D> std::vector<double> rows(const std::vector<int> &atoms) const
+  /// Values of the atoms, in their order. An RVE that cannot be measured has zeros.
+  template <int D>
+  std::vector<double> measure(const FixRve::ImplOf<D> &rves, const std::vector<int> &atoms) const
   {
     macro::TangentProbesOf<D> probes(fix->empty_engine<D>(settings.format), settings.options());
     const auto answers = probes.probe(
-        static_cast<int>(atoms.size()), [&](int k) { return fix->state<D>(atoms[k]); },
-        [&](int k) { return rate_of<D>(*fix, atoms[k]); });
-    std::vector<double> values;
+        static_cast<int>(atoms.size()), [&](int k) { return rves.state(atoms[k]); },
+        [&](int k) { return rves.point(atoms[k]).rate_of_deformation(); });
+    std::vector<double> all;
     for (const macro::ProbedTangentOf<D> &answer : answers) {
       const Seen<D> seen{answer, {answer.tangent, answer.stress}};
       for (const Quantity *quantity : quantities)
-        values.push_back(answer.is_measured ? quantity->of(seen) : 0.0);
+        all.push_back(answer.is_measured ? quantity->of(seen) : 0.0);
     }
-    return values;
+    return all;
   }
-  std::vector<double> rows(const std::vector<int> &atoms) const
+  std::vector<double> measure(const std::vector<int> &atoms) const
   {
-    return fix->dimension() == 3 ? rows<3>(atoms) : rows<2>(atoms);
+    return with_rves(*fix, [&](const auto &rves) { return measure(rves, atoms); });
   }
 };
-
-/* ---------------------------------------------------------------------- */
 
 ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), impl(std::make_unique<Impl>())
 {
-  const std::string who = std::string("compute rve/tangent ") + id;
+  const std::string who = fmt::format("{} {}", STYLE, id);
   ScriptWords words(lmp, who, narg, arg, 3);
   words.set_keywords(names_of(KEYWORDS));
   while (const Quantity *quantity = find_column(words.peek(), QUANTITIES)) {
@@ -228,63 +223,37 @@ ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
     error->all(FLERR, problem.what());
   }
 
+  impl->values = ColumnValues(impl->quantities.size());
   peratom_flag = 1;
-  size_peratom_cols = impl->quantities.size() == 1 ? 0 : static_cast<int>(impl->quantities.size());
+  size_peratom_cols = impl->values.num_columns();
 }
 
-/* ---------------------------------------------------------------------- */
-
-ComputeRveTangent::~ComputeRveTangent()
-{
-  memory->destroy(vector_atom);
-  memory->destroy(array_atom);
-}
-
-/* ---------------------------------------------------------------------- */
+ComputeRveTangent::~ComputeRveTangent() = default;
 
 void ComputeRveTangent::init()
 {
-  impl->fix = FixRve::find(lmp, impl->settings.fix_id, std::string("compute rve/tangent ") + id);
-  require_columns_of(*impl->fix, lmp, "compute rve/tangent", id, impl->quantities);
+  impl->fix = fix_of_columns(lmp, STYLE, id, impl->settings.fix_id, impl->quantities);
   // whether there is an engine for the clones is known before anything runs
-  collectively(lmp, std::string("compute rve/tangent ") + id, [&] { impl->rows({}); });
+  collectively(lmp, fmt::format("{} {}", STYLE, id), [&] { impl->measure({}); });
 }
-
-/* ---------------------------------------------------------------------- */
 
 void ComputeRveTangent::compute_peratom()
 {
   invoked_peratom = update->ntimestep;
-  const int columns = static_cast<int>(impl->quantities.size());
-  if (atom->nmax > impl->nmax) {
-    impl->nmax = atom->nmax;
-    memory->destroy(vector_atom);
-    memory->destroy(array_atom);
-    if (columns == 1)
-      memory->create(vector_atom, impl->nmax, "rve/tangent:vector");
-    else
-      memory->create(array_atom, impl->nmax, columns, "rve/tangent:array");
-  }
+  impl->values.resize(atom->nmax, vector_atom, array_atom);
+  const auto columns = impl->quantities.size();
   std::vector<int> atoms;
   for (int i = 0; i < atom->nlocal; i++) {
-    double *row = columns == 1 ? &vector_atom[i] : array_atom[i];
-    std::fill(row, row + columns, 0.0);
-    if ((atom->mask[i] & groupbit) && impl->fix->slot(i) >= 0) atoms.push_back(i);
+    std::fill_n(impl->values.row(i), columns, 0.0);
+    if ((atom->mask[i] & groupbit) && impl->fix->rves().slot[i] >= 0) atoms.push_back(i);
   }
-  const auto who = [&] {
-    return fmt::format("compute rve/tangent {}, step {}", id, update->ntimestep);
-  };
-  const std::vector<double> values = on_this_rank(lmp, who, [&] { return impl->rows(atoms); });
-  auto value = values.begin();
-  for (const int i : atoms) {
-    std::copy(value, value + columns, columns == 1 ? &vector_atom[i] : array_atom[i]);
-    value += columns;
-  }
+  const auto who = [&] { return fmt::format("{} {}, step {}", STYLE, id, update->ntimestep); };
+  const std::vector<double> all = on_this_rank(lmp, who, [&] { return impl->measure(atoms); });
+  for (std::size_t k = 0; k < atoms.size(); k++)
+    std::copy_n(&all[k * columns], columns, impl->values.row(atoms[k]));
 }
-
-/* ---------------------------------------------------------------------- */
 
 double ComputeRveTangent::memory_usage()
 {
-  return static_cast<double>(impl->nmax) * impl->quantities.size() * sizeof(double);
+  return impl->values.bytes();
 }

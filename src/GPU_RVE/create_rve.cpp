@@ -14,17 +14,17 @@
 
 #include "create_rve.h"
 
-#include "collective_error.h"
+#include "lammps/collective_error.h"
 
 #include "error.h"
-#include "on_rank_zero.h"
+#include "lammps/on_rank_zero.h"
+#include "lammps/rve_settings.h"
+#include "lammps/script_words.h"
+#include "lammps/unit_styles.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/packing_io.h"
-#include "rve_settings.h"
-#include "script_words.h"
-#include "unit_styles.h"
 
 #include <algorithm>
 #include <climits>

@@ -17,10 +17,9 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
-#include "fix_rve.h"
 #include "group.h"
+#include "lammps/rve_columns.h"
 #include "rve/engine/contact_network.h"
-#include "rve_columns.h"
 #include "update.h"
 
 #include <algorithm>
@@ -182,9 +181,8 @@ DumpRveGrain::~DumpRveGrain() = default;
 
 void DumpRveGrain::init_style()
 {
-  impl->fix = FixRve::find(lmp, impl->fix_id, std::string("dump rve/grain ") + id);
-  require_columns_of(*impl->fix, lmp, "dump rve/grain", id, impl->columns);
-  impl->fix->attach();
+  impl->fix = fix_of_columns(lmp, "dump rve/grain", id, impl->fix_id, impl->columns);
+  impl->fix->rves().attach();
   // one rank has all grains, in the order of their IDs
   if (sortcol == 0) sort_flag = 0;
   DumpCustom::init_style();
@@ -215,14 +213,12 @@ int DumpRveGrain::count()
   std::fill_n(impl->cell, 9, 0.0);
   impl->half_slab = 0.0;
   int mine = 0, found;
-  for (int i = 0; i < atom->nlocal; i++) {
-    if (!(atom->mask[i] & group->bitmask[igroup]) || impl->fix->slot(i) < 0) continue;
-    if (mine++) continue;
-    if (impl->fix->dimension() == 3)
-      impl->take(Frame<3>(impl->fix->state<3>(i), atom->tag[i]));
-    else
-      impl->take(Frame<2>(impl->fix->state<2>(i), atom->tag[i]));
-  }
+  with_rves(*impl->fix, [&](const auto &rves) {
+    for (int i = 0; i < atom->nlocal; i++) {
+      if (!(atom->mask[i] & group->bitmask[igroup]) || rves.slot[i] < 0) continue;
+      if (mine++ == 0) impl->take(Frame(rves.state(i), atom->tag[i]));
+    }
+  });
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_SUM, world);
   if (found != 1)
     error->all(
@@ -254,7 +250,7 @@ void DumpRveGrain::write_header(bigint ndump)
   }
   if (time_flag) utils::print(fp, "ITEM: TIME\n{:.16}\n", compute_time());
   const double *h = impl->cell, slab = impl->half_slab;
-  const bool is_plane = impl->fix->dimension() == 2;
+  const bool is_plane = impl->fix->rves().dimension == 2;
   utils::print(fp,
                "ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ATOMS\n{}\n"
                "ITEM: BOX BOUNDS abc origin pp pp {}\n",

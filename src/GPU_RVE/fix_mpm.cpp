@@ -15,9 +15,9 @@
 #include "fix_mpm_impl.h"
 
 #include "fix_rve.h"
-#include "no_pairs.h"
-#include "restart_record.h"
-#include "unit_styles.h"
+#include "lammps/no_pairs.h"
+#include "lammps/restart_record.h"
+#include "lammps/unit_styles.h"
 
 #include "atom.h"
 #include "domain.h"

@@ -17,17 +17,17 @@
 
 #include "fix_mpm_impl.h"
 
-#include "formulas.h"
+#include "lammps/formulas.h"
+#include "lammps/rank_resources.h"
+#include "lammps/restart_record.h"
+#include "lammps/state_readers.h"
 #include "mpm/measures.h"
-#include "rank_resources.h"
-#include "restart_record.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/core/first_error.h"
 #include "rve/core/suggestion.h"
 #include "rve/core/threads.h"
 #include "rve/engine/engine.h"
-#include "state_readers.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -271,8 +271,8 @@ template <int D> typename FixMpm::ImplOf<D>::ModelTimes FixMpm::ImplOf<D>::model
     times.models += solver->model_time((int) k);
     // groups may share a fix
     if (std::find(grains.begin(), grains.begin() + k, grains[k]) != grains.begin() + k) continue;
-    times.engine += grains[k]->engine_time();
-    times.bounds += grains[k]->bounding_time();
+    times.engine += grains[k]->rves().engine_time();
+    times.bounds += grains[k]->rves().bounding_time();
   }
   return times;
 }
@@ -344,7 +344,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
       if (body[i] < 0 && model[i] >= 0 && volume0[i] > 0.0 &&
           remembering[i] != law_of_model[model[i]]) {
         const FixRve *const source = grains[model[i]];
-        if (source && source->slot(i) >= 0 && update->ntimestep > update->firststep)
+        if (source && source->rves().slot[i] >= 0 && update->ntimestep > update->firststep)
           throw rve::InputError(fmt::format(
               "atom {} has joined group {} of the model rve {} in the run, and its RVE has not "
               "followed its deformation before; let the group change between runs",
@@ -375,7 +375,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members_of_run()
                         "it exists: use groups that keep their atoms, or add a model for the rest",
                         atom->tag[i]));
       FixRve *const source = grains[model[i]];
-      if (source && source->slot(i) < 0)
+      if (source && source->rves().slot[i] < 0)
         throw rve::InputError(fmt::format(
             "atom {} has joined group {} of the model rve {} in the run and has no RVE; RVEs are "
             "made where a run begins: let the group change between runs",
@@ -443,7 +443,7 @@ template <int D> void FixMpm::ImplOf<D>::check_sources() const
     if (!grains[k]) continue;
     const std::string &name = settings.models[k].fix_rve;
     const Fix *const found = modify->get_fix_by_id(name);
-    if (found != grains[k] || !grains[k]->is_material())
+    if (found != grains[k] || !grains[k]->rves().is_material)
       error->all(FLERR,
                  "Fix mpm model: fix '{}' has been deleted or defined anew since the last run; run "
                  "without pre no",
@@ -748,7 +748,7 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
                update->ntimestep, atom->tag[i],
                rigid ? "rigid body " + settings.bodies[body[i]].group
                      : fmt::format("the RVEs of fix {}", source->id));
-  if (source && source->slot(i) < 0)
+  if (source && source->rves().slot[i] < 0)
     error->one(FLERR, "Fix mpm: atom {} has no RVE of fix {}; is it in its group?", atom->tag[i],
                source->id);
   if (!is_new) return false;
@@ -765,7 +765,7 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
   if (given_density(i) > 0.0)
     mass[i] = given_density(i) * settings.initial_volume;
   else if (source)
-    mass[i] = source->bulk_density(i) * settings.initial_volume;
+    mass[i] = source->rves().bulk_density(i) * settings.initial_volume;
   else if (rigid)
     mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
   else
@@ -1203,7 +1203,7 @@ template <int D> void FixMpm::ImplOf<D>::fill_output()
 template <int D> void FixMpm::ImplOf<D>::test_waves()
 {
   for (FixRve *some : grains)
-    if (some) some->scale_waves(1.0);
+    if (some) some->rves().scale_waves(1.0);
   if (settings.wave_tests == 0) return;
   find_members_of_run();
   std::vector<FixRve *> tested;
@@ -1237,9 +1237,9 @@ template <int D> void FixMpm::ImplOf<D>::test_waves()
       for (int i = 0; i < atom->nlocal; i++)
         if (atom->tag[i] == (tagint) all[k].id) chosen.push_back(i);
     }
-    double share = source->measured_wave_share(chosen), largest;
+    double share = source->rves().measured_wave_share(chosen), largest;
     MPI_Allreduce(&share, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-    if (largest > 0.0) source->scale_waves(largest);
+    if (largest > 0.0) source->rves().scale_waves(largest);
     if (comm->me != 0) continue;
     if (largest > 0.0)
       utils::logmesg(lmp,

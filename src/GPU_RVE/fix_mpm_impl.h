@@ -18,15 +18,15 @@
 
 #include "fix_mpm.h"
 
-#include "collective_error.h"
-#include "fix_rve.h"
+#include "fix_rve_impl.h"
+#include "lammps/collective_error.h"
+#include "lammps/mpm_settings.h"
+#include "lammps/progress.h"
+#include "lammps/restart_record.h"
 #include "macro/in_situ.h"
 #include "mpm/memory_layout.h"
 #include "mpm/mpm_solver.h"
-#include "mpm_settings.h"
 #include "pointers.h"
-#include "progress.h"
-#include "restart_record.h"
 #include "update.h"
 
 #include <memory>
@@ -81,8 +81,8 @@ struct FixMpm::Impl : protected Pointers {
 template <int D> mpm::Tensor<D> stress_of(const FixRve &grains, int atom)
 {
   if constexpr (D == 2)
-    if (grains.dimension() == 2) return grains.result<2>(atom).stress;
-  return rve::leading_components<D>(grains.result<3>(atom).stress);
+    if (grains.rves().dimension == 2) return grains.rves_of<2>().point(atom).result.stress;
+  return rve::leading_components<D>(grains.rves_of<3>().point(atom).result.stress);
 }
 
 /// A continuum of D dimensions.

@@ -16,7 +16,7 @@
 
 #include "fix_mpm_impl.h"
 
-#include "collective_error.h"
+#include "lammps/collective_error.h"
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 
@@ -107,7 +107,8 @@ std::vector<double> FixMpm::ImplOf<D>::densities(const std::vector<int> &made) c
 {
   std::vector<double> values;
   for (const int i : made)
-    values.push_back(given_density(i) > 0.0 ? given_density(i) : grains[model[i]]->bulk_density(i));
+    values.push_back(given_density(i) > 0.0 ? given_density(i)
+                                            : grains[model[i]]->rves().bulk_density(i));
   return values;
 }
 
@@ -123,7 +124,7 @@ macro::HeightProfile FixMpm::ImplOf<D>::density_of_grains(const std::vector<int>
   for (const int i : made) {
     if (given_density(i) > 0.0) continue;
     height.push_back(atom->x[i][D - 1]);
-    value.push_back(grains[model[i]]->bulk_density(i));
+    value.push_back(grains[model[i]]->rves().bulk_density(i));
   }
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
@@ -193,7 +194,7 @@ macro::InSituReport FixMpm::ImplOf<D>::bring_grains(const std::vector<int> &made
         atoms.push_back(made[n]);
         of_atoms.push_back(goals[n]);
       }
-    const macro::InSituReport some = grains[k]->bring_to_stress(atoms, of_atoms, tolerance);
+    const macro::InSituReport some = grains[k]->rves().bring_to_stress(atoms, of_atoms, tolerance);
     all.most_steps = std::max(all.most_steps, some.most_steps);
     all.largest_error = std::max(all.largest_error, some.largest_error);
   }
@@ -235,7 +236,7 @@ template <int D> void FixMpm::ImplOf<D>::begin_by_components(const std::vector<i
     const int i = made[n];
     take_stress(i, goals[n]);
     if (!(given_density(i) > 0.0))
-      mass[i] = grains[model[i]]->bulk_density(i) * settings.initial_volume;
+      mass[i] = grains[model[i]]->rves().bulk_density(i) * settings.initial_volume;
   }
   weight_of_cell = 0.0;
   tell_of_grains(report, 1);

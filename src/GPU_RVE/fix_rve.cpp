@@ -16,22 +16,22 @@
 
 #include "atom.h"
 #include "citeme.h"
-#include "collective_error.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
 #include "fix_rve_impl.h"
-#include "formulas.h"
 #include "group.h"
 #include "input.h"
-#include "lammps_version.h"
+#include "lammps/collective_error.h"
+#include "lammps/formulas.h"
+#include "lammps/lammps_version.h"
+#include "lammps/no_pairs.h"
+#include "lammps/restart_record.h"
+#include "lammps/unit_styles.h"
 #include "modify.h"
-#include "no_pairs.h"
-#include "restart_record.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
 #include "timer.h"
-#include "unit_styles.h"
 #include "update.h"
 
 #include <algorithm>
@@ -286,91 +286,6 @@ FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
   return found;
 }
 
-void FixRve::attach()
-{
-  impl->attach();
-}
-
-int FixRve::slot(int i) const
-{
-  return impl->slot[i];
-}
-
-int FixRve::dimension() const
-{
-  return impl->dimension;
-}
-
-template <int D> const rve::ResultOf<D> &FixRve::result(int i) const
-{
-  return static_cast<const ImplOf<D> &>(*impl).point(i).result;
-}
-
-macro::InSituReport FixRve::bring_to_stress(const std::vector<int> &atoms,
-                                            const std::vector<macro::StressGoal> &goals,
-                                            double tolerance)
-{
-  return impl->bring_to_stress(atoms, goals, tolerance);
-}
-
-double FixRve::bulk_density(int i) const
-{
-  return impl->bulk_density(i);
-}
-
-double FixRve::inertial_number(int i) const
-{
-  return impl->inertial_number(i);
-}
-
-double FixRve::servo_error(int i) const
-{
-  return impl->servo_error(i);
-}
-
-double FixRve::path_stage(int i) const
-{
-  return impl->path_report(i).stage;
-}
-
-double FixRve::path_time(int i) const
-{
-  return impl->path_report(i).time;
-}
-
-double FixRve::path_cycles(int i) const
-{
-  return impl->path_report(i).cycles;
-}
-
-double FixRve::path_ended(int i) const
-{
-  return impl->path_report(i).ended;
-}
-
-double FixRve::copies(int i) const
-{
-  return impl->copies(i);
-}
-
-double FixRve::renewals(int i) const
-{
-  return impl->renewals(i);
-}
-
-template <int D> rve::RveStateOf<D> FixRve::state(int i) const
-{
-  return static_cast<const ImplOf<D> &>(*impl).state(i);
-}
-
-template <int D> std::array<double, D * D> FixRve::rate_of_deformation(int i) const
-{
-  const auto &points = static_cast<const ImplOf<D> &>(*impl);
-  std::array<double, D * D> components;
-  rve::store_tensor(points.point(i).rate_of_deformation(), components.data());
-  return components;
-}
-
 template <int D> std::unique_ptr<rve::EngineOf<D>> FixRve::empty_engine(rve::Format format) const
 {
   rve::Options options = impl->settings.options;
@@ -380,14 +295,8 @@ template <int D> std::unique_ptr<rve::EngineOf<D>> FixRve::empty_engine(rve::For
   return rve::make_engine<D>(options);
 }
 
-template std::array<double, 4> FixRve::rate_of_deformation<2>(int) const;
-template std::array<double, 9> FixRve::rate_of_deformation<3>(int) const;
 template std::unique_ptr<rve::EngineOf<2>> FixRve::empty_engine<2>(rve::Format) const;
 template std::unique_ptr<rve::EngineOf<3>> FixRve::empty_engine<3>(rve::Format) const;
-template const rve::ResultOf<2> &FixRve::result<2>(int) const;
-template const rve::ResultOf<3> &FixRve::result<3>(int) const;
-template rve::RveStateOf<2> FixRve::state<2>(int) const;
-template rve::RveStateOf<3> FixRve::state<3>(int) const;
 
 bool FixRve::reads_results() const
 {
@@ -398,21 +307,6 @@ bool FixRve::reads_results() const
   for (const ScriptValue &value : impl->settings.path.values)
     if (may_read_results(lmp, value.variable)) return true;
   return false;
-}
-
-double FixRve::engine_time() const
-{
-  return impl->engine_time();
-}
-
-double FixRve::bounding_time() const
-{
-  return impl->bounding_time();
-}
-
-bool FixRve::is_material() const
-{
-  return impl->is_material;
 }
 
 template <int D> mpm::Constitutive<D> *FixRve::constitutive()
@@ -427,16 +321,6 @@ template <int D> mpm::Constitutive<D> *FixRve::constitutive()
       error->all(FLERR, "fix rve {} has RVEs of disks, which cannot be a material in space", id);
     return impl->material_of_space();
   }
-}
-
-double FixRve::measured_wave_share(const std::vector<int> &atoms) const
-{
-  return impl->measured_wave_share(atoms);
-}
-
-void FixRve::scale_waves(double share)
-{
-  impl->scale_waves(share);
 }
 
 template mpm::Constitutive<2> *FixRve::constitutive<2>();

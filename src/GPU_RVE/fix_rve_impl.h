@@ -18,14 +18,14 @@
 
 #include "fix_rve.h"
 
-#include "collective_error.h"
+#include "lammps/collective_error.h"
+#include "lammps/progress.h"
+#include "lammps/restart_record.h"
+#include "lammps/rve_settings.h"
 #include "macro/in_situ.h"
 #include "macro/rve_constitutive.h"
 #include "macro/rve_points.h"
-#include "progress.h"
-#include "restart_record.h"
 #include "rve_packings.h"
-#include "rve_settings.h"
 #include "update.h"
 
 #include <cstdio>

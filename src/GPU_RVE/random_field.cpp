@@ -15,16 +15,16 @@
 #include "random_field.h"
 
 #include "atom.h"
-#include "collective_error.h"
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
 #include "field/circulant_embedding.h"
 #include "field/interpolation.h"
 #include "field/marginal.h"
-#include "on_rank_zero.h"
+#include "lammps/collective_error.h"
+#include "lammps/on_rank_zero.h"
+#include "lammps/script_words.h"
 #include "rve/core/error.h"
-#include "script_words.h"
 
 #include <algorithm>
 #include <cmath>

@@ -15,11 +15,11 @@
 #include "rve_packings.h"
 
 #include "atom.h"
-#include "collective_error.h"
 #include "comm.h"
 #include "error.h"
 #include "lammps.h"
-#include "on_rank_zero.h"
+#include "lammps/collective_error.h"
+#include "lammps/on_rank_zero.h"
 #include "rve/core/checksum.h"
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"

@@ -16,9 +16,9 @@
 
 #pragma once
 
+#include "lammps/rve_settings.h"
 #include "rve/engine/contact_model.h"
 #include "rve/engine/packing_library.h"
-#include "rve_settings.h"
 
 #include <cstdint>
 #include <map>

@@ -15,14 +15,14 @@
 #include "write_rve.h"
 
 #include "atom.h"
-#include "collective_error.h"
 #include "comm.h"
 #include "error.h"
-#include "fix_rve.h"
+#include "lammps/collective_error.h"
+#include "lammps/rve_columns.h"
+#include "lammps/script_words.h"
 #include "modify.h"
 #include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
-#include "script_words.h"
 
 #include <string>
 
@@ -70,17 +70,16 @@ void WriteRve::command(int narg, char **arg)
   for (const char *needed : {"atom", "file"})
     if (!words.has(needed)) error->all(FLERR, "write_rve: no {} is given", needed);
 
-  fix->attach();
+  fix->rves().attach();
   int mine = 0, found;
   collectively(lmp, "write_rve", [&] {
-    for (int i = 0; i < atom->nlocal; i++) {
-      if (atom->tag[i] != request.id || fix->slot(i) < 0) continue;
-      mine = 1;
-      if (fix->dimension() == 2)
-        write(request, fix->state<2>(i));
-      else
-        write(request, fix->state<3>(i));
-    }
+    with_rves(*fix, [&](const auto &rves) {
+      for (int i = 0; i < atom->nlocal; i++) {
+        if (atom->tag[i] != request.id || rves.slot[i] < 0) continue;
+        mine = 1;
+        write(request, rves.state(i));
+      }
+    });
   });
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_MAX, world);
   if (!found) error->all(FLERR, "write_rve: atom {} has no RVE of fix {}", request.id, fix_id);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // A plugin that was built for another LAMMPS than this one, as far as it knows: it must be refused before it registers anything.
 
-#include "plugin_host.h"
+#include "lammps/plugin_host.h"
 
 using namespace LAMMPS_NS;
 

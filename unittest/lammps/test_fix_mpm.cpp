@@ -8,10 +8,10 @@
 #include "exceptions.h"
 #include "fix.h"
 #include "lammps.h"
+#include "lammps/state_readers.h"
 #include "modify.h"
 #include "output.h"
 #include "script.h"
-#include "state_readers.h"
 #include "support/files.h"
 #include "update.h"
 

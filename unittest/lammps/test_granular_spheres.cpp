@@ -9,7 +9,7 @@
 //   falls while the grains twist back.
 
 #include "grains_script.h"
-#include "material_words.h"
+#include "lammps/material_words.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
 #include "support/random.h"

@@ -2,8 +2,8 @@
 // Failures on one rank only, which must end all ranks with one message and never hang, and warnings of
 // ranks that have no log file. The tests hold on any number of ranks and are run on two.
 
-#include "collective_error.h"
 #include "grains_script.h"
+#include "lammps/collective_error.h"
 
 #include <gtest/gtest.h>
 

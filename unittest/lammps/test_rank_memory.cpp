@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Memory that the ranks of one machine have in common.
 
-#include "rank_resources.h"
+#include "lammps/rank_resources.h"
 
 #include <algorithm>
 #include <cstdint>

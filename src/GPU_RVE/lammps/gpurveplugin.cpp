@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+// The package as a plugin: tells a LAMMPS that has the PLUGIN package how to make each of our styles. Nothing else happens here.
+
+#include "lammpsplugin.h"
+#include "version.h"
+
+#include "compute_rve_atom.h"
+#include "compute_rve_contact_local.h"
+#include "compute_rve_tangent.h"
+#include "create_rve.h"
+#include "dump_rve_grain.h"
+#include "fix_mpm.h"
+#include "fix_rve.h"
+#include "lammps/plugin_host.h"
+#include "random_field.h"
+#include "write_rve.h"
+
+#include "lammps.h"
+#include "output.h"
+
+using namespace LAMMPS_NS;
+
+// fixes and computes are made from their arguments, commands from the LAMMPS instance alone
+template <class Style> static void *make_style(void *lmp, int narg, char **arg)
+{
+  return new Style(static_cast<LAMMPS *>(lmp), narg, arg);
+}
+
+static Dump *make_dump(LAMMPS *lmp, int narg, char **arg)
+{
+  return new DumpRveGrain(lmp, narg, arg);
+}
+
+template <class Command> static void *make_command(void *lmp)
+{
+  return new Command(static_cast<LAMMPS *>(lmp));
+}
+
+extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
+{
+  require_host(lmp, kind_compiled_for());
+
+  const auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
+
+  lammpsplugin_t plugin;
+  plugin.version = LAMMPS_VERSION;
+  plugin.author = "the GPU_RVE authors";
+  plugin.handle = handle;
+
+  plugin.style = "fix";
+  plugin.name = "rve";
+  plugin.info = "RVE of grains behind each atom v0.1";
+  plugin.creator.v2 = &make_style<FixRve>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "mpm";
+  plugin.info = "material point method v0.1";
+  plugin.creator.v2 = &make_style<FixMpm>;
+  register_plugin(&plugin, lmp);
+
+  plugin.style = "compute";
+  plugin.name = "rve/atom";
+  plugin.info = "per-atom results of the RVEs v0.1";
+  plugin.creator.v2 = &make_style<ComputeRveAtom>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "rve/contact/local";
+  plugin.info = "contacts between the grains of RVEs v0.1";
+  plugin.creator.v2 = &make_style<ComputeRveContactLocal>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "rve/tangent";
+  plugin.info = "tangent stiffness of the RVEs by probing v0.1";
+  plugin.creator.v2 = &make_style<ComputeRveTangent>;
+  register_plugin(&plugin, lmp);
+
+  // plugins cannot register dumps: LAMMPS' own list of them takes this one
+  (*static_cast<LAMMPS *>(lmp)->output->dump_map)["rve/grain"] = &make_dump;
+
+  plugin.style = "command";
+  plugin.name = "create_rve";
+  plugin.info = "packing generator for RVEs v0.1";
+  plugin.creator.v1 = &make_command<CreateRve>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "random_field";
+  plugin.info = "random field at the atoms v0.1";
+  plugin.creator.v1 = &make_command<RandomField>;
+  register_plugin(&plugin, lmp);
+
+  plugin.name = "write_rve";
+  plugin.info = "export of an RVE as a data file v0.1";
+  plugin.creator.v1 = &make_command<WriteRve>;
+  register_plugin(&plugin, lmp);
+}

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/material_words.h"
+
+#include "rve/core/error.h"
+#include "rve/core/pi.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+// ---- the contact law as a pair_coeff of pair_style granular has it, behind the types of atoms ----
+
+struct Contact {
+  MaterialWords &material;
+  double eta_n = 0.0;    ///< of the normal model; the damping model says what it means
+  std::optional<double> youngs = {}, poisson = {};    ///< of a normal model that has them
+};
+
+void read_hooke(ScriptWords &words, Contact &contact)
+{
+  contact.material[&rve::Material::normal_stiffness] = words.number("hooke k_n");
+  contact.eta_n = words.number("hooke eta_n");
+}
+
+void read_hertz(ScriptWords &words, Contact &contact)
+{
+  contact.material[&rve::Material::hertz_stiffness] = words.number("hertz k_n");
+  contact.eta_n = words.number("hertz eta_n");
+}
+
+void read_elastic_constants(ScriptWords &words, Contact &contact)
+{
+  contact.youngs = words.positive("E", "[stress]");
+  contact.eta_n = words.number("eta_n");
+  const double nu = words.number("nu");
+  if (!(nu > -1.0 && nu <= 0.5))
+    words.refuse(fmt::format("contact nu is {} [-]; it must lie in (-1, 0.5]", rve::number(nu)));
+  contact.poisson = nu;
+  // 4/3 E* of two bodies alike
+  contact.material[&rve::Material::hertz_stiffness] =
+      4.0 / 3.0 * *contact.youngs / (2.0 * (1.0 - nu * nu));
+}
+
+void read_dmt(ScriptWords &words, Contact &contact)
+{
+  read_elastic_constants(words, contact);
+  contact.material[&rve::Material::surface_energy] = words.number("cohesion");
+}
+
+struct NormalModel {
+  const char *name;
+  rve::ContactLaw law;
+  void (*read)(ScriptWords &, Contact &);
+};
+
+constexpr NormalModel NORMAL_MODELS[] = {
+    {"hooke", rve::ContactLaw::Linear, read_hooke},
+    {"hertz", rve::ContactLaw::Hertz, read_hertz},
+    {"hertz/material", rve::ContactLaw::Hertz, read_elastic_constants},
+    {"dmt", rve::ContactLaw::Dmt, read_dmt}};
+
+// ---- tangential models ----
+
+void read_linear_tangential(ScriptWords &words, Contact &contact)
+{
+  const bool has_spring = words.choice<bool>(
+      "tangential model", {{"linear_history", true}, {"linear_nohistory", false}});
+  const double k_t = has_spring ? words.number("tangential k_t") : 0.0;
+  const double gamma_t = words.number("tangential x_gammat") * contact.eta_n;
+  const double friction = words.number("tangential mu");
+  if (has_spring) {
+    contact.material[&rve::Material::tangential_stiffness] = k_t;
+    contact.material[&rve::Material::tangential_viscosity] = gamma_t;
+    contact.material[&rve::Material::friction] = friction;
+  } else if (gamma_t * friction != 0.0) {
+    words.refuse("contact tangential linear_nohistory is friction by a dashpot alone, which does "
+                 "not exist here; it must have x_gammat or mu 0, or be linear_history");
+  }
+}
+
+void read_mindlin(ScriptWords &words, Contact &contact)
+{
+  const double kept = words.choice<double>("tangential model",
+                                           {{"mindlin", 1.0},
+                                            {"mindlin/force", 0.0},
+                                            {"mindlin_rescale", 3.0},
+                                            {"mindlin_rescale/force", 2.0}});
+  double k_t;
+  if (std::string_view(words.peek()) != "NULL") {
+    k_t = words.number("tangential k_t");
+  } else {
+    words.next();
+    if (!contact.youngs)
+      words.refuse(
+          "contact tangential k_t is NULL, which takes it from E and nu of hertz/material; "
+          "with another normal model it must be a number [force/length^2]");
+    // 8 G* of two bodies alike
+    const double nu = *contact.poisson;
+    k_t = 8.0 * *contact.youngs / (4.0 * (2.0 - nu) * (1.0 + nu));
+  }
+  contact.material[&rve::Material::mindlin_stiffness] = k_t;
+  contact.material[&rve::Material::mindlin_damping] = words.number("tangential x_gammat");
+  contact.material[&rve::Material::friction] = words.number("tangential mu");
+  contact.material[&rve::Material::mindlin_displacement] = kept;
+}
+
+void read_tangential(ScriptWords &words, Contact &contact)
+{
+  return *contact.material.law == rve::ContactLaw::Linear ? read_linear_tangential(words, contact)
+                                                          : read_mindlin(words, contact);
+}
+
+// ---- damping models ----
+
+/// c of a restitution coefficient, with which a dashpot c sqrt(m k_n a) slows down an impact by it: -sqrt(5) ln e / sqrt(pi^2 + ln^2 e).
+double damping_of_restitution(ScriptWords &words, double e)
+{
+  if (!(e > 0.0 && e <= 1.0))
+    words.refuse(fmt::format("contact coefficient of restitution is {} [-]; it must lie in (0, 1]",
+                             rve::number(e)));
+  const double log_e = std::log(e);
+  return std::sqrt(5.0) * std::fabs(log_e) / std::hypot(rve::kPi, log_e);
+}
+
+void read_damping(ScriptWords &words, Contact &contact)
+{
+  enum class Damping { Velocity, Viscoelastic, Restitution };
+  MaterialWords &material = contact.material;
+  if (*material.law == rve::ContactLaw::Linear) {
+    words.choice<bool>("damping model", {{"velocity", true}});
+    material[&rve::Material::normal_viscosity] = contact.eta_n;
+    return;
+  }
+  const auto damping = words.choice<Damping>("damping model",
+                                             {{"viscoelastic", Damping::Viscoelastic},
+                                              {"velocity", Damping::Velocity},
+                                              {"coeff_restitution", Damping::Restitution}});
+  if (damping == Damping::Velocity)
+    material[&rve::Material::normal_viscosity] = contact.eta_n;
+  else if (damping == Damping::Viscoelastic)
+    material[&rve::Material::viscoelastic_damping] = contact.eta_n;
+  else if (*material.law == rve::ContactLaw::Dmt)
+    words.refuse("contact dmt has no damping coeff_restitution, as in pair_style granular: what an "
+                 "impact loses depends on the attraction, too");
+  else
+    material[&rve::Material::restitution_damping] = damping_of_restitution(words, contact.eta_n);
+}
+
+/// What LAMMPS takes where no damping model is given: viscoelastic.
+void take_default_damping(ScriptWords &words, Contact &contact)
+{
+  if (*contact.material.law != rve::ContactLaw::Linear)
+    contact.material[&rve::Material::viscoelastic_damping] = contact.eta_n;
+  else if (contact.eta_n != 0.0)
+    words.refuse(fmt::format("contact has eta_n {} and no damping model, which is viscoelastic in "
+                             "pair_style granular and does not exist here for hooke; it must have "
+                             "damping velocity, or eta_n 0",
+                             rve::number(contact.eta_n)));
+}
+
+// ---- rolling and twisting ----
+
+void read_rolling(ScriptWords &words, Contact &contact)
+{
+  if (!words.choice<bool>("rolling model", {{"sds", true}, {"none", false}})) return;
+  contact.material[&rve::Material::rolling_stiffness] = words.number("rolling k_roll");
+  contact.material[&rve::Material::rolling_viscosity] = words.number("rolling gamma_roll");
+  contact.material[&rve::Material::rolling_friction] = words.number("rolling mu_roll");
+}
+
+void read_twisting(ScriptWords &words, Contact &contact)
+{
+  enum class Twisting { None, Sds, Marshall };
+  const auto twisting = words.choice<Twisting>(
+      "twisting model",
+      {{"sds", Twisting::Sds}, {"marshall", Twisting::Marshall}, {"none", Twisting::None}});
+  if (twisting == Twisting::Marshall) contact.material[&rve::Material::twisting_marshall] = 1.0;
+  if (twisting != Twisting::Sds) return;
+  contact.material[&rve::Material::twisting_stiffness] = words.number("twisting k_twist");
+  contact.material[&rve::Material::twisting_viscosity] = words.number("twisting gamma_twist");
+  contact.material[&rve::Material::twisting_friction] = words.number("twisting mu_twist");
+}
+
+void read_reach(ScriptWords &words, Contact &contact)
+{
+  if (*contact.material.law != rve::ContactLaw::Dmt)
+    words.refuse(fmt::format("contact {} has no reach; only the attraction of dmt reaches beyond "
+                             "touching",
+                             rve::word_of(*contact.material.law)));
+  contact.material[&rve::Material::adhesion_reach] = words.number("reach");
+}
+
+constexpr ScriptKeyword<Contact> PARTS[] = {
+    {"tangential", "linear_history k_t x_gammat mu", read_tangential},
+    {"damping", "velocity", read_damping},
+    {"rolling", "sds k_roll gamma_roll mu_roll", read_rolling},
+    {"twisting", "sds k_twist gamma_twist mu_twist, or marshall", read_twisting},
+    {"reach", "h, of dmt: how far apart grains attract each other", read_reach}};
+
+/// Gives all that *contact* can say: what it does not say is 0.
+void read_contact(ScriptWords &words, MaterialWords &material)
+{
+  words.set_form(
+      "hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
+      "[rolling sds k_roll gamma_roll mu_roll] [twisting sds k_twist gamma_twist mu_twist "
+      "or marshall], or hertz k_n "
+      "eta_n hertz/material E eta_n nu or dmt E eta_n nu cohesion, tangential mindlin, "
+      "mindlin/force, mindlin_rescale or mindlin_rescale/force k_t x_gammat mu [damping "
+      "viscoelastic, velocity or coeff_restitution] [rolling sds k_roll gamma_roll "
+      "mu_roll] [twisting sds k_twist gamma_twist mu_twist or marshall] [reach h]");
+  for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
+    if (parameter.of_contact()) material[parameter.member] = 0.0;
+  Contact contact{material};
+  const NormalModel &normal = NORMAL_MODELS[words.choice("normal model", names_of(NORMAL_MODELS))];
+  material.law = normal.law;
+  normal.read(words, contact);
+
+  rve::Words given;
+  const auto has = [&](std::string_view part) {
+    return std::find(given.begin(), given.end(), part) != given.end();
+  };
+  while (!words.empty()) {
+    const std::string_view word = words.peek();
+    for (const std::string_view other : {"limit_damping", "cutoff", "heat"})
+      if (word == other)
+        words.refuse(fmt::format("contact has no {}; of pair_style granular it has tangential, "
+                                 "damping, rolling and twisting",
+                                 words.next()));
+    const auto part = std::find_if(std::begin(PARTS), std::end(PARTS),
+                                   [&](const auto &row) { return word == row.name; });
+    // damping with a number is the local damping of all grains, and no part of the law
+    if (part == std::end(PARTS) || (word == "damping" && utils::is_double(words.peek(1)))) break;
+    words.next();
+    if (has(word)) words.refuse(fmt::format("contact has {} twice", part->name));
+    given.push_back(word);
+    part->read(words, contact);
+  }
+  if (!has("tangential"))
+    words.refuse("contact has no tangential model; without tangential forces it is tangential "
+                 "linear_nohistory 0 0");
+  if (!has("damping")) take_default_damping(words, contact);
+}
+
+}    // namespace
+
+rve::Words LAMMPS_NS::material_keywords()
+{
+  rve::Words words;
+  for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
+    words.emplace_back(parameter.keyword);
+  words.emplace_back("contact");
+  return words;
+}
+
+bool MaterialWords::read(ScriptWords &words)
+{
+  const bool is_contact = words.keyword() == "contact";
+  for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
+    const char *keyword = parameter.keyword;
+    const bool is_this = words.keyword() == keyword;
+    if (parameter.of_contact() &&
+        ((is_contact && words.has(keyword)) || (is_this && words.has("contact"))))
+      words.refuse(fmt::format("contact and {} exclude each other: contact gives {}, too", keyword,
+                               keyword));
+    if (!is_this) continue;
+    (*this)[parameter.member] = words.number();
+    return true;
+  }
+  if (is_contact) read_contact(words, *this);
+  return is_contact;
+}
+
+const std::optional<double> &MaterialWords::operator[](MaterialMember member) const
+{
+  std::size_t k = 0;
+  while (rve::MATERIAL_PARAMETERS[k].member != member) ++k;
+  return values[k];
+}
+
+std::optional<double> &MaterialWords::operator[](MaterialMember member)
+{
+  return const_cast<std::optional<double> &>(std::as_const(*this)[member]);
+}
+
+bool MaterialWords::any() const
+{
+  return law.has_value() ||
+      std::any_of(std::begin(values), std::end(values),
+                  [](const auto &value) { return value.has_value(); });
+}
+
+void MaterialWords::add(const MaterialWords &later)
+{
+  if (later.law) law = later.law;
+  for (std::size_t k = 0; k < std::size(values); ++k)
+    if (later.values[k]) values[k] = later.values[k];
+}
+
+void MaterialWords::apply(rve::Material &material) const
+{
+  if (law) material.law = *law;
+  for (const auto &parameter : rve::MATERIAL_PARAMETERS)
+    if ((*this)[parameter.member]) material.*parameter.member = *(*this)[parameter.member];
+  const MaterialWords &words = *this;
+  if (words[&rve::Material::rolling_friction].value_or(0.0) > 0.0 &&
+      !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0) {
+    rve::require(material.law == rve::ContactLaw::Linear, [&] {
+      return fmt::format(
+          "rolling_friction is {} [-] without a kr [force/length], which the contact "
+          "law {} does not say as kt does for hooke; it must be given, or 0",
+          rve::number(material.rolling_friction), rve::word_of(material.law));
+    });
+    material.rolling_stiffness = material.tangential_stiffness;
+  }
+}
+
+void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &words,
+                                double mass_scaling, double mass_scaling_before)
+{
+  words.apply(material);
+  // of inertia only: density stays
+  if (words[&rve::Material::mass_depth])
+    material.mass_depth *= mass_scaling;
+  else if (mass_scaling != mass_scaling_before)
+    material.mass_depth *= mass_scaling / mass_scaling_before;
+}

@@ -1,0 +1,783 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/mpm_settings.h"
+
+#include "lammps/collective_error.h"
+#include "lammps/progress.h"
+#include "lammps/rank_resources.h"
+#include "mpm/law_table.h"
+#include "rve/core/error.h"
+#include "rve/engine/advice.h"
+
+#include "comm.h"
+#include "domain.h"
+#include "error.h"
+#include "group.h"
+#include "lammps.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+// of any number: products of two, and sums of many, are still numbers
+constexpr double LARGEST = 1e30;
+
+// In each direction a cell has 100 points in the plane, and 21 in space.
+constexpr double MOST_POINTS_PER_CELL = 1e4;
+
+// the estimate for RVEs is an upper bound, if no larger one than that
+constexpr double MAX_COURANT = 10.0;
+
+/// What keywords refer to: *face* and *separation* to the load or body before them, *density* to the model or body.
+template <int D> struct Said {
+  LAMMPS *lmp;
+  MpmSettings<D> &settings;
+  mpm::SolverOptions<D> &options = settings.options;
+  mpm::Face *face = nullptr;
+  std::string owner{};
+  /// Subject of *density*, and the value of the preceding model or body; null before the first one.
+  std::string density_owner{};
+  std::optional<double> *density = nullptr;
+  /// Of each body, the last keyword that needs a face, or a form.
+  std::vector<std::string> needs_face{}, needs_form{};
+};
+
+constexpr const char *SIDES[] = {"xlo", "xhi", "ylo", "yhi", "zlo", "zhi"};    // as mpm::Face
+constexpr const char *VELOCITIES[] = {"vx", "vy", "vz"};
+constexpr const char *SPINS[] = {"wx", "wy", "wz"};    // in the plane the last one
+constexpr const char *AXES[] = {"x", "y", "z"};
+constexpr const char *TRACTIONS[] = {"tx", "ty", "tz"};
+
+/// In the plane its area.
+template <int D> double volume_of_cell(const mpm::SolverOptions<D> &options)
+{
+  const double h = options.cell_size;
+  return D == 2 ? h * h : h * h * h;
+}
+
+template <int D> mpm::Face read_side(ScriptWords &words)
+{
+  return static_cast<mpm::Face>(words.choice("", rve::Words(SIDES, SIDES + mpm::FACES<D>)));
+}
+
+template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
+{
+  const std::string side = words.peek();
+  const int index = (int) read_side<D>(words);
+  mpm::SideKind &kind = said.options.sides[index];
+  words.about("boundary " + side);
+  enum { FREE, ROLLER, FIXED, ABSORBING };
+  const int choice = words.choice<int>(
+      side, {{"free", FREE}, {"roller", ROLLER}, {"fixed", FIXED}, {"absorbing", ABSORBING}});
+  kind = choice == ROLLER ? mpm::SideKind::Roller
+      : choice == FIXED   ? mpm::SideKind::Fixed
+                          : mpm::SideKind::Free;
+  if (choice != ABSORBING) return;
+
+  mpm::Dashpots &dashpots = said.options.dashpots[index];
+  const std::string what = side + " absorbing";
+  if (words.take("roller")) {
+    kind = mpm::SideKind::Roller;
+    dashpots.tangential = words.positive(what + " cs", "[length/time]");
+    return;
+  }
+  dashpots.normal = words.positive(what + " cp", "[length/time]");
+  dashpots.tangential = words.number(what + " cs");
+  if (!(dashpots.tangential >= 0.0 && dashpots.tangential < dashpots.normal))
+    words.refuse(fmt::format("boundary {} cs is {} [length/time]; it must be at least 0 and below "
+                             "cp, {}: shear waves are slower than compression waves",
+                             what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
+}
+
+template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
+{
+  const auto &table = mpm::law_table<D>();
+  return *std::find_if(table.begin(), table.end(),
+                       [&](const mpm::LawEntry<D> &entry) { return entry.word == model.word; });
+}
+
+/// The arguments of the law of a model, in which its strength is reduced.
+template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
+{
+  std::vector<double> arguments = model.arguments;
+  if (model.strength_reduction != 1.0)
+    entry_of(model).reduce_strength(arguments.data(), model.strength_reduction);
+  return arguments;
+}
+
+template <int D> void read_parameters(ScriptWords &words, MpmModel<D> &model)
+{
+  const mpm::LawEntry<D> &entry = entry_of(model);
+  model.arguments.clear();
+  model.strength_reduction = 1.0;
+  for (const std::string &name : entry.arguments)
+    model.arguments.push_back(words.number(entry.word + " " + name));
+  model.law = entry.make(model.arguments.data());
+}
+
+template <int D> void read_model(ScriptWords &words, Said<D> &said)
+{
+  std::string form = "group-ID rve fix-ID";    // or a law of the table
+  rve::Words choices = {"rve"};
+  for (const mpm::LawEntry<D> &entry : mpm::law_table<D>()) {
+    form += " | " + entry.word + " " + utils::join_words(entry.arguments, " ");
+    choices.emplace_back(entry.word);
+  }
+  words.set_form(form);
+  MpmModel<D> model;
+  model.group = words.peek();
+  model.groupbit = words.groupbit("group");
+  words.about("model " + model.group);
+  const int choice = words.choice("law", choices);
+  model.word = choices[choice];
+  if (choice == 0)
+    model.fix_rve = words.next("rve fix ID");
+  else
+    read_parameters(words, model);
+  said.settings.models.push_back(model);
+  said.density_owner = "model " + model.group;
+  said.density = &said.settings.models.back().density;
+}
+
+template <int D> void read_density(ScriptWords &words, Said<D> &said)
+{
+  const std::string subject = said.density ? said.density_owner + " density" : "density";
+  words.about(subject);
+  double density = 0.0;
+  if (!words.take("rve")) {
+    density = words.number();
+    if (!(density > 0.0))
+      words.refuse(fmt::format("{} is {} [mass/length^3]; it must be greater than 0, or rve",
+                               subject, rve::number(density)));
+  }
+  if (said.density)
+    *said.density = density;
+  else
+    said.settings.density = density;
+}
+
+/// A density that is the only one applies to all points, wherever it stands; returns its subject, or "".
+template <int D> std::string share_density(const ScriptWords &words, MpmSettings<D> &settings)
+{
+  std::string subject;
+  for (const auto &given : words.given()) {
+    if (given.keyword != "density") continue;
+    if (!subject.empty()) return "";
+    subject = given.subject;
+  }
+  const auto share = [&](auto &owners) {
+    for (auto &owner : owners) {
+      settings.density = owner.density.value_or(settings.density);
+      owner.density.reset();
+    }
+  };
+  share(settings.models);
+  share(settings.bodies);
+  return subject;
+}
+
+/// The volume of a point, in the plane its area, or how many share a cell: two ways to say the same.
+template <int D> void read_volume(ScriptWords &words, Said<D> &said)
+{
+  const bool is_share = words.keyword() == "points_per_cell";
+  words.about("volume");
+  const double given = words.number();
+  const double cell = volume_of_cell(said.options), number = is_share ? given : cell / given;
+  // the volume of a cell may have been rounded
+  if (!(number >= 1.0 - 1e-6 && number <= MOST_POINTS_PER_CELL * (1.0 + 1e-6)))
+    words.refuse(is_share
+                     ? fmt::format("points_per_cell is {} [-]; it must be from 1 to {}",
+                                   rve::number(given), rve::number(MOST_POINTS_PER_CELL))
+                     : fmt::format("volume is {} [length^{}]; it must be from {} to {}, that of a "
+                                   "cell, since a cell has at most {} points",
+                                   rve::number(given), D, rve::number(cell / MOST_POINTS_PER_CELL),
+                                   rve::number(cell), rve::number(MOST_POINTS_PER_CELL)));
+  said.settings.initial_volume = is_share ? cell / given : given;
+}
+
+template <int D> constexpr const char *rigid_form()
+{
+  return D == 2 ? "group-ID vx value vy value rough | smooth | friction mu"
+                : "group-ID vx value vy value vz value rough | smooth | friction mu";
+}
+
+/// A rate that is prescribed, or the word `free`.
+template <int D> void read_rate(ScriptWords &words, Said<D> &said, int freedom, const char *part)
+{
+  if (words.take("free")) {
+    said.options.rigid_bodies.back().free |= 1 << freedom;
+    said.needs_form.back() = "free";
+  } else {
+    said.settings.bodies.back().rates[freedom] = words.value(part);
+  }
+}
+
+template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
+{
+  MpmRigidBody<D> body;
+  body.group = words.peek();
+  body.groupbit = words.groupbit("group");
+  said.owner = "rigid " + body.group;
+  words.about(said.owner);
+  said.settings.bodies.push_back(body);
+  said.density_owner = said.owner;
+  said.density = &said.settings.bodies.back().density;
+  said.options.rigid_bodies.emplace_back();
+  said.options.rigid_body_names.push_back(body.group);
+  said.needs_face.emplace_back();
+  said.needs_form.emplace_back();
+  mpm::RigidBodyOptions &how = said.options.rigid_bodies.back();
+  if (D == 3) how.face = mpm::Face::ZLo;
+  for (int a = 0; a < D; a++) {
+    if (!words.take(VELOCITIES[a]))
+      words.refuse(fmt::format("rigid has '{}' where {} must be; it must read: rigid {}",
+                               words.next(VELOCITIES[a]), VELOCITIES[a], rigid_form<D>()));
+    read_rate(words, said, a, VELOCITIES[a]);
+  }
+  enum { SMOOTH, ROUGH, FRICTION };
+  const int contact =
+      words.choice<int>("contact", {{"smooth", SMOOTH}, {"rough", ROUGH}, {"friction", FRICTION}});
+  how.rough = contact == ROUGH;
+  if (contact == FRICTION) {
+    if (words.starts_number()) {
+      how.friction = words.positive("friction", "[-]");
+      if (how.friction > rve::LARGEST_USUAL_FRICTION && words.owner()->comm->me == 0)
+        words.owner()->error->warning(
+            FLERR,
+            "Fix mpm {}: the friction coefficient is {} [-], above {}; if that is an angle in "
+            "degrees, use its tangent",
+            said.owner, rve::number(how.friction), rve::number(rve::LARGEST_USUAL_FRICTION));
+    } else {
+      said.settings.bodies.back().friction = words.value("friction");
+      how.friction = 1.0;    // until the variable is evaluated
+    }
+    said.needs_form.back() = "friction";
+  }
+  said.face = &how.face;
+}
+
+/// The body that a keyword is about.
+template <int D>
+mpm::RigidBodyOptions &body_before(ScriptWords &words, Said<D> &said, const std::string &keyword)
+{
+  if (said.options.rigid_bodies.empty()) words.refuse(keyword + " must follow a rigid body");
+  words.about(said.owner + " " + keyword);
+  return said.options.rigid_bodies.back();
+}
+
+template <int D> void read_separation(ScriptWords &words, Said<D> &said)
+{
+  body_before(words, said, "separation").separation = words.logical();
+}
+
+template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
+{
+  mpm::RigidBodyOptions &body = body_before(words, said, "form");
+  if constexpr (D == 2)
+    body.form = words.choice<mpm::BodyForm>("",
+                                            {{"face", mpm::BodyForm::Face},
+                                             {"box", mpm::BodyForm::Box},
+                                             {"ball", mpm::BodyForm::Ball},
+                                             {"convex", mpm::BodyForm::Convex}});
+  else
+    body.form = words.choice<mpm::BodyForm>("",
+                                            {{"face", mpm::BodyForm::Face},
+                                             {"box", mpm::BodyForm::Box},
+                                             {"ball", mpm::BodyForm::Ball},
+                                             {"cylinder", mpm::BodyForm::Cylinder},
+                                             {"convex", mpm::BodyForm::Convex}});
+  if (body.form != mpm::BodyForm::Convex) return;
+  auto &of_bodies = said.options.rigid_body_vertices;
+  of_bodies.resize(said.options.rigid_bodies.size());
+  of_bodies.back().resize(words.whole("convex", D + 1, mpm::MOST_VERTICES));
+  int number = 0;
+  for (mpm::Vec<D> &vertex : of_bodies.back()) {
+    ++number;
+    for (int a = 0; a < D; a++)
+      vertex[a] = words.number(fmt::format("convex {}{}", AXES[a], number));
+  }
+}
+
+template <int D> void read_spin(ScriptWords &words, Said<D> &said)
+{
+  body_before(words, said, "spin");
+  said.needs_form.back() = "spin";
+  for (int k = D; k < mpm::FREEDOMS<D>; k++)
+    read_rate(words, said, k, D == 2 ? SPINS[2] : SPINS[k - D]);
+}
+
+template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
+{
+  mpm::RigidBodyOptions &body = body_before(words, said, "pivot");
+  said.needs_form.back() = "pivot";
+  body.has_pivot = true;
+  for (int a = 0; a < D; a++) body.pivot[a] = words.number(AXES[a]);
+}
+
+/// In degrees, in the options in radian.
+template <int D> void read_turned(ScriptWords &words, Said<D> &said)
+{
+  constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
+  mpm::RigidBodyOptions &body = body_before(words, said, "turned");
+  said.needs_form.back() = "turned";
+  for (int k = 0; k < rve::Space<D>::spins; k++) {
+    const double angle = words.number(D == 2 ? "angle" : AXES[k]);
+    if (!(std::fabs(angle) <= MOST))
+      said.lmp->error->all(FLERR,
+                           "Fix mpm rigid {}: turned must be between {} and {} degrees, got {}",
+                           said.settings.bodies.back().group, -MOST, MOST, rve::number(angle));
+    body.turned[k] = DEGREE * angle;
+  }
+}
+
+template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)
+{
+  for (std::size_t b = 0; b < said.options.rigid_bodies.size(); b++) {
+    const bool has_face = said.options.rigid_bodies[b].form == mpm::BodyForm::Face;
+    const std::string &misplaced = has_face ? said.needs_form[b] : said.needs_face[b];
+    if (misplaced.empty()) continue;
+    lmp->error->all(FLERR, "Fix mpm rigid {}: {} is for a body of form {}",
+                    said.settings.bodies[b].group, misplaced,
+                    has_face ? (D == 2 ? "box, ball or convex" : "box, ball, cylinder or convex")
+                             : "face");
+  }
+}
+
+void read_round(ScriptWords &words, Said<3> &said)
+{
+  body_before(words, said, "round").round = words.logical();
+  said.needs_face.back() = "round";
+}
+
+/// Several loads may be on the same points.
+template <int D> void read_load(ScriptWords &words, Said<D> &said, const char *keyword)
+{
+  MpmTraction<D> load;
+  load.is_pressure = std::strcmp(keyword, "pressure") == 0;
+  load.id = words.peek();
+  const bool is_region =
+      said.lmp->domain->get_region_by_id(load.id) && said.lmp->group->find(load.id) < 0;
+  if (is_region) words.next();
+  load.groupbit = is_region ? 0 : words.groupbit("group");
+  words.about(fmt::format("{} {}", keyword, load.id), true);
+  if (load.is_pressure)
+    load.traction[0] = words.value("p");
+  else
+    for (int a = 0; a < D; a++) load.traction[a] = words.value(TRACTIONS[a]);
+  said.settings.tractions.push_back(load);
+  said.face = &said.settings.tractions.back().face;
+  said.owner = fmt::format("{} {} number {}", keyword, load.id, said.settings.tractions.size());
+}
+
+template <int D> void read_traction(ScriptWords &words, Said<D> &said)
+{
+  read_load<D>(words, said, "traction");
+}
+
+template <int D> void read_pressure(ScriptWords &words, Said<D> &said)
+{
+  read_load<D>(words, said, "pressure");
+}
+
+template <int D> void read_face(ScriptWords &words, Said<D> &said)
+{
+  if (!said.face) words.refuse("face must follow a traction, a pressure or a rigid body");
+  words.about(said.owner + " face");
+  *said.face = read_side<D>(words);
+  if (!said.options.rigid_bodies.empty() && said.face == &said.options.rigid_bodies.back().face)
+    said.needs_face.back() = "face";
+}
+
+/// In the order of LAMMPS.
+template <int D> void read_stress(ScriptWords &words, Said<D> &said)
+{
+  mpm::Tensor<D> &stress = said.settings.initial_stress;
+  constexpr const char *names[] = {"sxx", "syy", "szz"};
+  for (int a = 0; a < D; a++) stress(a, a) = words.number(names[a]);
+  constexpr const char *shears[] = {"sxy", "sxz", "syz"};
+  for (int a = 0, k = 0; a < D; a++)
+    for (int b = a + 1; b < D; b++) stress(a, b) = stress(b, a) = words.number(shears[k++]);
+}
+
+constexpr const char *IN_SITU_FORM = "gravity g k0 value | rest [surcharge q] [surface height] "
+                                     "[tolerance stress], or stress component ... "
+                                     "[tolerance stress]";
+
+/// Values may be variables of atoms: they are evaluated where points are made.
+template <int D> void read_in_situ(ScriptWords &words, Said<D> &said)
+{
+  MpmInSitu<D> &s = said.settings.in_situ;
+  s.given = true;
+  rve::Words given;
+  const auto take = [&](const char *part) {
+    if (!words.take(part)) return false;
+    if (std::find(given.begin(), given.end(), part) != given.end())
+      words.refuse(fmt::format("insitu has {} twice; give it once", part));
+    given.emplace_back(part);
+    return true;
+  };
+  // a keyword too: here it is the first word
+  if (take("stress"))
+    for (int k = 0; k < rve::Space<D>::strains; k++) s.components.push_back(words.value("stress"));
+  while (!words.empty() && !words.at_keyword()) {
+    if (take("gravity")) {
+      s.gravity = words.positive("gravity", "[length/time^2]");
+    } else if (take("k0")) {
+      s.is_at_rest = words.take("rest");
+      if (!s.is_at_rest) s.k0 = words.value("k0");
+    } else if (take("surcharge")) {
+      s.surcharge = words.value("surcharge");
+    } else if (take("surface")) {
+      s.surface = words.value("surface");
+    } else if (take("tolerance")) {
+      s.tolerance = words.positive("tolerance", "[stress]");
+    } else {
+      words.refuse(
+          fmt::format("insitu has '{}'; it must read: insitu {}", words.next(), IN_SITU_FORM));
+    }
+  }
+  const auto has = [&](std::string_view part) {
+    return std::find(given.begin(), given.end(), part) != given.end();
+  };
+  const bool is_ground = has("gravity") || has("k0") || has("surface") || has("surcharge");
+  if (s.is_by_components() ? is_ground : !(has("gravity") && has("k0")))
+    words.refuse(fmt::format(
+        "insitu needs gravity and k0, or stress alone; it must read: insitu {}", IN_SITU_FORM));
+}
+
+template <int D> void read_cfl(ScriptWords &words, Said<D> &said)
+{
+  MpmSettings<D> &s = said.settings;
+  s.courant_warn = words.number("warn");
+  s.courant_error = words.number("error");
+  if (!(s.courant_warn > 0.0 && s.courant_error >= s.courant_warn &&
+        s.courant_error <= MAX_COURANT))
+    words.refuse(fmt::format("cfl must have 0 < warn <= error <= {:g}, got {} {}; above 1 a step "
+                             "is unstable",
+                             MAX_COURANT, rve::number(s.courant_warn),
+                             rve::number(s.courant_error)));
+}
+
+template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
+{
+  enum class Speed { Bound, Tangent };
+  const auto speed =
+      words.choice<Speed>("", {{"bound", Speed::Bound}, {"tangent", Speed::Tangent}});
+  said.settings.wave_tests = speed == Speed::Tangent ? words.integer("tangent", 1) : 0;
+  said.settings.wave_every =
+      speed == Speed::Tangent && words.take("every") ? words.integer("tangent every", 1) : 0;
+}
+
+template <int D>
+constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
+    {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
+     [](ScriptWords &words, Said<D> &said) {
+       for (int a = 0; a < D; a++) {
+         said.options.lo[a] = words.number(SIDES[2 * a]);
+         said.options.hi[a] = words.number(SIDES[2 * a + 1]);
+       }
+     }},
+    {"shape", "linear | gimp | cpgimp",
+     [](ScriptWords &words, Said<D> &said) {
+       said.options.shape =
+           words.choice<mpm::ShapeFunction>("",
+                                            {{"linear", mpm::ShapeFunction::Linear},
+                                             {"gimp", mpm::ShapeFunction::Gimp},
+                                             {"cpgimp", mpm::ShapeFunction::Cpgimp}});
+     }},
+    {"dilation", "point | cell",
+     [](ScriptWords &words, Said<D> &said) {
+       said.options.mean_dilation = words.choice<bool>("", {{"point", false}, {"cell", true}});
+     }},
+    {"scheme", "musl | usavg",
+     [](ScriptWords &words, Said<D> &said) {
+       said.options.scheme = words.choice<mpm::Scheme>(
+           "", {{"musl", mpm::Scheme::Musl}, {"usavg", mpm::Scheme::Usavg}});
+     }},
+    {"flip", "share",
+     [](ScriptWords &words, Said<D> &said) { said.options.flip = words.number(); }},
+    {"damping", "value",
+     [](ScriptWords &words, Said<D> &said) { said.options.damping = words.number(); }},
+    {"device", "auto | cpu | cuda",
+     [](ScriptWords &words, Said<D> &said) { said.options.device = read_device(words); }},
+    {"boundary",
+     D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed | absorbing cp cs"
+            : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed | absorbing cp cs",
+     read_boundary<D>},
+    {"model", "group-ID rve fix-ID | law ...", read_model<D>},
+    {"column", "name",
+     [](ScriptWords &words, Said<D> &said) {
+       said.settings.columns.emplace_back(words.next());
+       words.about("column " + said.settings.columns.back());
+     }},
+    {"density", "value | rve", read_density<D>},
+    {"stress", D == 2 ? "sxx syy sxy" : "sxx syy szz sxy sxz syz", read_stress<D>},
+    {"insitu", IN_SITU_FORM, read_in_situ<D>},
+    {"volume", "value", read_volume<D>},
+    {"points_per_cell", "value", read_volume<D>},
+    {"rigid", rigid_form<D>(), read_rigid<D>},
+    {"separation", "yes | no", read_separation<D>},
+    {"form",
+     D == 2 ? "face | box | ball | convex N x1 y1 ... xN yN"
+            : "face | box | ball | cylinder | convex N x1 y1 z1 ... xN yN zN",
+     read_body_form<D>},
+    {"spin", D == 2 ? "value | free" : "value | free value | free value | free", read_spin<D>},
+    {"pivot", D == 2 ? "x y" : "x y z", read_pivot<D>},
+    {"turned", D == 2 ? "angle" : "x y z", read_turned<D>},
+    {"traction", D == 2 ? "ID tx ty" : "ID tx ty tz", read_traction<D>},
+    {"pressure", "ID p", read_pressure<D>},
+    {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
+    {"cfl", "warn error", read_cfl<D>},
+    {"wave_speed", "bound | tangent N [every M]", read_wave_speed<D>},
+    {"progress", "seconds", [](ScriptWords &words, Said<D> &said) {
+       said.settings.progress_interval = read_progress(words);
+     }}};
+
+/// The model of a group that fix_modify names; an error if fix_modify cannot change it.
+template <int D> MpmModel<D> &model_to_modify(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  const std::string group = words.next("group");
+  words.about(words.keyword() + " " + group);
+  rve::Words groups;
+  for (MpmModel<D> &model : models) {
+    groups.emplace_back(model.group);
+    if (model.group != group) continue;
+    if (!model.law)
+      words.refuse(fmt::format("the model of group '{}' is the RVEs of fix {}; change these with "
+                               "fix_modify {}",
+                               group, model.fix_rve, model.fix_rve));
+    model.is_modified = true;
+    return model;
+  }
+  words.refuse(fmt::format("the fix has no model of group '{}'{}", group,
+                           rve::did_you_mean(group, groups, "its models are those of")));
+}
+
+template <int D> void modify_model(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  MpmModel<D> &model = model_to_modify(words, models);
+  const std::string law = words.next("law");
+  if (law != model.word)
+    words.refuse(fmt::format(
+        "the model of group '{}' has the law {}, and fix_modify gives this law other parameters, "
+        "not another law, '{}'; a point changes its law when it changes its group: define the fix "
+        "with a model of each law",
+        model.group, model.word, law));
+  words.set_form("group-ID " + law + " " + utils::join_words(entry_of(model).arguments, " "));
+  read_parameters(words, model);
+}
+
+// factors of safety are near 1
+constexpr double LEAST_REDUCTION = 0.01, MOST_REDUCTION = 100.0;
+
+template <int D> void modify_strength(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  MpmModel<D> &model = model_to_modify(words, models);
+  if (!entry_of(model).reduce_strength)
+    words.refuse(fmt::format("the law of group '{}' is {}, which has no strength to be reduced",
+                             model.group, model.word));
+  const double factor = words.number(model.group);
+  if (!(factor >= LEAST_REDUCTION && factor <= MOST_REDUCTION))
+    words.refuse(fmt::format("strength_reduction {} is {} [-]; it must be from {} to {}",
+                             model.group, rve::number(factor), LEAST_REDUCTION, MOST_REDUCTION));
+  model.strength_reduction = factor;
+  model.law = entry_of(model).make(reduced_arguments(model).data());
+}
+
+template <int D>
+constexpr ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
+    {"model", "group-ID law ...", modify_model<D>},
+    {"strength_reduction", "group-ID factor", modify_strength<D>}};
+
+constexpr ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
+
+void read_of_space(ScriptWords &, Said<2> &) {}
+void read_of_space(ScriptWords &words, Said<3> &said)
+{
+  words.read(KEYWORDS_OF_SPACE, said);
+}
+
+}    // namespace
+
+template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, char **arg)
+{
+  ScriptWords words(lmp, "Fix mpm", narg, arg, 3);
+  words.limit_numbers(LARGEST);
+  MpmSettings settings;
+  mpm::SolverOptions<D> &options = settings.options;
+  settings.words.emplace_back("cell size", words.peek());
+  options.cell_size = words.positive("cell size", "[length]");
+  for (int a = 0; a < D; a++) {
+    options.lo[a] = lmp->domain->boxlo[a];
+    options.hi[a] = lmp->domain->boxhi[a];
+  }
+  settings.initial_volume = volume_of_cell(options);
+  const RankResources share(lmp->world);
+  options.threads = share.threads();
+  options.device = mpm::Device::Auto;
+  options.device_number = share.rank;
+
+  words.set_keywords(names_of(KEYWORDS<D>));
+  if (D == 3) words.add_keywords(names_of(KEYWORDS_OF_SPACE));
+  collectively(lmp, "Fix mpm", [&] {
+    Said<D> said{lmp, settings};
+    while (words.next_keyword())
+      if (!words.read(KEYWORDS<D>, said)) read_of_space(words, said);
+    if (settings.in_situ.given && words.has("stress"))
+      lmp->error->all(FLERR, "Fix mpm: stress and insitu exclude each other");
+    check_forms(lmp, said);
+  });
+  const std::string only_density = share_density(words, settings);
+  // easily taken for that of one model or body alone
+  const bool may_mislead = utils::strmatch(only_density, "^rigid ") ||
+      (utils::strmatch(only_density, "^model ") && settings.models.size() > 1);
+  if (may_mislead && lmp->comm->me == 0)
+    utils::logmesg(lmp,
+                   "Fix mpm: the only density is that of {}; it applies to all points, of other "
+                   "models and bodies as well\n",
+                   only_density.substr(0, only_density.rfind(' ')));
+  for (const auto &given : words.given())
+    settings.words.emplace_back(given.subject == only_density ? "density" : given.subject,
+                                given.keyword == "points_per_cell"
+                                    ? fmt::format("{:.17g}", settings.initial_volume)
+                                    : given.values);
+  return settings;
+}
+
+template <int D>
+std::vector<MpmModel<D>> MpmSettings<D>::modified_models(LAMMPS *lmp, int narg, char **arg) const
+{
+  ScriptWords words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
+  words.limit_numbers(LARGEST);
+  words.set_keywords(names_of(KEYWORDS_OF_MODIFY<D>));
+  std::vector<MpmModel<D>> wanted = models;
+  collectively(lmp, "Fix_modify of fix mpm", [&] {
+    while (words.next_keyword()) words.read(KEYWORDS_OF_MODIFY<D>, wanted);
+  });
+  return wanted;
+}
+
+template <int D> std::string LAMMPS_NS::modification(const MpmModel<D> &model)
+{
+  if (!model.is_modified) return "";
+  std::string text = fmt::format("model {} {}", model.group, model.word);
+  for (const double argument : model.arguments) text += fmt::format(" {:.17g}", argument);
+  if (model.strength_reduction != 1.0)
+    text += fmt::format(" strength_reduction {} {:.17g}", model.group, model.strength_reduction);
+  return text;
+}
+
+template <int D>
+std::string LAMMPS_NS::parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now)
+{
+  if (!now.law) return "";
+  const std::vector<double> then = reduced_arguments(before), after = reduced_arguments(now);
+  std::string text;
+  for (std::size_t k = 0; k < after.size(); k++)
+    if (then[k] != after[k])
+      text += fmt::format("{}{} {} -> {}", text.empty() ? "" : ", ", entry_of(now).arguments[k],
+                          rve::number(then[k]), rve::number(after[k]));
+  return text;
+}
+
+template std::string LAMMPS_NS::modification(const MpmModel<2> &);
+template std::string LAMMPS_NS::modification(const MpmModel<3> &);
+template std::string LAMMPS_NS::parameter_changes(const MpmModel<2> &, const MpmModel<2> &);
+template std::string LAMMPS_NS::parameter_changes(const MpmModel<3> &, const MpmModel<3> &);
+
+template <int D> const char *MpmSettings<D>::name_of_side(int side)
+{
+  return SIDES[side];
+}
+
+template <int D> double MpmSettings<D>::width_of_point() const
+{
+  return D == 2 ? std::sqrt(initial_volume) : std::cbrt(initial_volume);
+}
+
+template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const
+{
+  // the bit of a deleted group may be that of another one
+  const auto check_group = [lmp](const char *keyword, const std::string &name, int bit) {
+    const int found = lmp->group->find(name);
+    if (found < 0)
+      lmp->error->all(FLERR, "Fix mpm {}: group '{}' has been deleted since the fix was defined",
+                      keyword, name);
+    if (lmp->group->bitmask[found] != bit)
+      lmp->error->all(FLERR,
+                      "Fix mpm {}: group '{}' has been deleted and defined anew since the fix was "
+                      "defined; define the fix after its groups",
+                      keyword, name);
+  };
+  for (const auto &body : bodies) check_group("rigid", body.group, body.groupbit);
+  for (const auto &model : models) check_group("model", model.group, model.groupbit);
+  for (const auto &load : tractions)
+    if (load.groupbit)
+      check_group(load.keyword(), load.id, load.groupbit);
+    else if (!lmp->domain->get_region_by_id(load.id))
+      lmp->error->all(FLERR, "Fix mpm {}: region '{}' does not exist", load.keyword(), load.id);
+}
+
+template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
+{
+  check_groups(lmp);
+  for (const auto &load : tractions)
+    if (load.groupbit && lmp->group->count(lmp->group->find(load.id)) == 0)
+      lmp->error->all(FLERR, "Fix mpm {}: group '{}' has no atoms", load.keyword(), load.id);
+  for (auto &body : bodies) {
+    for (auto &rate : body.rates) rate.find(lmp, "Fix mpm", false);
+    body.friction.find(lmp, "Fix mpm", false);
+  }
+  for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, "Fix mpm insitu");
+  if (in_situ.surface) in_situ.surface->find(lmp, "Fix mpm insitu");
+  for (ScriptValue &component : in_situ.components) component.find(lmp, "Fix mpm insitu");
+  for (auto &load : tractions)
+    for (auto &component : load.traction) component.find(lmp, "Fix mpm");
+}
+
+template struct LAMMPS_NS::MpmSettings<2>;
+template struct LAMMPS_NS::MpmSettings<3>;
+
+std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points)
+{
+  // have no influence on results
+  const auto is_aside = [](const std::string &about) {
+    return about == "device" || about == "progress" || about == "cfl" || about == "wave_speed" ||
+        about.rfind("column ", 0) == 0;
+  };
+  const auto is_of_points = [](const std::string &about) {
+    return about == "volume" || about == "density" || about == "stress" || about == "insitu" ||
+        utils::strmatch(about, "^\\S+ \\S+ density$");    // of a model or body
+  };
+  // the values of one keyword, of all loads on the same points together
+  const auto said = [](const MpmWords &words, const std::string &about) {
+    std::string all;
+    for (const auto &[other, values] : words)
+      if (other == about) all += (all.empty() ? "" : ", ") + values;
+    return all.empty() ? std::string("not given") : all;
+  };
+  // word by word, numbers by their value
+  const auto is_same = [](const std::string &one, const std::string &other) {
+    const std::vector<std::string> a = utils::split_words(one), b = utils::split_words(other);
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto &x, const auto &y) {
+      return utils::is_double(x) && utils::is_double(y) ? std::stod(x) == std::stod(y) : x == y;
+    });
+  };
+  std::vector<std::string> keys;
+  for (const MpmWords *words : {&then, &now})
+    for (const auto &one : *words)
+      if (std::find(keys.begin(), keys.end(), one.first) == keys.end()) keys.push_back(one.first);
+  std::string text;
+  for (const std::string &key : keys) {
+    if (is_aside(key) || is_of_points(key) != of_points) continue;
+    const std::string before = said(then, key), after = said(now, key);
+    if (!is_same(before, after))
+      text += (text.empty() ? "" : ", ") + key + " " + before + " -> " + after;
+  }
+  return text;
+}

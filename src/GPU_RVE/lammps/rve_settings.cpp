@@ -1,0 +1,615 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/rve_settings.h"
+
+#include "error.h"
+#include "lammps.h"
+#include "lammps/on_rank_zero.h"
+#include "lammps/progress.h"
+#include "rve/core/checksum.h"
+#include "rve/core/error.h"
+#include "rve/engine/files.h"
+#include "rve/engine/packing_io.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+
+using namespace LAMMPS_NS;
+using macro::StressFrom;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Behind the message that there is no such file.
+std::string where_packings_come_from(const std::string &file)
+{
+  const rve::Words near = rve::nearest_words(file, fix_rve_keywords());
+  if (!near.empty() && file.find_first_of("./") == std::string::npos)
+    return fmt::format("; if {} is no file, did you mean the keyword {}?", file, near.front());
+  return fmt::format(
+      " (looked in folder {}). The command create_rve makes packings, as in create_rve "
+      "{} grains 400 radius uniform 0.0025 0.005 ...",
+      fs::absolute(file).lexically_normal().parent_path().string(), file);
+}
+
+/// Two doublings: one for each axis across which a stretched cell of spheres narrows.
+constexpr int MOST_COPIES = 4;
+
+constexpr const char *COMPONENTS[3][3] = {
+    {"xx", "xy", "xz"}, {"yx", "yy", "yz"}, {"zx", "zy", "zz"}};
+
+bool find_component(const std::string &word, int dimension, int &row, int &column)
+{
+  for (row = 0; row < dimension; ++row)
+    for (column = 0; column < dimension; ++column)
+      if (word == COMPONENTS[row][column]) return true;
+  return false;
+}
+
+/// Their names, those on the diagonal first and those below it last, or not at all in a symmetric tensor.
+rve::Words component_names(int dimension, bool symmetric)
+{
+  rve::Words names;
+  for (int a = 0; a < dimension; ++a) names.emplace_back(COMPONENTS[a][a]);
+  for (const bool below : {false, true})
+    for (int a = 0; a < dimension; ++a)
+      for (int b = a + 1; b < dimension; ++b)
+        if (!below || !symmetric) names.emplace_back(below ? COMPONENTS[b][a] : COMPONENTS[a][b]);
+  return names;
+}
+
+/// Components of a tensor in so many dimensions with their values, at least one; `part` as in ScriptWords.
+std::vector<TensorComponent> read_components(ScriptWords &words, const std::string &part,
+                                             int dimension, bool symmetric)
+{
+  const std::string what = words.keyword() + (part.empty() ? "" : " ") + part;
+  std::vector<TensorComponent> list;
+  int row, column;
+  while (find_component(words.peek(), dimension, row, column)) {
+    const std::string name = words.next();
+    if (symmetric && row > column)
+      words.refuse(fmt::format("{} has no component {}; the servo shears by {}", what, name,
+                               COMPONENTS[column][row]));
+    for (const auto &other : list)
+      if (other.row == row && other.column == column)
+        words.refuse(what + " has component " + name + " twice");
+    list.push_back({row, column, words.value(part.empty() ? name : part + " " + name)});
+  }
+  if (find_component(words.peek(), 3, row, column))
+    words.refuse(
+        fmt::format("{} has component {}, and the RVEs are of disks: only those of spheres "
+                    "have components of z",
+                    what, words.peek()));
+  if (list.empty()) {
+    std::string names;
+    for (const auto &name : component_names(dimension, symmetric))
+      names += fmt::format(" {}", name);
+    words.refuse(fmt::format("{} needs at least one of the components{}, got '{}'", what, names,
+                             words.peek()));
+  }
+  rve::Words others = component_names(dimension, false);
+  std::reverse(others.begin(), others.end());
+  words.suggest(others);
+  return list;
+}
+
+// An RVE that is skipped longer than this answers from a stiffness that it has no more: contacts slide from a thousandth on.
+constexpr double LARGEST_QUIESCENT_STRAIN = 1e-2;
+
+// Of adaptive substeps, unless the script says otherwise.
+constexpr int MOST_SUBSTEPS = 100000;
+
+enum class Preset { Draft, Standard, Reference };
+
+/// What doc/src/accuracy.rst recommends; keywords that follow replace parts of it.
+void apply(Preset preset, FixRveSettings &s)
+{
+  s.dt_auto = s.dt_given = true;
+  s.mass_scaling = 1.0;
+  switch (preset) {
+    case Preset::Draft:
+      s.options.format = rve::Format::Fast;
+      s.dt_fraction = 0.9;
+      s.mass_scaling = 4.0;
+      break;
+    case Preset::Standard:
+      s.options.format = rve::Format::Mixed;
+      s.dt_fraction = 0.9;
+      break;
+    case Preset::Reference:
+      s.options.format = rve::Format::Double;
+      s.dt_fraction = 0.1;
+      break;
+  }
+}
+
+// ---- values of keywords ----
+
+void read_drive(ScriptWords &words, FixRveSettings &s)
+{
+  s.driver = words.choice<RveDriver>("",
+                                     {{"none", RveDriver::None},
+                                      {"velocity_gradient", RveDriver::VelocityGradient},
+                                      {"mpm", RveDriver::Mpm}});
+  s.velocity_gradient.clear();
+  if (s.driver == RveDriver::VelocityGradient)
+    s.velocity_gradient = read_components(words, "velocity_gradient", s.dimension, false);
+}
+
+/// Of a file, read by one rank. Throws InputError on all of them.
+std::string text_of_file(LAMMPS *lmp, const std::string &file)
+{
+  std::string text;
+  const std::string failure = on_rank_zero(lmp->world, [&] {
+    rve::require_readable(file, "path file");
+    std::ifstream in(file);
+    std::ostringstream all;
+    all << in.rdbuf();
+    text = all.str();
+    rve::require(text.size() <= MAXSMALLINT, file + " is too large for a path file");
+  });
+  if (!failure.empty()) throw rve::InputError(failure);
+  int size = static_cast<int>(text.size());
+  MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
+  text.resize(size);
+  MPI_Bcast(text.data(), size, MPI_CHAR, 0, lmp->world);
+  return text;
+}
+
+template <int D>
+std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &path, bool in_script,
+                       std::shared_ptr<const macro::LoadPathsOf<D>> &result, PathSettings &s)
+{
+  std::size_t used = path.size();
+  const auto read_file = [&](const std::string &file) { return text_of_file(words.owner(), file); };
+  try {
+    result = std::make_shared<macro::LoadPathsOf<D>>(path, read_file, in_script ? &used : nullptr);
+  } catch (const rve::InputError &e) {
+    words.refuse(e.what());
+  }
+  for (const std::string &name : result->script_names()) {
+    s.values.emplace_back();
+    s.values.back().variable = name;
+  }
+  return used;
+}
+
+void read_path(ScriptWords &words, FixRveSettings &settings)
+{
+  PathSettings &s = settings.path;
+  s.of_disks.reset();
+  s.of_spheres.reset();
+  s.values.clear();
+  s.text = "none";
+  if (!words.has("path_variable")) {
+    s.number = ScriptValue();
+    s.number_given = false;
+  }
+  if (!words.has("path_end")) s.halts = false;
+  if (words.take("none")) return;
+  const bool in_script = std::string_view(words.peek()) == "stage";
+  std::vector<macro::PathWord> path;
+  std::string said;
+  if (in_script) {
+    for (int k = 0; *words.peek(k) != '\0'; ++k) path.push_back({words.peek(k), "path"});
+  } else {
+    do {
+      const std::string file = words.next("file");
+      try {
+        const std::string text = text_of_file(words.owner(), file);
+        for (macro::PathWord &word : macro::path_words(text, file)) path.push_back(std::move(word));
+        said += fmt::format("{}{} with checksum {:016x}", said.empty() ? "" : " ", file,
+                            rve::checksum_of(text.data(), text.size()));
+      } catch (const rve::InputError &e) {
+        words.refuse(e.what());
+      }
+    } while (!words.empty() && !words.at_keyword());
+  }
+  const std::size_t used = settings.dimension == 2
+      ? read_paths<2>(words, path, in_script, s.of_disks, s)
+      : read_paths<3>(words, path, in_script, s.of_spheres, s);
+  for (std::size_t k = 0; in_script && k < used; ++k)
+    said += fmt::format("{}{}", said.empty() ? "" : " ", words.next());
+  s.text = said;
+}
+
+void read_dt(ScriptWords &words, FixRveSettings &s)
+{
+  s.dt_given = true;
+  s.dt_auto = words.take("auto");
+  if (!s.dt_auto)
+    s.dt = words.positive("", "[time]");
+  else if (words.starts_number())
+    s.dt_fraction = words.within("auto fraction", "[-]", 0.0, 1.0);
+}
+
+void read_substeps(ScriptWords &words, FixRveSettings &s)
+{
+  s.substeps = 0;
+  s.macro_step.adaptive.reset();
+  if (words.take("match")) return;    // as many as cover the LAMMPS time step
+  if (!words.take("adaptive")) {
+    s.substeps = words.integer("", 1);
+    return;
+  }
+  rve::AdaptiveSubsteps adaptive;
+  adaptive.strain_per_step = words.within("adaptive strain", "[-]", 0.0, 1e-2);
+  adaptive.inertial_number = words.within("adaptive inertial number", "[-]", 0.0, 1.0);
+  adaptive.most = words.starts_number() ? words.integer("adaptive most", 1) : MOST_SUBSTEPS;
+  s.macro_step.adaptive = adaptive;
+}
+
+void read_stress(ScriptWords &words, FixRveSettings &s)
+{
+  s.macro_step.stress_from = words.choice<StressFrom>("",
+                                                      {{"end", StressFrom::End},
+                                                       {"average", StressFrom::Average},
+                                                       {"regression", StressFrom::Regression}});
+  if (s.macro_step.stress_from == StressFrom::End) return;
+  s.macro_step.stress_samples = words.integer("samples", 2);
+  s.macro_step.stress_spacing = words.integer("spacing", 1);
+}
+
+void read_preset(ScriptWords &words, FixRveSettings &s)
+{
+  if (!words.given().empty())
+    words.refuse("preset must be the first keyword: those that follow replace parts of it");
+  apply(words.choice<Preset>("",
+                             {{"draft", Preset::Draft},
+                              {"standard", Preset::Standard},
+                              {"reference", Preset::Reference}}),
+        s);
+}
+
+void read_dump(ScriptWords &words, FixRveSettings &s)
+{
+  s.dump_atoms.clear();
+  s.dump_interval = words.take("none") ? 0 : words.integer("interval", 1);
+  if (s.dump_interval == 0) return;
+  s.dump_prefix = words.next("file prefix");
+  do s.dump_atoms.push_back(words.integer("atom ID", 1));
+  while (words.starts_number());
+}
+
+// why fix_modify cannot change what a keyword says
+constexpr const char *OF_ENGINE = "the engine that holds the RVEs is made with it; write a restart "
+                                  "file and read it with another fix rve";
+constexpr const char *OF_PACKING = "RVEs that are there keep their grains; define another fix rve "
+                                   "for other packings";
+
+struct FixRveKeyword {
+  const char *name;
+  const char *values;
+  void (*read)(ScriptWords &, FixRveSettings &);
+  const char *fixed = nullptr;    ///< null if fix_modify can change it
+};
+
+using Settings = FixRveSettings;
+constexpr FixRveKeyword KEYWORDS[] = {
+    {"drive", "none | mpm | velocity_gradient component rate ...", read_drive},
+    {"servo", "none | component stress ...",
+     [](ScriptWords &words, Settings &s) {
+       s.stress_goal.clear();
+       if (!words.take("none")) s.stress_goal = read_components(words, "", s.dimension, true);
+     }},
+    {"servo_gain", "gain",
+     [](ScriptWords &words, Settings &s) {
+       s.servo_gain = words.positive("", "[1/(stress time^2)]");
+     }},
+    {"servo_max_rate", "rate",
+     [](ScriptWords &words, Settings &s) { s.servo_max_rate = words.positive("", "[1/time]"); }},
+    {"path", "none | file ... | stage condition ...", read_path},
+    {"path_variable", "v_name",
+     [](ScriptWords &words, Settings &s) {
+       s.path.number = words.value();
+       s.path.number_given = true;
+     }},
+    {"path_end", "hold | halt",
+     [](ScriptWords &words, Settings &s) {
+       s.path.halts = words.choice<bool>("", {{"hold", false}, {"halt", true}});
+     }},
+    {"dt", "time | auto [fraction]", read_dt},
+    {"dt_check", "N",
+     [](ScriptWords &words, Settings &s) { s.dt_check_interval = words.integer("", 0); }},
+    {"substeps", "N | match | adaptive strain inertia [most]", read_substeps},
+    {"quiescent", "none | strain",
+     [](ScriptWords &words, Settings &s) {
+       s.macro_step.quiescent_strain =
+           words.take("none") ? 0.0 : words.within("strain", "[-]", 0.0, LARGEST_QUIESCENT_STRAIN);
+     }},
+    {"stress", "end | average samples spacing | regression samples spacing", read_stress},
+    {"mass_scaling", "factor",
+     [](ScriptWords &words, Settings &s) { s.mass_scaling = words.positive("", "[-]"); }},
+    {"policy", "stop | freeze | fresh",
+     [](ScriptWords &words, Settings &s) {
+       s.policy = words.choice<RvePolicy>(
+           "",
+           {{"stop", RvePolicy::Stop}, {"freeze", RvePolicy::Freeze}, {"fresh", RvePolicy::Fresh}});
+     }},
+    {"copies", "N",
+     [](ScriptWords &words, Settings &s) {
+       s.macro_step.most_copies = words.integer("", 1);
+       if (s.macro_step.most_copies & (s.macro_step.most_copies - 1))
+         words.refuse(fmt::format("copies is {}; cells are doubled, so it must be a power of two: "
+                                  "1, 2, 4 ...",
+                                  s.macro_step.most_copies));
+     }},
+    {"progress", "seconds",
+     [](ScriptWords &words, Settings &s) { s.progress_interval = read_progress(words); }},
+    {"dump", "none | N prefix atom-ID ...", read_dump},
+    {"shadow", "N [refinement]",
+     [](ScriptWords &words, Settings &s) {
+       s.num_shadows = words.integer("", 1);
+       if (words.starts_number()) s.macro_step.shadow_refinement = words.integer("refinement", 1);
+     },
+     OF_ENGINE},
+    {"preset", "draft | standard | reference", read_preset,
+     "it also says the number format; give dt and mass_scaling one by one"},
+    {"packings", "file ...",
+     [](ScriptWords &words, Settings &s) {
+       while (!words.empty() && !words.at_keyword()) s.packings.emplace_back(words.next());
+     },
+     OF_PACKING},
+    {"packing_variable", "v_name",
+     [](ScriptWords &words, Settings &s) { s.choice.number = words.value(); }, OF_PACKING},
+    {"packing_random", "seed",
+     [](ScriptWords &words, Settings &s) { s.choice.seed = words.integer("", 0); }, OF_PACKING},
+    {"packing_stress", "stress",
+     [](ScriptWords &words, Settings &s) { s.choice.stress = words.value(); }, OF_PACKING},
+    {"packing_void_ratio", "e tolerance",
+     [](ScriptWords &words, Settings &s) {
+       s.choice.void_ratio = words.value();
+       s.choice.tolerance = words.positive("tolerance", "[-]");
+     },
+     OF_PACKING},
+    {"packing_image", "number | v_name | random seed",
+     [](ScriptWords &words, Settings &s) {
+       if (words.take("random"))
+         s.choice.image_seed = words.integer("random seed", 0);
+       else
+         s.choice.image = words.value();
+     },
+     OF_PACKING},
+    {"format", "fast | mixed | double | single",
+     [](ScriptWords &words, Settings &s) { s.options.format = read_format(words); }, OF_ENGINE},
+    {"arithmetic", "strict | relaxed",
+     [](ScriptWords &words, Settings &s) {
+       s.options.arithmetic = words.choice<rve::Arithmetic>(
+           "", {{"strict", rve::Arithmetic::Strict}, {"relaxed", rve::Arithmetic::Relaxed}});
+     },
+     OF_ENGINE},
+    {"device", "auto | cpu | cuda",
+     [](ScriptWords &words, Settings &s) { s.options.device = read_device(words); }, OF_ENGINE},
+    {"threads", "N",
+     [](ScriptWords &words, Settings &s) {
+       s.options.threads = words.integer("", 0);
+       s.threads_given = true;
+     },
+     OF_ENGINE},
+    {"skin", "length",
+     [](ScriptWords &words, Settings &s) { s.options.skin = words.positive("", "[length]"); },
+     OF_ENGINE},
+    {"block_size", "N",
+     [](ScriptWords &words, Settings &s) { s.options.block_size = words.integer("", 0); },
+     OF_ENGINE},
+    {"arms", "contact | lammps",
+     [](ScriptWords &words, Settings &s) {
+       s.options.arms = words.choice<rve::Arms>(
+           "", {{"contact", rve::Arms::Contact}, {"lammps", rve::Arms::Lammps}});
+     },
+     OF_ENGINE},
+    {"overlap_limit", "fraction",
+     [](ScriptWords &words, Settings &s) {
+       s.options.overlap_limit = words.number();
+       if (!(s.options.overlap_limit > 0.0 && s.options.overlap_limit < 1.0))
+         words.refuse(fmt::format("overlap_limit is {} [radius]; it must be in (0, 1)",
+                                  rve::number(s.options.overlap_limit)));
+     },
+     OF_ENGINE},
+    {"energy", "yes | no",
+     [](ScriptWords &words, Settings &s) { s.options.track_energy = words.logical(); }, OF_ENGINE}};
+
+}    // namespace
+
+rve::Words LAMMPS_NS::fix_rve_keywords()
+{
+  rve::Words words = material_keywords();
+  for (const auto &name : names_of(KEYWORDS)) words.push_back(name);
+  return words;
+}
+
+const char *LAMMPS_NS::rve_component_name(int row, int column)
+{
+  return COMPONENTS[row][column];
+}
+
+rve::Format LAMMPS_NS::read_format(ScriptWords &words)
+{
+  return words.choice<rve::Format>("",
+                                   {{"fast", rve::Format::Fast},
+                                    {"mixed", rve::Format::Mixed},
+                                    {"double", rve::Format::Double},
+                                    {"single", rve::Format::Single}});
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
+{
+  const std::string message = e.what();
+  std::error_code unknown;    // a loop of links, for one
+  if (!fs::exists(file, unknown) && !unknown) return message + where_packings_come_from(file);
+  return (message.find(file) != std::string::npos ? "" : file + ": ") + message;
+}
+
+/* ---------------------------------------------------------------------- */
+
+static int dimension_of(LAMMPS *lmp, const std::string &file)
+{
+  int dimension = 0;
+  const std::string failure = on_rank_zero(lmp->world, [&] {
+    try {
+      dimension = rve::dimension_of_packing(file);
+    } catch (const rve::InputError &e) {
+      throw rve::InputError(packing_failure(file, e));
+    }
+  });
+  if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
+  MPI_Bcast(&dimension, 1, MPI_INT, 0, lmp->world);
+  return dimension;
+}
+
+void FixRveSettings::require_one_dimension(LAMMPS *lmp) const
+{
+  const auto grains = [](int d) { return d == 2 ? "disks" : "spheres"; };
+  for (const std::string &file : packings)
+    if (const int other = dimension_of(lmp, file); other != dimension)
+      lmp->error->all(FLERR,
+                      "fix rve: packing {} is of {}, and packing {} of {}; all packings of a fix "
+                      "must have the same grains",
+                      packings.front(), grains(dimension), file, grains(other));
+}
+
+/* ---------------------------------------------------------------------- */
+
+FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
+{
+  const std::string command = "fix rve";
+  ScriptWords words(lmp, command, narg, arg, 3);
+  FixRveSettings s;
+  s.macro_step.most_copies = MOST_COPIES;
+  s.packings.emplace_back(words.next("packing file"));
+  s.dimension = dimension_of(lmp, s.packings.front());
+  s.read(words, false);
+  s.require_one_dimension(lmp);
+  s.check(lmp, command);
+  return s;
+}
+
+FixRveSettings FixRveSettings::modified(LAMMPS *lmp, int narg, char **arg) const
+{
+  const std::string command = "fix_modify of fix rve";
+  ScriptWords words(lmp, command, narg, arg, 0);
+  FixRveSettings s = *this;
+  s.material = MaterialWords();
+  s.mass_scaling.reset();
+  s.dt_given = false;
+  s.read(words, true);
+  s.check(lmp, command);
+  return s;
+}
+
+void FixRveSettings::read(ScriptWords &words, bool modifies)
+{
+  words.set_keywords(material_keywords());
+  for (const FixRveKeyword &keyword : KEYWORDS)
+    if (!modifies || !keyword.fixed) words.add_keywords({keyword.name});
+  const auto refuse_fixed = [&]() {
+    for (const FixRveKeyword &keyword : KEYWORDS)
+      if (modifies && keyword.fixed && std::string_view(words.peek()) == keyword.name)
+        words.refuse(fmt::format("{} cannot be changed: {}", words.next(), keyword.fixed));
+  };
+  for (refuse_fixed(); words.next_keyword(); refuse_fixed())
+    if (!material.read(words)) words.read(KEYWORDS, *this);
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
+{
+  const FixRveSettings &s = *this;
+  if (s.driver == RveDriver::Mpm && !s.stress_goal.empty())
+    lmp->error->all(FLERR, "{}: servo and drive mpm exclude each other", command);
+  const bool has_servo = !s.stress_goal.empty() || s.path.has_servo();
+  if (s.path.any() && (s.driver != RveDriver::None || !s.stress_goal.empty()))
+    lmp->error->all(FLERR,
+                    "{}: path and {} exclude each other; a path has rates and stresses of its own",
+                    command, s.driver != RveDriver::None ? "drive" : "servo");
+  if (!s.path.any() && (s.path.number_given || s.path.halts))
+    lmp->error->all(FLERR, "{}: {} without a path", command,
+                    s.path.halts ? "path_end halt" : "path_variable");
+  if (s.macro_step.adaptive && has_servo)
+    lmp->error->all(FLERR,
+                    "{}: substeps adaptive needs a strain that is known beforehand and "
+                    "cannot be used with servo",
+                    command);
+  if (s.macro_step.quiescent_strain > 0.0 && has_servo)
+    lmp->error->all(FLERR,
+                    "{}: quiescent and servo exclude each other: a servo has to feel the "
+                    "stress of the grains",
+                    command);
+  if (s.macro_step.adaptive && s.macro_step.quiescent_strain > 0.0 &&
+      s.macro_step.quiescent_strain < s.macro_step.adaptive->strain_per_step)
+    lmp->error->warning(FLERR,
+                        "fix rve: quiescent strain {} is less than the strain of one adaptive "
+                        "substep, {}: an RVE wakes for a single step",
+                        rve::number(s.macro_step.quiescent_strain),
+                        rve::number(s.macro_step.adaptive->strain_per_step));
+  for (const auto &goal : s.stress_goal)
+    for (const auto &rate : s.velocity_gradient)
+      if (goal.row == rate.row && goal.column == rate.column)
+        lmp->error->all(FLERR, "{}: component {} is driven by both velocity_gradient and servo",
+                        command, rve_component_name(goal.row, goal.column));
+  if (!s.choice.number.variable.empty() && s.choice.is_by_property())
+    lmp->error->all(FLERR, "{}: packing_variable and {} exclude each other", command,
+                    s.choice.seed         ? "packing_random"
+                        : s.choice.stress ? "packing_stress"
+                                          : "packing_void_ratio");
+  for (const auto &goal : s.stress_goal)
+    if (goal.row == goal.column && goal.value.variable.empty() && goal.value.constant > 0.0)
+      lmp->error->all(FLERR,
+                      "{}: the goal of servo {} is {} [stress], a tension, and grains without "
+                      "cohesion carry none; it must be at most 0, because stresses are negative in "
+                      "compression",
+                      command, rve_component_name(goal.row, goal.column),
+                      rve::number(goal.value.constant));
+  const auto &adaptive = s.macro_step.adaptive;
+  const double steps =
+      static_cast<double>(adaptive ? adaptive->most : s.substeps) * s.steps_per_step();
+  if (steps > MAXSMALLINT)
+    lmp->error->all(FLERR,
+                    "{}: {} DEM steps per LAMMPS step{} times {} for each one of a shadow are {}; "
+                    "there can be {} at most: use fewer substeps or a lower refinement of shadow",
+                    command, adaptive ? adaptive->most : s.substeps,
+                    adaptive ? " (the most of substeps adaptive)" : "", s.steps_per_step(),
+                    rve::number(steps), MAXSMALLINT);
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::map<std::string, std::string> FixRveSettings::account() const
+{
+  const auto &steps = macro_step;
+  std::map<std::string, std::string> account;
+  account["format"] = rve::to_string(options.format);
+  account["arithmetic"] = options.arithmetic == rve::Arithmetic::Strict ? "strict" : "relaxed";
+  account["arms"] = options.arms == rve::Arms::Contact ? "contact" : "lammps";
+  account["skin"] = options.skin > 0.0 ? rve::number(options.skin) : "automatic";
+  account["overlap_limit"] = rve::number(options.overlap_limit);
+  account["energy"] = options.track_energy ? "yes" : "no";
+  account["policy"] = policy == RvePolicy::Stop ? "stop"
+      : policy == RvePolicy::Freeze             ? "freeze"
+                                                : "fresh";
+  account["copies"] = std::to_string(steps.most_copies);
+  account["substeps"] = steps.adaptive
+      ? fmt::format("adaptive {} {} {}", rve::number(steps.adaptive->strain_per_step),
+                    rve::number(steps.adaptive->inertial_number), steps.adaptive->most)
+      : substeps > 0 ? std::to_string(substeps)
+                     : "match";
+  account["quiescent"] = steps.quiescent_strain > 0.0 ? rve::number(steps.quiescent_strain)
+                                                      : "none";
+  const auto samples = [&](const char *word) {
+    return fmt::format("{} {} {}", word, steps.stress_samples, steps.stress_spacing);
+  };
+  account["stress"] = steps.stress_from == StressFrom::End ? "end"
+      : steps.stress_from == StressFrom::Average           ? samples("average")
+                                                           : samples("regression");
+  account["shadow"] = num_shadows > 0 ? fmt::format("{} {}", num_shadows, steps.shadow_refinement)
+                                      : "none";
+  account["dt_check"] = std::to_string(dt_check_interval);
+  account["path"] = path.text;
+  return account;
+}
