@@ -12,231 +12,39 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Behind fix rve: the RVEs of this rank and the time that passes for them. LAMMPS' hooks are in fix_rve.cpp.
+// Fix rve with RVEs of dimension D: its set-up, and the jobs that it gives to others.
 
 #pragma once
 
-#include "fix_rve.h"
-
-#include "lammps/collective_error.h"
-#include "lammps/progress.h"
-#include "lammps/restart_record.h"
-#include "lammps/rve_settings.h"
-#include "macro/in_situ.h"
-#include "macro/rve_constitutive.h"
-#include "macro/rve_points.h"
-#include "rve_packings.h"
-#include "update.h"
+#include "fix_rve_advice.h"
+#include "fix_rve_attached.h"
+#include "fix_rve_changes.h"
+#include "fix_rve_drives.h"
+#include "fix_rve_memory.h"
+#include "fix_rve_shadows.h"
+#include "fix_rve_time_step.h"
 
 #include <cstdio>
-#include <exception>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/// What LAMMPS' hooks ask of the RVEs, whatever their dimension, and what does not depend on it.
-struct FixRve::Impl {
-  FixRve *fix;
-  const int dimension;    // of the RVEs: 2 for disks, 3 for spheres
-  FixRveSettings settings;
-  double dt;                // DEM time step, or its upper limit where substeps are matched
-  std::vector<int> slot;    // per atom: RVE in the engine, or -1
-  // notes and checks of this step are exchanged between ranks in the next, by synchronise_ranks()
-  bool checks_postponed = false;
-  double restart_step = 0.0;    // of the head of a restart file
-  RestartRecords records;
-  bool is_material = false;    // fix mpm has asked for it
-  bool is_halted = false;      // the run ends because all paths have
-  bool has_run = false;        // RVEs have advanced, here or before a restart
-  Progress progress;
+template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
+  using Rves = AttachedRves<D>;
+  using typename Rves::State;
+  using Check = FixRve::Impl::Check;
+  using PathReport = FixRve::Impl::PathReport;
+  using ShadowReport = FixRve::Impl::ShadowReport;
 
-  /// That of the RVEs that the packings make.
-  static std::unique_ptr<Impl> make(FixRve *fix, FixRveSettings settings);
-  virtual ~Impl() = default;
-
-  /// Reads the packings and chooses or checks the DEM time step; collective.
-  virtual void read_packings() = 0;
-  /// One engine per rank, on the device of its local rank; collective.
-  virtual void make_engine() = 0;
-  /// Gives an RVE to every atom of the group that has none; collective.
-  virtual void attach() = 0;
-  virtual macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
-                                              const std::vector<macro::StressGoal> &goals,
-                                              double tolerance) = 0;
-  /// All RVEs make what the script asks for in this LAMMPS step.
-  virtual void advance_by_script() = 0;
-  /// Ends the advance that is under way, on this rank alone.
-  virtual void finish() = 0;
-  /// Reports the notes of the last advance and checks its time step, if that was postponed;
-  /// collective.
-  virtual void run_postponed_checks() = 0;
-
-  // What changes of RVEs that are there; all collective. A restart file has a head of this fix: what its RVEs were made with.
-  virtual void write_restart_head(FILE *fp) const = 0;
-  /// Obeys what the fix says otherwise, as far as it can be obeyed without the RVEs, and refuses other packings and RVEs for which there is
-  /// no memory.
-  virtual void read_restart_head(const char *buf) = 0;
-  /// `fix_modify ID ...`
-  virtual void modify(int narg, char **arg) = 0;
-  /// Says what is lost with the RVEs that have advanced, when the fix is deleted.
-  virtual void warn_of_loss() const = 0;
-
-  // An RVE goes with its atom, or comes as so many numbers; or none, as none.
-  virtual void remove(int atom) = 0;
-  virtual std::vector<double> record(int atom) const = 0;
-  virtual int record_size(int atom) const = 0;
-  virtual void take_in(int atom, const double *record, int size) = 0;
-  /// Room for the largest RVE in LAMMPS' buffers.
-  virtual void set_exchange_size() = 0;
-
-  /// Fills the number of shadows up, with atoms that depend on their IDs only; collective.
-  virtual void choose_shadows() = 0;
-  /// Deviation from shadows: mean, largest, and the ID of its atom (0: no shadow); collective.
-  struct ShadowReport {
-    double mean, largest;
-    tagint atom;
-  };
-  virtual ShadowReport shadow_report() const = 0;
-  /// Wall time of shadows, and of all RVEs, of this rank [seconds]
-  virtual std::pair<double, double> shadow_times() const = 0;
-  virtual double engine_time() const = 0;
-  virtual double bounding_time() const = 0;
-
-  /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
-  virtual void advise(bool at_start) = 0;
-  virtual void report_fast_strain() = 0;
-  /// When the DEM time step is looked at again.
-  enum class Check {
-    EveryStep,    ///< of RVEs that have stiffened since their last check
-    Interval,     ///< of all RVEs
-    InSitu,       ///< of all RVEs, before the first step from a stress that they were brought to
-    /// Of all RVEs, before and after a run, if the step was given: it fails only above the bound.
-    Run
-  };
-  /// Checks the bound again: warns, fails, or lowers an automatic step; collective.
-  virtual void recheck_time_step(Check check) = 0;
-
-  /// DEM steps of the RVEs of this rank since their packings were read.
-  virtual double dem_steps() const = 0;
-  /// Component n of the vector of the fix; collective.
-  virtual double vector_component(int n) const = 0;
-  virtual double bytes() const = 0;
-  virtual double bulk_density(int atom) const = 0;
-  virtual double inertial_number(int atom) const = 0;
-  virtual double servo_error(int atom) const = 0;
-  virtual double copies(int atom) const = 0;
-  virtual double renewals(int atom) const = 0;
-  /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
-  struct PathReport {
-    double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
-  };
-  virtual PathReport path_report(int atom) const = 0;
-  /// Whether all RVEs that can advance are behind the ends of their paths; collective.
-  virtual bool all_paths_ended() const = 0;
-  /// As materials of a continuum; nullptr in space if they are of disks.
-  virtual mpm::Constitutive<2> *material_of_plane() = 0;
-  virtual mpm::Constitutive<3> *material_of_space() = 0;
-  /// Of those materials: modulus of waves that tangents of these atoms have at most, over the bound of their contacts; 0: none measured.
-  virtual double measured_wave_share(const std::vector<int> &atoms) const = 0;
-  virtual void scale_waves(double share) = 0;
-  /// For LAMMPS: the grains of an RVE as a file.
-  virtual void write_dump(int atom, const std::string &path) const = 0;
-
-  /// Looks up the variables of drive and servo.
-  void find_variables();
-  std::vector<int> atoms_with_rve() const;
-  macro::RveClock clock(double lammps_dt) const;
-  /// Ends with an error unless the clock has as many DEM steps as can be; warns of a timestep that nobody has set.
-  void check_clock() const;
-  /// Ends with an error unless all atoms of `dump` have RVEs; collective.
-  void check_dump() const;
-  /// What happened to RVEs since this was called last, for the log; collective.
-  void say_notes();
-  /// Of the dump of an atom in a step.
-  std::string dump_file(tagint id, bigint step) const
-  {
-    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
-  }
-
-  /// Returns work(). If it throws, this rank ends with an error that names the fix, the step and,
-  /// unless it is -1, the atom.
-  template <class Work> auto guarded(const Work &work, int atom = -1) const -> decltype(work())
-  {
-    return on_this_rank(
-        fix->lmp, [&] { return place_of_failure(atom); }, work);
-  }
-
- protected:
-  bool warned_dt = false;
-  bigint step_of_advance = -1;    // LAMMPS step of the last advance
-  bool reports_last_advance = false;
-  /// The step that messages are about.
-  bigint reported_step() const
-  {
-    return reports_last_advance ? step_of_advance : fix->update->ntimestep;
-  }
-  /// How rank 0 reports a note: in the log, as a warning, or as a warning once. An error ends the
-  /// run on all ranks.
-  enum class NoteKind { Line, Warning, Tension, Error };
-  struct Note {
-    tagint atom;
-    NoteKind kind;
-    std::string text;
-  };
-  std::vector<Note> notes;    // of this rank
-  bool printed_tension = false;
-  // on rank 0
-  std::string print_all(const std::string &all);
-  void print(const Note &note);
-
-  Impl(FixRve *_fix, FixRveSettings _settings, int _dimension) :
-      fix(_fix), dimension(_dimension), settings(std::move(_settings)), dt(settings.dt),
-      progress(fix->lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval)
-  {
-  }
-  /// "fix rve ID: RVE of atom 3, step 10"; without an atom if it is -1.
-  std::string place_of_failure(int atom) const;
-  void check_time_step(double used, double bound, const std::string &whose);
-};
-
-/// With RVEs of dimension D.
-template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
-  using State = rve::RveStateOf<D>;
-  using Drive = rve::DriveOf<D>;
-  using Points = macro::RvePointsOf<D>;
-  using Matrix = rve::Tensor<double, D>;
-
-  /// The RVEs as the rest of the fix sees them: an access finishes the advance that is under way.
-  class FinishedPoints {
-   public:
-    explicit FinishedPoints(ImplOf &_owner) : owner(_owner) {}
-    void operator=(std::unique_ptr<Points> _points) { points = std::move(_points); }
-    Points *operator->() const { return get(); }
-    Points &operator*() const { return *get(); }
-    /// For the advance itself, and for data that it does not change.
-    Points &as_they_are() const { return *points; }
-
-   private:
-    Points *get() const
-    {
-      owner.finish();
-      owner.guarded([this] { points->fetch_results(); });
-      return points.get();
-    }
-    ImplOf &owner;
-    std::unique_ptr<Points> points;
-  };
-
-  RvePackingsOf<D> packings;
-  FinishedPoints points;
-
-  ImplOf(FixRve *_fix, FixRveSettings _settings) :
-      Impl(_fix, std::move(_settings), D), points(*this), of_plane(*this)
+  ImplOf(FixRve *_fix, FixRveSettings _settings) : Rves(_fix, std::move(_settings)), of_plane(*this)
   {
     if constexpr (D == 3) of_space = std::make_unique<macro::RveConstitutive<3>>(*this);
   }
+
+  ~ImplOf() noexcept override = default;
 
   void read_packings() override;
   void make_engine() override;
@@ -244,41 +52,39 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
                                       const std::vector<macro::StressGoal> &goals,
                                       double tolerance) override;
-  void advance_by_script() override;
+  void synchronise_ranks() override;
   void run_postponed_checks() override;
-  void write_restart_head(FILE *fp) const override;
-  void read_restart_head(const char *buf) override;
-  void modify(int narg, char **arg) override;
-  /// Changes the settings, materials and paths. What it has changed stays if it ends with an error.
-  void apply(FixRveSettings wanted);
-  void warn_of_loss() const override;
-  void remove(int atom) override { points->remove(slot[atom]); }
-  std::vector<double> record(int atom) const override { return points->record(slot[atom]); }
-  int record_size(int atom) const override { return points->record_size(slot[atom]); }
-  void take_in(int atom, const double *record, int size) override;
   void set_exchange_size() override;
-  void choose_shadows() override;
-  ShadowReport shadow_report() const override;
+
+  void advance_by_script() override { drives.advance_by_script(); }
+  PathReport path_report(int atom) const override { return drives.path_report(atom); }
+  bool all_paths_ended() const override { return drives.all_paths_ended(); }
+  void write_restart_head(FILE *fp) const override { changes.write_restart_head(fp); }
+  void read_restart_head(const char *buf) override { changes.read_restart_head(buf); }
+  void modify(int narg, char **arg) override { changes.modify(narg, arg); }
+  void warn_of_loss() const override { changes.warn_of_loss(); }
+  void choose_shadows() override { shadows.choose(); }
+  ShadowReport shadow_report() const override { return shadows.report(); }
+  void advise(bool at_start) override { advice.advise(at_start); }
+  void report_fast_strain() override { advice.report_fast_strain(); }
+  void recheck_time_step(Check check) override { time_step.recheck(check); }
+
   std::pair<double, double> shadow_times() const override
   {
-    return {points->shadow_time(), points->total_time()};
+    return {this->points->shadow_time(), this->points->total_time()};
   }
-  double engine_time() const override { return points.as_they_are().engine_time(); }
-  double bounding_time() const override { return points.as_they_are().bounding_time(); }
-  void advise(bool at_start) override;
-  void report_fast_strain() override;
-  std::vector<int> atoms_to_check(Check check);
-  void recheck_time_step(Check check) override;
-  double dem_steps() const override;
+  double engine_time() const override { return this->points.as_they_are().engine_time(); }
+  double bounding_time() const override { return this->points.as_they_are().bounding_time(); }
   double vector_component(int n) const override;
   double bytes() const override;
   double bulk_density(int atom) const override;
   double inertial_number(int atom) const override;
-  double servo_error(int atom) const override { return points->servo_error(slot[atom]); }
-  double copies(int atom) const override { return points->copies(slot[atom]); }
-  double renewals(int atom) const override { return points->renewals(slot[atom]); }
-  PathReport path_report(int atom) const override;
-  bool all_paths_ended() const override;
+  double servo_error(int atom) const override
+  {
+    return this->points->servo_error(this->slot[atom]);
+  }
+  double copies(int atom) const override { return this->points->copies(this->slot[atom]); }
+  double renewals(int atom) const override { return this->points->renewals(this->slot[atom]); }
   mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
   mpm::Constitutive<3> *material_of_space() override { return of_space.get(); }
   double measured_wave_share(const std::vector<int> &atoms) const override;
@@ -289,103 +95,19 @@ template <int D> struct FixRve::ImplOf final : Impl, macro::RveOwner<D> {
   }
   void write_dump(int atom, const std::string &path) const override;
 
-  // for RveConstitutive
-  macro::RveClock clock(double lammps_dt) const override { return Impl::clock(lammps_dt); }
-  rve::Request *begin(const std::vector<int> &atoms,
-                      macro::MacroIncrementsOf<D> &increments) override;
-  rve::Request *plan(const std::vector<int> &atoms, bool is_as_before,
-                     const rve::PointsOnDevice &there,
-                     macro::MacroIncrementsOf<D> &increments) override;
-  void finish() override;
-  bool is_as_before(const std::vector<int> &atoms) override;
-  void synchronise_ranks() override;
-  const Matrix &stress(int atom) const override { return points->stress(slot[atom]); }
-  const typename Points::Point &point(int atom) const override
-  {
-    return guarded([&]() -> const typename Points::Point & { return points->point(slot[atom]); },
-                   atom);
-  }
-  void complete() override
-  {
-    guarded([&] { points->complete(); });
-  }
-
-  State state(int atom) const
-  {
-    return guarded([&] { return points->state(slot[atom]); }, atom);
-  }
-
  private:
   // as materials; disks are none in space
   macro::RveConstitutive<2, D> of_plane;
   std::unique_ptr<macro::RveConstitutive<3>> of_space;
-  // of the RVEs that advance, kept between calls and while they are under way
-  std::vector<int> slots;
-  struct UnderWay {
-    const std::vector<int> *atoms = nullptr;
-    macro::MacroIncrementsOf<D> *increments = nullptr;
-  };
-  UnderWay under_way;
-  bool all_on_devices = false;    // the RVEs of all ranks
-  bool warned_sharing = false, warned_tension = false;
-  bool advised[rve::NUM_ADVICE_KINDS] = {};
-  /// Checks of this run in which RVEs had inertial numbers above the limit of quasi-static deformation.
-  struct FastStrain {
-    double share = 0.0;    // largest share of the RVEs [-]
-    double worst = 0.0;    // largest inertial number over the limit
-    tagint id = 0;         // of the atom that had it
-    bigint step = 0;
-    bool is_told = false;    // a warning has come
-  } fast_strain;
-  bigint num_advances = 0;
-  // of a restart file, until the RVEs have been adopted
-  bool continues = false;
-  double mass_scaling_of_rves = 1.0;
-  std::vector<std::string> changes;    // "friction 0.5 -> 0.3"
-  bool time_step_is_old = false;       // chosen or checked for other RVEs
-  bool path_has_changed = false;       // from that of the restart file
 
-  /// Ends with error->all if so many further RVEs, of these numbers of grains, do not fit into the memory that is free; collective.
-  void check_memory(const std::vector<int> &grains);
-  void adopt_restart();
-  std::vector<std::string> change_materials(const MaterialWords &words, double mass_scaling_before);
-  /// Of the RVEs as they are.
-  void choose_time_step();
+  RveTimeStep<D> time_step{*this};
+  RveShadows<D> shadows{*this};
+  RveAdvice<D> advice{*this};
+  RveDrives<D> drives{*this};
+  RveMemory<D> rve_memory{*this};
+  RveChanges<D> changes{*this, time_step, drives, rve_memory};
+
   void say_how_far_cells_go(const std::vector<const State *> &states) const;
-  /// Those whose RVEs are not frozen.
-  std::vector<int> advancing_atoms() const;
-  std::vector<int> slots_of(const std::vector<int> &atoms) const;
-  int threads() const { return settings.options.threads; }
-  void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives);
-  void advance_by_drives(const std::vector<int> &atoms, macro::MacroIncrementsOf<D> &increments);
-  void note_begin();
-  /// What the script asks for in this LAMMPS step.
-  std::vector<Drive> drives(const std::vector<int> &atoms);
-  void advance_on_paths(const macro::LoadPathsOf<D> &paths);
-  void begin_paths(const macro::LoadPathsOf<D> &paths);
-  /// RVEs that have ended another path continue on this one.
-  void resume_paths(const macro::LoadPathsOf<D> &paths);
-  macro::PathStep path_step(int atom, const macro::RveClock &clock) const;
-  /// Leaves so many shadows, of those that choose_shadows() would choose first; collective.
-  void remove_shadows(int number);
-  struct LeastBound {
-    double dt;      ///< infinite: none is below what was asked for
-    tagint atom;    ///< of the RVE that has it; the lowest ID of several
-  };
-  /// The least stable time step of RVEs, if it is below `enough`; collective.
-  LeastBound least_time_step(const std::vector<int> &atoms, double enough);
-  /// What limits the RVE of an atom is beyond.
-  std::vector<rve::Advice> advice_on(int atom, bool at_start);
-  bool note_fast_strain(double share, double worst, tagint id);
-  void check(const Matrix &tensor, const char *what, const char *unit, int atom) const;
-  /// `is_new`: nothing has been advanced yet.
-  void report(const std::vector<int> &failed, const std::vector<int> &atoms, double dt_dem,
-              bool is_new);
-  /// Fresh RVEs in place of those that failed; returns those that could not be replaced.
-  std::vector<int> renew(const std::vector<int> &failed, const std::vector<int> &atoms);
-  /// Of RVEs that became copies side by side.
-  void note_copies(const std::vector<int> &atoms);
-  bool wants_details() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#include "fix_rve_advice.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "rve/core/first_error.h"
+#include "rve/core/threads.h"
+#include "rve/engine/finite_strain.h"
+#include "update.h"
+
+#include <algorithm>
+#include <utility>
+
+using namespace LAMMPS_NS;
+
+// Share of the RVEs whose inertial numbers are above the limit of quasi-static deformation, from which on a warning comes. Next to edges
+// of rigid bodies a few RVEs exceed the limit in almost any scene, and the response of the whole does not depend on them.
+static constexpr double NOTABLE_SHARE = 0.05;
+
+template <int D> void RveAdvice<D>::advise(bool at_start)
+{
+  constexpr int KINDS = rve::NUM_ADVICE_KINDS;
+  struct Judgement {
+    double worst[KINDS] = {};
+    int beyond[KINDS] = {};
+    tagint id[KINDS];
+    std::string message[KINDS];
+
+    Judgement() { std::fill_n(id, KINDS, MAXTAGINT); }
+    /// The worst of a kind; of equal ones that with the lowest id.
+    void take(int kind, double severity, tagint tag, const std::string &words)
+    {
+      if (severity < worst[kind] || (severity == worst[kind] && tag > id[kind])) return;
+      worst[kind] = severity;
+      id[kind] = tag;
+      message[kind] = words;
+    }
+  };
+  rves.complete();
+  const std::vector<int> atoms = rves.atoms_with_rve();
+  const int count = static_cast<int>(atoms.size());
+  Judgement mine;
+  rve::FirstError failed;
+  {
+    const rve::LightWork work(count, rves.threads());
+#pragma omp parallel num_threads(work.team)
+    {
+      Judgement some;
+#pragma omp for
+      for (int k = 0; k < count; ++k) {
+        const tagint tag = atom->tag[atoms[k]];
+        failed.guard(k, [&] {
+          for (const rve::Advice &advice : advice_on(atoms[k], at_start)) {
+            const int kind = static_cast<int>(advice.kind);
+            ++some.beyond[kind];
+            some.take(kind, advice.severity(), tag, advice.message);
+          }
+        });
+      }
+#pragma omp critical(advice_on_rves)
+      for (int kind = 0; kind < KINDS; ++kind) {
+        mine.beyond[kind] += some.beyond[kind];
+        if (some.beyond[kind] > 0)
+          mine.take(kind, some.worst[kind], some.id[kind], some.message[kind]);
+      }
+    }
+  }
+  rves.guarded([&] { failed.rethrow(); });
+  double worst_of_all[KINDS];
+  int all_beyond[KINDS];
+  tagint lowest[KINDS];
+  auto &[worst, beyond, id, message] = mine;
+  MPI_Allreduce(worst, worst_of_all, KINDS, MPI_DOUBLE, MPI_MAX, world);
+  MPI_Allreduce(beyond, all_beyond, KINDS, MPI_INT, MPI_SUM, world);
+  for (int kind = 0; kind < KINDS; ++kind)
+    if (worst[kind] < worst_of_all[kind]) id[kind] = MAXTAGINT;
+  MPI_Allreduce(id, lowest, KINDS, MPI_LMP_TAGINT, MPI_MIN, world);
+  int all_rves;
+  MPI_Allreduce(&count, &all_rves, 1, MPI_INT, MPI_SUM, world);
+  constexpr int FAST = static_cast<int>(rve::AdviceKind::FastStrain);
+  for (int kind = 0; kind < KINDS; ++kind) {
+    if (all_beyond[kind] == 0) continue;
+    const double share = static_cast<double>(all_beyond[kind]) / all_rves;
+    if (kind == FAST) {
+      if (!note_fast_strain(share, worst_of_all[kind], lowest[kind])) continue;
+    } else if (std::exchange(advised[kind], true)) {
+      continue;
+    }
+    const std::string text = first_message(
+        lmp,
+        id[kind] != lowest[kind]
+            ? ""
+            : fmt::format("fix rve: in the RVE of atom {}{} at step {}, {}", lowest[kind],
+                          all_beyond[kind] > 1
+                              ? fmt::format(" (and {} other{}, {:.3g} % of the RVEs)",
+                                            all_beyond[kind] - 1, all_beyond[kind] > 2 ? "s" : "",
+                                            100.0 * share)
+                              : "",
+                          update->ntimestep, message[kind]));
+    // the log file belongs to rank 0
+    if (comm->me == 0) error->warning(FLERR, text);
+  }
+}
+
+/// Records a check in which a share of the RVEs strained too fast. Returns true if a warning is due, which is once in a run.
+template <int D> bool RveAdvice<D>::note_fast_strain(double share, double worst, tagint id)
+{
+  const Update *update = update;
+  if (update->ntimestep <= update->firststep) return false;    // of the run before
+  fast_strain.share = std::max(fast_strain.share, share);
+  if (worst > fast_strain.worst) {
+    fast_strain.worst = worst;
+    fast_strain.id = id;
+    fast_strain.step = update->ntimestep;
+  }
+  return share >= NOTABLE_SHARE && !std::exchange(fast_strain.is_told, true);
+}
+
+/// Logs at the end of a run the share that was too small for a warning.
+template <int D> void RveAdvice<D>::report_fast_strain()
+{
+  const FastStrain run = std::exchange(fast_strain, {});
+  if (comm->me != 0 || run.share == 0.0 || run.is_told) return;
+  constexpr double LIMIT = rve::QUASI_STATIC_INERTIAL_NUMBER;
+  utils::logmesg(lmp,
+                 "fix rve {}: up to {:.3g} % of the RVEs had inertial numbers above the {:g} of "
+                 "quasi-static deformation at a check, the largest {:.2g} in the RVE of atom {} at "
+                 "step {}\n",
+                 rves.fix->id, 100.0 * run.share, LIMIT, run.worst * LIMIT, run.id, run.step);
+}
+
+template <int D> std::vector<rve::Advice> RveAdvice<D>::advice_on(int atom, bool at_start)
+{
+  const auto &point = rves.point(atom);
+  if (point.frozen()) return {};
+  rve::DriveRates motion;
+  motion.strain_rate = point.strain_rate();
+  motion.dt = point.drive.dt;
+  motion.applied_strain = rve::strain_size(point.result.deformation);
+  std::vector<rve::Advice> list =
+      rve::advice(rves.settings.options.format, point.last_steps(), point.material, motion);
+  if (at_start) {
+    for (rve::Advice &friction : rve::advice_on_friction(point.material))
+      list.push_back(std::move(friction));
+  } else if (point.drive.has_servo() || point.out_of_reach > 0.0) {
+    for (rve::Advice &servo : rves.points->advice_on_servo(rves.slot[atom]))
+      list.push_back(std::move(servo));
+  }
+  if (rves.settings.options.track_energy)
+    for (rve::Advice &energy : rves.points->advice_on_energy(rves.slot[atom], at_start))
+      list.push_back(std::move(energy));
+  return list;
+}
+
+template class LAMMPS_NS::RveAdvice<2>;
+template class LAMMPS_NS::RveAdvice<3>;

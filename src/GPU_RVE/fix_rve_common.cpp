@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Functions of fix rve that do not depend on the dimension of its RVEs: the clock, and notes of all
+// ranks in the log.
+
+#include "fix_rve_attached.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "group.h"
+#include "rve/core/error.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+using namespace LAMMPS_NS;
+
+// Lines about RVEs in one step, beyond which their number is said
+static constexpr std::size_t MOST_NOTES = 8;
+
+/* ----------------------------------------------------------------------
+   in the order of the atoms' IDs, whatever rank has them. Most steps have none, which costs a sum over ranks
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::say_notes()
+{
+  const int me = comm->me, ranks = comm->nprocs;
+  const MPI_Comm world = world;
+  std::string text;
+  for (const Note &note : notes)
+    text += fmt::format("{} {} {}\n", note.atom, static_cast<int>(note.kind), note.text);
+  notes.clear();
+  int length = static_cast<int>(text.size()), total = length;
+  if (ranks > 1) MPI_Allreduce(&length, &total, 1, MPI_INT, MPI_SUM, world);
+  if (total == 0) return;
+  std::vector<int> lengths(ranks), begins(ranks, 0);
+  MPI_Gather(&length, 1, MPI_INT, lengths.data(), 1, MPI_INT, 0, world);
+  for (int rank = 1; rank < ranks; ++rank) begins[rank] = begins[rank - 1] + lengths[rank - 1];
+  std::string all(total, '\0');
+  MPI_Gatherv(text.data(), length, MPI_CHAR, all.data(), lengths.data(), begins.data(), MPI_CHAR, 0,
+              world);
+  std::string error;
+  if (me == 0) error = print_all(all);
+  error_if_any(lmp, error);
+}
+
+/* ----------------------------------------------------------------------
+   the message of the first note that is an error; empty if there is none
+------------------------------------------------------------------------- */
+
+std::string FixRve::Impl::print_all(const std::string &all)
+{
+  std::vector<Note> of_all;
+  std::istringstream lines(all);
+  std::string line;
+  while (std::getline(lines, line)) {
+    const std::size_t first = line.find(' '), second = line.find(' ', first + 1);
+    const int kind = std::stoi(line.substr(first + 1, second - first - 1));
+    of_all.push_back({static_cast<tagint>(std::stoll(line.substr(0, first))),
+                      static_cast<NoteKind>(kind), line.substr(second + 1)});
+  }
+  std::stable_sort(of_all.begin(), of_all.end(),
+                   [](const Note &a, const Note &b) { return a.atom < b.atom; });
+  for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) print(of_all[k]);
+  if (of_all.size() > MOST_NOTES)
+    utils::logmesg(lmp,
+                   fmt::format("fix rve {}: and similar notes for {} more RVEs in this step\n",
+                               fix->id, of_all.size() - MOST_NOTES));
+  for (const Note &note : of_all)
+    if (note.kind == NoteKind::Error) return "fix rve: " + note.text;
+  return "";
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::print(const Note &note)
+{
+  if (note.kind == NoteKind::Error) return;    // say_notes() ends the run with it
+  if (note.kind == NoteKind::Line)
+    utils::logmesg(lmp, fmt::format("fix rve {}: {}\n", fix->id, note.text));
+  else if (note.kind == NoteKind::Warning || !std::exchange(printed_tension, true))
+    error->warning(FLERR, fmt::format("fix rve {}: {}", fix->id, note.text));
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::string FixRve::Impl::place_of_failure(int atom) const
+{
+  return fmt::format("fix rve {}: {}step {}", fix->id,
+                     atom >= 0 ? fmt::format("RVE of atom {}, ", this->atom->tag[atom]) : "",
+                     reported_step());
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::find_variables()
+{
+  for (auto *list : {&settings.velocity_gradient, &settings.stress_goal})
+    for (auto &component : *list) component.value.find(lmp, "fix rve");
+  for (ScriptValue &value : settings.path.values) value.find(lmp, "fix rve path");
+  settings.path.number.find(lmp, "fix rve path_variable");
+}
+
+/* ----------------------------------------------------------------------
+   a LAMMPS of units si that is told nothing makes steps of 1e-8 seconds
+------------------------------------------------------------------------- */
+
+void FixRve::Impl::check_clock() const
+{
+  const Update *update = update;
+  clock(update->dt);
+  const bool own_time = settings.substeps > 0 && settings.driver != RveDriver::Mpm;
+  const bool no_step = update->nsteps == 0;
+  if (own_time || no_step || !update->dt_default || update->dt > dt || comm->me) return;
+  error->warning(FLERR,
+                 "fix rve {}: the timestep is {} [time], the default of units {}, and no "
+                 "longer than one DEM step of {} [time]; set it with the command timestep",
+                 fix->id, rve::number(update->dt), update->unit_style, rve::number(dt));
+}
+
+/* ---------------------------------------------------------------------- */
+
+void FixRve::Impl::check_dump() const
+{
+  if (settings.dump_interval == 0) return;
+  std::vector<int> found(settings.dump_atoms.size(), 0);
+  for (const int i : atoms_with_rve())
+    for (std::size_t k = 0; k < found.size(); ++k)
+      if (atom->tag[i] == settings.dump_atoms[k]) found[k] = 1;
+  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_INT, MPI_MAX,
+                world);
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (!found[k])
+      error->all(FLERR,
+                 "fix rve {}: dump names atom {}, which has no RVE of this fix; name atoms of "
+                 "group {}",
+                 fix->id, settings.dump_atoms[k], group->names[fix->igroup]);
+}
+
+/* ---------------------------------------------------------------------- */
+
+std::vector<int> FixRve::Impl::atoms_with_rve() const
+{
+  std::vector<int> atoms;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (slot[i] >= 0) atoms.push_back(i);
+  return atoms;
+}
+
+/* ---------------------------------------------------------------------- */
+
+macro::RveClock FixRve::Impl::clock(double lammps_dt) const
+{
+  if (settings.substeps > 0) return {dt, settings.substeps};
+  // a ratio that is whole but for rounding shall not cost a step more
+  const double steps = std::max(1.0, std::ceil(lammps_dt / dt * (1.0 - 1e-12)));
+  const int of_shadows = settings.steps_per_step();
+  if (!(steps * of_shadows <= MAXSMALLINT))
+    error->all(FLERR,
+               "fix rve {}: a timestep of {} [time] takes {} DEM steps of dt {} [time]{}; "
+               "there can be {} at most: use a longer dt or a shorter timestep",
+               fix->id, rve::number(lammps_dt), rve::number(steps), rve::number(dt),
+               of_shadows > 1 ? fmt::format(", {} times as many of a shadow", of_shadows) : "",
+               MAXSMALLINT);
+  const int substeps = static_cast<int>(steps);
+  if (settings.macro_step.adaptive) return {dt, substeps};    // the number is chosen for each RVE
+  return {lammps_dt / substeps, substeps};
+}

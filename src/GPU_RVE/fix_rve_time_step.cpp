@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#include "fix_rve_time_step.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "rve/core/error.h"
+#include "rve/core/first_error.h"
+#include "rve/engine/stability.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+using namespace LAMMPS_NS;
+
+// of the stability bound: where a given time step is warned of
+static constexpr double DT_WARNING = 0.95;
+
+// One of so many checks at the interval looks for steps that are to be warned of, which takes closer bounds of all RVEs
+static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
+
+// RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
+static constexpr int MOST_EXACT_BOUNDS = 8;
+
+/// A given time step may have any value up to the bound; an automatic one follows the bound.
+template <int D> void RveTimeStep<D>::check(double used, double bound, const std::string &whose)
+{
+  if (used > bound)
+    error->all(FLERR,
+               "fix rve: DEM time step {} [time] is above the stability bound {} [time] of {}; "
+               "use dt at most {}, or dt auto",
+               rve::number(used), rve::number(bound), whose, rve::number(DT_WARNING * bound));
+  if (used > DT_WARNING * bound && !has_warned) {
+    has_warned = true;
+    if (comm->me == 0)
+      error->warning(FLERR,
+                     "fix rve: DEM time step {} [time] is above {} of the stability bound {} "
+                     "[time] of {}",
+                     rve::number(used), DT_WARNING, rve::number(bound), whose);
+  }
+}
+
+/// The engine bounds all RVEs within 5 % where it matters; the exact bound is computed for those with
+/// the lowest ones. Nothing here depends on the number of ranks, so neither does an automatic step.
+template <int D>
+typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int> &atoms,
+                                                          double enough)
+{
+  const MPI_Comm world = world;
+  const tagint *tag = atom->tag;
+  const std::vector<int> some = rves.slots_of(atoms);
+  std::vector<double> bounds;
+  const std::string who =
+      fmt::format("fix rve {}: time step at step {}", rves.fix->id, rves.reported_step());
+  collectively(lmp, who,
+               [&] { bounds = rves.points.as_they_are().bound_time_steps(some, enough); });
+
+  // all RVEs may be alike: the others are no further below the least one of these than the bounds are sharp, and a check has that margin
+  struct Candidate {
+    double bound;
+    tagint atom;
+    int place;    // among the atoms of this rank, or -1
+  };
+  const auto lower = [](const Candidate &a, const Candidate &b) {
+    return a.bound < b.bound || (a.bound == b.bound && a.atom < b.atom);
+  };
+  std::vector<Candidate> mine;
+  for (std::size_t k = 0; k < atoms.size(); ++k)
+    if (bounds[k] < enough) mine.push_back({bounds[k], tag[atoms[k]], static_cast<int>(k)});
+  std::sort(mine.begin(), mine.end(), lower);
+  mine.resize(MOST_EXACT_BOUNDS, {HUGE_VAL, MAXTAGINT, -1});
+  double values[MOST_EXACT_BOUNDS];
+  tagint ids[MOST_EXACT_BOUNDS];
+  for (int k = 0; k < MOST_EXACT_BOUNDS; ++k) {
+    values[k] = mine[k].bound;
+    ids[k] = mine[k].atom;
+  }
+  const int ranks = comm->nprocs, me = comm->me;
+  std::vector<double> all_values(ranks * MOST_EXACT_BOUNDS);
+  std::vector<tagint> all_ids(all_values.size());
+  MPI_Allgather(values, MOST_EXACT_BOUNDS, MPI_DOUBLE, all_values.data(), MOST_EXACT_BOUNDS,
+                MPI_DOUBLE, world);
+  MPI_Allgather(ids, MOST_EXACT_BOUNDS, MPI_LMP_TAGINT, all_ids.data(), MOST_EXACT_BOUNDS,
+                MPI_LMP_TAGINT, world);
+  std::vector<Candidate> candidates;
+  for (int m = 0; m < ranks * MOST_EXACT_BOUNDS; ++m)
+    if (all_values[m] < HUGE_VAL)
+      candidates.push_back({all_values[m], all_ids[m],
+                            m / MOST_EXACT_BOUNDS == me ? mine[m % MOST_EXACT_BOUNDS].place : -1});
+  if (candidates.empty()) return {HUGE_VAL, MAXTAGINT};
+  std::sort(candidates.begin(), candidates.end(), lower);
+  if (candidates.size() > MOST_EXACT_BOUNDS) candidates.resize(MOST_EXACT_BOUNDS);
+
+  std::vector<rve::RveStateOf<D>> states;
+  std::vector<tagint> whose;
+  collectively(lmp, who, [&] {
+    for (const Candidate &candidate : candidates) {
+      if (candidate.place < 0) continue;
+      states.push_back(rves.points.as_they_are().state(some[candidate.place]));
+      whose.push_back(candidate.atom);
+    }
+  });
+  const int count = static_cast<int>(states.size());
+  std::vector<double> exact(count);
+  rve::FirstError failed;
+#pragma omp parallel for schedule(dynamic) num_threads(std::max(1, std::min(count, rves.threads())))
+  for (int k = 0; k < count; ++k)
+    failed.guard(k, [&] { exact[k] = rve::stable_time_step(states[k]); });
+  collectively(lmp, who, [&] { failed.rethrow(); });
+  double least = HUGE_VAL, least_of_all;
+  for (const double dt : exact) least = std::min(least, dt);
+  MPI_Allreduce(&least, &least_of_all, 1, MPI_DOUBLE, MPI_MIN, world);
+  tagint id = MAXTAGINT, lowest;
+  for (int k = 0; k < count; ++k)
+    if (exact[k] == least_of_all) id = std::min(id, whose[k]);
+  MPI_Allreduce(&id, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
+  return {least_of_all, lowest};
+}
+
+/// RVEs that a check of this kind covers. RVEs that have stiffened are checked after every step. An
+/// automatic step is not checked where runs begin and end: a divided run must have the bits of the
+/// whole run. Frozen RVEs do not advance.
+template <int D> std::vector<int> RveTimeStep<D>::atoms_to_check(Check check)
+{
+  if (check == Check::Interval || check == Check::InSitu) return rves.advancing_atoms();
+  if (check == Check::Run)
+    return rves.settings.dt_auto ? std::vector<int>() : rves.advancing_atoms();
+  rves.finish();
+  std::vector<int> atoms;
+  if (rves.points.as_they_are().any_has_stiffened())
+    for (int i = 0; i < atom->nlocal; i++)
+      if (rves.slot[i] >= 0 && rves.points.as_they_are().has_stiffened(rves.slot[i]))
+        atoms.push_back(i);
+  return atoms;
+}
+
+template <int D> void RveTimeStep<D>::recheck(Check check)
+{
+  const std::vector<int> atoms = atoms_to_check(check);
+  int mine = atoms.empty() ? 0 : 1, any = mine;
+  if (comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
+  if (!any) return;
+  // a divided run must have the bits of the whole run: checks at its parts' ends leave no trace
+  if (check != Check::Run) rves.points.as_they_are().note_check(rves.slots_of(atoms));
+  const double used = rves.settings.dt_auto ? rves.dt : rves.clock(update->dt).dt;
+  // only an error can follow: RVEs near the bound need not be found
+  const bool between_warnings = check == Check::Interval &&
+      update->ntimestep % (CHECKS_FOR_ONE_WITH_WARNINGS * rves.settings.dt_check_interval) != 0;
+  const bool silent = check == Check::Run ||
+      (!rves.settings.dt_auto && (has_warned || between_warnings));
+  const double margin = silent ? 1.0 : DT_WARNING;
+  const LeastBound lowest = least(atoms, used / margin);
+  if (!(used > margin * lowest.dt)) return;
+
+  if (!rves.settings.dt_auto) {
+    this->check(used, lowest.dt,
+                fmt::format("the RVE of atom {} at step {}", lowest.atom, rves.reported_step()));
+    return;
+  }
+  rves.dt = rves.settings.dt_fraction * lowest.dt;
+  if (comm->me) return;
+  utils::logmesg(lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
+                 rves.fix->id, rve::number(rves.dt), rves.reported_step(), lowest.atom);
+  const bool has_used_it = check != Check::InSitu;
+  if (has_used_it && used > lowest.dt && !std::exchange(has_warned, true))
+    error->warning(
+        FLERR,
+        "fix rve: in step {} the DEM time step {} [time] was above the stability bound {} [time] "
+        "of the RVE of atom {}, which stiffened within one step; use a smaller timestep, or "
+        "dt auto with less than {}",
+        rves.reported_step(), rve::number(used), rve::number(lowest.dt), lowest.atom,
+        rve::number(rves.settings.dt_fraction));
+}
+
+template <int D> void RveTimeStep<D>::choose()
+{
+  is_old = false;
+  const std::vector<double> &bounds = rves.packings.bounds();
+  const double of_packings = *std::min_element(bounds.begin(), bounds.end());
+  const std::vector<int> advancing = rves.advancing_atoms();
+  // with every contact lost an RVE bears a step some times longer than that of its packing
+  const LeastBound lowest = least(advancing, 100.0 * of_packings);
+  if (rves.settings.dt_auto) {
+    const double bound = lowest.atom == MAXTAGINT ? of_packings : lowest.dt;
+    rves.dt = rves.settings.dt_fraction * bound;
+    if (comm->me == 0)
+      utils::logmesg(lmp, "fix rve {}: DEM time step is now {} (step {}, stability bound {})\n",
+                     rves.fix->id, rve::number(rves.dt), update->ntimestep, rve::number(bound));
+    rves.points->note_check(rves.slots_of(advancing));
+    return;
+  }
+  rves.dt = rves.settings.dt;
+  const double used = rves.clock(update->dt).dt;
+  if (lowest.atom == MAXTAGINT)
+    check(used, of_packings, "its packings");
+  else
+    check(used, lowest.dt,
+          fmt::format("the RVE of atom {} at step {}", lowest.atom, update->ntimestep));
+  // not of a step that was refused
+  rves.points->note_check(rves.slots_of(advancing));
+}
+
+template class LAMMPS_NS::RveTimeStep<2>;
+template class LAMMPS_NS::RveTimeStep<3>;
