@@ -8,9 +8,10 @@
 #include <cstddef>
 #include <cstring>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
-#include <utility>
+#include <type_traits>
 #include <vector>
 
 namespace rve {
@@ -23,31 +24,37 @@ inline void check_cuda(cudaError_t error, const char *what)
   throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
 }
 
+/// Owner of what a function of CUDA frees: memory of T, or a handle, a pointer to T.
+template <auto free> struct CudaDeleter {
+  template <class T> void operator()(T *owned) const { free(owned); }
+};
+template <class T, auto free> using CudaOwner = std::unique_ptr<T, CudaDeleter<free>>;
+template <class Handle, auto destroy>
+using CudaHandle = CudaOwner<std::remove_pointer_t<Handle>, destroy>;
+
 /// Page-locked array of T on the host, which the device can reach. Grows, never shrinks, and does not keep its contents when it
 /// grows. `flags` as of cudaHostAlloc.
 template <class T> class HostBuffer {
  public:
   explicit HostBuffer(unsigned flags_in = cudaHostAllocDefault) : flags(flags_in) {}
-  HostBuffer(const HostBuffer &) = delete;
-  HostBuffer &operator=(const HostBuffer &) = delete;
-  ~HostBuffer() { cudaFreeHost(memory); }
 
   T *room(std::size_t count)
   {
     if (count > capacity) {
-      cudaFreeHost(memory);
-      memory = nullptr;
+      memory.reset();
       capacity = 0;
-      check_cuda(cudaHostAlloc(&memory, count * sizeof(T), flags),
+      T *grown = nullptr;
+      check_cuda(cudaHostAlloc(&grown, count * sizeof(T), flags),
                  "page-locked memory for a buffer");
+      memory.reset(grown);
       capacity = count;
     }
-    return memory;
+    return memory.get();
   }
 
  private:
   const unsigned flags;
-  T *memory = nullptr;
+  CudaOwner<T, cudaFreeHost> memory;
   std::size_t capacity = 0;
 };
 
@@ -55,42 +62,41 @@ template <class T> class HostBuffer {
 /// as long. Grows, never shrinks, and does not keep its contents when it grows.
 template <class T> class DeviceBuffer {
  public:
-  DeviceBuffer() = default;
-  DeviceBuffer(const DeviceBuffer &) = delete;
-  DeviceBuffer &operator=(const DeviceBuffer &) = delete;
-  ~DeviceBuffer() { cudaFree(memory); }
-
   T *reserve(std::size_t count)
   {
     if (count > capacity) {
-      cudaFree(memory);
-      memory = nullptr;
+      memory.reset();
       capacity = 0;
-      check_cuda(cudaMalloc(&memory, count * sizeof(T)), "device memory for a buffer");
+      T *grown = nullptr;
+      check_cuda(cudaMalloc(&grown, count * sizeof(T)), "device memory for a buffer");
+      memory.reset(grown);
       capacity = count;
     }
-    return memory;
+    return memory.get();
   }
 
   T *reserve_zeros(std::size_t count)
   {
-    reserve(count);
-    if (count > 0) check_cuda(cudaMemsetAsync(memory, 0, count * sizeof(T)), "zeros");
-    return memory;
+    T *zeros = reserve(count);
+    if (count > 0) check_cuda(cudaMemsetAsync(zeros, 0, count * sizeof(T)), "zeros");
+    return zeros;
   }
 
   /// Zeros in what has never been written.
-  T *reserve_clean(std::size_t count) { return count > capacity ? reserve_zeros(count) : memory; }
+  T *reserve_clean(std::size_t count)
+  {
+    return count > capacity ? reserve_zeros(count) : memory.get();
+  }
 
   /// Host memory to write what send() shall upload.
   T *room(std::size_t count) { return staging.room(count); }
 
   T *send(std::size_t count)
   {
-    reserve(count);
-    check_cuda(cudaMemcpyAsync(memory, room(count), count * sizeof(T), cudaMemcpyHostToDevice),
+    T *to = reserve(count);
+    check_cuda(cudaMemcpyAsync(to, room(count), count * sizeof(T), cudaMemcpyHostToDevice),
                "upload");
-    return memory;
+    return to;
   }
 
   T *upload(const std::vector<T> &values)
@@ -104,7 +110,8 @@ template <class T> class DeviceBuffer {
   {
     T *host = room(count);
     if (count > 0)
-      check_cuda(cudaMemcpy(host, memory, count * sizeof(T), cudaMemcpyDeviceToHost), "download");
+      check_cuda(cudaMemcpy(host, memory.get(), count * sizeof(T), cudaMemcpyDeviceToHost),
+                 "download");
     return host;
   }
 
@@ -114,15 +121,15 @@ template <class T> class DeviceBuffer {
   {
     T *host = room(first + count) + first;
     if (count == 0) return host;
-    check_cuda(
-        cudaMemcpyAsync(host, memory + first, count * sizeof(T), cudaMemcpyDeviceToHost, stream),
-        "download beside kernels");
+    check_cuda(cudaMemcpyAsync(host, memory.get() + first, count * sizeof(T),
+                               cudaMemcpyDeviceToHost, stream),
+               "download beside kernels");
     check_cuda(cudaStreamSynchronize(stream), "download beside kernels");
     return host;
   }
 
  private:
-  T *memory = nullptr;
+  CudaOwner<T, cudaFree> memory;
   std::size_t capacity = 0;
   HostBuffer<T> staging;
 };
@@ -130,60 +137,44 @@ template <class T> class DeviceBuffer {
 /// A stream that does not wait for the default one, nor that for it.
 class SideStream {
  public:
-  SideStream() = default;
-  SideStream(const SideStream &) = delete;
-  SideStream &operator=(const SideStream &) = delete;
-  ~SideStream()
-  {
-    if (stream) cudaStreamDestroy(stream);
-  }
   operator cudaStream_t()
   {
-    if (!stream)
-      check_cuda(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), "a stream for copies");
-    return stream;
+    if (!stream) {
+      cudaStream_t created = nullptr;
+      check_cuda(cudaStreamCreateWithFlags(&created, cudaStreamNonBlocking), "a stream for copies");
+      stream.reset(created);
+    }
+    return stream.get();
   }
 
  private:
-  cudaStream_t stream = nullptr;
+  CudaHandle<cudaStream_t, cudaStreamDestroy> stream;
 };
 
 /// A place in the default stream, to be waited for while the device goes on behind it.
 class Milestone {
  public:
-  Milestone() = default;
-  Milestone(const Milestone &) = delete;
-  Milestone &operator=(const Milestone &) = delete;
-  ~Milestone()
-  {
-    if (event) cudaEventDestroy(event);
-  }
-
   /// Here: behind all that the device has been told.
   void set()
   {
-    if (!event)
-      check_cuda(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), "an event to wait for");
-    check_cuda(cudaEventRecord(event, nullptr), "record of an event");
+    if (!event) {
+      cudaEvent_t created = nullptr;
+      check_cuda(cudaEventCreateWithFlags(&created, cudaEventDisableTiming),
+                 "an event to wait for");
+      event.reset(created);
+    }
+    check_cuda(cudaEventRecord(event.get(), nullptr), "record of an event");
   }
   /// Errors are those of `what` the device does before it.
-  void wait(const char *what) const { check_cuda(cudaEventSynchronize(event), what); }
+  void wait(const char *what) const { check_cuda(cudaEventSynchronize(event.get()), what); }
 
  private:
-  cudaEvent_t event = nullptr;
+  CudaHandle<cudaEvent_t, cudaEventDestroy> event;
 };
 
 /// Pieces of device memory for RVE images, cut from large slabs: thousands of RVEs come and go without a cudaMalloc each.
 class DeviceArena {
  public:
-  DeviceArena() = default;
-  DeviceArena(const DeviceArena &) = delete;
-  DeviceArena &operator=(const DeviceArena &) = delete;
-  ~DeviceArena()
-  {
-    for (char *slab : slabs) cudaFree(slab);
-  }
-
   char *allocate(std::size_t size)
   {
     size = rounded(size);
@@ -197,7 +188,7 @@ class DeviceArena {
       const std::size_t slab_size = size > SLAB ? size : SLAB;
       char *slab = nullptr;
       check_cuda(cudaMalloc(&slab, slab_size), "device memory for RVEs");
-      slabs.push_back(slab);
+      slabs.emplace_back(slab);
       next = slab;
       slab_left = slab_size;
     }
@@ -213,7 +204,7 @@ class DeviceArena {
   static constexpr std::size_t SLAB = std::size_t(64) << 20;
   static std::size_t rounded(std::size_t size) { return (size + 255) / 256 * 256; }
 
-  std::vector<char *> slabs;
+  std::vector<CudaOwner<char, cudaFree>> slabs;
   std::map<std::size_t, std::vector<char *>> free_pieces;
   char *next = nullptr;
   std::size_t slab_left = 0;

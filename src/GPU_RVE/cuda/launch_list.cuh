@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstring>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace rve {
@@ -21,10 +20,6 @@ namespace rve {
 /// Kernels of the default stream, in their order, none of which has begun before hand_over(). All call follow() first.
 class LaunchList {
  public:
-  LaunchList() = default;
-  LaunchList(const LaunchList &) = delete;
-  LaunchList &operator=(const LaunchList &) = delete;
-
   /// Whether a kernel may be in place before the one in front has ended (waits_itself).
   void set_early(bool early) { early_ = early; }
 
@@ -45,7 +40,7 @@ class LaunchList {
     if (kept && !kept->graph && makes_graphs_) kept->graph = graph_of(kept->list);
     if (kept && kept->graph) {
       ++graphs_;
-      check_cuda(cudaGraphLaunch(kept->graph, nullptr), what);
+      check_cuda(cudaGraphLaunch(kept->graph.get(), nullptr), what);
     } else {
       check_cuda(launch_all(now_, nullptr), what);
       if (!kept && now_.launches.size() >= WORTH_A_GRAPH) keep();
@@ -93,25 +88,7 @@ class LaunchList {
           std::memcmp(bytes.data(), other.bytes.data(), bytes.size()) == 0;
     }
   };
-  class Graph {
-   public:
-    Graph() = default;
-    explicit Graph(cudaGraphExec_t graph) : graph_(graph) {}
-    Graph(const Graph &) = delete;
-    Graph &operator=(Graph &&other) noexcept
-    {
-      std::swap(graph_, other.graph_);
-      return *this;
-    }
-    ~Graph()
-    {
-      if (graph_) cudaGraphExecDestroy(graph_);
-    }
-    operator cudaGraphExec_t() const { return graph_; }
-
-   private:
-    cudaGraphExec_t graph_ = nullptr;
-  };
+  using Graph = CudaHandle<cudaGraphExec_t, cudaGraphExecDestroy>;
   /// A list that has been handed over, and a graph of it from the second time on.
   struct Kept {
     List list;
@@ -141,7 +118,7 @@ class LaunchList {
   {
     Kept &kept = kept_[oldest_];
     oldest_ = (oldest_ + 1) % kept_.size();
-    kept.graph = Graph();
+    kept.graph.reset();
     kept.list = now_;
   }
 

@@ -6,60 +6,55 @@
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace rve {
 
 using Words = std::vector<std::string_view>;
 
-/// Letters to insert, delete, replace or swap with their neighbor to make one word of the other: the optimal string alignment of
-/// Damerau, Commun. ACM 7, 171 (1964). Upper and lower case are the same.
+/// Letters to insert, delete, replace or swap with their neighbor to make one word of the other (Damerau, Commun. ACM 7, 171 (1964)).
+/// Upper and lower case are the same.
 inline std::size_t edit_distance(std::string_view a, std::string_view b)
 {
-  const auto same = [](char x, char y) {
-    return std::tolower(static_cast<unsigned char>(x)) ==
-        std::tolower(static_cast<unsigned char>(y));
+  const auto same = [&](std::size_t i, std::size_t j) {
+    return std::tolower(static_cast<unsigned char>(a[i - 1])) ==
+        std::tolower(static_cast<unsigned char>(b[j - 1]));
   };
-  // rows i - 2, i - 1 and i of the table of distances between beginnings
-  std::vector<std::size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    before.swap(above);
-    above.swap(row);
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = above[j - 1] + (same(a[i - 1], b[j - 1]) ? 0 : 1);
-      row[j] = std::min({replaced, above[j] + 1, row[j - 1] + 1});
-      if (i > 1 && j > 1 && same(a[i - 1], b[j - 2]) && same(a[i - 2], b[j - 1]))
-        row[j] = std::min(row[j], before[j - 2] + 1);
+  // of the first i letters of a and the first j of b
+  std::vector<std::vector<std::size_t>> distance(a.size() + 1,
+                                                 std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i)
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      std::size_t &here = distance[i][j] = i + j;
+      if (i == 0 || j == 0) continue;
+      here = std::min({distance[i - 1][j - 1] + (same(i, j) ? 0 : 1), distance[i - 1][j] + 1,
+                       distance[i][j - 1] + 1});
+      if (i > 1 && j > 1 && same(i, j - 1) && same(i - 1, j))
+        here = std::min(here, distance[i - 2][j - 2] + 1);
     }
-  }
-  return row[b.size()];
+  return distance.back().back();
 }
 
-/// The known words that look like this one, the most alike first: a third of the letters may differ, or one of the two begins with the
-/// other. At most three.
+/// The known words that look like this one, at most three, the most alike first: a third of the letters may differ, or one of the two
+/// begins with the other.
 inline Words nearest_words(std::string_view word, const Words &known)
 {
-  constexpr std::size_t MOST = 3, SHORTEST_BEGINNING = 3;
   const auto begins = [](std::string_view whole, std::string_view part) {
-    return part.size() >= SHORTEST_BEGINNING && whole.substr(0, part.size()) == part;
+    return part.size() >= 3 && whole.substr(0, part.size()) == part;
   };
-  std::vector<std::pair<std::size_t, std::string_view>> near;
+  std::multimap<std::size_t, std::string_view> near;
   for (const std::string_view other : known) {
     const std::size_t distance = edit_distance(word, other);
-    const std::size_t letters = std::max(word.size(), other.size());
-    if (distance <= (letters + 1) / 3 || begins(other, word) || begins(word, other))
-      near.emplace_back(distance, other);
+    if (distance <= (std::max(word.size(), other.size()) + 1) / 3 || begins(other, word) ||
+        begins(word, other))
+      near.emplace(distance, other);
   }
-  std::stable_sort(near.begin(), near.end(),
-                   [](const auto &a, const auto &b) { return a.first < b.first; });
-  if (near.size() > MOST) near.resize(MOST);
   Words words;
-  for (const auto &[distance, other] : near) words.push_back(other);
+  for (const auto &[distance, other] : near)
+    if (words.size() < 3) words.push_back(other);
   return words;
 }
 

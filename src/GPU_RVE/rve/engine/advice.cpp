@@ -116,13 +116,6 @@ std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> 
                "tension), or a larger servo_max_rate"}};
 }
 
-template <int D> EnergyTerms energy_terms(const ResultOf<D> &result)
-{
-  const EnergyLedger &ledger = result.energy;
-  return {result.kinetic_energy + result.elastic_energy, result.kinetic_energy, ledger.work,
-          ledger.friction + ledger.local_damping + ledger.viscous};
-}
-
 std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now)
 {
   // rounding of the stored energy is no gap
@@ -223,8 +216,6 @@ template std::vector<Advice> advice(Format, const ResultOf<2> &, const Material 
                                     const DriveRates &);
 template std::vector<Advice> advice(Format, const ResultOf<3> &, const Material &,
                                     const DriveRates &);
-template EnergyTerms energy_terms(const ResultOf<2> &);
-template EnergyTerms energy_terms(const ResultOf<3> &);
 template double stress_out_of_reach(const ResultOf<2> &, const DriveOf<2> &, double);
 template double stress_out_of_reach(const ResultOf<3> &, const DriveOf<3> &, double);
 template std::vector<Advice> advice_on_servo(const ResultOf<2> &, const DriveOf<2> &, double,

@@ -86,7 +86,12 @@ struct EnergyTerms {
   double constant() const { return stored - supplied + lost; }
 };
 
-template <int D> EnergyTerms energy_terms(const ResultOf<D> &result);
+template <int D> EnergyTerms energy_terms(const ResultOf<D> &result)
+{
+  const EnergyLedger &ledger = result.energy;
+  return {result.kinetic_energy + result.elastic_energy, result.kinetic_energy, ledger.work,
+          ledger.friction + ledger.local_damping + ledger.viscous};
+}
 
 /// Reports an energy balance that has opened since `before`: collisions are then shorter than a few
 /// time steps, or dashpots too stiff for them, and the losses that the ledger adds up are wrong.

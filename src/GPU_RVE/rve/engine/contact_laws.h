@@ -8,6 +8,8 @@
 #include "rve/engine/program_scenes.h"
 #include "rve/physics/material.h"
 
+#include <limits>
+
 namespace rve {
 
 /// A law of the table of programs, in `double` and in units of the script.
@@ -53,18 +55,60 @@ template <int D = 2> bool has_constant_moduli(const Material &material)
 }
 
 /// How far beyond touching grains act on each other [length].
-double reach_of(const Material &material);
+inline double reach_of(const Material &material)
+{
+  return with_law(material, [&](const auto &law) { return law.reach(material); });
+}
+
+/// What a pressure presses on, between two grains: their diameter times the thickness of disks, its square [length^2].
+template <int D> double loaded_area(const Material &material, double diameter)
+{
+  return (D == 2 ? material.thickness : diameter) * diameter;
+}
 
 /// Overlap over diameter of two equal grains that press each other with p h times their diameter, or spheres with p times its square: p h / k_n
 /// and p d / k_n of linear springs. About the mean of a packing, of disks from 0.9 of it for frictionless and stiff grains to 0.6 at 0.1, and
 /// a quarter more for loose packings.
-template <int D = 2>
-double contact_strain(double pressure, const Material &material, double radius);
+template <int D = 2> double contact_strain(double pressure, const Material &material, double radius)
+{
+  return with_law<D>(material, [&](const auto &law) {
+    if constexpr (law.has_constant_moduli)
+      return pressure * (D == 2 ? material.thickness : 2.0 * radius) /
+          law.stiffness({0.0, radius, radius}).normal;
+    // Newton's method from where even the softest law bears more: forces grow faster than overlaps, so that no step goes too far
+    const double diameter = 2.0 * radius, force = pressure * loaded_area<D>(material, diameter);
+    if (!(force > law.spring_force({0.0, radius, radius}))) return 0.0;
+    double overlap = diameter;
+    while (law.spring_force({overlap, radius, radius}) < force) overlap *= 2.0;
+    for (double before = std::numeric_limits<double>::infinity(); overlap < before;) {
+      before = overlap;
+      const ContactPlace place{overlap, radius, radius};
+      overlap -= (law.spring_force(place) - force) / law.stiffness(place).normal;
+    }
+    return overlap / diameter;
+  });
+}
+
 /// The pressure that gives this overlap over diameter [stress].
-template <int D = 2>
-double contact_pressure(double strain, const Material &material, double radius);
+template <int D = 2> double contact_pressure(double strain, const Material &material, double radius)
+{
+  return with_law<D>(material, [&](const auto &law) {
+    if constexpr (law.has_constant_moduli)
+      return strain * law.stiffness({0.0, radius, radius}).normal /
+          (D == 2 ? material.thickness : 2.0 * radius);
+    const double diameter = 2.0 * radius;
+    return law.spring_force({strain * diameter, radius, radius}) /
+        loaded_area<D>(material, diameter);
+  });
+}
+
 /// Springs of a contact with this overlap over diameter [force/length].
 template <int D = 2>
-ContactModuli moduli_at_strain(double strain, const Material &material, double radius);
+ContactModuli moduli_at_strain(double strain, const Material &material, double radius)
+{
+  return with_law<D>(material, [&](const auto &law) {
+    return law.stiffness({2.0 * radius * strain, radius, radius});
+  });
+}
 
 }    // namespace rve

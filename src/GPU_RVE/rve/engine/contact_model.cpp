@@ -23,32 +23,6 @@ ContactModel contacts_of(const Material &material)
   return {material.law, resists_rolling(material)};
 }
 
-template <int D> ContactModel contacts_of(const RveStateOf<D> &state)
-{
-  return {state.material.law, resists_rolling(state.material) || state.has_rolling_forces(), D};
-}
-
-template <int D>
-ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
-                         const std::function<std::string(int)> &name)
-{
-  const auto name_of = [&](std::size_t k) {
-    return name ? name(static_cast<int>(k)) : "RVE " + std::to_string(k);
-  };
-  ContactModel all;
-  all.dimension = D;
-  for (std::size_t k = 0; k < states.size(); ++k) {
-    const ContactModel one = contacts_of(states[k]);
-    if (k == 0) all.law = one.law;
-    require(one.law == all.law, [&] {
-      return name_of(0) + " has contact law " + word_of(all.law) + ", and " + name_of(k) + " has " +
-          word_of(one.law) + "; they must have the same";
-    });
-    all.rolling = all.rolling || one.rolling;
-  }
-  return all;
-}
-
 ContactLaw contact_law_of(const std::string &word)
 {
   const Words words(std::begin(CONTACT_LAW_WORDS), std::end(CONTACT_LAW_WORDS));
@@ -72,12 +46,5 @@ std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension, bool la
   });
   return members;
 }
-
-template ContactModel contacts_of(const RveStateOf<2> &);
-template ContactModel contacts_of(const RveStateOf<3> &);
-template ContactModel contacts_of(const std::vector<RveStateOf<3>> &,
-                                  const std::function<std::string(int)> &);
-template ContactModel contacts_of(const std::vector<RveStateOf<2>> &,
-                                  const std::function<std::string(int)> &);
 
 }    // namespace rve

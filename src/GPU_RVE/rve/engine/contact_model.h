@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "rve/core/error.h"
 #include "rve/physics/material.h"
 
 #include <functional>
@@ -36,12 +37,33 @@ std::string to_string(const ContactModel &contacts);
 
 /// What an RVE needs. With rolling forces, it needs them remembered whatever its material.
 ContactModel contacts_of(const Material &material);
-template <int D> ContactModel contacts_of(const RveStateOf<D> &state);
+
+template <int D> ContactModel contacts_of(const RveStateOf<D> &state)
+{
+  return {state.material.law, contacts_of(state.material).rolling || state.has_rolling_forces(), D};
+}
 
 /// What several RVEs need together. Throws InputError, with the names of two of them, if their laws differ.
 template <int D>
 ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
-                         const std::function<std::string(int)> &name = {});
+                         const std::function<std::string(int)> &name = {})
+{
+  const auto name_of = [&](std::size_t k) {
+    return name ? name(static_cast<int>(k)) : "RVE " + std::to_string(k);
+  };
+  ContactModel all;
+  all.dimension = D;
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    const ContactModel one = contacts_of(states[k]);
+    if (k == 0) all.law = one.law;
+    require(one.law == all.law, [&] {
+      return name_of(0) + " has contact law " + word_of(all.law) + ", and " + name_of(k) + " has " +
+          word_of(one.law) + "; they must have the same";
+    });
+    all.rolling = all.rolling || one.rolling;
+  }
+  return all;
+}
 
 /// The law of that word; throws InputError, with those there are, if there is none.
 ContactLaw contact_law_of(const std::string &word);

@@ -2,7 +2,7 @@
 #include "rve/engine/contact_network.h"
 
 #include "rve/engine/contact_laws.h"
-#include "rve/physics/solid_cell.h"
+#include "rve/engine/grain_bins.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,15 +14,6 @@ namespace {
 
   constexpr double TWO_TO_64 = 18446744073709551616.0;
 
-  double width_between_faces(const Tensor2 &cell, int axis)
-  {
-    return determinant(cell) / std::hypot(cell(0, 1 - axis), cell(1, 1 - axis));
-  }
-  double width_between_faces(const Tensor3 &cell, int axis)
-  {
-    return perpendicular_width(cell, axis);
-  }
-
   double length(const Vec<double, 2> &v)
   {
     return std::hypot(v[0], v[1]);
@@ -31,63 +22,6 @@ namespace {
   {
     return std::hypot(v[0], v[1], v[2]);
   }
-
-  // Grains binned by fractional coordinate; a bin is at least one largest contact distance wide.
-  template <int D> struct Bins {
-    using Place = Vec<int, D>;
-    Place count;
-    std::vector<std::vector<int>> grains;
-
-    Bins(const RveStateOf<D> &state, double contact_distance)
-    {
-      // per axis: more would be empty for any N a cell of this kind holds
-      constexpr int MOST_BINS = D == 2 ? 1024 : 64;
-      std::size_t bins = 1;
-      for (int a = 0; a < D; ++a) {
-        const double width = width_between_faces(state.cell, a);
-        count[a] =
-            static_cast<int>(std::min<double>(MOST_BINS, std::floor(width / contact_distance)));
-        count[a] = std::max(count[a], 1);
-        bins *= static_cast<std::size_t>(count[a]);
-      }
-      grains.resize(bins);
-      for (int i = 0; i < state.num_grains(); ++i) grains[index(place(state, i))].push_back(i);
-    }
-
-    Place place(const RveStateOf<D> &state, int i) const
-    {
-      Place at;
-      for (int a = 0; a < D; ++a)
-        at[a] = static_cast<int>(((state.fractional[D * i + a] >> 32) * count[a]) >> 32);
-      return at;
-    }
-
-    std::size_t index(const Place &at) const
-    {
-      std::size_t bin = 0;
-      for (int a = D - 1; a >= 0; --a) bin = bin * count[a] + (at[a] + count[a]) % count[a];
-      return bin;
-    }
-
-    // Calls work(grain) of the bin at this place and of those around it.
-    template <class Work> void for_each_near(const Place &at, const Work &work) const
-    {
-      constexpr int AROUND = D == 2 ? 9 : 27;
-      for (int k = 0; k < AROUND; ++k) {
-        Place other = at;
-        for (int a = 0, rest = k; a < D; ++a, rest /= 3) other[a] += rest % 3 - 1;
-        for (const int grain : grains[index(other)]) work(grain);
-      }
-    }
-
-    // Below three bins an axis would show the same bin on both sides.
-    bool usable() const
-    {
-      for (int a = 0; a < D; ++a)
-        if (count[a] < 3) return false;
-      return true;
-    }
-  };
 
   // The periodic image of a second grain that is nearest to the first one, along one axis.
   int image_of_second(std::uint64_t first, std::uint64_t second)
@@ -113,41 +47,22 @@ namespace {
       contacts.push_back({i, j, branch, (1.0 / distance) * branch, overlap});
   }
 
-  // What a pair remembers of forces.
-  SpringForces forces_of(const Pair &pair)
+  double size_of(double along_tangent)
   {
-    return {pair.tangential_force, pair.rolling_force};
+    return std::fabs(along_tangent);
   }
-  SpringForcesOf<3> forces_of(const PairOf<3> &pair)
+  double size_of(const Vec<double, 3> &vector)
   {
-    return {pair.tangential_force, pair.rolling_force, pair.twisting_moment};
-  }
-
-  double largest_of(const Pair &pair)
-  {
-    return std::max(std::fabs(pair.tangential_force), std::fabs(pair.rolling_force));
-  }
-  double largest_of(const PairOf<3> &pair)
-  {
-    return std::max(length(pair.tangential_force), length(pair.rolling_force));
+    return length(vector);
   }
 
-  Vec<double, 2> tangential_vector(const SpringForces &springs, const Vec<double, 2> &n)
+  Vec<double, 2> tangential_vector(double along_tangent, const Vec<double, 2> &n)
   {
-    return springs.tangential * Vec<double, 2>{{-n[1], n[0]}};
+    return along_tangent * Vec<double, 2>{{-n[1], n[0]}};
   }
-  Vec<double, 3> tangential_vector(const SpringForcesOf<3> &springs, const Vec<double, 3> &)
+  Vec<double, 3> tangential_vector(const Vec<double, 3> &force, const Vec<double, 3> &)
   {
-    return springs.tangential;
-  }
-
-  double size_of(double tangential)
-  {
-    return std::fabs(tangential);
-  }
-  double size_of(const Vec<double, 3> &tangential)
-  {
-    return length(tangential);
+    return force;
   }
 
 }    // namespace
@@ -183,7 +98,8 @@ template <int D> void forget_absurd_force(RveStateOf<D> &state)
     if (of_springs == 0.0) of_springs = law.force_scale(deepest) / SURPRISE;
     return std::max(of_springs, 2.0 * law.viscosity(deepest).normal * fastest);
   });
-  for (const PairOf<D> &pair : state.pairs) largest = std::max(largest, largest_of(pair));
+  for (const PairOf<D> &pair : state.pairs)
+    largest = std::max({largest, size_of(pair.tangential_force), size_of(pair.rolling_force)});
   if (state.largest_contact_force > SURPRISE * largest) state.largest_contact_force = 0.0;
 }
 
@@ -194,15 +110,13 @@ template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D
   const double reach = reach_of(state.material);
   const double contact_distance =
       2.0 * *std::max_element(state.radius.begin(), state.radius.end()) + reach;
-  const Bins<D> bins(state, contact_distance);
+  GrainBins<D> bins(state.cell, contact_distance);
+  for (int i = 0; i < state.num_grains(); ++i) bins.add(state, i);
   for (int i = 0; i < state.num_grains(); ++i) {
-    if (!bins.usable()) {
-      for (int j = i + 1; j < state.num_grains(); ++j) add_if_acting(state, reach, i, j, contacts);
-      continue;
-    }
     const std::size_t begin = contacts.size();
-    bins.for_each_near(bins.place(state, i), [&](int j) {
+    bins.any_near(state, i, [&](int j) {
       if (j > i) add_if_acting(state, reach, i, j, contacts);
+      return false;
     });
     std::sort(
         contacts.begin() + begin, contacts.end(),
@@ -249,7 +163,10 @@ std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
                                              const std::vector<TouchingPairOf<D>> &contacts)
 {
   std::vector<SpringForcesOf<D>> forces;
-  for (const PairOf<D> &pair : remembered_pairs(state, contacts)) forces.push_back(forces_of(pair));
+  for (const PairOf<D> &pair : remembered_pairs(state, contacts)) {
+    forces.push_back({pair.tangential_force, pair.rolling_force});
+    if constexpr (D == 3) forces.back().twisting = pair.twisting_moment;
+  }
   return forces;
 }
 
@@ -274,7 +191,8 @@ template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveS
       contact.image[a] = image_of_second(state.fractional[D * contact.geometry.first + a],
                                          state.fractional[D * contact.geometry.second + a]);
     const Vec<double, D> &n = contact.geometry.normal;
-    contact.force_on_first = tangential_vector(contact.springs, n) - contact.normal_force * n;
+    contact.force_on_first =
+        tangential_vector(contact.springs.tangential, n) - contact.normal_force * n;
     const double limit = state.material.friction * limiting_force[k];
     if (limit > 0.0) contact.mobilized_friction = size_of(contact.springs.tangential) / limit;
     contacts.push_back(contact);

@@ -7,6 +7,7 @@
 #include "rve/engine/state.h"
 #include "rve/physics/laws/law.h"
 
+#include <type_traits>
 #include <vector>
 
 namespace rve {
@@ -39,20 +40,13 @@ std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
                                         const std::vector<TouchingPairOf<D>> &contacts);
 
 /// Forces of springs that pairs remember, as the first grain sees them.
-template <int D> struct SpringForcesOf;
-
-template <> struct SpringForcesOf<2> {
-  /// On the first grain along t = (-n_y, n_x), n from first to second [force].
-  double tangential;
-  double rolling;    ///< moment on the first grain over the reduced radius [force]
-};
-using SpringForces = SpringForcesOf<2>;
-
-template <> struct SpringForcesOf<3> {
-  Vec<double, 3> tangential;    ///< on the first grain, across the normal [force]
-  /// n x this is the moment on the first grain over the reduced radius [force].
-  Vec<double, 3> rolling;
-  double twisting;    ///< moment on the first grain along n [force length]
+template <int D> struct SpringForcesOf {
+  using Force = std::conditional_t<D == 2, double, Vec<double, D>>;
+  /// On the first grain, across the normal; of disks along t = (-n_y, n_x), n from first to second [force].
+  Force tangential;
+  /// Moment on the first grain over the reduced radius; of spheres n x this is that [force].
+  Force rolling;
+  double twisting = 0.0;    ///< of spheres; moment on the first grain along n [force length]
 };
 
 /// Those of these contacts; zero where the state has none. Where friction resists twisting, `twisting` is of a contact as deep as the reduced

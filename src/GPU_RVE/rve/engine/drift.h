@@ -3,8 +3,13 @@
 
 #pragma once
 
+#include "rve/core/error.h"
+#include "rve/engine/stability.h"
 #include "rve/engine/state.h"
+#include "rve/physics/grain_shape.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace rve {
@@ -12,12 +17,48 @@ namespace rve {
 /// Mean peculiar velocity by mass [length/time] if it is most of the motion of the grains, otherwise zero. A periodic packing has no use for it, and
 /// local damping acts on it in place of the fluctuations. It is zero, too, where it moves a grain in a stable time step by less than 1e-7 of the smallest
 /// radius: the grains are at rest but for rounding. Runs leave a mean velocity of a few percent of the fluctuations. The state must be sound.
-template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state);
+template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
+{
+  constexpr double AT_REST =
+      1e-7;    // displacement in a stable time step over the smallest radius [-]
+  const int n = state.num_grains();
+  double mass = 0.0;
+  Vec<double, D> mean = Vec<double, D>::zero();
+  for (int i = 0; i < n; ++i) {
+    const double of_grain = grain_volume<D>(state.radius[i]);
+    mass += of_grain;
+    // relative to the first grain: equal velocities have exactly themselves as mean
+    for (int a = 0; a < D; ++a)
+      mean[a] += of_grain * (state.velocity[D * i + a] - state.velocity[a]);
+  }
+  for (int a = 0; a < D; ++a) mean[a] = state.velocity[a] + mean[a] / mass;
+  double fluctuation = 0.0;
+  for (int i = 0; i < n; ++i)
+    for (int a = 0; a < D; ++a) {
+      const double difference = state.velocity[D * i + a] - mean[a];
+      fluctuation += grain_volume<D>(state.radius[i]) / mass * difference * difference;
+    }
+  const double squared = dot(mean, mean);
+  if (!(squared > fluctuation)) return Vec<double, D>::zero();
+  const double smallest = *std::min_element(state.radius.begin(), state.radius.end());
+  const bool is_at_rest = std::sqrt(squared) * stable_time_step(state) <= AT_REST * smallest;
+  return is_at_rest ? Vec<double, D>::zero() : mean;
+}
 
 /// Subtracts a velocity from that of all grains.
-template <int D> void remove_drift(RveStateOf<D> &state, const Vec<double, D> &drift);
+template <int D> void remove_drift(RveStateOf<D> &state, const Vec<double, D> &drift)
+{
+  for (int i = 0; i < state.num_grains(); ++i)
+    for (int a = 0; a < D; ++a) state.velocity[D * i + a] -= drift[a];
+}
 
 /// "mean velocity (10, -5) [length/time]"; empty without a drift.
-template <int D> std::string describe_drift(const Vec<double, D> &drift);
+template <int D> std::string describe_drift(const Vec<double, D> &drift)
+{
+  if (dot(drift, drift) == 0.0) return "";
+  std::string text = "mean velocity (";
+  for (int a = 0; a < D; ++a) text += (a ? ", " : "") + number(drift[a]);
+  return text + ") [length/time]";
+}
 
 }    // namespace rve

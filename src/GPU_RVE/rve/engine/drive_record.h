@@ -4,28 +4,189 @@
 #pragma once
 
 #include "rve/algorithm/image.h"
+#include "rve/core/error.h"
+#include "rve/engine/dimension_words.h"
 #include "rve/engine/engine.h"
+#include "rve/engine/finite_strain.h"
+#include "rve/engine/increment_plan.h"
+#include "rve/engine/spatial_strain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
 
 namespace rve {
 
+/// Names of components below or not below the diagonal, "xx, xy and yy".
+template <int D> std::string components(bool below)
+{
+  std::string names;
+  int left = Space<D>::strains - (below ? D : 0);
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b) {
+      if ((b < a) != below) continue;
+      names += {"xyz"[a], "xyz"[b]};
+      if (--left > 0) names += left > 1 ? ", " : " and ";
+    }
+  return names;
+}
+
 /// Throws InputError, with value, unit and range, unless the drive makes sense.
-template <int D> void check(const DriveOf<D> &drive);
+template <int D> void check(const DriveOf<D> &drive)
+{
+  require(drive.substeps >= 0,
+          [&] { return "substeps must be 0 or more, got " + std::to_string(drive.substeps); });
+  require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0), [&] {
+    return "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]";
+  });
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < a; ++b)
+      require(!drive.controlled[a][b], [] {
+        return "the stress servo controls " + components<D>(false) + "; component " +
+            components<D>(true) + " cannot be controlled";
+      });
+  require(drive.num_modes >= 0 && drive.num_modes <= Space<D>::strains &&
+              (drive.num_modes == 0 || drive.modes),
+          [&] {
+            return "a servo steers 0 to " + std::to_string(Space<D>::strains) + " modes, got " +
+                std::to_string(drive.num_modes) + (drive.modes ? "" : " that are nowhere");
+          });
+  if (drive.has_servo()) {
+    constexpr double smallest = 1e-30, largest = 1e30;    // what follows from them are numbers
+    require(finite(drive.velocity_gradient),
+            "velocity gradient has a component that is not a finite number [1/time]");
+    require(finite(drive.stress_goal),
+            "stress goal has a component that is not a finite number [stress]");
+    require(drive.servo_gain >= smallest && drive.servo_gain <= largest, [&] {
+      return "servo gain must be positive, from 1e-30 to 1e30, got " + number(drive.servo_gain) +
+          " [1/(stress time^2)]";
+    });
+    require(drive.servo_max_rate >= smallest && drive.servo_max_rate <= largest, [&] {
+      return "largest servo rate must be positive, from 1e-30 to 1e30, got " +
+          number(drive.servo_max_rate) + " [1/time]";
+    });
+  } else {
+    const Tensor<double, D> &f = drive.deformation;
+    require(finite(f), "deformation increment has a component that is not a finite number");
+    require(determinant(f) > 0.0, [&] {
+      return "deformation increment must keep a positive " +
+          std::string(DimensionWords<D>::volume) + ", its determinant is " + number(determinant(f));
+    });
+  }
+}
 
 /// Whether a drive needs a SteeringRecord<2>: for a servo, or to turn the RVE in several segments.
-template <int D> bool needs_steering(const DriveOf<D> &drive);
+template <int D> bool needs_steering(const DriveOf<D> &drive)
+{
+  return drive.has_servo() || !turns_little(drive.deformation);
+}
+
+/// Whether is_simple() cannot but hold, since F is so near the identity, as most are; quicker than that, by two thirds where a processor has no
+/// fma. With sums below s of what is in a row of F - 1 the diagonal dominates, hence the determinant is positive (Levy and Desplanques); and
+/// of the axial vector of turns_little() the length is below D s, the trace of F above D (1 - s).
+template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
+{
+  constexpr double small = 0.5 * LARGEST_TURN / (1.0 + LARGEST_TURN);
+  bool is = true;
+  for (int a = 0; a < D; ++a) {
+    double row = 0.0;
+    for (int b = 0; b < D; ++b) row += std::fabs(f(a, b) - (a == b ? 1.0 : 0.0));
+    is &= row < small;
+  }
+  return is;
+}
+
+/// A drive without a servo, or an increment.
+template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
+{
+  const bool has_time = drive.substeps == 0 ||
+      (drive.substeps > 0 && std::isfinite(drive.dt) && drive.dt > 0.0);
+  return has_time && (is_nearly_identity(drive.deformation) || is_simple(drive.deformation));
+}
 
 /// Whether check() finds nothing, and nothing is to be steered: what most drives are, and quicker to see.
-template <int D> bool is_simple(const DriveOf<D> &drive);
-template <int D> bool is_simple(const IncrementOf<D> &increment);
+template <int D> bool is_simple(const DriveOf<D> &drive)
+{
+  bool controls = drive.num_modes != 0;
+  for (int a = 0; a < D; ++a)
+    for (int b = 0; b < D; ++b) controls |= drive.controlled[a][b];
+  return !controls && is_unsteered(drive);
+}
+template <int D> bool is_simple(const IncrementOf<D> &increment)
+{
+  return is_unsteered(increment);
+}
 
-/// Of a path in one segment. Quick where the record is made in its place (new), not elsewhere and copied.
-template <int D> DriveRecord<D> to_record(const DriveOf<D> &drive);
-template <int D> DriveRecord<D> to_record(const IncrementOf<D> &increment);
+/// Of a path in one segment; of a DriveOf or an IncrementOf. Quick where the record is made in its place (new), not elsewhere and copied.
+template <int D, template <int> class AnyDrive> DriveRecord<D> to_record(const AnyDrive<D> &drive)
+{
+  DriveRecord<D> record = DriveRecord<D>();    // with the bytes behind its members
+  record.dt = drive.dt;
+  record.substeps = drive.substeps;
+  record.segments = 1;
+  store_tensor(drive.deformation, record.deformation);
+  return record;
+}
+
+/// Segments of a path that turns by this angle [rad]: of at most LARGEST_TURN each.
+inline int path_segments(double angle)
+{
+  return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / LARGEST_TURN)));
+}
+
+/// Polar decomposition F = R U in the plane, in as many segments as it turns.
+inline void split_path(const Tensor2 &f, DriveRecord<2> &record, SteeringRecord<2> &steering)
+{
+  const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
+  record.segments = path_segments(angle);
+  store_tensor(plane_rotation(angle / record.segments), steering.rotation);
+  store_tensor(plane_rotation(-angle) * f - Tensor2::identity(), steering.stretch);
+}
+
+inline void split_path(const Tensor3 &f, DriveRecord<3> &record, SteeringRecord<3> &steering)
+{
+  const SpatialPolarDecomposition polar(f);
+  record.segments = path_segments(std::sqrt(dot(polar.turn, polar.turn)));
+  store_tensor(spatial_rotation((1.0 / record.segments) * polar.turn), steering.rotation);
+  store_tensor(transpose(polar.rotation) * f - Tensor3::identity(), steering.stretch);
+}
 
 /// The rest of a drive. Sets the number of segments in its record.
-template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record);
+template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record)
+{
+  SteeringRecord<D> steering = SteeringRecord<D>();
+  if (drive.has_servo()) {
+    for (int a = 0; a < D; ++a)
+      for (int b = 0; b < D; ++b) steering.controlled[D * a + b] = drive.controlled[a][b];
+    store_tensor(drive.stress_goal, steering.stress_goal);
+    store_tensor(drive.velocity_gradient, steering.velocity_gradient);
+    steering.servo_gain = drive.servo_gain;
+    steering.servo_max_rate = drive.servo_max_rate;
+    return steering;
+  }
+  split_path(drive.deformation, record, steering);
+  return steering;
+}
 
 /// What the modes of a drive are to the kernel.
-template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive);
+template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive)
+{
+  SteeredModes<D> modes = SteeredModes<D>();
+  modes.count = drive.num_modes;
+  modes.begin = drive.modes_begin;
+  for (int k = 0; k < drive.num_modes; ++k) {
+    const ServoModeOf<D> &from = drive.modes[k];
+    SteeredMode<D> &to = modes.mode[k];
+    store_tensor(from.rate, to.rate);
+    store_tensor(from.dual, to.dual);
+    store_tensor(from.stress, to.stress);
+    to.goal = 0.0;
+    for (int c = 0; c < Space<D>::components; ++c)
+      to.goal += from.stress.component[c] * drive.stress_goal.component[c];
+    to.gain = from.weight * drive.servo_gain;
+    to.max_rate = drive.servo_max_rate;
+  }
+  return modes;
+}
 
 }    // namespace rve

@@ -89,11 +89,6 @@ namespace {
                      0.5 * (stress(0, 1) * stress(0, 1) + stress(1, 0) * stress(1, 0)));
   }
 
-  constexpr std::pair<Format, const char *> FORMAT_NAMES[] = {{Format::Fast, "fast"},
-                                                              {Format::Mixed, "mixed"},
-                                                              {Format::Double, "double"},
-                                                              {Format::Single, "single"}};
-
   constexpr std::pair<std::uint32_t, const char *> STATUS_WORDS[] = {
       {status::ListFull, "contact list full"},
       {status::ForceSaturated, "contact force beyond the integer range"},
@@ -164,8 +159,8 @@ template <int D> double ResultOf<D>::deviatoric_stress() const
 
 std::string to_string(Format format)
 {
-  for (const auto &[value, name] : FORMAT_NAMES)
-    if (value == format) return name;
+  for (const auto &[word, value] : FORMAT_CHOICES)
+    if (value == format) return word;
   throw InputError("number format " + std::to_string(static_cast<int>(format)) + " does not exist");
 }
 

@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 namespace rve {
 
@@ -21,24 +22,6 @@ namespace {
     return std::generic_category().message(error);
   }
 
-  /// The file that a path means, which need not exist: the last of a chain of symbolic links. Returns 0 or an error number.
-  int follow_links(const std::string &path, std::string &target)
-  {
-    constexpr int LONGEST_CHAIN = 40;    // Linux' own
-    fs::path present = path;
-    for (int k = 0; k < LONGEST_CHAIN; ++k) {
-      std::error_code error;
-      if (!fs::is_symlink(fs::symlink_status(present, error))) {
-        target = present.string();
-        return 0;
-      }
-      const fs::path next = fs::read_symlink(present, error);
-      if (error) return error.value();
-      present = next.is_absolute() ? next : present.parent_path() / next;
-    }
-    return ELOOP;
-  }
-
   /// Name of a temporary file beside the target: no other process has it, on this machine or on another one with the same folder.
   std::string temporary_name(const std::string &target)
   {
@@ -47,47 +30,36 @@ namespace {
     return target + ".part" + std::to_string(::getpid()) + "." + machine;
   }
 
-  /// Brings the content of a file to the disk. Returns 0 or an error number.
-  int synchronise(int descriptor)
+  /// Brings the content of a file, or the names in a folder, to the disk; false with errno if that fails.
+  bool synchronise(int descriptor)
   {
-    while (::fsync(descriptor) != 0) {
-      if (errno == EINTR) continue;
-      // some file systems have no such function
-      return errno == EINVAL || errno == ENOSYS || errno == EOPNOTSUPP ? 0 : errno;
-    }
-    return 0;
+    // some file systems have no such function
+    return ::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOSYS || errno == EOPNOTSUPP;
   }
 
-  /// Brings the names in the folder of a file to the disk, where the file system can do that.
-  void synchronise_folder_of(const std::string &file)
+  /// Brings the name of a file to the disk, where the file system can do that.
+  void synchronise_name_of(const std::string &file)
   {
     const fs::path folder = fs::path(file).parent_path();
-    const std::string name = folder.empty() ? "." : folder.string();
-    const int descriptor = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int descriptor =
+        ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (descriptor < 0) return;
     synchronise(descriptor);
     ::close(descriptor);
   }
 
-  /// Returns 0 or an error number.
-  int write_all(int descriptor, const std::string &text)
-  {
-    for (std::size_t done = 0; done < text.size();) {
-      const ssize_t count = ::write(descriptor, text.data() + done, text.size() - done);
-      if (count >= 0)
-        done += static_cast<std::size_t>(count);
-      else if (errno != EINTR)
-        return errno;
-    }
-    return 0;
-  }
-
 }    // namespace
 
-OutputFile::OutputFile(const std::string &_path) : path(_path)
+OutputFile::OutputFile(const std::string &_path) : path(_path), target(_path)
 {
   if (path.empty()) fail(ENOENT);
-  if (const int error = follow_links(path, target)) fail(error);
+  constexpr int LONGEST_CHAIN = 40;    // of symbolic links, Linux' own
+  std::error_code error;
+  for (int k = 0; fs::is_symlink(fs::symlink_status(target, error)); ++k) {
+    if (k == LONGEST_CHAIN) fail(ELOOP);
+    target = fs::path(target).parent_path() / fs::read_symlink(target, error);
+    if (error) fail(error.value());
+  }
   struct stat old;
   const bool exists = ::stat(target.c_str(), &old) == 0;
   if (!exists && errno != ENOENT) fail(errno);
@@ -101,9 +73,10 @@ OutputFile::OutputFile(const std::string &_path) : path(_path)
 
   const std::string name = temporary_name(target);
   ::unlink(name.c_str());    // of a process that had this number and was killed
-  descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) fail(errno);
   temporary = name;
+  stream = ::fdopen(descriptor, "w");
   if (!exists) return;
   // the owner first: a change of it takes bits of the mode away. Only root may give a file away: then it is the writer's.
   if (old.st_uid != ::geteuid() || old.st_gid != ::getegid())
@@ -113,35 +86,34 @@ OutputFile::OutputFile(const std::string &_path) : path(_path)
 
 OutputFile::~OutputFile()
 {
-  if (descriptor >= 0) ::close(descriptor);
+  discard();
+}
+
+void OutputFile::discard()
+{
+  if (stream) std::fclose(stream);
+  stream = nullptr;
   if (!temporary.empty()) ::unlink(temporary.c_str());
+  temporary.clear();
 }
 
 void OutputFile::write(const std::string &text)
 {
-  if (!regular) {
-    descriptor = ::open(target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
-    if (descriptor < 0) fail(errno);
-  }
-  if (const int error = write_all(descriptor, text)) fail(error);
-  if (regular)
-    if (const int error = synchronise(descriptor)) fail(error);
-  const int closed = ::close(descriptor);
-  descriptor = -1;
-  if (closed != 0) fail(errno);
+  if (!regular) stream = std::fopen(target.c_str(), "we");
+  if (!stream || std::fwrite(text.data(), 1, text.size(), stream) != text.size() ||
+      std::fflush(stream) != 0 || (regular && !synchronise(::fileno(stream))))
+    fail(errno);
+  if (std::fclose(std::exchange(stream, nullptr)) != 0) fail(errno);
   if (!regular) return;
   if (::rename(temporary.c_str(), target.c_str()) != 0) fail(errno);
   temporary.clear();
-  synchronise_folder_of(target);
+  synchronise_name_of(target);
 }
 
 /// A constructor that throws has no destructor, so this cleans up.
 void OutputFile::fail(int reason)
 {
-  if (descriptor >= 0) ::close(descriptor);
-  descriptor = -1;
-  if (!temporary.empty()) ::unlink(temporary.c_str());
-  temporary.clear();
+  discard();
   throw InputError("cannot write file " + path + ": " + reason_of(reason));
 }
 

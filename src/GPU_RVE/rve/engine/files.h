@@ -4,6 +4,7 @@
 
 #pragma once
 
+#include <cstdio>
 #include <string>
 
 namespace rve {
@@ -35,9 +36,10 @@ class OutputFile {
   std::string target;    // behind symbolic links
   // beside the target; empty: the target is a device or a fifo, or has been written
   std::string temporary;
-  int descriptor = -1;
+  std::FILE *stream = nullptr;
   bool regular = true;
 
+  void discard();
   [[noreturn]] void fail(int reason);
 };
 

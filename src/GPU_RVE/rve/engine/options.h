@@ -41,6 +41,21 @@ struct Options {
   std::function<void(const std::string &)> log = {};
 };
 
+/// A word of users, and the value that it stands for.
+template <class T> struct Choice {
+  const char *word;
+  T value;
+};
+constexpr Choice<Format> FORMAT_CHOICES[] = {{"fast", Format::Fast},
+                                             {"mixed", Format::Mixed},
+                                             {"double", Format::Double},
+                                             {"single", Format::Single}};
+constexpr Choice<Arithmetic> ARITHMETIC_CHOICES[] = {{"strict", Arithmetic::Strict},
+                                                     {"relaxed", Arithmetic::Relaxed}};
+constexpr Choice<Device> DEVICE_CHOICES[] = {
+    {"auto", Device::Auto}, {"cpu", Device::Cpu}, {"cuda", Device::Cuda}};
+constexpr Choice<Arms> ARM_CHOICES[] = {{"contact", Arms::Contact}, {"lammps", Arms::Lammps}};
+
 /// "fast", "mixed", "double" or "single".
 std::string to_string(Format format);
 

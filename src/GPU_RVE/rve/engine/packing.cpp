@@ -4,7 +4,7 @@
 #include "rve/core/error.h"
 #include "rve/core/first_error.h"
 #include "rve/engine/contact_laws.h"
-#include "rve/engine/contact_network.h"
+#include "rve/engine/packing_way.h"
 #include "rve/engine/stability.h"
 #include "rve/physics/grain_shape.h"
 
@@ -13,132 +13,10 @@
 #include <cstddef>
 #include <memory>
 #include <numeric>
-#include <random>
 
 namespace rve {
 
 namespace {
-
-  /// Fractions of the cell in a loose cloud: where grains are added, and the most that random addition is asked for.
-  template <int D> struct CloudFraction;
-  template <> struct CloudFraction<2> {
-    static constexpr double usual = 0.4, most = 0.5;    // jams at 0.55
-  };
-  template <> struct CloudFraction<3> {
-    static constexpr double usual = 0.25, most = 0.33;    // jams at 0.38
-  };
-
-  template <int D> double initial_solid_fraction(const PackingRecipe &recipe)
-  {
-    return recipe.initial_solid_fraction.value_or(CloudFraction<D>::usual);
-  }
-
-  /// Places grains one by one where they touch none of those already there.
-  template <int D> class RandomAddition {
-   public:
-    RandomAddition(RveStateOf<D> &_state, double largest_radius) : state(_state)
-    {
-      const double side = state.cell(0, 0);
-      constexpr int MOST_BINS = D == 2 ? 1024 : 64;
-      bins_per_side = std::clamp(static_cast<int>(side / (2.0 * largest_radius)), 1, MOST_BINS);
-      if (bins_per_side < 3) bins_per_side = 1;    // fewer would show one bin on both sides
-      std::size_t count = 1;
-      for (int a = 0; a < D; ++a) count *= static_cast<std::size_t>(bins_per_side);
-      bins.resize(count);
-    }
-
-    bool place(int grain, const Vec<std::uint64_t, D> &s)
-    {
-      Vec<int, D> here;
-      for (int a = 0; a < D; ++a) {
-        state.fractional[D * grain + a] = s[a];
-        here[a] = bin(s[a]);
-      }
-      int around = 1;
-      for (int a = 0; bins_per_side > 1 && a < D; ++a) around *= 3;
-      for (int k = 0; k < around; ++k) {
-        Vec<int, D> there = here;
-        for (int a = 0, rest = k; around > 1 && a < D; ++a, rest /= 3) there[a] += rest % 3 - 1;
-        for (const int other : at(there)) {
-          const Vec<double, D> branch = branch_vector(state, grain, other);
-          const double contact_distance = state.radius[grain] + state.radius[other];
-          if (dot(branch, branch) <= contact_distance * contact_distance) return false;
-        }
-      }
-      at(here).push_back(grain);
-      return true;
-    }
-
-   private:
-    RveStateOf<D> &state;
-    int bins_per_side;
-    std::vector<std::vector<int>> bins;
-
-    int bin(std::uint64_t s) const { return static_cast<int>(((s >> 32) * bins_per_side) >> 32); }
-
-    std::vector<int> &at(const Vec<int, D> &place)
-    {
-      std::size_t bin = 0;
-      for (int a = D - 1; a >= 0; --a)
-        bin = bin * bins_per_side + (place[a] + bins_per_side) % bins_per_side;
-      return bins[bin];
-    }
-  };
-
-  template <int D> void check_recipe(const PackingRecipe &recipe)
-  {
-    const auto in_range = [](double value, double least, double most, const char *what) {
-      require(value >= least && value <= most,
-              std::string(what) + " is " + number(value) + "; it must lie between " +
-                  number(least) + " and " + number(most));
-    };
-    constexpr double LARGEST = 1e300;
-    constexpr double LEAST = 1e-300;
-    require(recipe.pressure > 0.0, [&] {
-      return "pressure of the packing is " + number(recipe.pressure) +
-          " [stress]; it must be greater than 0: a pressure is positive in compression, where "
-          "stresses are negative";
-    });
-    in_range(recipe.pressure, LEAST, LARGEST, "pressure of the packing [stress]");
-    in_range(recipe.preparation_friction, 0.0, LARGEST, "preparation friction [-]");
-    in_range(recipe.preparation_damping, 0.0, 0.99, "preparation damping [-]");
-    in_range(recipe.stress_tolerance, 1e-12, 0.5, "stress tolerance of the packing [-]");
-    in_range(recipe.unbalanced_tolerance, 1e-12, 0.5,
-             "unbalanced force tolerance of the packing [-]");
-    in_range(initial_solid_fraction<D>(recipe), 0.01, CloudFraction<D>::most,
-             "initial solid fraction [-]");
-    in_range(recipe.k0, 0.01, 100.0, "ratio k0 of lateral to vertical stress [-]");
-    in_range(recipe.dt, 0.0, LARGEST, "time step of the packing [time]");
-    in_range(recipe.servo_gain, 0.0, LARGEST, "servo gain of the packing [1/(stress time^2)]");
-    in_range(recipe.max_rate, 0.0, LARGEST, "compression rate of the packing [1/time]");
-    in_range(static_cast<double>(recipe.max_steps), 1.0, LARGEST, "number of steps of the packing");
-    in_range(recipe.void_ratio_tolerance, 1e-9, LARGEST, "void ratio tolerance [-]");
-    if (recipe.void_ratio) in_range(*recipe.void_ratio, 1e-3, 10.0, "void ratio [-]");
-    if (!recipe.radii.empty()) {
-      for (const double r : recipe.radii) in_range(r, LEAST, LARGEST, "grain radius [length]");
-      return;
-    }
-    in_range(recipe.num_grains, 1.0, INT32_MAX / 4, "number of grains");
-    in_range(recipe.radius_min, LEAST, LARGEST, "smallest grain radius [length]");
-    in_range(recipe.radius_max, recipe.radius_min, LARGEST, "largest grain radius [length]");
-  }
-
-  /// The search for an overlap at a pressure ends only for forces that grow with it.
-  template <int D> void check_material(const PackingRecipe &recipe)
-  {
-    RveStateOf<D> grains;
-    grains.material = recipe.material;
-    grains.radius = recipe.radii;
-    if (grains.radius.empty()) grains.radius = {recipe.radius_min, recipe.radius_max};
-    grains.check_sizes();
-  }
-
-  double mean_radius(const PackingRecipe &recipe)
-  {
-    if (recipe.radii.empty()) return 0.5 * (recipe.radius_min + recipe.radius_max);
-    return std::accumulate(recipe.radii.begin(), recipe.radii.end(), 0.0) /
-        static_cast<double>(recipe.radii.size());
-  }
 
   /// Before anything runs: radii, stiffness and pressure that do not fit make a packing that no soil is.
   template <int D> void check_overlap(const PackingRecipe &recipe)
@@ -178,25 +56,6 @@ namespace {
     return material;
   }
 
-  /// Before the anisotropic stress comes [stress].
-  double isotropic_pressure(const PackingRecipe &recipe)
-  {
-    return recipe.at_rest ? START_AT_REST * recipe.pressure : recipe.pressure;
-  }
-
-  /// A stretch of a preparation: to rest at a pressure, with a friction.
-  struct Leg {
-    double pressure;    // [stress]
-    double friction;    // [-]
-    const char *phase;
-    double k0 = 1.0;         // lateral over vertical stress, which is the pressure [-]
-    bool at_rest = false;    // the sides are held, and the vertical stress alone has a goal
-
-    template <int D> bool has_goal(int axis) const { return !at_rest || axis + 1 == D; }
-    /// Of the stress along an axis; the vertical one is the last.
-    template <int D> double goal(int axis) const { return axis + 1 < D ? k0 * pressure : pressure; }
-  };
-
   // A time step for which bounds of others are sought as closely as for any.
   constexpr double ANY_TIME_STEP = 1e30;
 
@@ -217,155 +76,6 @@ namespace {
           1.0 / (state.material.density * state.material.mass_depth * grain_volume<3>(radius));
     return std::sqrt(per_mass * std::max(moduli.normal, 3.5 * moduli.tangential));
   }
-
-  /// A preparation from beginning to end. `peak` is the highest pressure on it.
-  template <int D> struct Way {
-    const RveStateOf<D> *start;
-    std::vector<Leg> legs;
-    double friction;    // [-]
-    double peak;        // [stress]
-  };
-
-  /// A packing at rest at the end of a way, and what it is.
-  template <int D> struct Specimen {
-    RveStateOf<D> state;
-    double void_ratio;
-  };
-
-  /// Which ways to try for a recipe: one, or as many as it takes to meet a void ratio.
-  ///
-  /// A packing is a discontinuous function of its preparation x: bisection finds where it passes the goal, but may find a jump
-  /// there. Then the neighbourhood is sampled, wider and wider, where other jumps land elsewhere.
-  template <int D> class WaySearch {
-   public:
-    WaySearch(const PackingRecipe &_recipe, const RveStateOf<D> &_cloud) :
-        recipe(_recipe), cloud(_cloud)
-    {
-    }
-
-    Way<D> first() const
-    {
-      return with_friction(recipe.void_ratio ? 0.0 : recipe.preparation_friction);
-    }
-
-    /// What to try after `made`; nothing if that is what was wanted. Throws InputError where no way is left.
-    std::optional<Way<D>> after(const Specimen<D> &made)
-    {
-      if (!recipe.void_ratio) return {};
-      const double goal = *recipe.void_ratio;
-      const double error = std::fabs(made.void_ratio - goal);
-      if (error <= recipe.void_ratio_tolerance) return {};
-      switch (stage) {
-        case Stage::Frictionless:
-          frictionless = made;
-          looser = goal > made.void_ratio;
-          most = looser ? std::sqrt(LARGEST_FRICTION) : largest_log_ratio();
-          stage = Stage::Extreme;
-          return at(most);
-        case Stage::Extreme:
-          if (looser ? goal > made.void_ratio : goal < made.void_ratio) unreachable(made);
-          high = most;
-          stage = Stage::Between;
-          x = 0.5 * (low + high);
-          return at(x);
-        case Stage::Between:
-          break;
-      }
-      if (error < least_error) {
-        least_error = error;
-        best = made.void_ratio;
-      }
-      if (attempt + 1 < MOST_HALVINGS) ((made.void_ratio < goal) == looser ? low : high) = x;
-      while (++attempt < MOST_HALVINGS + MOST_SAMPLES) {
-        x = 0.5 * (low + high);
-        if (attempt < MOST_HALVINGS) return at(x);
-        const int k = attempt - MOST_HALVINGS;
-        const double spacing = most / 500;
-        x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;    // to both sides, farther and farther
-        if (x > 0.0 && x < most) return at(x);
-      }
-      throw InputError("no packing with void ratio " + number(goal) + " within " +
-                       number(recipe.void_ratio_tolerance) +
-                       " was found for this seed; the closest has " + number(best) +
-                       ": take another seed or a larger tolerance");
-    }
-
-   private:
-    // beyond, hardly a contact slides and nothing changes
-    static constexpr double LARGEST_FRICTION = 1.0;
-    // at the highest pressure
-    static constexpr double LARGEST_PEAK_STRAIN = 0.04;
-    static constexpr int MOST_HALVINGS = 8, MOST_SAMPLES = 60;
-
-    enum class Stage { Frictionless, Extreme, Between };
-
-    const PackingRecipe &recipe;
-    const RveStateOf<D> &cloud;
-    Stage stage = Stage::Frictionless;
-    Specimen<D> frictionless{};
-    bool looser = true;                       // than the frictionless packing
-    double x = 0.0, low = 0.0, high = 0.0;    // what is searched: see at()
-    double most = 0.0;
-    int attempt = 0;
-    double best = 0.0, least_error = 1e300;    // of the void ratio
-
-    /// Looser packings by friction: void ratio against its root is closest to a line, since most of the growth is below 0.2.
-    /// Denser ones by the logarithm of the overconsolidation ratio.
-    Way<D> at(double value) const
-    {
-      return looser ? with_friction(value * value) : overconsolidated(value);
-    }
-
-    /// Where the friction exceeds the final one the packing could not stand: it settles.
-    Way<D> with_friction(double friction) const
-    {
-      const double pressure = isotropic_pressure(recipe);
-      Way<D> way{&cloud, {{pressure, friction, "compression"}}, friction, recipe.pressure};
-      if (friction > recipe.material.friction)
-        way.legs.push_back({pressure, recipe.material.friction, "settling"});
-      add_anisotropy(way);
-      return way;
-    }
-
-    Way<D> overconsolidated(double log_ratio) const
-    {
-      const double peak = recipe.pressure * std::exp(log_ratio);
-      Way<D> way{&frictionless.state,
-                 {{peak, 0.0, "overconsolidation"}, {isotropic_pressure(recipe), 0.0, "unloading"}},
-                 0.0,
-                 peak};
-      add_anisotropy(way);
-      return way;
-    }
-
-    /// Grains that slide freely bear one pressure only, so the other stress comes last, with the final friction.
-    void add_anisotropy(Way<D> &way) const
-    {
-      if (recipe.at_rest)
-        way.legs.push_back({recipe.pressure, recipe.material.friction, "load at rest", 1.0, true});
-      else if (recipe.k0 != 1.0)
-        way.legs.push_back(
-            {recipe.pressure, recipe.material.friction, "anisotropic load", recipe.k0});
-    }
-
-    double largest_log_ratio() const
-    {
-      const double largest_pressure =
-          contact_pressure<D>(LARGEST_PEAK_STRAIN, recipe.material, mean_radius(recipe));
-      return std::log(std::max(1.0, largest_pressure / recipe.pressure));
-    }
-
-    [[noreturn]] void unreachable(const Specimen<D> &extreme) const
-    {
-      const double reached = extreme.void_ratio, other_end = frictionless.void_ratio;
-      throw InputError(
-          "void ratio " + number(*recipe.void_ratio) + " cannot be reached at this pressure: the " +
-          (looser ? "loosest (preparation friction 1)" : "densest (overconsolidated)") +
-          " packing of this recipe has " + number(reached) + "; reachable is " +
-          number(std::min(reached, other_end)) + " to " + number(std::max(reached, other_end)) +
-          " on this side of the frictionless packing");
-    }
-  };
 
   /// Holds a copy of a state in the engine, and takes it out again on every way out.
   template <int D> class Lease {
@@ -617,11 +327,6 @@ namespace {
     }
   };
 
-  template <int D> double edge_of_volume(double volume)
-  {
-    return D == 2 ? std::sqrt(volume) : std::cbrt(volume);
-  }
-
   /// Time steps of the next call. Gershgorin's bounds are the host's work between two calls, so all its threads share it; spheres are
   /// bounded where they are.
   template <int D>
@@ -657,13 +362,6 @@ namespace {
 
 }    // namespace
 
-template <int D> double contact_strain(const PackingRecipe &recipe)
-{
-  check_recipe<D>(recipe);
-  check_material<D>(recipe);
-  return contact_strain<D>(recipe.pressure, recipe.material, mean_radius(recipe));
-}
-
 template <int D> double default_servo_gain(const RveStateOf<D> &state)
 {
   return 10.0 * servo_depth(state) / state.mass();
@@ -688,48 +386,6 @@ template <int D> void forget_past(RveStateOf<D> &state)
   state.servo_velocity_gradient = Tensor<double, D>::zero();
   state.counters = Counters{};
   state.energy = EnergyLedger{};
-}
-
-template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
-{
-  check_recipe<D>(recipe);
-  // its output is fixed by the C++ standard; that of the distributions is not
-  std::mt19937_64 random(recipe.seed);
-  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-
-  RveStateOf<D> state;
-  state.material = recipe.material;
-  state.radius = recipe.radii;
-  if (state.radius.empty())
-    for (int i = 0; i < recipe.num_grains; ++i)
-      state.radius.push_back(recipe.radius_min +
-                             (recipe.radius_max - recipe.radius_min) * uniform());
-  const int n = state.num_grains();
-  state.fractional.resize(D * n);
-  state.velocity.resize(D * n, 0.0);
-  state.spin.resize(Space<D>::spins * n, 0.0);
-  const double side = edge_of_volume<D>(state.solid_volume() / initial_solid_fraction<D>(recipe));
-  state.cell = side * Tensor<double, D>::identity();
-  state.check();
-
-  std::vector<int> order(n);
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](int i, int j) { return state.radius[i] > state.radius[j]; });
-  RandomAddition<D> addition(state, state.radius[order.front()]);
-  constexpr int MOST_ATTEMPTS = 1000000;
-  for (const int grain : order) {
-    int attempt = 0;
-    while (true) {
-      Vec<std::uint64_t, D> s;
-      for (int a = 0; a < D; ++a) s[a] = random();
-      if (addition.place(grain, s)) break;
-      require(++attempt < MOST_ATTEMPTS,
-              "no room for grain " + std::to_string(grain + 1) + " at initial solid fraction " +
-                  number(initial_solid_fraction<D>(recipe)) + "; take a smaller one");
-    }
-  }
-  return state;
 }
 
 template <int D>
@@ -796,11 +452,9 @@ RveStateOf<D> generate_packing(const PackingRecipe &recipe, EngineOf<D> &engine,
 }
 
 #define RVE_PACKING(D)                                                                            \
-  template double contact_strain<D>(const PackingRecipe &);                                       \
   template double default_servo_gain(const RveStateOf<D> &);                                      \
   template double default_compression_rate(const RveStateOf<D> &, double);                        \
   template void forget_past(RveStateOf<D> &);                                                     \
-  template RveStateOf<D> loose_cloud(const PackingRecipe &);                                      \
   template std::vector<PreparedPackingOf<D>> generate_packings(                                   \
       const std::vector<PackingRecipe> &, EngineOf<D> &, const PreparedPackingOf<D>::Progress &); \
   template RveStateOf<D> generate_packing(const PackingRecipe &, EngineOf<D> &,                   \

@@ -3,8 +3,8 @@
 
 #pragma once
 
-#include "cuda/kernel_cache.h"
 #include "cuda/nvrtc.h"
+#include "rve/engine/kernel_cache.h"
 #include "rve/engine/options.h"
 #include "rve/engine/programs.h"
 

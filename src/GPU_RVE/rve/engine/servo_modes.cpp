@@ -69,21 +69,6 @@ namespace {
 
 }    // namespace
 
-template <int D> std::string strain_name(int c)
-{
-  return {"xyz"[strain_row<D>(c)], "xyz"[strain_column<D>(c)]};
-}
-
-template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<double, D> &symmetric)
-{
-  double sum = 0.0;
-  for (int c = 0; c < Space<D>::strains; ++c) {
-    const int a = strain_row<D>(c), b = strain_column<D>(c);
-    sum += factors[c] * (a == b ? symmetric(a, a) : 0.5 * (symmetric(a, b) + symmetric(b, a)));
-  }
-  return sum;
-}
-
 template <int D>
 ServoModesOf<D>::ServoModesOf(const std::vector<ComponentSum<D>> &rates,
                               const std::vector<ComponentSum<D>> &stresses)
@@ -132,30 +117,6 @@ ServoModesOf<D>::ServoModesOf(const std::vector<ComponentSum<D>> &rates,
   }
 }
 
-template <int D> double servo_error(const DriveOf<D> &drive, const Tensor<double, D> &stress)
-{
-  double largest = 0.0;
-  const auto see = [&](double error) { largest = std::max(largest, std::fabs(error)); };
-  const Tensor<double, D> lack = drive.stress_goal - stress;
-  for (int k = 0; k < drive.num_modes; ++k) {
-    double error = 0.0;
-    for (int c = 0; c < Space<D>::components; ++c)
-      error += drive.modes[k].stress.component[c] * lack.component[c];
-    see(error);
-  }
-  for (int a = 0; a < D; ++a)
-    for (int b = a; b < D; ++b)
-      if (drive.num_modes == 0 && drive.controlled[a][b])
-        see(drive.stress_goal(a, b) - 0.5 * (stress(a, b) + stress(b, a)));
-  return largest;
-}
-
-template std::string strain_name<2>(int);
-template std::string strain_name<3>(int);
-template double sum_of<2>(const ComponentSum<2> &, const Tensor<double, 2> &);
-template double sum_of<3>(const ComponentSum<3> &, const Tensor<double, 3> &);
-template double servo_error(const DriveOf<2> &, const Tensor<double, 2> &);
-template double servo_error(const DriveOf<3> &, const Tensor<double, 3> &);
 template struct ServoModesOf<2>;
 template struct ServoModesOf<3>;
 

@@ -12,7 +12,9 @@
 
 #include "rve/engine/engine.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -31,10 +33,21 @@ template <int D> constexpr int strain_column(int c)
   return c < D ? c : D == 2 || c == 3 ? 1 : 2;
 }
 /// "xx", "xy", ...
-template <int D> std::string strain_name(int c);
+template <int D> std::string strain_name(int c)
+{
+  return {"xyz"[strain_row<D>(c)], "xyz"[strain_column<D>(c)]};
+}
 
 /// The sum over the components of a tensor; off the diagonal that of a symmetric one.
-template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<double, D> &symmetric);
+template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<double, D> &symmetric)
+{
+  double sum = 0.0;
+  for (int c = 0; c < Space<D>::strains; ++c) {
+    const int a = strain_row<D>(c), b = strain_column<D>(c);
+    sum += factors[c] * (a == b ? symmetric(a, a) : 0.5 * (symmetric(a, b) + symmetric(b, a)));
+  }
+  return sum;
+}
 
 template <int D> struct ServoModesOf {
   std::vector<ServoModeOf<D>> modes;    ///< one for each stress
@@ -49,6 +62,22 @@ template <int D> struct ServoModesOf {
 };
 
 /// The largest difference between a steered stress and its goal, of single components or of modes, whose drive must have them [stress].
-template <int D> double servo_error(const DriveOf<D> &drive, const Tensor<double, D> &stress);
+template <int D> double servo_error(const DriveOf<D> &drive, const Tensor<double, D> &stress)
+{
+  double largest = 0.0;
+  const auto see = [&](double error) { largest = std::max(largest, std::fabs(error)); };
+  const Tensor<double, D> lack = drive.stress_goal - stress;
+  for (int k = 0; k < drive.num_modes; ++k) {
+    double error = 0.0;
+    for (int c = 0; c < Space<D>::components; ++c)
+      error += drive.modes[k].stress.component[c] * lack.component[c];
+    see(error);
+  }
+  for (int a = 0; a < D; ++a)
+    for (int b = a; b < D; ++b)
+      if (drive.num_modes == 0 && drive.controlled[a][b])
+        see(drive.stress_goal(a, b) - 0.5 * (stress(a, b) + stress(b, a)));
+  return largest;
+}
 
 }    // namespace rve

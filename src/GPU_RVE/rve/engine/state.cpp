@@ -441,17 +441,6 @@ bool resists_rolling(const Material &material)
       resists_twisting(material);
 }
 
-template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
-{
-  int count = static_cast<int>(std::size(pair_memory<D>()));
-  for (; count > 1; --count)
-    if (std::any_of(pairs.begin(), pairs.end(), [&](const PairOf<D> &pair) {
-          return pair_memory<D>()[count - 1].of(pair) != 0.0;
-        }))
-      break;
-  return count;
-}
-
 template <int D> bool RveStateOf<D>::has_rolling_forces() const
 {
   return std::any_of(pairs.begin(), pairs.end(), [](const PairOf<D> &pair) {
@@ -634,9 +623,6 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
   require_count(header.num_grains, state.radius.size(), "grains in its header");
   return state;
 }
-
-template int remembered_numbers(const std::vector<PairOf<2>> &);
-template int remembered_numbers(const std::vector<PairOf<3>> &);
 
 template struct RveStateOf<2>;
 template std::vector<char> serialize(const RveStateOf<2> &state);

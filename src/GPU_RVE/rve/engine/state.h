@@ -8,7 +8,9 @@
 #include "rve/physics/grain_shape.h"
 #include "rve/physics/material.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -113,7 +115,16 @@ template <int D> constexpr const auto &pair_memory()
 }
 
 /// How many of them the pairs of a state remember.
-template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs);
+template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
+{
+  int count = static_cast<int>(std::size(pair_memory<D>()));
+  for (; count > 1; --count)
+    if (std::any_of(pairs.begin(), pairs.end(), [&](const PairOf<D> &pair) {
+          return pair_memory<D>()[count - 1].of(pair) != 0.0;
+        }))
+      break;
+  return count;
+}
 
 /// What the run did so far; kept over restarts.
 struct Counters {

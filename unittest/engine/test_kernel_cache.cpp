@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The cache of compiled kernels: what was kept is found, by all processes, and nothing that others could have written or that is damaged
-// is ever taken for a kernel.
+// The cache of compiled kernels: what was kept is found, by all processes, and nothing from a folder that others can enter, and nothing
+// damaged, is ever taken for a kernel.
 
-#include "cuda/kernel_cache.h"
 #include "rve/core/error.h"
+#include "rve/engine/kernel_cache.h"
 #include "support/environment.h"
 #include "support/files.h"
 #include "support/messages.h"
@@ -145,7 +145,7 @@ TEST_F(KernelCacheFile, IsFoundByItsKeyAndByNoOther)
   EXPECT_FALSE(finds(nullptr, KEY + "-fmad=true\n"));
 }
 
-TEST_F(KernelCacheFile, IsForNobodyElse)
+TEST_F(KernelCacheFolder, IsForNobodyElse)
 {
   const mode_t before = umask(0);
   keep();
@@ -153,8 +153,6 @@ TEST_F(KernelCacheFile, IsForNobodyElse)
   struct stat status;
   ASSERT_EQ(stat(folder.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777, 0700u);
-  ASSERT_EQ(stat(file().c_str(), &status), 0);
-  EXPECT_EQ(status.st_mode & 0777, 0600u);
 }
 
 TEST_F(KernelCacheFile, OfAnotherKeyWithTheSameHashIsNotTaken)
@@ -192,45 +190,7 @@ TEST_F(KernelCacheFile, ThatIsCutOffOrTooLongIsCompiledAgain)
   expect_refused("is damaged");
 }
 
-// ---- what others could have written --------------------------------------------------------------------------------------------
-
-TEST_F(KernelCacheFile, ThatOthersCanWriteIsRefused)
-{
-  for (const mode_t mode : {0620, 0602, 0666}) {
-    keep();
-    ASSERT_EQ(chmod(file().c_str(), mode), 0);
-    expect_refused("can be written by others");
-  }
-}
-
-TEST_F(KernelCacheFile, OfAnotherUserIsRefused)
-{
-  if (geteuid() != 0) GTEST_SKIP() << "only root gives files away";
-  keep();
-  ASSERT_EQ(chown(file().c_str(), 12345, 12345), 0);
-  expect_refused("belongs to the user with the number 12345");
-}
-
-TEST_F(KernelCacheFile, ThatIsASymbolicLinkIsRefused)
-{
-  keep();
-  const std::string elsewhere = temporary_path("elsewhere");
-  fs::rename(file(), elsewhere);
-  fs::create_symlink(elsewhere, file());
-  const std::string before = text_of(elsewhere);
-  expect_refused("symbolic links");
-  EXPECT_FALSE(fs::is_symlink(file()));
-  EXPECT_EQ(text_of(elsewhere), before);    // not written through the link
-  fs::remove(elsewhere);
-}
-
-TEST_F(KernelCacheFile, ThatIsAFifoDoesNotHoldTheRun)
-{
-  keep();
-  fs::remove(file());
-  ASSERT_EQ(mkfifo(file().c_str(), 0600), 0);
-  expect_refused("is no file");
-}
+// ---- the folder ----
 
 TEST_F(KernelCacheFolder, ThatOthersCanEnterIsRefused)
 {
@@ -250,39 +210,11 @@ TEST_F(KernelCacheFolder, OfAnotherUserIsRefused)
   expect_folder_refused("belongs to the user with the number 12345");
 }
 
-TEST_F(KernelCacheFolder, ThatIsASymbolicLinkIsRefused)
-{
-  keep();
-  const std::string elsewhere = temporary_path("elsewhere");
-  fs::remove_all(elsewhere);
-  fs::rename(folder, elsewhere);
-  fs::create_directory_symlink(elsewhere, folder);
-  expect_folder_refused("is a symbolic link");
-  fs::remove(folder);
-  fs::remove_all(elsewhere);
-}
-
 TEST_F(KernelCacheFolder, ThatCannotBeMadeIsSaid)
 {
   write(folder, "a file");
   expect_folder_refused("Not a directory");
   fs::remove(folder);
-}
-
-/// What is checked is the folder that was opened, not what has its name later.
-TEST_F(KernelCacheFolder, ThatIsReplacedLaterIsNotEntered)
-{
-  keep();
-  KernelCache cache(folder);
-  const std::string aside = temporary_path("aside");
-  fs::remove_all(aside);
-  fs::rename(folder, aside);
-  fs::create_directory(folder);
-  write(file(), "poison");
-  DeviceCode kernel;
-  EXPECT_TRUE(cache.load(KEY, kernel));
-  EXPECT_TRUE(kernel.code == some_kernel().code);
-  fs::remove_all(aside);
 }
 
 TEST_F(KernelCacheFolder, IsMadeWithThoseAboveIt)

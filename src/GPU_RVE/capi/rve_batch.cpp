@@ -1,0 +1,510 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#include "capi/rve_batch.h"
+
+#include "capi/saved_states.h"
+#include "capi/step_bound.h"
+#include "macro/load_path.h"
+#include "macro/quantities.h"
+#include "rve/core/error.h"
+#include "rve/engine/drive_record.h"
+#include "rve/engine/files.h"
+#include "rve/engine/packing.h"
+#include "rve/engine/stability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+namespace capi {
+
+using rve::require;
+
+namespace {
+
+  /// Numbers of a table of doubles. Throws InputError if no memory can have it.
+  std::size_t size_of_table(std::size_t rows, std::size_t columns)
+  {
+    constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
+    require(rows <= most / std::max(columns, std::size_t(1)),
+            "table would have more numbers than memory can have");
+    return rows * columns;
+  }
+
+  /// Text of a file that a loading path names.
+  std::string text_of(const std::string &file)
+  {
+    rve::require_readable(file, "file of a path");
+    std::ifstream stream(file);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  }
+
+  template <int D> rve::Tensor<double, D> matrix_at(const double *values, std::size_t k)
+  {
+    rve::Tensor<double, D> matrix;
+    std::copy_n(values + k * D * D, D * D, matrix.component);
+    return matrix;
+  }
+
+  /// A drive of no step: it evaluates the configuration.
+  template <int D> rve::DriveOf<D> resting()
+  {
+    rve::DriveOf<D> drive;
+    drive.dt = 1.0;
+    return drive;
+  }
+
+  template <int D> void check_drive(std::size_t which, const rve::DriveOf<D> &drive)
+  {
+    try {
+      rve::check(drive);
+      for (int a = 0; a < D && drive.substeps == 0; ++a)
+        for (int b = 0; b < D; ++b)
+          require(drive.deformation(a, b) == (a == b ? 1.0 : 0.0), [&] {
+            return "increment component " + std::string(1, "xyz"[a]) + "xyz"[b] + " is " +
+                rve::number(drive.deformation(a, b)) +
+                " with 0 substeps; it must be that of the identity, since no step can deform the "
+                "RVE";
+          });
+    } catch (const rve::InputError &e) {
+      throw rve::InputError("RVE " + std::to_string(which) + ": " + e.what());
+    }
+  }
+
+  /// The paths of an order for so many RVEs.
+  template <int D> macro::LoadPathsOf<D> paths_of(const PathOrder &order, std::size_t num_rves)
+  {
+    require(order.dt > 0.0 && std::isfinite(order.dt),
+            [&] { return "dt is " + rve::number(order.dt) + "; it must be positive [time]"; });
+    require(order.substeps > 0, [&] {
+      return "substeps is " + std::to_string(order.substeps) + "; it must be at least 1";
+    });
+    macro::LoadPathsOf<D> paths(macro::path_words(order.path, "path"), text_of);
+    require(paths.script_names().empty(), [&] {
+      return "the path has v_" + paths.script_names().front() + "; there are no variables here";
+    });
+    require(paths.size() == 1 || paths.size() == static_cast<int>(num_rves), [&] {
+      return "there are " + std::to_string(paths.size()) +
+          " paths; there must be 1, or one for each of the " + std::to_string(num_rves) + " RVEs";
+    });
+    require(order.calls < std::numeric_limits<std::size_t>::max(),
+            [&] { return "calls is " + std::to_string(order.calls) + "; there are too many"; });
+    return paths;
+  }
+
+  template <int D> class Batch final : public rve_batch {
+    using State = rve::RveStateOf<D>;
+    using Result = rve::ResultOf<D>;
+    using Drive = rve::DriveOf<D>;
+
+   public:
+    Batch(const std::vector<State> &states, rve::Options options_in) : options(options_in)
+    {
+      options.contacts =
+          rve::contacts_of(states, [](int k) { return "packing " + std::to_string(k); });
+      engine = rve::make_engine<D>(options);
+      for (const State &state : states) members.push_back({engine->add(state)});
+      text = engine->description();
+      evaluate();
+    }
+
+    int dimension() const override { return D; }
+    std::size_t size() const override { return members.size(); }
+    const char *description() const override { return text.c_str(); }
+    int cuda_device() const override { return engine->cuda_device(); }
+
+    void time_steps(const Members &which, double *dt) override
+    {
+      std::vector<double> bounds;
+      engine->bound_time_steps(numbers_of(which), std::numeric_limits<double>::max(), bounds);
+      std::copy(bounds.begin(), bounds.end(), dt);
+    }
+
+    void run(const Members &which, const double *increments, const double *dt,
+             const std::int32_t *substeps, double *stresses, std::uint32_t *statuses,
+             bool keeps) override
+    {
+      std::vector<Drive> drives(which.size());
+      for (std::size_t k = 0; k < which.size(); ++k) {
+        drives[k].dt = dt[k];
+        drives[k].substeps = substeps[k];
+        drives[k].deformation = matrix_at<D>(increments, k);
+      }
+      if (keeps) require_no_trial();
+      // a call that is refused leaves the trials before it as they are
+      for (std::size_t k = 0; k < which.size(); ++k) check_drive(which[k], drives[k]);
+      require_stable_steps(which, drives);
+      for (const std::size_t m : which) {
+        // what was kept for trials is not the committed state of an RVE that moves for good
+        if (keeps)
+          members[m].committed.reset();
+        else
+          return_to_committed(members[m]);
+      }
+      std::vector<Result> results;
+      engine->advance(numbers_of(which), drives, results);
+      for (std::size_t k = 0; k < which.size(); ++k) {
+        Member &member = members[which[k]];
+        const bool took = take(member, results[k]);
+        if (!keeps) member.tried = took;
+        if (stresses) std::copy_n(member.result.stress.component, D * D, stresses + k * D * D);
+        if (statuses) statuses[k] = results[k].status;
+      }
+    }
+
+    void commit() override
+    {
+      for (Member &member : members) {
+        member.tried = false;
+        member.committed.reset();
+      }
+    }
+
+    void revert() override
+    {
+      for (Member &member : members)
+        if (member.tried) return_to_committed(member);
+    }
+
+    void follow(const Members &which, const PathOrder &order, double *table,
+                std::uint32_t *statuses) override
+    {
+      const macro::LoadPathsOf<D> paths = paths_of<D>(order, which.size());
+      std::istringstream words(order.quantities);
+      const std::vector<std::string> quantities{std::istream_iterator<std::string>(words), {}};
+      const std::size_t row_size = size_of_table(which.size(), quantities.size());
+      // a caller has all of it or nothing
+      std::vector<double> found(size_of_table(order.calls + 1, row_size));
+      require_no_trial();
+      std::vector<Walker> walkers;
+      for (const std::size_t m : which) {
+        members[m].committed.reset();
+        walkers.push_back(
+            {m,
+             {},
+             {order.dt, order.substeps, rve::default_servo_gain(engine->state(members[m].number)),
+              macro::SERVO_STRAIN_PER_STEP / order.dt},
+             0});
+        paths.begin(walkers.back().state,
+                    paths.size() == 1 ? 0 : static_cast<int>(walkers.size()) - 1,
+                    members[m].result.deformation);
+      }
+      // a path may turn out to ask for what cannot be in one of its later stages
+      for (const std::size_t m : which) keep_committed(members[m]);
+      try {
+        write_row(quantities, which, found.data());
+        for (std::size_t call = 1; call <= order.calls; ++call) {
+          walk(paths, walkers);
+          write_row(quantities, which, found.data() + call * row_size);
+        }
+      } catch (...) {
+        for (const std::size_t m : which) {
+          members[m].tried = true;
+          return_to_committed(members[m]);
+        }
+        throw;
+      }
+      for (const std::size_t m : which) members[m].committed.reset();
+      std::copy(found.begin(), found.end(), table);
+      if (statuses)
+        for (const Walker &walker : walkers) *statuses++ = walker.status;
+    }
+
+    void quantity(const std::string &name, const Members &which, double *values) const override
+    {
+      macro::with_quantity_named(name, D, [&](const auto &quantity) {
+        for (std::size_t k = 0; k < which.size(); ++k)
+          values[k] = value_of(quantity, members[which[k]]);
+      });
+    }
+
+    void affine_stiffness(const Members &which, double *stiffness) override
+    {
+      std::vector<rve::ElasticResultOf<D>> answers;
+      engine->advance(numbers_of(which), std::vector<Drive>(which.size(), resting<D>()), answers);
+      for (const rve::ElasticResultOf<D> &answer : answers)
+        for (const auto &row : answer.stiffness.component)
+          stiffness = std::copy(std::begin(row), std::end(row), stiffness);
+    }
+
+    void tangents(const Members &which, const std::string &words, const double *strain_rates,
+                  double *tangents, int *measured) override
+    {
+      const auto [format, probing] = read_tangent_options(words, options.format);
+      require(strain_rates || probing.kind == macro::TangentKind::Elastic,
+              "strain_rates is a null pointer; kind loading needs the directions of straining");
+      rve::Options of_copies = options;
+      of_copies.format = format;
+      of_copies.arithmetic = rve::Arithmetic::Strict;
+      macro::TangentProbesOf<D> probes(rve::make_engine<D>(of_copies), probing);
+      const auto answers = probes.probe(
+          static_cast<int>(which.size()),
+          [&](int k) { return engine->state(members[which[k]].number); },
+          [&](int k) {
+            return strain_rates ? matrix_at<D>(strain_rates, k) : rve::Tensor<double, D>::zero();
+          });
+      for (const auto &answer : answers) {
+        for (const auto &row : answer.tangent.component)
+          tangents = std::copy(std::begin(row), std::end(row), tangents);
+        if (measured) *measured++ = answer.is_measured ? 1 : 0;
+      }
+    }
+
+    AnyState state(std::size_t which) const override
+    {
+      return engine->state(members[which].number);
+    }
+
+    void set_state(std::size_t which, const AnyState &state) override
+    {
+      const int number = engine->add(std::get<State>(state));    // may refuse it
+      engine->remove(members[which].number);
+      members[which] = Member{number};
+      evaluate();
+    }
+
+    std::vector<char> save() const override
+    {
+      return saved(D, members.size(), [&](std::size_t k) {
+        const Member &member = members[k];
+        return rve::serialize(member.tried ? member.committed->state
+                                           : engine->state(member.number));
+      });
+    }
+
+    void restore(const char *bytes, std::size_t size) override
+    {
+      const SavedHeader header = header_of(bytes, size);
+      require(header.dimension == D, [&] {
+        return "these are RVEs of dimension " + std::to_string(header.dimension) +
+            "; the batch has dimension " + std::to_string(D);
+      });
+      require(header.count == members.size(), [&] {
+        return "there are " + std::to_string(header.count) + " saved RVEs; the batch has " +
+            std::to_string(members.size());
+      });
+      // all come in before any goes
+      std::vector<Member> restored;
+      try {
+        for (const State &state : states_in<D>(bytes, header))
+          restored.push_back({engine->add(state)});
+      } catch (...) {
+        for (const Member &member : restored) engine->remove(member.number);
+        throw;
+      }
+      for (const Member &member : members) engine->remove(member.number);
+      members = std::move(restored);
+      evaluate();
+    }
+
+   private:
+    struct Version {
+      State state;
+      Result result;
+    };
+    struct Member {
+      int number;            ///< in the engine
+      bool tried = false;    ///< the engine has its trial
+      /// Kept from the first trial on that begins from it, until a commit.
+      std::optional<Version> committed = {};
+      Result result = {};      ///< of what the engine has
+      StepBound bound = {};    ///< of the committed state
+      /// The same, when it was asked for: one quantity of contacts costs as much as all of them.
+      mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
+
+      /// What the engine would find if the member had no trial.
+      const Result &committed_result() const { return tried ? committed->result : result; }
+    };
+    /// An RVE on its path.
+    struct Walker {
+      std::size_t member;
+      macro::PathState<D> state;
+      macro::PathStep step;
+      std::uint32_t status;
+    };
+
+    rve::Options options;
+    std::unique_ptr<rve::EngineOf<D>> engine;
+    std::vector<Member> members;
+    std::string text;
+
+    double value_of(const macro::Quantity &quantity, const Member &member) const
+    {
+      return quantity.of(member.result);
+    }
+    double value_of(const macro::ContactQuantity &quantity, const Member &member) const
+    {
+      if (!member.contacts) member.contacts = rve::contact_measures(engine->state(member.number));
+      return quantity.of(*member.contacts);
+    }
+
+    std::vector<int> numbers_of(const Members &which) const
+    {
+      std::vector<int> numbers;
+      for (const std::size_t m : which) numbers.push_back(members[m].number);
+      return numbers;
+    }
+
+    void require_no_trial() const
+    {
+      require(std::none_of(members.begin(), members.end(),
+                           [](const Member &member) { return member.tried; }),
+              "an RVE has a trial, which must be committed or reverted before an advance");
+    }
+
+    /// The quantities of each RVE, one RVE after the other.
+    void write_row(const std::vector<std::string> &quantities, const Members &which,
+                   double *row) const
+    {
+      std::vector<double> column(which.size());
+      for (std::size_t j = 0; j < quantities.size(); ++j) {
+        quantity(quantities[j], which, column.data());
+        for (std::size_t k = 0; k < which.size(); ++k) row[k * quantities.size() + j] = column[k];
+      }
+    }
+
+    /// A call of those whose path has not ended.
+    void walk(const macro::LoadPathsOf<D> &paths, std::vector<Walker> &walkers)
+    {
+      std::vector<Walker *> walking;
+      Members moved;
+      std::vector<Drive> drives;
+      for (Walker &walker : walkers) {
+        if (walker.state.ended || walker.status & rve::status::Fatal) continue;
+        walking.push_back(&walker);
+        moved.push_back(walker.member);
+        drives.push_back(paths.drive(walker.state, walker.step, nullptr,
+                                     members[walker.member].result.deformation));
+      }
+      require_stable_steps(moved, drives);
+      std::vector<Result> results;
+      engine->advance(numbers_of(moved), drives, results);
+      for (std::size_t j = 0; j < walking.size(); ++j) {
+        walking[j]->status = results[j].status;
+        if (take(members[moved[j]], results[j]))
+          paths.follow(walking[j]->state, walking[j]->step, results[j]);
+      }
+    }
+
+    /// Throws InputError if a drive makes DEM steps that are too long for the committed state of its RVE. Determines bounds only
+    /// where StepBound does not have them: those of RVEs in the engine there, the exact ones of few RVEs on the host.
+    void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
+    {
+      Members in_engine, exactly;    // places in `which`
+      std::vector<int> numbers;
+      double longest = 0.0;
+      for (std::size_t k = 0; k < which.size(); ++k) {
+        const Member &member = members[which[k]];
+        if (drives[k].substeps == 0 || member.bound.allows(drives[k].dt, member.committed_result()))
+          continue;
+        if (member.tried) {
+          exactly.push_back(k);
+          continue;
+        }
+        in_engine.push_back(k);
+        numbers.push_back(member.number);
+        longest = std::max(longest, drives[k].dt);
+      }
+      std::vector<double> bounds;
+      if (!numbers.empty()) engine->bound_time_steps(numbers, longest, bounds);
+      for (std::size_t j = 0; j < in_engine.size(); ++j) {
+        const std::size_t k = in_engine[j];
+        if (drives[k].dt <= bounds[j])
+          note_bound(members[which[k]], bounds[j]);
+        else
+          exactly.push_back(k);
+      }
+      for (const std::size_t k : exactly) require_stable_step(which[k], drives[k].dt);
+    }
+
+    void require_stable_step(std::size_t which, double dt)
+    {
+      Member &member = members[which];
+      const double bound = rve::stable_time_step(member.tried ? member.committed->state
+                                                              : engine->state(member.number));
+      require(dt <= bound, [&] {
+        return "dt of RVE " + std::to_string(which) + " is " + rve::number(dt) +
+            " [time]; it must be at most the stability bound " + rve::number(bound) +
+            " [time], and should be at most 0.9 of it (rve_time_steps)";
+      });
+      note_bound(member, bound);
+    }
+
+    void note_bound(Member &member, double bound) const
+    {
+      member.bound.note(bound, member.committed_result(),
+                        engine->contacts().law == rve::ContactLaw::Linear);
+    }
+
+    /// The answer of a call; false if the RVE failed, and stayed as it was.
+    static bool take(Member &member, const Result &result)
+    {
+      const bool failed = result.status & rve::status::Fatal;
+      if (!failed) member.result = result;
+      member.result.status = result.status;
+      member.contacts.reset();
+      return !failed;
+    }
+
+    void keep_committed(Member &member)
+    {
+      if (!member.committed)
+        member.committed = Version{engine->state(member.number), member.result};
+    }
+
+    /// Before a trial, and where one is forgotten.
+    void return_to_committed(Member &member)
+    {
+      keep_committed(member);
+      if (!member.tried) return;
+      const int number = engine->add(member.committed->state);
+      engine->remove(member.number);
+      member.number = number;
+      member.result = member.committed->result;
+      member.contacts.reset();
+      member.tried = false;
+    }
+
+    /// Results of RVEs that have just come in.
+    void evaluate()
+    {
+      Members fresh;
+      for (std::size_t m = 0; m < members.size(); ++m)
+        if (members[m].result.num_grains == 0) fresh.push_back(m);
+      std::vector<Result> results;
+      engine->advance(numbers_of(fresh), std::vector<Drive>(fresh.size(), resting<D>()), results);
+      for (std::size_t k = 0; k < fresh.size(); ++k) members[fresh[k]].result = results[k];
+    }
+  };
+
+  template <int D>
+  std::unique_ptr<rve_batch> make_batch_of(const std::vector<const rve_packing *> &packings,
+                                           const rve::Options &options)
+  {
+    std::vector<rve::RveStateOf<D>> states;
+    for (const rve_packing *packing : packings) {
+      const auto *state = std::get_if<rve::RveStateOf<D>>(&packing->state);
+      require(state != nullptr, [&] {
+        return "packing 0 is of " + std::string(D == 2 ? "disks" : "spheres") + ", and packing " +
+            std::to_string(states.size()) + " of " + (D == 2 ? "spheres" : "disks") +
+            "; all of a batch must have the same grains";
+      });
+      states.push_back(*state);
+    }
+    return std::make_unique<Batch<D>>(states, options);
+  }
+
+}    // namespace
+
+std::unique_ptr<rve_batch> make_batch(const std::vector<const rve_packing *> &packings,
+                                      const rve::Options &options)
+{
+  return dimension_of(packings.front()->state) == 2 ? make_batch_of<2>(packings, options)
+                                                    : make_batch_of<3>(packings, options);
+}
+
+}    // namespace capi

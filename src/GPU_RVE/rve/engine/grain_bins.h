@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Grains by where they are, to find those that are near. Host only.
+
+#pragma once
+
+#include "rve/engine/state.h"
+#include "rve/physics/solid_cell.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace rve {
+
+inline double width_between_faces(const Tensor2 &cell, int axis)
+{
+  return determinant(cell) / std::hypot(cell(0, 1 - axis), cell(1, 1 - axis));
+}
+inline double width_between_faces(const Tensor3 &cell, int axis)
+{
+  return perpendicular_width(cell, axis);
+}
+
+/// Bins by fractional coordinates, each at least one largest contact distance wide, or a single one.
+template <int D> class GrainBins {
+ public:
+  GrainBins(const Tensor<double, D> &cell, double contact_distance)
+  {
+    // per axis: more would be empty for any N a cell of this kind holds
+    constexpr int MOST_BINS = D == 2 ? 1024 : 64;
+    int least = MOST_BINS;
+    std::size_t bins = 1;
+    for (int a = 0; a < D; ++a) {
+      const double width = std::floor(width_between_faces(cell, a) / contact_distance);
+      count_[a] = static_cast<int>(std::min<double>(MOST_BINS, width));
+      least = std::min(least, count_[a]);
+      bins *= static_cast<std::size_t>(std::max(count_[a], 1));
+    }
+    // below three bins an axis would show the same bin on both sides
+    if (least < 3) {
+      is_single_ = true;
+      bins = 1;
+      for (int a = 0; a < D; ++a) count_[a] = 1;
+    }
+    grains_.resize(bins);
+  }
+
+  void add(const RveStateOf<D> &state, int i) { grains_[index(place(state, i))].push_back(i); }
+
+  /// Whether work(other) is true for a grain of the bin of grain i or of those around it.
+  template <class Work> bool any_near(const RveStateOf<D> &state, int i, const Work &work) const
+  {
+    const int around = is_single_ ? 1 : D == 2 ? 9 : 27;
+    const Vec<int, D> here = place(state, i);
+    for (int k = 0; k < around; ++k) {
+      Vec<int, D> there = here;
+      for (int a = 0, rest = k; a < D && !is_single_; ++a, rest /= 3) there[a] += rest % 3 - 1;
+      for (const int other : grains_[index(there)])
+        if (work(other)) return true;
+    }
+    return false;
+  }
+
+ private:
+  Vec<int, D> count_;
+  bool is_single_ = false;
+  std::vector<std::vector<int>> grains_;
+
+  Vec<int, D> place(const RveStateOf<D> &state, int i) const
+  {
+    Vec<int, D> at;
+    for (int a = 0; a < D; ++a)
+      at[a] = static_cast<int>(((state.fractional[D * i + a] >> 32) * count_[a]) >> 32);
+    return at;
+  }
+
+  std::size_t index(const Vec<int, D> &at) const
+  {
+    std::size_t bin = 0;
+    for (int a = D - 1; a >= 0; --a) bin = bin * count_[a] + (at[a] + count_[a]) % count_[a];
+    return bin;
+  }
+};
+
+}    // namespace rve

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-2.0-only
+#include "rve/engine/kernel_cache.h"
+
+#include "cuda/cuda_required.h"
+#include "rve/core/checksum.h"
+#include "rve/core/wall_time.h"
+#include "rve/engine/files.h"
+
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sys/stat.h>
+#include <system_error>
+#include <thread>
+#include <unistd.h>
+#include <utility>
+
+namespace rve {
+
+namespace {
+
+  namespace fs = std::filesystem;
+
+  std::string reason_of(int error)
+  {
+    return std::generic_category().message(error);
+  }
+
+  /// A number of 16 hexadecimal digits.
+  std::string hash_of(const std::string &text)
+  {
+    char digits[17];
+    std::snprintf(digits, sizeof(digits), "%016llx",
+                  static_cast<unsigned long long>(checksum_of(text.data(), text.size())));
+    return digits;
+  }
+
+  /// Why a folder cannot be one for code that runs in the name of the user; empty if it can.
+  std::string trouble_of_folder(const std::string &folder)
+  {
+    struct stat status;
+    if (::stat(folder.c_str(), &status) != 0) return ": " + reason_of(errno);
+    if (!S_ISDIR(status.st_mode)) return ": " + reason_of(ENOTDIR);
+    if (status.st_uid != ::geteuid())
+      return " belongs to the user with the number " + std::to_string(status.st_uid);
+    if ((status.st_mode & 0777) != 0700) return " is open to others: chmod 700 " + folder;
+    return "";
+  }
+
+}    // namespace
+
+std::string KernelCache::chosen_folder()
+{
+  if (const char *chosen = std::getenv("GPU_RVE_KERNEL_CACHE")) {
+    const std::string folder = chosen;
+    if (folder[0] == '/') return folder;
+    bool wanted = false;
+    try {
+      wanted = says_yes("", folder);
+    } catch (const InputError &) {
+      throw InputError(
+          "GPU_RVE_KERNEL_CACHE in the environment is '" + folder +
+          "'; it must be a folder whose name begins with /, or 0, false, no, off or empty");
+    }
+    if (!wanted) return "";
+  }
+  for (const auto &[name, below] :
+       {std::pair{"XDG_CACHE_HOME", ""}, std::pair{"HOME", "/.cache"}}) {
+    const char *folder = std::getenv(name);    // one that is not absolute is to be ignored
+    if (folder && folder[0] == '/') return std::string(folder) + below + "/gpu_rve/kernels";
+  }
+  return "";
+}
+
+KernelCache::KernelCache(std::string folder)
+{
+  while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
+  if (folder.empty()) return;
+  std::error_code error;
+  fs::create_directories(fs::path(folder).parent_path(), error);
+  ::mkdir(folder.c_str(), 0700);
+  const std::string trouble = trouble_of_folder(folder);
+  if (trouble.empty())
+    folder_ = folder;
+  else
+    obstacle_ = folder + trouble;
+}
+
+std::string KernelCache::file_name(const std::string &key)
+{
+  return hash_of(key) + ".kernel";
+}
+
+// A file has the hash of what follows, then the key, the name of the kernel, each with a byte 0 behind it, and the code.
+
+bool KernelCache::load(const std::string &key, DeviceCode &kernel)
+{
+  if (folder_.empty()) return false;
+  const std::string path = folder_ + "/" + file_name(key);
+  std::error_code error;
+  if (!fs::exists(path, error)) return false;
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  constexpr std::size_t digits = 16;
+  if (text.size() < digits || text.substr(0, digits) != hash_of(text.substr(digits))) {
+    obstacle_ = path + " is damaged";
+    return false;
+  }
+  const std::size_t name = digits + key.size() + 1, end = text.find('\0', name);
+  // another one with the same hash
+  if (text.compare(digits, key.size() + 1, key + '\0') != 0 || end == std::string::npos)
+    return false;
+  kernel.kernel = text.substr(name, end - name);
+  kernel.code = text.substr(end + 1);
+  return true;
+}
+
+void KernelCache::store(const std::string &key, const DeviceCode &kernel)
+{
+  if (folder_.empty()) return;
+  obstacle_.clear();    // of what was there before
+  const std::string text = key + '\0' + kernel.kernel + '\0' + kernel.code;
+  try {
+    OutputFile(folder_ + "/" + file_name(key)).write(hash_of(text) + text);
+  } catch (const InputError &error) {
+    obstacle_ = error.what();
+  }
+}
+
+KernelCache::Turn::Turn(const KernelCache &cache, const std::string &key, double seconds)
+{
+  if (cache.folder_.empty()) return;
+  const std::string file = cache.folder_ + "/lock";
+  descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  // a byte of the file for each kernel, at the place that the hash of its key says: the file stays empty, and there are no others to clear
+  // away. The lock belongs to the descriptor, not to the process, so that threads wait for each other too.
+  struct flock byte = {};
+  byte.l_type = F_WRLCK;
+  byte.l_whence = SEEK_SET;
+  byte.l_start = static_cast<off_t>(checksum_of(key.data(), key.size()) >> 2);    // not below zero
+  byte.l_len = 1;
+  // asked for again and again: a wait in the kernel could not be ended
+  const auto begin = WallClock::now();
+  for (;;) {
+    is_mine_ = ::fcntl(descriptor_, F_OFD_SETLK, &byte) == 0;
+    if (is_mine_ || (errno != EAGAIN && errno != EACCES && errno != EINTR) ||
+        seconds_since(begin) > seconds)
+      return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+/// The lock ends with the descriptor, also where the process is killed.
+KernelCache::Turn::~Turn()
+{
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+}    // namespace rve

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Ways to prepare a packing, and the search for one that meets a void ratio.
+
+#pragma once
+
+#include "rve/core/error.h"
+#include "rve/engine/contact_laws.h"
+#include "rve/engine/packing_recipe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace rve {
+
+/// A stretch of a preparation: to rest at a pressure, with a friction.
+struct Leg {
+  double pressure;    // [stress]
+  double friction;    // [-]
+  const char *phase;
+  double k0 = 1.0;         // lateral over vertical stress, which is the pressure [-]
+  bool at_rest = false;    // the sides are held, and the vertical stress alone has a goal
+
+  template <int D> bool has_goal(int axis) const { return !at_rest || axis + 1 == D; }
+  /// Of the stress along an axis; the vertical one is the last.
+  template <int D> double goal(int axis) const { return axis + 1 < D ? k0 * pressure : pressure; }
+};
+
+/// A preparation from beginning to end. `peak` is the highest pressure on it.
+template <int D> struct Way {
+  const RveStateOf<D> *start;
+  std::vector<Leg> legs;
+  double friction;    // [-]
+  double peak;        // [stress]
+};
+
+/// A packing at rest at the end of a way, and what it is.
+template <int D> struct Specimen {
+  RveStateOf<D> state;
+  double void_ratio;
+};
+
+/// Which ways to try for a recipe: one, or as many as it takes to meet a void ratio.
+///
+/// A packing is a discontinuous function of its preparation x: bisection finds where it passes the goal, but may find a jump
+/// there. Then the neighbourhood is sampled, wider and wider, where other jumps land elsewhere.
+template <int D> class WaySearch {
+ public:
+  WaySearch(const PackingRecipe &_recipe, const RveStateOf<D> &_cloud) :
+      recipe(_recipe), cloud(_cloud)
+  {
+  }
+
+  Way<D> first() const
+  {
+    return with_friction(recipe.void_ratio ? 0.0 : recipe.preparation_friction);
+  }
+
+  /// What to try after `made`; nothing if that is what was wanted. Throws InputError where no way is left.
+  std::optional<Way<D>> after(const Specimen<D> &made)
+  {
+    if (!recipe.void_ratio) return {};
+    const double goal = *recipe.void_ratio;
+    const double error = std::fabs(made.void_ratio - goal);
+    if (error <= recipe.void_ratio_tolerance) return {};
+    switch (stage) {
+      case Stage::Frictionless:
+        frictionless = made;
+        looser = goal > made.void_ratio;
+        most = looser ? std::sqrt(LARGEST_FRICTION) : largest_log_ratio();
+        stage = Stage::Extreme;
+        return at(most);
+      case Stage::Extreme:
+        if (looser ? goal > made.void_ratio : goal < made.void_ratio) unreachable(made);
+        high = most;
+        stage = Stage::Between;
+        x = 0.5 * (low + high);
+        return at(x);
+      case Stage::Between:
+        break;
+    }
+    if (error < least_error) {
+      least_error = error;
+      best = made.void_ratio;
+    }
+    if (attempt + 1 < MOST_HALVINGS) ((made.void_ratio < goal) == looser ? low : high) = x;
+    while (++attempt < MOST_HALVINGS + MOST_SAMPLES) {
+      x = 0.5 * (low + high);
+      if (attempt < MOST_HALVINGS) return at(x);
+      const int k = attempt - MOST_HALVINGS;
+      const double spacing = most / 500;
+      x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;    // to both sides, farther and farther
+      if (x > 0.0 && x < most) return at(x);
+    }
+    throw InputError("no packing with void ratio " + number(goal) + " within " +
+                     number(recipe.void_ratio_tolerance) +
+                     " was found for this seed; the closest has " + number(best) +
+                     ": take another seed or a larger tolerance");
+  }
+
+ private:
+  // beyond, hardly a contact slides and nothing changes
+  static constexpr double LARGEST_FRICTION = 1.0;
+  // at the highest pressure
+  static constexpr double LARGEST_PEAK_STRAIN = 0.04;
+  static constexpr int MOST_HALVINGS = 8, MOST_SAMPLES = 60;
+
+  enum class Stage { Frictionless, Extreme, Between };
+
+  const PackingRecipe &recipe;
+  const RveStateOf<D> &cloud;
+  Stage stage = Stage::Frictionless;
+  Specimen<D> frictionless{};
+  bool looser = true;                       // than the frictionless packing
+  double x = 0.0, low = 0.0, high = 0.0;    // what is searched: see at()
+  double most = 0.0;
+  int attempt = 0;
+  double best = 0.0, least_error = 1e300;    // of the void ratio
+
+  /// Looser packings by friction: void ratio against its root is closest to a line, since most of the growth is below 0.2.
+  /// Denser ones by the logarithm of the overconsolidation ratio.
+  Way<D> at(double value) const
+  {
+    return looser ? with_friction(value * value) : overconsolidated(value);
+  }
+
+  /// Where the friction exceeds the final one the packing could not stand: it settles.
+  Way<D> with_friction(double friction) const
+  {
+    const double pressure = isotropic_pressure(recipe);
+    Way<D> way{&cloud, {{pressure, friction, "compression"}}, friction, recipe.pressure};
+    if (friction > recipe.material.friction)
+      way.legs.push_back({pressure, recipe.material.friction, "settling"});
+    add_anisotropy(way);
+    return way;
+  }
+
+  Way<D> overconsolidated(double log_ratio) const
+  {
+    const double peak = recipe.pressure * std::exp(log_ratio);
+    Way<D> way{&frictionless.state,
+               {{peak, 0.0, "overconsolidation"}, {isotropic_pressure(recipe), 0.0, "unloading"}},
+               0.0,
+               peak};
+    add_anisotropy(way);
+    return way;
+  }
+
+  /// Grains that slide freely bear one pressure only, so the other stress comes last, with the final friction.
+  void add_anisotropy(Way<D> &way) const
+  {
+    if (recipe.at_rest)
+      way.legs.push_back({recipe.pressure, recipe.material.friction, "load at rest", 1.0, true});
+    else if (recipe.k0 != 1.0)
+      way.legs.push_back(
+          {recipe.pressure, recipe.material.friction, "anisotropic load", recipe.k0});
+  }
+
+  double largest_log_ratio() const
+  {
+    const double largest_pressure =
+        contact_pressure<D>(LARGEST_PEAK_STRAIN, recipe.material, mean_radius(recipe));
+    return std::log(std::max(1.0, largest_pressure / recipe.pressure));
+  }
+
+  [[noreturn]] void unreachable(const Specimen<D> &extreme) const
+  {
+    const double reached = extreme.void_ratio, other_end = frictionless.void_ratio;
+    throw InputError(
+        "void ratio " + number(*recipe.void_ratio) + " cannot be reached at this pressure: the " +
+        (looser ? "loosest (preparation friction 1)" : "densest (overconsolidated)") +
+        " packing of this recipe has " + number(reached) + "; reachable is " +
+        number(std::min(reached, other_end)) + " to " + number(std::max(reached, other_end)) +
+        " on this side of the frictionless packing");
+  }
+};
+
+}    // namespace rve
