@@ -4,6 +4,7 @@
 
 #pragma once
 
+#include "rve/block/block_cuda.cuh"
 #include "rve/engine/answers.h"
 #include "rve/engine/cuda_kernels.h"
 #include "rve/engine/device_calls.h"
