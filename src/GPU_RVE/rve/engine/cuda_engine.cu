@@ -112,8 +112,7 @@ namespace {
         programs(options_in, 10 * device.major + device.minor)
     {
       require(options.block_size >= 0 && options.block_size <= LARGEST_BLOCK,
-              "block size must be 0 (automatic) or in [1, 1024] threads, got " +
-                  std::to_string(options.block_size));
+              "block size must be 0 (automatic) or in [1, 1024] threads, got ", options.block_size);
       use_device();
     }
 
@@ -746,8 +745,7 @@ namespace {
       check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
                                                                plan.block, plan.dynamic),
                  "occupancy");
-      require(blocks_per_sm > 0,
-              "no thread block of " + std::to_string(plan.block) + " threads fits on this device");
+      require(blocks_per_sm > 0, "no thread block of ", plan.block, " threads fits on this device");
       plan.blocks = blocks_per_sm * device.multiProcessorCount;
       const std::size_t on_chip =
           blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReserved);

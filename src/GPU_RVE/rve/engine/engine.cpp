@@ -141,9 +141,8 @@ DriveOf<D> DriveOf<D>::constant_velocity_gradient(const Matrix &velocity_gradien
 {
   // the increment is all that the engine sees, and half a turn looks the same in both directions
   const double turn = turn_of(velocity_gradient) * substeps * dt;
-  require(!(std::fabs(turn) > 3.0),
-          "one call must rotate an RVE by less than 3 rad, got " + number(turn) +
-              " rad: use shorter calls, by a smaller timestep or fewer substeps");
+  require(!(std::fabs(turn) > 3.0), "one call must rotate an RVE by less than 3 rad, got ", turn,
+          " rad: use shorter calls, by a smaller timestep or fewer substeps");
   DriveOf drive;
   drive.dt = dt;
   drive.substeps = substeps;
@@ -161,7 +160,7 @@ std::string to_string(Format format)
 {
   for (const auto &[word, value] : FORMAT_CHOICES)
     if (value == format) return word;
-  throw InputError("number format " + std::to_string(static_cast<int>(format)) + " does not exist");
+  throw InputError(concat("number format ", static_cast<int>(format), " does not exist"));
 }
 
 template struct DriveOf<2>;

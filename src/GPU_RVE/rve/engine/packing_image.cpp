@@ -35,9 +35,8 @@ namespace {
 
   template <int D> AxisMap<D> axis_map(int image)
   {
-    require(image >= 0 && image < NUM_IMAGES_OF<D>,
-            "image of a packing is " + std::to_string(image) + "; it must be from 0 to " +
-                std::to_string(NUM_IMAGES_OF<D> - 1));
+    require(image >= 0 && image < NUM_IMAGES_OF<D>, "image of a packing is ", image,
+            "; it must be from 0 to ", NUM_IMAGES_OF<D> - 1);
     const AxisMap<2> plane = plane_map(image % NUM_IMAGES);
     if constexpr (D == 2) {
       return plane;
