@@ -9,7 +9,6 @@
 #include "rve/engine/engine.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/increment_plan.h"
-#include "rve/engine/spatial_strain.h"
 
 #include <algorithm>
 #include <cmath>
@@ -137,8 +136,8 @@ inline void split_path(const Tensor2 &f, DriveRecord<2> &record, SteeringRecord<
 
 inline void split_path(const Tensor3 &f, DriveRecord<3> &record, SteeringRecord<3> &steering)
 {
-  const SpatialPolarDecomposition polar(f);
-  record.segments = path_segments(std::sqrt(dot(polar.turn, polar.turn)));
+  const PolarDecomposition polar(f);
+  record.segments = path_segments(polar.angle);
   store_tensor(spatial_rotation((1.0 / record.segments) * polar.turn), steering.rotation);
   store_tensor(transpose(polar.rotation) * f - Tensor3::identity(), steering.stretch);
 }
