@@ -97,7 +97,7 @@ namespace {
   void map_history(const AxisMap<3> &map, PairOf<3> &pair)
   {
     for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
-      if (number.component == 0)
+      if (number.begins_vector)
         map_vector(map, &number.of(pair));
       else if (map.is_mirror && number.is_mirrored)
         number.of(pair) = with_sign(-1, number.of(pair));
