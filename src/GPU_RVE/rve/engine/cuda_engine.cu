@@ -4,100 +4,26 @@
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
 #include "cuda/early_launch.cuh"
-#include "rve/algorithm/rigid_turn.h"
 #include "rve/block/block_cuda.cuh"
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_increments.cuh"
-#include "rve/engine/cuda_programs.h"
+#include "rve/engine/cuda_launch.cuh"
+#include "rve/engine/cuda_turns.cuh"
 #include "rve/engine/device_calls.h"
-#include "rve/engine/program_scenes.h"
 #include "rve/engine/runtime_kernels.h"
 
 #include <algorithm>
-#include <map>
-#include <tuple>
 #include <utility>
 
 namespace rve {
 
 namespace {
 
-  constexpr int LARGEST_BLOCK = 1024;
   constexpr int kMostPreparedTogether = 16;           ///< calls that one block prepares
   constexpr std::size_t kPrepareMemory = 32 << 10;    ///< bytes that it may have on chip
-  /// Bytes of a block on chip that CUDA keeps for itself.
-  constexpr std::size_t kReserved = 1024;
-
   /// RVEs are cut from pieces of 64 MB, and the first launch takes memory for its code and its threads' stacks [bytes].
   constexpr std::size_t kSlack = std::size_t(256) << 20;
-
-  int rounded_up(int number, int unit)
-  {
-    return (number + unit - 1) / unit * unit;
-  }
-
-  std::size_t aligned(std::size_t size)
-  {
-    return (size + 255) / 256 * 256;
-  }
-
-  template <int D> struct TurnList {
-    const TurnRecord<D> *turns;
-    int count;
-    /// In the memory of the device, where the number is known there alone; and above zero if none shall be turned. Or null.
-    const int *count_there, *hold;
-  };
-
-  /// Turns RVEs rigidly, one after the other in each block of any size. All of one lies in front of the histories: with rolling resistance, too.
-  template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
-  {
-    using Block = BlockCuda<0>;
-    Block block;
-    if (list.hold && *list.hold > 0) return;
-    const int count = list.count_there ? *list.count_there : list.count;
-    for (int k = blockIdx.x; k < count; k += gridDim.x) {
-      const TurnRecord<Scene::D> turn = list.turns[k];
-      turn_rigidly(block,
-                   carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
-                   load_tensor<Scene::D>(turn.rotation));
-    }
-  }
-
-  template <int D> using TurnFunction = void (*)(TurnList<D>);
-
-  /// None for RVEs of the other dimension.
-  template <int D, class Scene> TurnFunction<D> turn_scene()
-  {
-    if constexpr (Scene::D == D)
-      return turn_rves<Scene>;
-    else
-      return nullptr;
-  }
-
-  template <int D, class Numbers> TurnFunction<D> turn_function(Program memory)
-  {
-    switch (memory) {
-#define RVE_TURN(name, law, books, prepared) \
-  case Program::name:                        \
-    return turn_scene<D, ProgramScene<Program::prepared, Numbers>>();
-      RVE_PROGRAMS(RVE_TURN)
-#undef RVE_TURN
-    }
-    return nullptr;
-  }
-
-  template <int D> TurnFunction<D> turn_function(Format format, Program memory)
-  {
-    switch (format) {
-      case Format::Fast:
-        return turn_function<D, FastNumbers>(memory);
-      case Format::Mixed:
-        return turn_function<D, MixedNumbers>(memory);
-      default:
-        return turn_function<D, DoubleNumbers>(memory);
-    }
-  }
 
   template <int D> class CudaEngine final : public BatchEngine<D>, public DeviceCallsOf<D> {
     using Base = BatchEngine<D>;
@@ -108,17 +34,14 @@ namespace {
 
    public:
     CudaEngine(const Options &options_in, bool compiles_in) :
-        Base(options_in), compiles(compiles_in), device(properties_of(options_in)),
-        programs(options_in, 10 * device.major + device.minor)
+        Base(options_in), compiles(compiles_in), plans(options_in)
     {
-      require(options.block_size >= 0 && options.block_size <= LARGEST_BLOCK,
-              "block size must be 0 (automatic) or in [1, 1024] threads, got ", options.block_size);
       use_device();
     }
 
     std::string description() const override
     {
-      return std::string(device.name) + ", " + to_string(options.format) +
+      return std::string(plans.device().name) + ", " + to_string(options.format) +
           (options.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ", strict") +
           (compiles ? "; its driver compiles kernels at their first use, once, in about 20 s" : "");
     }
@@ -278,7 +201,7 @@ namespace {
     /// Why it cannot advance the RVEs that it is made for, with a remedy; empty if it can.
     std::string obstacle() const
     {
-      return programs.obstacle(memory_layout, runtime_kernels_obstacle());
+      return plans.programs().obstacle(memory_layout, runtime_kernels_obstacle());
     }
 
     std::size_t bytes_of_call(int num_rves, int num_grains) override
@@ -293,7 +216,7 @@ namespace {
       call.mean = kStepsAhead;
       call.pair_capacity = this->pair_capacity(num_grains);
       call.program = this->usual_program();
-      const Plan &plan = plan_for(call);
+      const LaunchPlan &plan = plans.plan_for(shape_of(call));
       const std::size_t count = num_rves;
       return count *
           (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord<D>) + sizeof(int) +
@@ -320,7 +243,7 @@ namespace {
       check_cuda(cudaMemGetInfo(&free, &total), "free memory of the device");
       // ranks may number their devices differently; this is the same for all
       std::string name = "the memory of GPU ";
-      for (const char byte : device.uuid.bytes) {
+      for (const char byte : plans.device().uuid.bytes) {
         const unsigned value = static_cast<unsigned char>(byte);
         name += {"0123456789abcdef"[value / 16], "0123456789abcdef"[value % 16]};
       }
@@ -488,8 +411,9 @@ namespace {
     void launch_turns(const TurnList<D> &list)
     {
       constexpr int threads = 128;
-      const int blocks = list.count_there ? std::min(list.count, 4 * device.multiProcessorCount)
-                                          : list.count;
+      const int blocks = list.count_there
+          ? std::min(list.count, 4 * plans.device().multiProcessorCount)
+          : list.count;
       turn_function<D>(options.format, memory_layout)<<<blocks, threads>>>(list);
       check_cuda(cudaGetLastError(), "launch of the rotation of RVEs");
     }
@@ -504,7 +428,7 @@ namespace {
     void run(const Call &call, LaunchRecord<D> &record)
     {
       const int count = static_cast<int>(call.rves->size());
-      const Plan plan = plan_for(call);
+      const LaunchPlan plan = plans.plan_for(shape_of(call));
 
       record.rves = handles_of(*call.rves);
       record.steering = call.steering.empty() ? nullptr : upload_steering(call);
@@ -642,118 +566,20 @@ namespace {
       int num_grains = 0, extra_capacity = 0;
     };
 
+    static CallShape shape_of(const Call &call)
+    {
+      return {static_cast<int>(call.rves->size()),
+              call.largest,
+              call.longest,
+              call.mean,
+              call.pair_capacity,
+              call.program,
+              call.with_details};
+    }
+
     void use_device() const
     {
       check_cuda(cudaSetDevice(options.device_number), "choice of the device");
-    }
-
-    /// What decides how a call is launched.
-    struct CallKind {
-      bool fills_device;    ///< a multiprocessor has more than one RVE
-      bool with_details;
-      int largest, pair_capacity, steps_ahead;
-      Program program;
-
-      auto all() const
-      {
-        return std::tie(fills_device, with_details, largest, pair_capacity, steps_ahead, program);
-      }
-      bool operator<(const CallKind &other) const { return all() < other.all(); }
-    };
-
-    /// How it is launched.
-    struct Plan {
-      const void *kernel = nullptr, *prepare = nullptr;
-      KernelSizes sizes;
-      int steps_ahead = 0;
-      int block = 0, blocks = 0;        ///< threads, and blocks that the device holds at a time
-      bool waits = false;               ///< the kernel waits itself for the calls to be prepared
-      std::size_t dynamic = 0;          ///< bytes on chip
-      std::size_t overflow_size = 0;    ///< bytes of a workspace for what does not fit there
-      int share_on_chip = 0;            ///< of the memory on chip, for both kernels [percent]
-    };
-
-    /// Calls of a few kinds alternate: looks at some RVEs between the steps of all.
-    const Plan &plan_for(const Call &call)
-    {
-      const CallKind kind{this->fills_device(call),
-                          call.with_details && has_lean_kernels(call.program),
-                          call.largest,
-                          call.pair_capacity,
-                          steps_to_prepare(call),
-                          call.program};
-      const auto [at, is_new] = plans.try_emplace(kind);
-      if (is_new) {
-        try {
-          at->second = plan_of(call, kind);
-        } catch (...) {
-          plans.erase(at);
-          throw;
-        }
-      }
-      const Plan &plan = at->second;
-      if (&plan == plan_in_use) return plan;
-      plan_in_use = nullptr;
-      check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                      static_cast<int>(plan.dynamic)),
-                 "shared memory of the kernel");
-      // multiprocessors divide their memory anew only when they are empty: the same for both kernels of a call
-      const void *const both[] = {plan.prepare, plan.kernel};
-      for (const void *kernel : both)
-        check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
-                                        plan.share_on_chip),
-                   "division of the memory on chip");
-      plan_in_use = &plan;
-      return plan;
-    }
-
-    Plan plan_of(const Call &call, const CallKind &kind)
-    {
-      Plan plan;
-      plan.steps_ahead = kind.steps_ahead;
-      const Program program = programs.usable(call.program);
-      plan.prepare = programs.prepare(program);
-      cudaFuncAttributes attributes;
-      std::size_t most = 0;    // bytes on chip that a launch may ask for
-      const auto plan_with = [&](Residency residency) {
-        plan.kernel = programs.advance(program, residency);
-        plan.block = block_size(*programs.shape(program, residency), call.largest);
-        plan.sizes =
-            programs.sizes(program, residency, call.largest, call.pair_capacity, plan.steps_ahead);
-        plan.dynamic = plan.sizes.shared;
-        check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
-        most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReserved;
-        plan.overflow_size = aligned(plan.sizes.beside);
-      };
-      Residency residency = residency_of(call, program);
-      plan_with(residency);
-      if (residency != Residency::Memory && plan.dynamic > most) {
-        // an H200 has room for the largest kernel of each format, a GeForce card has less than half of it
-        residency = Residency::Memory;
-        plan_with(residency);
-      }
-      if (residency == Residency::Memory && plan.dynamic > most) {
-        plan.dynamic = most / 16 * 16;
-        plan.overflow_size = aligned(plan.sizes.shared);
-      }
-      plan.waits = waits_itself(device.major, attributes);
-      check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                      static_cast<int>(plan.dynamic)),
-                 "shared memory of the kernel");
-      plan_in_use = nullptr;    // the kernel may be its
-      int blocks_per_sm = 0;
-      check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
-                                                               plan.block, plan.dynamic),
-                 "occupancy");
-      require(blocks_per_sm > 0, "no thread block of ", plan.block, " threads fits on this device");
-      plan.blocks = blocks_per_sm * device.multiProcessorCount;
-      const std::size_t on_chip =
-          blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReserved);
-      plan.share_on_chip =
-          std::min(100,
-                   static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
-                                    device.sharedMemPerMultiprocessor));
-      return plan;
     }
 
     RveHandle handle_of(int rve) const
@@ -776,81 +602,12 @@ namespace {
       return handle_buffer.send(rves.size());
     }
 
-    /// Steps that are planned for each RVE before the blocks begin: those of an RVE of mean length, and as many more, since a block that has
-    /// to plan waits for one thread. The memory of all these plans is written and read for every RVE. A power of two: calls that follow each
-    /// other are alike.
-    static int steps_to_prepare(const Call &call)
-    {
-      int steps = 1;
-      while (steps < kStepsAhead && steps < call.longest && steps < 2.0 * call.mean) steps *= 2;
-      return std::max(1, std::min(steps, call.longest));
-    }
-
-    /// Whether some of its kernels know no details.
-    bool has_lean_kernels(Program program) const
-    {
-      const auto shape = programs.shape(programs.usable(program), Residency::Large);
-      return !shape || shape->lean;
-    }
-
-    bool fills_device(const Call &call) const
-    {
-      return static_cast<int>(call.rves->size()) > device.multiProcessorCount;
-    }
-
-    Residency residency_of(const Call &call, Program program) const
-    {
-      const auto serves = [&](Residency residency) {
-        const auto shape = programs.shape(program, residency);
-        if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
-        if (shape->lean && call.with_details) return false;
-        // of a warp that is not whole, with two items of a thread, sums end in an illegal instruction (CUDA 13.0)
-        if (shape->items == 2 && options.block_size % 32 != 0) return false;
-        // with threads of the user's choice
-        return options.block_size == 0 ||
-            (options.block_size <= shape->threads &&
-             call.largest <= shape->items * options.block_size);
-      };
-      // A few RVEs take the kernel for many if it is loaded and theirs is not: compiling it takes
-      // seconds to half a minute, which a few calls, such as time-step checks, do not gain back.
-      const bool takes_many = fills_device(call) ||
-          (programs.is_at_hand(program, Residency::Many) &&
-           !programs.is_at_hand(program, Residency::Few));
-      const Residency small = takes_many ? Residency::Many : Residency::Few;
-      for (const Residency residency : {small, Residency::Large, Residency::Largest})
-        if (serves(residency)) return residency;
-      // where the kernels for many RVEs know no details
-      const auto usual = programs.shape(program, small);
-      return usual && usual->lean && serves(Residency::Few) ? Residency::Few : Residency::Memory;
-    }
-
-    /// As few threads as can have all grains. Where they are in memory, a thread per grain while that is possible; beyond that all threads
-    /// have the same number of grains, nearly.
-    int block_size(const BlockShape &shape, int num_grains) const
-    {
-      if (options.block_size > 0) return std::min(options.block_size, shape.threads);
-      if (shape.items > 0) return rounded_up((num_grains + shape.items - 1) / shape.items, 32);
-      const int rounds = (num_grains + shape.threads - 1) / shape.threads;
-      const int in_a_round = (num_grains + rounds - 1) / rounds;
-      return rounded_up(in_a_round, 32);
-    }
-
-    static cudaDeviceProp properties_of(const Options &options)
-    {
-      cudaDeviceProp properties;
-      check_cuda(cudaGetDeviceProperties(&properties, options.device_number), "device properties");
-      return properties;
-    }
-
     const bool compiles;    ///< CudaDevice::compiles
-    const cudaDeviceProp device;
-    const CudaPrograms programs;
+    LaunchPlans plans;
     DeviceArena arena;
     std::vector<Placed> images;
-    std::map<CallKind, Plan> plans;
-    const Plan *plan_in_use = nullptr;    ///< whose attributes its kernels have
-    bool images_moved = true;             ///< since the handles were uploaded
-    std::vector<int> handled;             ///< RVEs whose handles are on the device
+    bool images_moved = true;    ///< since the handles were uploaded
+    std::vector<int> handled;    ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
     DeviceBuffer<SteeringRecord<D>> steering_buffer;
     DeviceBuffer<SteeredModes<D>> modes_buffer;
