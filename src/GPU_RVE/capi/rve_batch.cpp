@@ -2,7 +2,6 @@
 #include "capi/rve_batch.h"
 
 #include "capi/saved_states.h"
-#include "capi/step_bound.h"
 #include "macro/load_path.h"
 #include "macro/quantities.h"
 #include "rve/core/error.h"
@@ -10,6 +9,7 @@
 #include "rve/engine/files.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/stability.h"
+#include "rve/engine/stiffening.h"
 
 #include <algorithm>
 #include <cmath>
@@ -89,6 +89,32 @@ namespace {
             "; there are too many");
     return paths;
   }
+
+  /// The largest DEM time step that an RVE is known to bear, from the last check of it. A default one allows no step.
+  class StepBound {
+   public:
+    /// True if a step of dt was found stable, and the RVE has not stiffened since then.
+    template <int D> bool allows(double dt, const rve::ResultOf<D> &now) const
+    {
+      return dt <= largest_dt_ && !limit_.is_exceeded(measures(now));
+    }
+
+    /// Records that dt is stable for an RVE with this result.
+    template <int D> void note(double dt, const rve::ResultOf<D> &now, bool has_constant_moduli)
+    {
+      largest_dt_ = dt;
+      limit_ = rve::stiffening_limit(measures(now), now.num_grains, has_constant_moduli);
+    }
+
+   private:
+    double largest_dt_ = 0.0;    ///< [time]
+    rve::StiffeningLimit limit_;
+
+    template <int D> static rve::StiffnessMeasures measures(const rve::ResultOf<D> &now)
+    {
+      return {now.num_contacts, now.peak_force, now.mean_stress()};
+    }
+  };
 
   template <int D> class Batch final : public rve_batch {
     using State = rve::RveStateOf<D>;
