@@ -2,7 +2,7 @@
 // Rotations, polar decomposition and exponential of increments in space.
 
 #include "rve/core/pi.h"
-#include "rve/engine/spatial_strain.h"
+#include "rve/engine/finite_strain.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,7 @@ TEST(SpatialPolarDecomposition, PartsARotationFromAStretch)
     const Tensor3 stretch = Tensor3::identity() + strain;
     if (determinant(stretch) < 0.1) continue;
 
-    const SpatialPolarDecomposition polar(spatial_rotation(turn) * stretch);
+    const PolarDecomposition polar(spatial_rotation(turn) * stretch);
 
     EXPECT_LT(distance(polar.rotation, spatial_rotation(turn)), 2e-14);
     EXPECT_LT(distance(polar.turn, turn), 1e-13);

@@ -3,7 +3,7 @@
 
 #include "engine/test_states.h"
 #include "rve/engine/contact_model.h"
-#include "rve/engine/spatial_strain.h"
+#include "rve/engine/finite_strain.h"
 #include "support/messages.h"
 #include "support/spheres.h"
 

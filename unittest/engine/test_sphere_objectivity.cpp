@@ -2,8 +2,8 @@
 // Objectivity of RVEs of spheres through the engine: an observer who turns sees the same grains, turned.
 
 #include "rve/engine/contact_network.h"
+#include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
-#include "rve/engine/spatial_strain.h"
 #include "rve/engine/stability.h"
 #include "support/spheres.h"
 

@@ -4,7 +4,7 @@
 #include "macro/tangent.h"
 
 #include "rve/core/pi.h"
-#include "rve/engine/spatial_strain.h"
+#include "rve/engine/finite_strain.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>

@@ -37,8 +37,7 @@ struct Named {
 
 void require_pointers(std::initializer_list<Named> needed)
 {
-  for (const Named &one : needed)
-    require(one.pointer != nullptr, [&] { return std::string(one.name) + " is a null pointer"; });
+  for (const Named &one : needed) require(one.pointer != nullptr, one.name, " is a null pointer");
 }
 
 /// Runs `work`, for which these pointers are needed, and turns what it throws into a code and a text.
@@ -83,9 +82,7 @@ bool is_dimension(int dimension)
 void copy_out(const std::vector<double> &from, double *values, std::size_t count)
 {
   require_pointers({{values, "values"}});
-  require(count == from.size(), [&] {
-    return "count is " + std::to_string(count) + "; it must be " + std::to_string(from.size());
-  });
+  require(count == from.size(), "count is ", count, "; it must be ", from.size());
   std::copy(from.begin(), from.end(), values);
 }
 
@@ -95,10 +92,8 @@ void give_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacit
 {
   *size = saved.size();
   if (!bytes) return;
-  require(saved.size() <= capacity, [&] {
-    return "capacity is " + std::to_string(capacity) + " bytes; it must be at least " +
-        std::to_string(saved.size());
-  });
+  require(saved.size() <= capacity, "capacity is ", capacity, " bytes; it must be at least ",
+          saved.size());
   std::memcpy(bytes, saved.data(), saved.size());
 }
 
@@ -119,24 +114,16 @@ capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size
   const std::size_t size = batch.size();
   capi::Members all;
   if (!which) {
-    require(count == size, [&] {
-      return "count is " + std::to_string(count) + "; all RVEs are " + std::to_string(size);
-    });
+    require(count == size, "count is ", count, "; all RVEs are ", size);
     all.resize(size);
     std::iota(all.begin(), all.end(), std::size_t(0));
     return all;
   }
-  require(count <= size, [&] {
-    return "count is " + std::to_string(count) + "; there are " + std::to_string(size) + " RVEs";
-  });
+  require(count <= size, "count is ", count, "; there are ", size, " RVEs");
   std::vector<char> seen(size, 0);
   for (std::size_t k = 0; k < count; ++k) {
-    require(which[k] < size, [&] {
-      return "which[" + std::to_string(k) + "] is " + std::to_string(which[k]) +
-          "; it must be below " + std::to_string(size);
-    });
-    require(!seen[which[k]]++,
-            [&] { return "which has RVE " + std::to_string(which[k]) + " twice"; });
+    require(which[k] < size, "which[", k, "] is ", which[k], "; it must be below ", size);
+    require(!seen[which[k]]++, "which has RVE ", which[k], " twice");
     all.push_back(which[k]);
   }
   return all;
@@ -157,10 +144,9 @@ template <class Number> class CallerArray {
       array_(array)
   {
     if (arrays == Arrays::OnHost || !array) return;
-    require(batch.cuda_device() >= 0, [&] {
-      return std::string(name) + " may not be in the memory of a device: the batch is on " +
-          batch.description() + "; the function without _device serves it";
-    });
+    require(batch.cuda_device() >= 0, name,
+            " may not be in the memory of a device: the batch is on ", batch.description(),
+            "; the function without _device serves it");
     if (!rve::is_on_device(array, name, batch.cuda_device())) return;
     device_ = batch.cuda_device();
     copy_.resize(count);
@@ -269,10 +255,8 @@ int rve_library_read(const char *file, rve_packing **packings, size_t capacity, 
     std::vector<capi::AnyState> states = capi::read_states(file);
     *count = states.size();
     if (!packings) return;
-    require(states.size() <= capacity, [&] {
-      return "capacity is " + std::to_string(capacity) + " packings; it must be at least " +
-          std::to_string(states.size());
-    });
+    require(states.size() <= capacity, "capacity is ", capacity, " packings; it must be at least ",
+            states.size());
     // a caller has all of them or none
     std::vector<std::unique_ptr<rve_packing>> all;
     for (capi::AnyState &state : states)
@@ -317,9 +301,7 @@ int rve_packing_restore(const void *bytes, size_t size, rve_packing **packing)
   return guarded({{bytes, "bytes"}, {packing, "packing"}}, [&] {
     const char *begin = static_cast<const char *>(bytes);
     const capi::SavedHeader header = capi::header_of(begin, size);
-    require(header.count == 1, [&] {
-      return "there are " + std::to_string(header.count) + " saved RVEs; a packing is one";
-    });
+    require(header.count == 1, "there are ", header.count, " saved RVEs; a packing is one");
     *packing = header.dimension == 3 ? new rve_packing{capi::states_in<3>(begin, header).front()}
                                      : new rve_packing{capi::states_in<2>(begin, header).front()};
   });

@@ -2,7 +2,6 @@
 #include "capi/rve_batch.h"
 
 #include "capi/saved_states.h"
-#include "capi/step_bound.h"
 #include "macro/load_path.h"
 #include "macro/quantities.h"
 #include "rve/core/error.h"
@@ -10,6 +9,7 @@
 #include "rve/engine/files.h"
 #include "rve/engine/packing.h"
 #include "rve/engine/stability.h"
+#include "rve/engine/stiffening.h"
 
 #include <algorithm>
 #include <cmath>
@@ -64,37 +64,57 @@ namespace {
       rve::check(drive);
       for (int a = 0; a < D && drive.substeps == 0; ++a)
         for (int b = 0; b < D; ++b)
-          require(drive.deformation(a, b) == (a == b ? 1.0 : 0.0), [&] {
-            return "increment component " + std::string(1, "xyz"[a]) + "xyz"[b] + " is " +
-                rve::number(drive.deformation(a, b)) +
-                " with 0 substeps; it must be that of the identity, since no step can deform the "
-                "RVE";
-          });
+          require(drive.deformation(a, b) == (a == b ? 1.0 : 0.0), "increment component ", "xyz"[a],
+                  "xyz"[b], " is ", drive.deformation(a, b),
+                  " with 0 substeps; it must be that of the identity, since no step can deform the "
+                  "RVE");
     } catch (const rve::InputError &e) {
-      throw rve::InputError("RVE " + std::to_string(which) + ": " + e.what());
+      throw rve::InputError(rve::concat("RVE ", which, ": ", e.what()));
     }
   }
 
   /// The paths of an order for so many RVEs.
   template <int D> macro::LoadPathsOf<D> paths_of(const PathOrder &order, std::size_t num_rves)
   {
-    require(order.dt > 0.0 && std::isfinite(order.dt),
-            [&] { return "dt is " + rve::number(order.dt) + "; it must be positive [time]"; });
-    require(order.substeps > 0, [&] {
-      return "substeps is " + std::to_string(order.substeps) + "; it must be at least 1";
-    });
+    require(order.dt > 0.0 && std::isfinite(order.dt), "dt is ", order.dt,
+            "; it must be positive [time]");
+    require(order.substeps > 0, "substeps is ", order.substeps, "; it must be at least 1");
     macro::LoadPathsOf<D> paths(macro::path_words(order.path, "path"), text_of);
     require(paths.script_names().empty(), [&] {
       return "the path has v_" + paths.script_names().front() + "; there are no variables here";
     });
-    require(paths.size() == 1 || paths.size() == static_cast<int>(num_rves), [&] {
-      return "there are " + std::to_string(paths.size()) +
-          " paths; there must be 1, or one for each of the " + std::to_string(num_rves) + " RVEs";
-    });
-    require(order.calls < std::numeric_limits<std::size_t>::max(),
-            [&] { return "calls is " + std::to_string(order.calls) + "; there are too many"; });
+    require(paths.size() == 1 || paths.size() == static_cast<int>(num_rves), "there are ",
+            paths.size(), " paths; there must be 1, or one for each of the ", num_rves, " RVEs");
+    require(order.calls < std::numeric_limits<std::size_t>::max(), "calls is ", order.calls,
+            "; there are too many");
     return paths;
   }
+
+  /// The largest DEM time step that an RVE is known to bear, from the last check of it. A default one allows no step.
+  class StepBound {
+   public:
+    /// True if a step of dt was found stable, and the RVE has not stiffened since then.
+    template <int D> bool allows(double dt, const rve::ResultOf<D> &now) const
+    {
+      return dt <= largest_dt_ && !limit_.is_exceeded(measures(now));
+    }
+
+    /// Records that dt is stable for an RVE with this result.
+    template <int D> void note(double dt, const rve::ResultOf<D> &now, bool has_constant_moduli)
+    {
+      largest_dt_ = dt;
+      limit_ = rve::stiffening_limit(measures(now), now.num_grains, has_constant_moduli);
+    }
+
+   private:
+    double largest_dt_ = 0.0;    ///< [time]
+    rve::StiffeningLimit limit_;
+
+    template <int D> static rve::StiffnessMeasures measures(const rve::ResultOf<D> &now)
+    {
+      return {now.num_contacts, now.peak_force, now.mean_stress()};
+    }
+  };
 
   template <int D> class Batch final : public rve_batch {
     using State = rve::RveStateOf<D>;
@@ -279,14 +299,10 @@ namespace {
     void restore(const char *bytes, std::size_t size) override
     {
       const SavedHeader header = header_of(bytes, size);
-      require(header.dimension == D, [&] {
-        return "these are RVEs of dimension " + std::to_string(header.dimension) +
-            "; the batch has dimension " + std::to_string(D);
-      });
-      require(header.count == members.size(), [&] {
-        return "there are " + std::to_string(header.count) + " saved RVEs; the batch has " +
-            std::to_string(members.size());
-      });
+      require(header.dimension == D, "these are RVEs of dimension ", header.dimension,
+              "; the batch has dimension ", D);
+      require(header.count == members.size(), "there are ", header.count,
+              " saved RVEs; the batch has ", members.size());
       // all come in before any goes
       std::vector<Member> restored;
       try {
@@ -426,11 +442,9 @@ namespace {
       Member &member = members[which];
       const double bound = rve::stable_time_step(member.tried ? member.committed->state
                                                               : engine->state(member.number));
-      require(dt <= bound, [&] {
-        return "dt of RVE " + std::to_string(which) + " is " + rve::number(dt) +
-            " [time]; it must be at most the stability bound " + rve::number(bound) +
-            " [time], and should be at most 0.9 of it (rve_time_steps)";
-      });
+      require(dt <= bound, "dt of RVE ", which, " is ", dt,
+              " [time]; it must be at most the stability bound ", bound,
+              " [time], and should be at most 0.9 of it (rve_time_steps)");
       note_bound(member, bound);
     }
 
@@ -488,11 +502,9 @@ namespace {
     std::vector<rve::RveStateOf<D>> states;
     for (const rve_packing *packing : packings) {
       const auto *state = std::get_if<rve::RveStateOf<D>>(&packing->state);
-      require(state != nullptr, [&] {
-        return "packing 0 is of " + std::string(D == 2 ? "disks" : "spheres") + ", and packing " +
-            std::to_string(states.size()) + " of " + (D == 2 ? "spheres" : "disks") +
-            "; all of a batch must have the same grains";
-      });
+      require(state != nullptr, "packing 0 is of ", D == 2 ? "disks" : "spheres", ", and packing ",
+              states.size(), " of ", D == 2 ? "spheres" : "disks",
+              "; all of a batch must have the same grains");
       states.push_back(*state);
     }
     return std::make_unique<Batch<D>>(states, options);

@@ -17,11 +17,9 @@ namespace {
   template <int D> void require_no_drift(const rve::RveStateOf<D> &state, const std::string &whose)
   {
     const std::string drift = rve::describe_drift(rve::drift_of(state));
-    rve::require(drift.empty(), [&] {
-      return whose + " has a " + drift +
-          ", which is most of the motion of its grains; it must be 0: " +
-          "subtract it from the velocities";
-    });
+    rve::require(drift.empty(), whose, " has a ", drift,
+                 ", which is most of the motion of its grains; it must be 0: subtract it from the "
+                 "velocities");
   }
 
   template <int D> AnyState read_state_of(const std::string &file)

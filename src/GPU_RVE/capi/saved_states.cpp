@@ -69,10 +69,9 @@ SavedHeader header_of(const char *bytes, std::size_t size)
   require(header.bytes == size &&
               header.checksum == checksum_of(header, bytes + sizeof(header), size - sizeof(header)),
           "the saved RVEs are damaged");
-  require(header.dimension == 2 || header.dimension == 3, [&] {
-    return "the saved RVEs are damaged: their dimension is " + std::to_string(header.dimension) +
-        "; it must be 2 or 3";
-  });
+  require(header.dimension == 2 || header.dimension == 3,
+          "the saved RVEs are damaged: their dimension is ", header.dimension,
+          "; it must be 2 or 3");
   return header;
 }
 
@@ -88,18 +87,14 @@ std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &
       std::memcpy(&length, bytes + place, sizeof(length));
       place += sizeof(length);
     }
-    require(has_length && length <= header.bytes - place, [&] {
-      return "the saved RVEs are damaged: the bytes end in RVE " + std::to_string(k) + " of " +
-          std::to_string(header.count);
-    });
+    require(has_length && length <= header.bytes - place,
+            "the saved RVEs are damaged: the bytes end in RVE ", k, " of ", header.count);
     states.push_back(rve::deserialize<D>(bytes + place, length));
     states.back().check();
     place += length;
   }
-  require(place == header.bytes, [&] {
-    return "the saved RVEs are damaged: " + std::to_string(header.bytes - place) +
-        " bytes are left over after " + std::to_string(header.count) + " RVEs";
-  });
+  require(place == header.bytes, "the saved RVEs are damaged: ", header.bytes - place,
+          " bytes are left over after ", header.count, " RVEs");
   return states;
 }
 

@@ -177,11 +177,11 @@ namespace {
     std::istringstream stream(text);
     for (std::string word; stream >> word;) {
       Entry entry{word, ""};
-      rve::require(static_cast<bool>(stream >> entry.value), word + " has no value");
+      rve::require(static_cast<bool>(stream >> entry.value), word, " has no value");
       for (int k = 1; word == triple && k < 3; ++k)
-        rve::require(static_cast<bool>(stream >> entry.more.emplace_back()),
-                     [&] { return word + " has " + std::to_string(k) + " of its 3 values"; });
-      for (const Entry &other : all) rve::require(other.word != word, word + " is given twice");
+        rve::require(static_cast<bool>(stream >> entry.more.emplace_back()), word, " has ", k,
+                     " of its 3 values");
+      for (const Entry &other : all) rve::require(other.word != word, word, " is given twice");
       all.push_back(std::move(entry));
     }
     return all;
@@ -239,9 +239,8 @@ Order read_recipe(const std::string &text)
   };
   rve::Material &material = order.recipe.material;
   for (const std::string bound : {"radius_min", "radius_max"})
-    rve::require(!has("radius") || !has(bound), [&] {
-      return "radius and " + bound + " exclude each other: radius uniform lo hi gives both bounds";
-    });
+    rve::require(!has("radius") || !has(bound), "radius and ", bound,
+                 " exclude each other: radius uniform lo hi gives both bounds");
   const bool is_linear = material.law == rve::ContactLaw::Linear;
   std::string missing;
   for (const std::string needed :
@@ -249,19 +248,16 @@ Order read_recipe(const std::string &text)
     if (!has(needed) && !(has("radius") && needed.rfind("radius", 0) == 0) &&
         (needed != "kn" || is_linear))
       missing += (missing.empty() ? "" : ", ") + needed;
-  rve::require(missing.empty(), "the recipe lacks " + missing);
+  rve::require(missing.empty(), "the recipe lacks ", missing);
   // the rest is as create_rve has it
-  rve::require(!order.recipe.void_ratio || order.recipe.preparation_friction == 0.0, [&] {
-    return "void_ratio finds friction_prep itself; friction_prep is " +
-        rve::number(order.recipe.preparation_friction) + ", give one of them";
-  });
+  rve::require(!order.recipe.void_ratio || order.recipe.preparation_friction == 0.0,
+               "void_ratio finds friction_prep itself; friction_prep is ",
+               order.recipe.preparation_friction, ", give one of them");
   if (is_linear && !has("kt")) material.tangential_stiffness = material.normal_stiffness;
   if (material.rolling_friction > 0.0 && !has("kr")) {
-    rve::require(is_linear, [&] {
-      return "rolling_friction is " + rve::number(material.rolling_friction) +
-          " [-] without a kr [force/length], which contact " + rve::word_of(material.law) +
-          " does not say as kt does for hooke; it must be given, or 0";
-    });
+    rve::require(is_linear, "rolling_friction is ", material.rolling_friction,
+                 " [-] without a kr [force/length], which contact ", rve::word_of(material.law),
+                 " does not say as kt does for hooke; it must be given, or 0");
     material.rolling_stiffness = material.tangential_stiffness;
   }
   order.options.contacts = rve::contacts_of(material);

@@ -19,11 +19,8 @@ bool is_on_device(const double *array, const char *name, int device)
   cudaPointerAttributes attributes;
   check_cuda(cudaPointerGetAttributes(&attributes, array), "memory of an array");
   if (attributes.type != cudaMemoryTypeDevice) return false;
-  require(attributes.device == device, [&] {
-    return std::string(name) + " is in the memory of CUDA device " +
-        std::to_string(attributes.device) + "; it must be in that of device " +
-        std::to_string(device) + ", where the RVEs are, or of the host";
-  });
+  require(attributes.device == device, name, " is in the memory of CUDA device ", attributes.device,
+          "; it must be in that of device ", device, ", where the RVEs are, or of the host");
   return true;
 }
 

@@ -58,8 +58,8 @@ namespace {
           "); the next torus has ";
     }
     throw rve::InputError(
-        reason + to_string(torus) + " points, above the limit of " + std::to_string(limit) +
-        ": allow more, or choose a larger spacing or smaller correlation lengths");
+        rve::concat(reason, to_string(torus), " points, above the limit of ", limit,
+                    ": allow more, or choose a larger spacing or smaller correlation lengths"));
   }
 
   /// The torus to begin with: without padding.
@@ -199,8 +199,8 @@ std::vector<double> CirculantEmbedding::sample(std::uint64_t seed)
 std::vector<double> CirculantEmbedding::field_on_torus(const std::vector<double> &noise)
 {
   rve::require(noise.size() == static_cast<std::size_t>(total(torus())),
-               "noise must have one number for each of the " + std::to_string(total(torus())) +
-                   " points of the torus, got " + std::to_string(noise.size()));
+               "noise must have one number for each of the ", total(torus()),
+               " points of the torus, got ", noise.size());
   for (std::int64_t row = 0; row < fft_.num_rows(); ++row)
     std::copy_n(&noise[row * fft_.row_length()], fft_.row_length(), fft_.row(row));
   color_noise();

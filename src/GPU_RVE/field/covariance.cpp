@@ -13,7 +13,7 @@ Matern::Matern(double smoothness) : smoothness_(smoothness)
 {
   // Beyond 25 the function differs from the Gaussian one by less than one per cent, and its factors would leave the range of a double.
   require(smoothness > 0.0 && smoothness <= 25.0,
-          "smoothness nu of the Matern covariance must be in (0, 25], got " + number(smoothness));
+          "smoothness nu of the Matern covariance must be in (0, 25], got ", smoothness);
   scale_ = std::sqrt(2.0 * smoothness);
   factor_ = std::pow(2.0, 1.0 - smoothness) / std::tgamma(smoothness);
 }
@@ -36,11 +36,9 @@ double Matern::operator()(double r) const
 Anisotropy::Anisotropy(const Vec &length, double angle) : length_(length)
 {
   for (int a = 0; a < AXES; ++a)
-    require(length[a] > 0.0 && std::isfinite(length[a]),
-            std::string(a == 0 ? "horizontal" : "vertical") +
-                " correlation length must be positive, got " + number(length[a]));
-  require(std::fabs(angle) <= 360.0,
-          "angle must be from -360 to 360 [degrees], got " + number(angle));
+    require(length[a] > 0.0 && std::isfinite(length[a]), a == 0 ? "horizontal" : "vertical",
+            " correlation length must be positive, got ", length[a]);
+  require(std::fabs(angle) <= 360.0, "angle must be from -360 to 360 [degrees], got ", angle);
   // an ellipse is the same after half a turn, a circle after any
   const double turned = length[0] == length[1] ? 0.0 : std::remainder(angle, 180.0);
   const double radians = turned * (rve::kPi / 180.0);
@@ -75,13 +73,11 @@ void Covariance::check(const Grid &grid) const
       width += std::fabs(direction[a]) * grid.extent(a);
     }
     // the allowances are for rounding: an equal length is allowed
-    require(length >= spacing * (1.0 - 1e-9),
-            which + " correlation length " + number(length) + " is below the grid spacing, " +
-                number(spacing) + " in its direction");
-    require(length <= width * (1.0 + 1e-9),
-            which + " correlation length " + number(length) +
-                " is above the extent of the domain, " + number(width) +
-                " in its direction: use a larger domain");
+    require(length >= spacing * (1.0 - 1e-9), which, " correlation length ", length,
+            " is below the grid spacing, ", spacing, " in its direction");
+    require(length <= width * (1.0 + 1e-9), which, " correlation length ", length,
+            " is above the extent of the domain, ", width,
+            " in its direction: use a larger domain");
   }
 }
 

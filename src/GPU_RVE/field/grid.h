@@ -47,20 +47,17 @@ struct Grid {
     grid.spacing = spacing;
     for (int a = 0; a < AXES; ++a) {
       const std::string axis = a == 0 ? "x" : "y";
-      rve::require(spacing[a] > 0.0 && std::isfinite(spacing[a]),
-                   "grid spacing in " + axis + " must be positive, got " + rve::number(spacing[a]));
+      rve::require(spacing[a] > 0.0 && std::isfinite(spacing[a]), "grid spacing in ", axis,
+                   " must be positive, got ", spacing[a]);
       const double extent = hi[a] - lo[a];
-      rve::require(extent > 0.0 && std::isfinite(extent),
-                   "domain must have a positive extent in " + axis + ", got " + rve::number(lo[a]) +
-                       " to " + rve::number(hi[a]));
-      rve::require(spacing[a] <= extent,
-                   "grid spacing in " + axis + " must be at most the extent of the domain, " +
-                       rve::number(extent) + ", got " + rve::number(spacing[a]));
+      rve::require(extent > 0.0 && std::isfinite(extent), "domain must have a positive extent in ",
+                   axis, ", got ", lo[a], " to ", hi[a]);
+      rve::require(spacing[a] <= extent, "grid spacing in ", axis,
+                   " must be at most the extent of the domain, ", extent, ", got ", spacing[a]);
       // an extent of whole cells but for rounding is one of whole cells
       const double cells = std::ceil(extent / spacing[a] * (1.0 - 1e-12));
-      rve::require(cells < static_cast<double>(MAX_POINTS),
-                   "grid would have " + rve::number(cells) + " cells in " + axis +
-                       ", allowed are 2147483646");
+      rve::require(cells < static_cast<double>(MAX_POINTS), "grid would have ", cells, " cells in ",
+                   axis, ", allowed are 2147483646");
       grid.nodes[a] = static_cast<std::int64_t>(cells) + 1;
     }
     return grid;

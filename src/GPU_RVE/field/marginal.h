@@ -20,12 +20,12 @@ class Normal {
  public:
   Normal(double mean, double deviation) : mean_(mean), deviation_(deviation)
   {
-    rve::require(std::isfinite(mean), "mean must be finite, got " + rve::number(mean));
+    rve::require(std::isfinite(mean), "mean must be finite, got ", mean);
     rve::require(deviation > 0.0 && std::isfinite(deviation),
-                 "standard deviation must be positive, got " + rve::number(deviation));
+                 "standard deviation must be positive, got ", deviation);
     rve::require(std::isfinite(std::fabs(mean) + FARTHEST_Z * deviation),
-                 "mean and 40 standard deviations must add up to less than 1.8e308, got " +
-                     rve::number(mean) + " and " + rve::number(deviation));
+                 "mean and 40 standard deviations must add up to less than 1.8e308, got ", mean,
+                 " and ", deviation);
   }
   double operator()(double z) const { return mean_ + deviation_ * z; }
 
@@ -40,22 +40,22 @@ class Lognormal {
   Lognormal(double mean, double deviation)
   {
     rve::require(mean > 0.0 && std::isfinite(mean),
-                 "mean of a lognormal field must be positive, got " + rve::number(mean));
+                 "mean of a lognormal field must be positive, got ", mean);
     rve::require(deviation > 0.0 && std::isfinite(deviation),
-                 "standard deviation must be positive, got " + rve::number(deviation));
+                 "standard deviation must be positive, got ", deviation);
     // The mean is that of values at z about zeta, which is 8.3 at the limit. Normal numbers end at 8.57: beyond, no field has its mean.
     constexpr double LARGEST_VARIATION = 1e15;
     const double variation = deviation / mean;
     rve::require(
         variation <= LARGEST_VARIATION,
-        "standard deviation of a lognormal field must be at most 1e15 times its mean, got " +
-            rve::number(deviation) + " for the mean " + rve::number(mean));
+        "standard deviation of a lognormal field must be at most 1e15 times its mean, got ",
+        deviation, " for the mean ", mean);
     zeta_ = std::sqrt(std::log1p(variation * variation));
     lambda_ = std::log(mean) - 0.5 * zeta_ * zeta_;
     rve::require(std::isnormal((*this)(-FARTHEST_Z)) && std::isfinite((*this)(FARTHEST_Z)),
-                 "values of a lognormal field with the mean " + rve::number(mean) +
-                     " and the standard deviation " + rve::number(deviation) +
-                     " would leave the range of numbers, 2.3e-308 to 1.8e308: choose another unit");
+                 "values of a lognormal field with the mean ", mean, " and the standard deviation ",
+                 deviation,
+                 " would leave the range of numbers, 2.3e-308 to 1.8e308: choose another unit");
   }
   double operator()(double z) const { return std::exp(lambda_ + zeta_ * z); }
 
@@ -69,14 +69,13 @@ class Interval {
   Interval(double lo, double hi) : lo_(lo), hi_(hi)
   {
     rve::require(std::isfinite(lo) && std::isfinite(hi) && lo < hi,
-                 "lower bound must be below the upper one, got " + rve::number(lo) + " and " +
-                     rve::number(hi));
+                 "lower bound must be below the upper one, got ", lo, " and ", hi);
   }
   /// Throws InputError if the width, which values are a fraction of, is no number.
   void require_width() const
   {
     rve::require(std::isfinite(hi_ - lo_),
-                 "bounds of a field must be less than 1.8e308 apart, got " + to_string());
+                 "bounds of a field must be less than 1.8e308 apart, got ", to_string());
   }
   /// The place of the fraction f; never outside by rounding.
   double at(double f) const { return std::fmin(lo_ + (hi_ - lo_) * f, hi_); }
@@ -105,10 +104,10 @@ class Bounded {
       interval_(lo, hi), location_(location), scale_(scale)
   {
     interval_.require_width();
-    rve::require(std::isfinite(location),
-                 "location of a bounded field must be finite, got " + rve::number(location));
+    rve::require(std::isfinite(location), "location of a bounded field must be finite, got ",
+                 location);
     rve::require(scale > 0.0 && std::isfinite(scale),
-                 "scale of a bounded field must be positive, got " + rve::number(scale));
+                 "scale of a bounded field must be positive, got ", scale);
   }
   double operator()(double z) const
   {

@@ -33,14 +33,10 @@ namespace {
 
 template <int D> void LoadPathsOf<D>::check(const PathState<D> &state) const
 {
-  rve::require(state.path >= 0 && state.path < size(), [&] {
-    return "it is on path " + std::to_string(state.path + 1) + ", and there are " +
-        std::to_string(size());
-  });
-  rve::require(state.stage >= 0 && state.stage < num_stages(state.path), [&] {
-    return "it is in stage " + std::to_string(state.stage + 1) + " of its path, which has " +
-        std::to_string(num_stages(state.path));
-  });
+  rve::require(state.path >= 0 && state.path < size(), "it is on path ", state.path + 1,
+               ", and there are ", size());
+  rve::require(state.stage >= 0 && state.stage < num_stages(state.path), "it is in stage ",
+               state.stage + 1, " of its path, which has ", num_stages(state.path));
 }
 
 template <int D>
@@ -61,20 +57,17 @@ rve::DriveOf<D> LoadPathsOf<D>::drive(const PathState<D> &state, const PathStep 
   const rve::ServoModesOf<D> &control = *stage.control;
   const double duration = step.dt * step.substeps;
   const auto finite = [&](double value, const Condition &condition) {
-    rve::require(std::isfinite(value), [&] {
-      return "the value of " + condition.text + " in stage " + std::to_string(state.stage + 1) +
-          " of its path is " + rve::number(value) + "; it must be a finite number";
-    });
+    rve::require(std::isfinite(value), "the value of ", condition.text, " in stage ",
+                 state.stage + 1, " of its path is ", value, "; it must be a finite number");
     return value;
   };
   if (!stage.reversed.empty()) {
     const double low = stage.low.at(state.time + duration, script),
                  high = stage.high.at(state.time + duration, script);
-    rve::require(low < high && std::isfinite(low) && std::isfinite(high), [&] {
-      return "the limits that reverse stage " + std::to_string(state.stage + 1) +
-          " of its path are " + rve::number(low) + " and " + rve::number(high) +
-          "; they must be finite numbers, the first one below the second one";
-    });
+    rve::require(low < high && std::isfinite(low) && std::isfinite(high),
+                 "the limits that reverse stage ", state.stage + 1, " of its path are ", low,
+                 " and ", high,
+                 "; they must be finite numbers, the first one below the second one");
   }
 
   Matrix gradient = Matrix::zero();

@@ -50,7 +50,7 @@ template <int D> class LoadPathsOf<D>::Reader {
       if (clause == "path") {
         const std::string name = next("the name of a path");
         for (const Path &other : target.paths)
-          if (other.name == name) refuse("there are two paths " + name);
+          if (other.name == name) refuse("there are two paths ", name);
         close_stage();
         target.paths.push_back({name, {}});
       } else if (clause == "stage") {
@@ -59,11 +59,11 @@ template <int D> class LoadPathsOf<D>::Reader {
         target.paths.back().stages.emplace_back();
         stage().where = here();
       } else if (!is_clause(clause)) {
-        refuse("unknown word '" + clause + "'" +
+        refuse("unknown word '", clause, "'",
                rve::did_you_mean(clause, clauses(), "it must be one of"));
       } else {
         if (target.paths.empty() || target.paths.back().stages.empty())
-          refuse("'" + clause + "' belongs to a stage; a path begins with the word stage");
+          refuse("'", clause, "' belongs to a stage; a path begins with the word stage");
         read_clause(clause);
       }
     }
@@ -88,9 +88,10 @@ template <int D> class LoadPathsOf<D>::Reader {
   {
     return words.empty() ? "" : words[position > 0 ? position - 1 : 0].where;
   }
-  [[noreturn]] void refuse(const std::string &message) const
+  /// Throws InputError with the place of the last word and the text of these parts.
+  template <class... Parts> [[noreturn]] void refuse(const Parts &...parts) const
   {
-    throw rve::InputError(here() + ": " + message);
+    throw rve::InputError(rve::concat(here(), ": ", parts...));
   }
   std::string peek(std::size_t ahead = 0) const
   {
@@ -98,7 +99,7 @@ template <int D> class LoadPathsOf<D>::Reader {
   }
   std::string next(const std::string &what)
   {
-    if (position >= words.size()) refuse("the path ends where " + what + " was expected");
+    if (position >= words.size()) refuse("the path ends where ", what, " was expected");
     return words[position++].text;
   }
   /// In a script the keyword stress of the fix may follow.
@@ -112,14 +113,13 @@ template <int D> class LoadPathsOf<D>::Reader {
   {
     const std::string word = next(what);
     double value;
-    if (!read_number(word, value)) refuse(what + " is '" + word + "'; it must be a finite number");
+    if (!read_number(word, value)) refuse(what, " is '", word, "'; it must be a finite number");
     return value;
   }
   double positive(const std::string &what, const char *unit)
   {
     const double value = number(what);
-    if (!(value > 0.0))
-      refuse(what + " is " + rve::number(value) + " " + unit + "; it must be above 0");
+    if (!(value > 0.0)) refuse(what, " is ", value, " ", unit, "; it must be above 0");
     return value;
   }
   int whole(const std::string &what, int least, int most)
@@ -127,8 +127,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     const std::string word = peek();
     const double value = number(what);
     if (!(value >= least && value <= most) || value != std::floor(value))
-      refuse(what + " is " + word + "; it must be a whole number from " + std::to_string(least) +
-             " to " + std::to_string(most));
+      refuse(what, " is ", word, "; it must be a whole number from ", least, " to ", most);
     return static_cast<int>(value);
   }
 
@@ -147,7 +146,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     if (c < 0 || c >= D) {
       std::string names;
       for (int a = 0; a < D; ++a) names += " " + rve::strain_name<D>(a);
-      refuse("'" + word + "' is no normal component; it must be one of" + names);
+      refuse("'", word, "' is no normal component; it must be one of", names);
     }
     return c;
   }
@@ -179,8 +178,8 @@ template <int D> class LoadPathsOf<D>::Reader {
                                       : 0.5) *
             (a == name[1] - 'x' ? -1.0 : 1.0);
     } else {
-      refuse("'" + name + "' in '" + word + "' is not known; the quantities are" +
-             known_quantities(of) + ", and sums of them as in xx-0.5*yy");
+      refuse("'", name, "' in '", word, "' is not known; the quantities are", known_quantities(of),
+             ", and sums of them as in xx-0.5*yy");
     }
   }
 
@@ -208,7 +207,7 @@ template <int D> class LoadPathsOf<D>::Reader {
       if (const std::size_t star = term.find('*'); star != std::string::npos) {
         double value;
         if (!read_number(term.substr(0, star), value))
-          refuse("the factor '" + term.substr(0, star) + "' in '" + word + "' is not a number");
+          refuse("the factor '", term.substr(0, star), "' in '", word, "' is not a number");
         factor *= value;
         term = term.substr(star + 1);
       }
@@ -216,7 +215,7 @@ template <int D> class LoadPathsOf<D>::Reader {
       begin = end;
     }
     if (std::all_of(sum.begin(), sum.end(), [](double x) { return x == 0.0; }))
-      refuse("the quantity '" + word + "' is no sum of components; the quantities are" +
+      refuse("the quantity '", word, "' is no sum of components; the quantities are",
              known_quantities(of));
     return sum;
   }
@@ -262,7 +261,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     } else {
       if (!word.empty() && !is_number(word)) {
         next("");
-        refuse(what + " is '" + word + "'; it must be a number, v_NAME, ramp, wave or table");
+        refuse(what, " is '", word, "'; it must be a number, v_NAME, ramp, wave or table");
       }
       result.number[0] = number(what);
     }
@@ -307,13 +306,12 @@ template <int D> class LoadPathsOf<D>::Reader {
       const auto [least, most] = of_time.range();
       const int c = component(text);
       if (c >= 0 && c < D && most > 0.0)
-        refuse("the goal of stress " + text + (of_time.is_constant() ? " is " : " goes up to ") +
-               rve::number(most) +
+        refuse("the goal of stress ", text, of_time.is_constant() ? " is " : " goes up to ", most,
                " [stress], a tension, and grains without cohesion carry none; it must be at most "
                "0, because stresses are negative in compression");
       if (text == "p" && least < 0.0)
-        refuse("the goal of p " + std::string(of_time.is_constant() ? "is " : "goes down to ") +
-               rve::number(least) + " [stress]; it must be at least 0, because p is a pressure");
+        refuse("the goal of p ", of_time.is_constant() ? "is " : "goes down to ", least,
+               " [stress]; it must be at least 0, because p is a pressure");
     }
     add(of, sum, of_time, text);
   }
@@ -329,7 +327,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     if (major == intermediate || major == minor || minor == intermediate)
       refuse("b needs three different axes");
     const double b = number("b");
-    if (!(b >= 0.0 && b <= 1.0)) refuse("b is " + rve::number(b) + " [-]; it must be from 0 to 1");
+    if (!(b >= 0.0 && b <= 1.0)) refuse("b is ", b, " [-]; it must be from 0 to 1");
     Sum sum{};
     sum[major] = -b;
     sum[intermediate] = 1.0;
@@ -345,10 +343,10 @@ template <int D> class LoadPathsOf<D>::Reader {
     // of disks a normal stress goes up by the radius, of spheres by that of the circle in the deviatoric plane
     const double largest = p * (D == 2 ? 1.0 : std::sqrt(1.5));
     if (radius > largest)
-      refuse("radius of the circle is " + rve::number(radius) +
+      refuse("radius of the circle is ", radius,
              " [stress], and a normal stress would be a tension, which grains without cohesion do "
-             "not carry; it must be at most " +
-             rve::number(largest) + (D == 2 ? ", which is p" : ", which is p sqrt(3/2)"));
+             "not carry; it must be at most ",
+             largest, D == 2 ? ", which is p" : ", which is p sqrt(3/2)");
     PathValue wave;
     wave.kind = PathValue::Kind::Wave;
     wave.number[2] = period;
@@ -376,14 +374,14 @@ template <int D> class LoadPathsOf<D>::Reader {
     if (!stage().reversed.empty()) refuse("a stage is reversed by one quantity only");
     const std::string of = next("strain or stress");
     if (of != "strain" && of != "stress")
-      refuse("'" + of + "' cannot reverse a stage; it must be strain or stress");
+      refuse("'", of, "' cannot reverse a stage; it must be strain or stress");
     const Of measured = of == "strain" ? Of::Strain : Of::Stress;
     stage().reversed.push_back({measured, quantity(measured)});
     const PathValue low = stage().low = value("the low limit");
     const PathValue high = stage().high = value("the high limit");
     if (low.is_constant() && high.is_constant() && !(low.number[0] < high.number[0]))
-      refuse("the limits are " + rve::number(low.number[0]) + " and " +
-             rve::number(high.number[0]) + "; the first one must be below the second one");
+      refuse("the limits are ", low.number[0], " and ", high.number[0],
+             "; the first one must be below the second one");
   }
 
   void read_event()
@@ -396,14 +394,14 @@ template <int D> class LoadPathsOf<D>::Reader {
     if (found == measures.end()) {
       rve::Words known;
       for (const auto &[name, of] : measures) known.emplace_back(name);
-      refuse("'" + word + "' ends no stage" + rve::did_you_mean(word, known, "it must be one of"));
+      refuse("'", word, "' ends no stage", rve::did_you_mean(word, known, "it must be one of"));
     }
     Event event{};
     event.measure.of = found->second;
     if (event.measure.of == Of::Strain || event.measure.of == Of::Stress)
       event.measure.sum = quantity(event.measure.of);
     const std::string side = next("< or >");
-    if (side != "<" && side != ">") refuse("found '" + side + "' where < or > was expected");
+    if (side != "<" && side != ">") refuse("found '", side, "' where < or > was expected");
     event.below = side == "<";
     event.limit = number("the limit");
     stage().events.push_back(event);
@@ -418,8 +416,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     stage().back_to = whole("the stage to go back to", 1, here) - 1;
     for (int k = stage().back_to; k < here - 1; ++k)
       if (stages[k].times > 1)
-        refuse("stage " + std::to_string(k + 1) +
-               " repeats too; repeats do not contain each other");
+        refuse("stage ", k + 1, " repeats too; repeats do not contain each other");
   }
 
   /// The stage is complete: what it steers follows.
@@ -454,10 +451,10 @@ template <int D> class LoadPathsOf<D>::Reader {
       rates.push_back(still);
     }
     if (given != components)
-      throw rve::InputError(last.where + ": the stage has " + std::to_string(given) +
-                            " conditions on " + std::to_string(components) + " components (" +
-                            names.substr(names.empty() ? 0 : 1) +
-                            "); as many as these are needed, rate, strain or stress");
+      throw rve::InputError(rve::concat(last.where, ": the stage has ", given, " conditions on ",
+                                        components, " components (",
+                                        names.substr(names.empty() ? 0 : 1),
+                                        "); as many as these are needed, rate, strain or stress"));
     try {
       last.control = std::make_shared<rve::ServoModesOf<D>>(rates, stresses);
     } catch (const rve::InputError &e) {

@@ -87,21 +87,20 @@ PathTable::PathTable(const std::string &text, const std::string &name) : file(na
       else
         read_numbers(row);
     } catch (const rve::InputError &e) {
-      throw rve::InputError(file + ":" + std::to_string(number) + ": " + e.what());
+      throw rve::InputError(rve::concat(file, ":", number, ": ", e.what()));
     }
   }
-  rve::require(!columns.empty(), file + " has no rows of numbers");
+  rve::require(!columns.empty(), file, " has no rows of numbers");
 }
 
 void PathTable::read_names(const std::vector<std::string> &row)
 {
   for (std::size_t c = 0; c < row.size(); ++c) {
     double value;
-    rve::require(!read_number(row[c], value),
-                 "'" + row[c] +
-                     "' is a number among names; a first row has names only, or numbers");
+    rve::require(!read_number(row[c], value), "'", row[c],
+                 "' is a number among names; a first row has names only, or numbers");
     rve::require(std::find(row.begin(), row.begin() + c, row[c]) == row.begin() + c,
-                 "two columns have the name '" + row[c] + "'");
+                 "two columns have the name '", row[c], "'");
   }
   names = row;
 }
@@ -109,27 +108,22 @@ void PathTable::read_names(const std::vector<std::string> &row)
 void PathTable::read_numbers(const std::vector<std::string> &row)
 {
   if (columns.empty()) {
-    rve::require(names.empty() || row.size() == names.size(), [&] {
-      return "the row has " + std::to_string(row.size()) + " numbers, and there are " +
-          std::to_string(names.size()) +
-          " names of columns; names with blanks or units need commas between them";
-    });
+    rve::require(names.empty() || row.size() == names.size(), "the row has ", row.size(),
+                 " numbers, and there are ", names.size(),
+                 " names of columns; names with blanks or units need commas between them");
     columns.resize(row.size());
   }
-  rve::require(row.size() == columns.size(), [&] {
-    return "the row has " + std::to_string(row.size()) + " numbers, others have " +
-        std::to_string(columns.size());
-  });
+  rve::require(row.size() == columns.size(), "the row has ", row.size(), " numbers, others have ",
+               columns.size());
   for (std::size_t c = 0; c < row.size(); ++c) {
     double value;
-    rve::require(read_number(row[c], value), [&] {
-      return "'" + row[c] + "' is not a finite number" +
-          (row[c].find(' ') == std::string::npos
-               ? ""
-               : "; a row has commas between its numbers, or blanks, and decimals have a point");
-    });
-    rve::require(c > 0 || columns[0].empty() || value > columns[0].back(),
-                 "the time " + row[c] + " is not after that of the row before");
+    rve::require(
+        read_number(row[c], value), "'", row[c], "' is not a finite number",
+        row[c].find(' ') == std::string::npos
+            ? ""
+            : "; a row has commas between its numbers, or blanks, and decimals have a point");
+    rve::require(c > 0 || columns[0].empty() || value > columns[0].back(), "the time ", row[c],
+                 " is not after that of the row before");
     columns[c].push_back(value);
   }
 }

@@ -16,23 +16,38 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Throws InputError with `message` unless `condition` holds. The message is text, or a function that returns it: where thousands
-/// of things are checked in every call, putting words together would cost more than the checks.
-template <class Message> void require(bool condition, const Message &message)
-{
-  if (condition) return;
-  if constexpr (std::is_invocable_v<Message>)
-    throw InputError(message());
-  else
-    throw InputError(message);
-}
-
 /// A number for a message: as short as it can be said without losing what matters.
 inline std::string number(double value)
 {
   char text[32];
   snprintf(text, sizeof(text), "%.9g", value);
   return text;
+}
+
+/// Text of parts: texts, characters, numbers as number() and std::to_string() write them, and functions that return a text.
+template <class... Parts> std::string concat(const Parts &...parts)
+{
+  std::string text;
+  const auto append = [&text](const auto &part) {
+    using Part = std::decay_t<decltype(part)>;
+    if constexpr (std::is_invocable_v<Part>)
+      text += part();
+    else if constexpr (std::is_floating_point_v<Part>)
+      text += number(part);
+    else if constexpr (std::is_integral_v<Part> && !std::is_same_v<Part, char>)
+      text += std::to_string(part);
+    else
+      text += part;
+  };
+  (append(parts), ...);
+  return text;
+}
+
+/// Throws InputError with the text of these parts unless `condition` holds. The text is put together only then: where thousands of
+/// things are checked in every call, that would cost more than the checks. So is what takes time to find, in a function.
+template <class... Parts> void require(bool condition, const Parts &...parts)
+{
+  if (!condition) throw InputError(concat(parts...));
 }
 
 /// A measured number for a message: what is beyond a limit, by about how much.

@@ -51,11 +51,10 @@ namespace {
   BatchConstants to_constants(const Options &options)
   {
     require(std::isfinite(options.skin) && options.skin >= 0.0,
-            "skin must be 0 (automatic) or positive, got " + number(options.skin) + " [length]");
+            "skin must be 0 (automatic) or positive, got ", options.skin, " [length]");
     require(options.overlap_limit > 0.0 && options.overlap_limit < 1.0,
-            "overlap limit must be in (0, 1), got " + number(options.overlap_limit));
-    require(options.threads >= 0,
-            "threads must be 0 (automatic) or more, got " + std::to_string(options.threads));
+            "overlap limit must be in (0, 1), got ", options.overlap_limit);
+    require(options.threads >= 0, "threads must be 0 (automatic) or more, got ", options.threads);
     require_threads(helpers(options));
     return {options.skin, options.overlap_limit, options.arms == Arms::Contact ? 0.5 : 0.0,
             options.track_energy ? 1 : 0, 0};
@@ -91,10 +90,8 @@ template <int D> Program BatchEngine<D>::usual_program() const
 
 template <int D> void BatchEngine<D>::require_contacts(const ContactModel &needed) const
 {
-  require(contacts().serves(needed), [&] {
-    return "the RVE has " + to_string(needed) + ", and the engine was made for RVEs with " +
-        to_string(contacts());
-  });
+  require(contacts().serves(needed), "the RVE has ", to_string(needed),
+          ", and the engine was made for RVEs with ", to_string(contacts()));
 }
 
 template <int D> void BatchEngine<D>::note_needs(const Material &material)
@@ -111,11 +108,9 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
   state.check();
   const auto [smallest, largest] = std::minmax_element(state.radius.begin(), state.radius.end());
   require(neighbor_bits<D>(*smallest, *largest, state.material) <= LARGEST_NEIGHBOR_BITS,
-          [&, this] {
-            return "the largest grain must be at most " +
-                number(largest_size_ratio<D>(reach_of(state.material) > 0.0)) +
-                " times as large as the smallest, got " + number(*largest / *smallest);
-          });
+          "the largest grain must be at most ",
+          largest_size_ratio<D>(reach_of(state.material) > 0.0),
+          " times as large as the smallest, got ", *largest / *smallest);
   require_contacts(contacts_of(state));
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();
@@ -210,9 +205,8 @@ template <int D>
 void BatchEngine<D>::turn(const std::vector<int> &rves,
                           const std::vector<Tensor<double, D>> &rotations)
 {
-  require(rves.size() == rotations.size(),
-          "one rotation per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
-              std::to_string(rotations.size()) + " rotations");
+  require(rves.size() == rotations.size(), "one rotation per RVE is needed: ", rves.size(),
+          " RVEs, ", rotations.size(), " rotations");
   for (std::size_t k = 0; k < rves.size(); ++k) {
     check_slot(rves[k]);
     const Tensor<double, D> &r = rotations[k];
@@ -240,8 +234,8 @@ template <int D> Memory BatchEngine<D>::memory() const
   const double limit = std::strtod(word, &end);
   // beyond 2^53 a double does not count single bytes any more
   require(*end == '\0' && limit >= 0.0 && limit <= 9007199254740992.0,
-          "GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes in [0, 2^53], got " +
-              std::string(word));
+          "GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes in [0, 2^53], got ",
+          word);
   const std::size_t bytes = static_cast<std::size_t>(limit);
   memory.free = memory.is_known ? std::min(memory.free, bytes) : bytes;
   memory.is_known = true;
@@ -255,7 +249,7 @@ template <int D> bool BatchEngine<D>::is_there(int rve) const
 
 template <int D> void BatchEngine<D>::check_slot(int rve) const
 {
-  require(is_there(rve), [&] { return "there is no RVE with number " + std::to_string(rve); });
+  require(is_there(rve), "there is no RVE with number ", rve);
 }
 
 template <int D> ResponseOf<D> BatchEngine<D>::to_response(const AnswerRecord<D> &answer)
@@ -427,9 +421,8 @@ typename BatchEngine<D>::Answers BatchEngine<D>::start(const std::vector<int> &r
                                                        const std::vector<DriveOf<D>> &drives,
                                                        Answer kind)
 {
-  require(rves.size() == drives.size(),
-          "one drive per RVE is needed: " + std::to_string(rves.size()) + " RVEs, " +
-              std::to_string(drives.size()) + " drives");
+  require(rves.size() == drives.size(), "one drive per RVE is needed: ", rves.size(), " RVEs, ",
+          drives.size(), " drives");
   if (rves.empty()) return {};
   require_nothing_under_way();
   Call call;
@@ -527,7 +520,7 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
                                       std::vector<double> &bounds)
 {
   require(std::isfinite(enough) && enough > 0.0,
-          "a sufficient time step must be positive and finite, got " + number(enough) + " [time]");
+          "a sufficient time step must be positive and finite, got ", enough, " [time]");
   DriveOf<D> look;
   look.dt = enough;
   // they are many bytes, and mostly those of the look before

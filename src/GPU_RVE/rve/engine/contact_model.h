@@ -56,10 +56,10 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
   for (std::size_t k = 0; k < states.size(); ++k) {
     const ContactModel one = contacts_of(states[k]);
     if (k == 0) all.law = one.law;
-    require(one.law == all.law, [&] {
-      return name_of(0) + " has contact law " + word_of(all.law) + ", and " + name_of(k) + " has " +
-          word_of(one.law) + "; they must have the same";
-    });
+    require(
+        one.law == all.law, [&] { return name_of(0); }, " has contact law ", word_of(all.law),
+        ", and ", [&] { return name_of(k); }, " has ", word_of(one.law),
+        "; they must have the same");
     all.rolling = all.rolling || one.rolling;
   }
   return all;

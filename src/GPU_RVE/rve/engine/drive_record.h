@@ -9,7 +9,6 @@
 #include "rve/engine/engine.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/increment_plan.h"
-#include "rve/engine/spatial_strain.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,44 +33,36 @@ template <int D> std::string components(bool below)
 /// Throws InputError, with value, unit and range, unless the drive makes sense.
 template <int D> void check(const DriveOf<D> &drive)
 {
-  require(drive.substeps >= 0,
-          [&] { return "substeps must be 0 or more, got " + std::to_string(drive.substeps); });
-  require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0), [&] {
-    return "DEM time step must be positive and finite, got " + number(drive.dt) + " [time]";
-  });
+  require(drive.substeps >= 0, "substeps must be 0 or more, got ", drive.substeps);
+  require(drive.substeps == 0 || (std::isfinite(drive.dt) && drive.dt > 0.0),
+          "DEM time step must be positive and finite, got ", drive.dt, " [time]");
   for (int a = 0; a < D; ++a)
     for (int b = 0; b < a; ++b)
-      require(!drive.controlled[a][b], [] {
-        return "the stress servo controls " + components<D>(false) + "; component " +
-            components<D>(true) + " cannot be controlled";
-      });
+      require(
+          !drive.controlled[a][b], "the stress servo controls ",
+          [] { return components<D>(false); }, "; component ", [] { return components<D>(true); },
+          " cannot be controlled");
   require(drive.num_modes >= 0 && drive.num_modes <= Space<D>::strains &&
               (drive.num_modes == 0 || drive.modes),
-          [&] {
-            return "a servo steers 0 to " + std::to_string(Space<D>::strains) + " modes, got " +
-                std::to_string(drive.num_modes) + (drive.modes ? "" : " that are nowhere");
-          });
+          "a servo steers 0 to ", Space<D>::strains, " modes, got ", drive.num_modes,
+          drive.modes ? "" : " that are nowhere");
   if (drive.has_servo()) {
     constexpr double smallest = 1e-30, largest = 1e30;    // what follows from them are numbers
     require(finite(drive.velocity_gradient),
             "velocity gradient has a component that is not a finite number [1/time]");
     require(finite(drive.stress_goal),
             "stress goal has a component that is not a finite number [stress]");
-    require(drive.servo_gain >= smallest && drive.servo_gain <= largest, [&] {
-      return "servo gain must be positive, from 1e-30 to 1e30, got " + number(drive.servo_gain) +
-          " [1/(stress time^2)]";
-    });
-    require(drive.servo_max_rate >= smallest && drive.servo_max_rate <= largest, [&] {
-      return "largest servo rate must be positive, from 1e-30 to 1e30, got " +
-          number(drive.servo_max_rate) + " [1/time]";
-    });
+    require(drive.servo_gain >= smallest && drive.servo_gain <= largest,
+            "servo gain must be positive, from 1e-30 to 1e30, got ", drive.servo_gain,
+            " [1/(stress time^2)]");
+    require(drive.servo_max_rate >= smallest && drive.servo_max_rate <= largest,
+            "largest servo rate must be positive, from 1e-30 to 1e30, got ", drive.servo_max_rate,
+            " [1/time]");
   } else {
     const Tensor<double, D> &f = drive.deformation;
     require(finite(f), "deformation increment has a component that is not a finite number");
-    require(determinant(f) > 0.0, [&] {
-      return "deformation increment must keep a positive " +
-          std::string(DimensionWords<D>::volume) + ", its determinant is " + number(determinant(f));
-    });
+    require(determinant(f) > 0.0, "deformation increment must keep a positive ",
+            DimensionWords<D>::volume, ", its determinant is ", determinant(f));
   }
 }
 
@@ -145,8 +136,8 @@ inline void split_path(const Tensor2 &f, DriveRecord<2> &record, SteeringRecord<
 
 inline void split_path(const Tensor3 &f, DriveRecord<3> &record, SteeringRecord<3> &steering)
 {
-  const SpatialPolarDecomposition polar(f);
-  record.segments = path_segments(std::sqrt(dot(polar.turn, polar.turn)));
+  const PolarDecomposition polar(f);
+  record.segments = path_segments(polar.angle);
   store_tensor(spatial_rotation((1.0 / record.segments) * polar.turn), steering.rotation);
   store_tensor(transpose(polar.rotation) * f - Tensor3::identity(), steering.stretch);
 }

@@ -3,9 +3,8 @@
 
 #include "rve/engine/engine.h"
 
-#include "rve/engine/spatial_strain.h"
-
 #include "rve/core/error.h"
+#include "rve/engine/finite_strain.h"
 
 #include <cmath>
 #include <utility>
@@ -13,48 +12,6 @@
 namespace rve {
 
 namespace {
-
-  // x y + z w with one rounding error each (Kahan): no digits are lost where the products cancel.
-  double sum_of_products(double x, double y, double z, double w)
-  {
-    const double product = z * w;
-    const double error = std::fma(z, w, -product);
-    return std::fma(x, y, product) + error;
-  }
-
-  // sinh(sqrt(d))/sqrt(d), continued to d <= 0 as sin(sqrt(-d))/sqrt(-d).
-  double hyperbolic_sinc(double d)
-  {
-    // four terms of the series leave d^4/362880 < 3e-18
-    if (std::fabs(d) < 1e-3) return 1.0 + d / 6.0 * (1.0 + d / 20.0 * (1.0 + d / 42.0));
-    const double root = std::sqrt(std::fabs(d));
-    return d > 0.0 ? std::sinh(root) / root : std::sin(root) / root;
-  }
-
-  // Exponential of a plane tensor, in closed form: A = m 1 + B with tr B = 0 has B B = d 1, so
-  // exp A = e^m (cosh(sqrt d) 1 + sinh(sqrt d)/sqrt d B). Triangular tensors keep their exact zeros and
-  // the exponentials of their diagonals: a drive along one axis must leave the other as it is.
-  Tensor2 exponential(const Tensor2 &a)
-  {
-    const double mean = 0.5 * (a(0, 0) + a(1, 1));
-    const double half_difference = 0.5 * (a(0, 0) - a(1, 1));
-    const double d = sum_of_products(half_difference, half_difference, a(0, 1), a(1, 0));
-    const double factor = std::exp(mean);
-    const double s = hyperbolic_sinc(d);
-
-    Tensor2 result;
-    result(0, 1) = factor * s * a(0, 1);
-    result(1, 0) = factor * s * a(1, 0);
-    if (a(0, 1) == 0.0 || a(1, 0) == 0.0) {
-      result(0, 0) = std::exp(a(0, 0));
-      result(1, 1) = std::exp(a(1, 1));
-    } else {
-      const double c = d > 0.0 ? std::cosh(std::sqrt(d)) : std::cos(std::sqrt(-d));
-      result(0, 0) = factor * (c + s * half_difference);
-      result(1, 1) = factor * (c - s * half_difference);
-    }
-    return result;
-  }
 
   /// Angle by which a constant velocity gradient turns in a time of one [rad].
   double turn_of(const Tensor2 &velocity_gradient)
@@ -141,9 +98,8 @@ DriveOf<D> DriveOf<D>::constant_velocity_gradient(const Matrix &velocity_gradien
 {
   // the increment is all that the engine sees, and half a turn looks the same in both directions
   const double turn = turn_of(velocity_gradient) * substeps * dt;
-  require(!(std::fabs(turn) > 3.0),
-          "one call must rotate an RVE by less than 3 rad, got " + number(turn) +
-              " rad: use shorter calls, by a smaller timestep or fewer substeps");
+  require(!(std::fabs(turn) > 3.0), "one call must rotate an RVE by less than 3 rad, got ", turn,
+          " rad: use shorter calls, by a smaller timestep or fewer substeps");
   DriveOf drive;
   drive.dt = dt;
   drive.substeps = substeps;
@@ -161,7 +117,7 @@ std::string to_string(Format format)
 {
   for (const auto &[word, value] : FORMAT_CHOICES)
     if (value == format) return word;
-  throw InputError("number format " + std::to_string(static_cast<int>(format)) + " does not exist");
+  throw InputError(concat("number format ", static_cast<int>(format), " does not exist"));
 }
 
 template struct DriveOf<2>;

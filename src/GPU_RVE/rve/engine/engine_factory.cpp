@@ -18,8 +18,8 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
   if (notice) notice->clear();
   require(options.arithmetic == Arithmetic::Strict || options.format == Format::Fast ||
               options.format == Format::Mixed,
-          "relaxed arithmetic exists for the number formats fast and mixed, got " +
-              to_string(options.format));
+          "relaxed arithmetic exists for the number formats fast and mixed, got ",
+          to_string(options.format));
   require(options.arithmetic == Arithmetic::Strict || options.device != Device::Cpu,
           "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
   require(D == 2 || options.format != Format::Single,
@@ -30,17 +30,16 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
   if (options.device == Device::Cpu) return make_host_engine<D>(options);
   // a word that says neither yes nor no is wrong with a device too
   const bool required = cuda_required();
-  require(!required || !only_on_cpu,
-          cuda_requirement() +
-              " forbids the CPU, and the number format single exists on CPUs only; use fast, mixed "
-              "or double, or choose the device cpu");
+  require(!required || !only_on_cpu, cuda_requirement(),
+          " forbids the CPU, and the number format single exists on CPUs only; use fast, mixed or "
+          "double, or choose the device cpu");
   if (only_on_cpu) return make_host_engine<D>(options);
   std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
   if (auto engine = make_cuda_engine<D>(options, obstacle)) return engine;
 #endif
-  require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
-  require(!required, cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
+  require(options.device != Device::Cuda, "a CUDA device was asked for, but ", obstacle);
+  require(!required, cuda_requirement(), " forbids falling back to the CPU: ", obstacle);
   if (notice)
     *notice = obstacle + "; the CPU engine serves" +
         (options.arithmetic == Arithmetic::Relaxed ? ", with strict arithmetic" : "");

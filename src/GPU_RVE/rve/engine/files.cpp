@@ -148,8 +148,8 @@ std::string plain_text(const std::string &text, const std::string &file)
     char letter = text[k];
     if (letter == '\0')
       throw InputError(
-          file + ":" + std::to_string(line) +
-          ": the line has a byte 0; the file must be plain text, not binary or UTF-16");
+          concat(file, ":", line,
+                 ": the line has a byte 0; the file must be plain text, not binary or UTF-16"));
     if (letter == '\r') {
       letter = '\n';
       if (k + 1 < text.size() && text[k + 1] == '\n') ++k;

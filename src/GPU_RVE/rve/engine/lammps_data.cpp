@@ -73,7 +73,7 @@ namespace {
     }
     for (PairOf<3> &pair : state.pairs)
       for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
-        if (number.component == 0) turn(&number.of(pair));
+        if (number.begins_vector) turn(&number.of(pair));
     return state;
   }
 

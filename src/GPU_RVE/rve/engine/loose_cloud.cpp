@@ -33,17 +33,14 @@ namespace {
   template <int D> void check_recipe(const PackingRecipe &recipe)
   {
     const auto in_range = [](double value, double least, double most, const char *what) {
-      require(value >= least && value <= most,
-              std::string(what) + " is " + number(value) + "; it must lie between " +
-                  number(least) + " and " + number(most));
+      require(value >= least && value <= most, what, " is ", value, "; it must lie between ", least,
+              " and ", most);
     };
     constexpr double LARGEST = 1e300;
     constexpr double LEAST = 1e-300;
-    require(recipe.pressure > 0.0, [&] {
-      return "pressure of the packing is " + number(recipe.pressure) +
-          " [stress]; it must be greater than 0: a pressure is positive in compression, where "
-          "stresses are negative";
-    });
+    require(recipe.pressure > 0.0, "pressure of the packing is ", recipe.pressure,
+            " [stress]; it must be greater than 0: a pressure is positive in compression, where "
+            "stresses are negative");
     in_range(recipe.pressure, LEAST, LARGEST, "pressure of the packing [stress]");
     in_range(recipe.preparation_friction, 0.0, LARGEST, "preparation friction [-]");
     in_range(recipe.preparation_damping, 0.0, 0.99, "preparation damping [-]");
@@ -123,10 +120,9 @@ template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
   for (const int grain : order) {
     int attempt = 0;
     do {
-      require(attempt++ < MOST_ATTEMPTS, [&] {
-        return "no room for grain " + std::to_string(grain + 1) + " at initial solid fraction " +
-            number(initial_solid_fraction<D>(recipe)) + "; take a smaller one";
-      });
+      require(attempt++ < MOST_ATTEMPTS, "no room for grain ", grain + 1,
+              " at initial solid fraction ", initial_solid_fraction<D>(recipe),
+              "; take a smaller one");
       for (int a = 0; a < D; ++a) state.fractional[D * grain + a] = random();
     } while (bins.any_near(state, grain, [&](int other) { return touches(grain, other); }));
     bins.add(state, grain);

@@ -27,23 +27,23 @@ namespace {
     const double largest_pressure = contact_pressure<D>(LARGEST_CONTACT_STRAIN, material, radius);
     const bool is_linear = has_constant_moduli<D>(material);
     const double depth = D == 2 ? material.thickness : 2.0 * radius;
-    require(strain <= LARGEST_CONTACT_STRAIN, [&] {
-      return "grains would overlap by about " + number(strain) + " of their diameter" +
-          (is_linear ? std::string(", pressure * ") + (D == 2 ? "thickness" : "diameter") + " / kn"
-                     : "") +
-          "; it must be at most " + number(LARGEST_CONTACT_STRAIN) + ". With " +
-          (is_linear ? "kn " + number(material.normal_stiffness) + " [force/length] and " : "") +
-          (D == 2 ? "thickness " : "diameter ") + number(depth) +
-          " [length] the pressure must be at most " + number(largest_pressure) +
-          " [stress]; with pressure " + number(recipe.pressure) +
-          (is_linear
-               ? ", kn must be at least " + number(recipe.pressure * depth / LARGEST_CONTACT_STRAIN)
-               : "") +
-          (D == 3 ? (is_linear ? "" : " the grains must be stiffer")
-                  : std::string(is_linear ? " or" : "") + " the thickness of the disks" +
-                   (is_linear ? "" : " must be") + " at most " +
-                   number(material.thickness * largest_pressure / recipe.pressure));
-    });
+    if (strain <= LARGEST_CONTACT_STRAIN) return;
+    const char *depth_word = D == 2 ? "thickness" : "diameter";
+    std::string text = concat("grains would overlap by about ", strain, " of their diameter");
+    if (is_linear) text += concat(", pressure * ", depth_word, " / kn");
+    text += concat("; it must be at most ", LARGEST_CONTACT_STRAIN, ". With ");
+    if (is_linear) text += concat("kn ", material.normal_stiffness, " [force/length] and ");
+    text += concat(depth_word, " ", depth, " [length] the pressure must be at most ",
+                   largest_pressure, " [stress]; with pressure ", recipe.pressure);
+    if (is_linear)
+      text += concat(", kn must be at least ", recipe.pressure * depth / LARGEST_CONTACT_STRAIN);
+    if (D == 2)
+      text +=
+          concat(is_linear ? " or" : "", " the thickness of the disks", is_linear ? "" : " must be",
+                 " at most ", material.thickness * largest_pressure / recipe.pressure);
+    else if (!is_linear)
+      text += " the grains must be stiffer";
+    throw InputError(text);
   }
 
   Material preparation_material(const PackingRecipe &recipe, double friction)
@@ -155,13 +155,12 @@ namespace {
       const Leg &leg = way.legs[current];
       steps += STEPS_PER_CALL;
       steps_of_leg += STEPS_PER_CALL;
-      require(!(result.status & status::Fatal), [&] {
-        return "packing failed after " + std::to_string(steps) +
-            " steps: " + describe_status(result.status) + " (pressure " +
-            number(result.mean_stress() + 0.0) + " [stress], void ratio " +
-            number(result.void_ratio) + ", " + std::to_string(result.num_grains) + " grains)" +
-            remedy_of_status(result.status) + remedy_of_ratio(leg, "; use");
-      });
+      if (result.status & status::Fatal)
+        throw InputError(concat("packing failed after ", steps,
+                                " steps: ", describe_status(result.status), " (pressure ",
+                                result.mean_stress() + 0.0, " [stress], void ratio ",
+                                result.void_ratio, ", ", result.num_grains, " grains)",
+                                remedy_of_status(result.status), remedy_of_ratio(leg, "; use")));
       const PackingReport report{steps,
                                  leg.phase,
                                  leg.friction,
@@ -178,14 +177,14 @@ namespace {
         return report;
       }
       was_at_rest = is_at_rest;
-      require(steps_of_leg < recipe.max_steps, [&] {
-        return "packing did not come to rest at " + number(leg.pressure) + " [stress] within " +
-            std::to_string(recipe.max_steps) + " steps: pressures " + pressures(result) +
-            " (tolerance " + number(recipe.stress_tolerance) + "), unbalanced force ratio " +
-            number(result.unbalanced_ratio) + " (tolerance " + number(recipe.unbalanced_tolerance) +
-            "); use a larger tolerance, another damping_prep, or another seed" +
-            remedy_of_ratio(leg, ", or");
-      });
+      if (steps_of_leg >= recipe.max_steps)
+        throw InputError(concat("packing did not come to rest at ", leg.pressure,
+                                " [stress] within ", recipe.max_steps, " steps: pressures ",
+                                pressures(result), " (tolerance ", recipe.stress_tolerance,
+                                "), unbalanced force ratio ", result.unbalanced_ratio,
+                                " (tolerance ", recipe.unbalanced_tolerance,
+                                "); use a larger tolerance, another damping_prep, or another seed",
+                                remedy_of_ratio(leg, ", or")));
       return report;
     }
 
@@ -251,11 +250,9 @@ namespace {
       } else if (std::optional<Way<D>> next = search.after(specimen)) {
         begin(std::move(*next));
       } else {
-        require(void_ratio > 0.0, [&] {
-          return "the packing has void ratio " + number(void_ratio) +
-              ", so its grains overlap by more than the pores; it must be above 0: take a larger "
-              "kn, a lower pressure or a smaller thickness";
-        });
+        require(void_ratio > 0.0, "the packing has void ratio ", void_ratio,
+                ", so its grains overlap by more than the pores; it must be above 0: take a larger "
+                "kn, a lower pressure or a smaller thickness");
         lease.reset();
       }
     }

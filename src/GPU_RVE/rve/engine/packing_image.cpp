@@ -35,9 +35,8 @@ namespace {
 
   template <int D> AxisMap<D> axis_map(int image)
   {
-    require(image >= 0 && image < NUM_IMAGES_OF<D>,
-            "image of a packing is " + std::to_string(image) + "; it must be from 0 to " +
-                std::to_string(NUM_IMAGES_OF<D> - 1));
+    require(image >= 0 && image < NUM_IMAGES_OF<D>, "image of a packing is ", image,
+            "; it must be from 0 to ", NUM_IMAGES_OF<D> - 1);
     const AxisMap<2> plane = plane_map(image % NUM_IMAGES);
     if constexpr (D == 2) {
       return plane;
@@ -98,7 +97,7 @@ namespace {
   void map_history(const AxisMap<3> &map, PairOf<3> &pair)
   {
     for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
-      if (number.component == 0)
+      if (number.begins_vector)
         map_vector(map, &number.of(pair));
       else if (map.is_mirror && number.is_mirrored)
         number.of(pair) = with_sign(-1, number.of(pair));

@@ -20,21 +20,16 @@ template <int D> void PackingLibraryOf<D>::add(const LibraryRow &row, RveStateOf
 template <int D> void PackingLibraryOf<D>::check() const
 {
   require(!packings.empty(), "the library is empty; it must have at least one packing");
-  require(index.size() == packings.size(),
-          "the index of the library has " + std::to_string(index.size()) + " rows for " +
-              std::to_string(packings.size()) + " packings");
+  require(index.size() == packings.size(), "the index of the library has ", index.size(),
+          " rows for ", packings.size(), " packings");
   constexpr double TOLERANCE = 1e-9;
   for (std::size_t k = 0; k < packings.size(); ++k) {
-    const auto name = [&] { return "packing " + std::to_string(k) + " of the library "; };
-    require(index[k].num_grains == packings[k].num_grains(), [&] {
-      return name() + "has " + std::to_string(packings[k].num_grains()) +
-          " grains; its index says " + std::to_string(index[k].num_grains);
-    });
+    require(index[k].num_grains == packings[k].num_grains(), "packing ", k, " of the library has ",
+            packings[k].num_grains(), " grains; its index says ", index[k].num_grains);
     const double void_ratio = packings[k].void_ratio();
-    require(std::fabs(index[k].void_ratio - void_ratio) <= TOLERANCE, [&] {
-      return name() + "has void ratio " + number(void_ratio) + "; its index says " +
-          number(index[k].void_ratio);
-    });
+    require(std::fabs(index[k].void_ratio - void_ratio) <= TOLERANCE, "packing ", k,
+            " of the library has void ratio ", void_ratio, "; its index says ",
+            index[k].void_ratio);
   }
 }
 
@@ -51,10 +46,8 @@ VoidRatioIndex::VoidRatioIndex(const std::vector<double> &void_ratios)
 {
   require(!void_ratios.empty(), "there are no packings to choose from");
   for (std::size_t k = 0; k < void_ratios.size(); ++k) {
-    require(std::isfinite(void_ratios[k]), [&] {
-      return "void ratio of packing " + std::to_string(k) + " is " + number(void_ratios[k]) +
-          "; it must be finite";
-    });
+    require(std::isfinite(void_ratios[k]), "void ratio of packing ", k, " is ", void_ratios[k],
+            "; it must be finite");
     sorted.emplace_back(void_ratios[k], static_cast<int>(k));
   }
   std::sort(sorted.begin(), sorted.end());
@@ -90,10 +83,8 @@ StressLevels::StressLevels(const std::vector<double> &stresses)
   require(!stresses.empty(), "there are no packings to choose from");
   std::vector<std::pair<double, int>> sorted;
   for (std::size_t k = 0; k < stresses.size(); ++k) {
-    require(std::isfinite(stresses[k]) && stresses[k] > 0.0, [&] {
-      return "stress of packing " + std::to_string(k) + " is " + number(stresses[k]) +
-          " [stress], compression positive; it must be greater than 0";
-    });
+    require(std::isfinite(stresses[k]) && stresses[k] > 0.0, "stress of packing ", k, " is ",
+            stresses[k], " [stress], compression positive; it must be greater than 0");
     sorted.emplace_back(stresses[k], static_cast<int>(k));
   }
   std::sort(sorted.begin(), sorted.end());

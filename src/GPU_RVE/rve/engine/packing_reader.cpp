@@ -23,8 +23,8 @@ namespace {
     {
       require_readable(path, "packing file");
       file.open(path);
-      require(file.is_open(),
-              "cannot open packing file " + path + ": " + std::generic_category().message(errno));
+      require(file.is_open(), "cannot open packing file ", path, ": ",
+              std::generic_category().message(errno));
     }
 
     /// Moves to the next statement; `expected` names it for the message at the end of the file.
@@ -32,7 +32,7 @@ namespace {
     {
       add_statement(words, of_packing);
       add_statement(words, of_file);
-      if (!next_words()) fail("file ends where " + expected + " was expected");
+      if (!next_words()) fail("file ends where ", expected, " was expected");
     }
 
     /// The present statement begins a packing.
@@ -43,17 +43,17 @@ namespace {
     {
       next("'checksum'");
       if (word(0) == last_statement)
-        fail("there is no checksum before '" + last_statement +
+        fail("there is no checksum before '", last_statement,
              "': the file is damaged, or was written by hand or by an earlier version; a line "
              "'checksum none' before it accepts it");
       require_keyword("checksum", 2, "checksum digits");
       if (word(1) == "none") return;
       const std::string found(word(1));
       if (found.size() != 16 || found.find_first_not_of("0123456789abcdef") != std::string::npos)
-        fail("checksum is '" + found + "'; it must be 16 hexadecimal digits, or none");
+        fail("checksum is '", found, "'; it must be 16 hexadecimal digits, or none");
       const std::string expected = hexadecimal((whole_file ? of_file : of_packing).value());
       if (found != expected)
-        fail("checksum is " + found + ", that of the statements before it is " + expected +
+        fail("checksum is ", found, ", that of the statements before it is ", expected,
              ": the file is damaged, or was changed by hand; 'checksum none' in its place accepts "
              "it");
     }
@@ -63,8 +63,7 @@ namespace {
     {
       const std::string last(word(0));
       if (next_words())
-        fail("found '" + std::string(word(0)) + "' behind '" + last +
-             "'; only blank lines and comments may follow");
+        fail("found '", word(0), "' behind '", last, "'; only blank lines and comments may follow");
     }
 
     const std::string_view &word(std::size_t k) const { return words[k]; }
@@ -73,24 +72,21 @@ namespace {
     void require_words(std::size_t count, const std::string &form) const
     {
       if (words.size() != count)
-        fail("'" + text + "' has " + std::to_string(words.size()) + " words; expected '" + form +
-             "'");
+        fail("'", text, "' has ", words.size(), " words; expected '", form, "'");
     }
 
     void require_keyword(const std::string &keyword, std::size_t count,
                          const std::string &form) const
     {
-      if (word(0) != keyword)
-        fail("found '" + std::string(word(0)) + "' where '" + keyword + "' was expected");
+      if (word(0) != keyword) fail("found '", word(0), "' where '", keyword, "' was expected");
       require_words(count, form);
     }
 
     double finite_number(std::size_t k, const std::string &what) const
     {
       double value = 0.0;
-      if (!convert(k, value))
-        fail(what + " is '" + std::string(word(k)) + "'; it must be a number");
-      if (!std::isfinite(value)) fail(what + " is " + number(value) + "; it must be finite");
+      if (!convert(k, value)) fail(what, " is '", word(k), "'; it must be a number");
+      if (!std::isfinite(value)) fail(what, " is ", value, "; it must be finite");
       return value;
     }
 
@@ -99,14 +95,14 @@ namespace {
     {
       Integer value = 0;
       if (!convert(k, value) || value < least || value > most)
-        fail(what + " is '" + std::string(word(k)) + "'; it must be an integer from " +
-             std::to_string(least) + " to " + std::to_string(most));
+        fail(what, " is '", word(k), "'; it must be an integer from ", least, " to ", most);
       return value;
     }
 
-    [[noreturn]] void fail(const std::string &message) const
+    /// Throws InputError with the line and the text of these parts.
+    template <class... Parts> [[noreturn]] void fail(const Parts &...parts) const
     {
-      throw InputError(path + ":" + std::to_string(line) + ": " + message);
+      throw InputError(concat(path, ":", line, ": ", parts...));
     }
 
    private:
@@ -169,7 +165,7 @@ namespace {
       const std::string name(reader.word(0));
       if (name == LAW_STATEMENT) {
         if (!is_first)
-          reader.fail(name + " stands behind a material value; it must be the first of them");
+          reader.fail(name, " stands behind a material value; it must be the first of them");
         reader.require_words(2, name + " word");
         try {
           material.law = contact_law_of(std::string(reader.word(1)));
@@ -185,20 +181,19 @@ namespace {
         Words known = {"cell"};
         for (const MaterialLine &e : lines)
           if (e.parameter->is_of(material.law, D)) known.emplace_back(e.name);
-        reader.fail("'" + name + "' is not a material value" +
-                    (D == 2 ? "" : std::string(" of ") + DimensionWords<D>::grains) +
-                    (name == "cell" ? "; still missing: " + missing()
-                                    : did_you_mean(name, known, "these are")));
+        reader.fail("'", name, "' is not a material value",
+                    D == 2 ? "" : std::string(" of ") + DimensionWords<D>::grains,
+                    name == "cell" ? "; still missing: " + missing()
+                                   : did_you_mean(name, known, "these are"));
       }
       if (!entry->parameter->is_of(material.law, D))
-        reader.fail("the contact law " + std::string(word_of(material.law)) + " has no " + name);
-      if (seen[name]) reader.fail(name + " is given twice");
+        reader.fail("the contact law ", word_of(material.law), " has no ", name);
+      if (seen[name]) reader.fail(name, " is given twice");
       seen[name] = true;
       reader.require_words(2, name + " value");
       const double value = reader.finite_number(1, name);
       if (value < 0.0)
-        reader.fail(name + " is " + number(value) + " " + entry->unit +
-                    "; it must not be negative");
+        reader.fail(name, " is ", value, " ", entry->unit, "; it must not be negative");
       entry->of(material) = value;
     }
   }
@@ -232,12 +227,11 @@ namespace {
         state.velocity.resize(D * (i + 1));
         state.spin.resize(SPINS * (i + 1));
       }
-      if (seen[i]) reader.fail("grain " + std::to_string(id) + " is given twice");
+      if (seen[i]) reader.fail("grain ", id, " is given twice");
       seen[i] = true;
       state.radius[i] = reader.finite_number(1, "radius");
       if (state.radius[i] <= 0.0)
-        reader.fail("radius is " + number(state.radius[i]) +
-                    " [length]; it must be greater than 0");
+        reader.fail("radius is ", state.radius[i], " [length]; it must be greater than 0");
       for (int a = 0; a < D; ++a) {
         state.fractional[D * i + a] =
             reader.integer<std::uint64_t>(2 + a, "fractional coordinate", 0, UINT64_MAX);
@@ -263,7 +257,7 @@ namespace {
       pair.first = reader.integer<std::int32_t>(0, "grain id", 1, state.num_grains()) - 1;
       pair.second = reader.integer<std::int32_t>(1, "grain id", 1, state.num_grains()) - 1;
       if (pair.first == pair.second)
-        reader.fail("contact joins grain " + std::to_string(pair.first + 1) + " to itself");
+        reader.fail("contact joins grain ", pair.first + 1, " to itself");
       for (int m = 0; m < remembered; ++m) {
         const RememberedNumber<D> &number = pair_memory<D>()[m];
         number.of(pair) = reader.finite_number(2 + m, number.what);
@@ -297,7 +291,7 @@ namespace {
     reader.begin_packing();
     const int dimension = read_dimension(reader);
     if (dimension != D)
-      reader.fail("the packing is of " + grains_of(dimension) + "; one of " + grains_of(D) +
+      reader.fail("the packing is of ", grains_of(dimension), "; one of ", grains_of(D),
                   " was expected");
     reader.next("'material'");
     reader.require_keyword("material", 1, "material");
@@ -321,7 +315,7 @@ namespace {
       reader.next("'grains'");
     }
     if (reader.word(0) != "grains")
-      reader.fail("found '" + std::string(reader.word(0)) + "' where 'grains' was expected" +
+      reader.fail("found '", reader.word(0), "' where 'grains' was expected",
                   did_you_mean(
                       reader.word(0),
                       {"deformation", "servo_velocity_gradient", "largest_contact_force", "grains"},

@@ -93,10 +93,10 @@ template <int D> class WaySearch {
       x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;    // to both sides, farther and farther
       if (x > 0.0 && x < most) return at(x);
     }
-    throw InputError("no packing with void ratio " + number(goal) + " within " +
-                     number(recipe.void_ratio_tolerance) +
-                     " was found for this seed; the closest has " + number(best) +
-                     ": take another seed or a larger tolerance");
+    throw InputError(concat("no packing with void ratio ", goal, " within ",
+                            recipe.void_ratio_tolerance,
+                            " was found for this seed; the closest has ", best,
+                            ": take another seed or a larger tolerance"));
   }
 
  private:
@@ -167,12 +167,11 @@ template <int D> class WaySearch {
   [[noreturn]] void unreachable(const Specimen<D> &extreme) const
   {
     const double reached = extreme.void_ratio, other_end = frictionless.void_ratio;
-    throw InputError(
-        "void ratio " + number(*recipe.void_ratio) + " cannot be reached at this pressure: the " +
-        (looser ? "loosest (preparation friction 1)" : "densest (overconsolidated)") +
-        " packing of this recipe has " + number(reached) + "; reachable is " +
-        number(std::min(reached, other_end)) + " to " + number(std::max(reached, other_end)) +
-        " on this side of the frictionless packing");
+    throw InputError(concat(
+        "void ratio ", *recipe.void_ratio, " cannot be reached at this pressure: the ",
+        looser ? "loosest (preparation friction 1)" : "densest (overconsolidated)",
+        " packing of this recipe has ", reached, "; reachable is ", std::min(reached, other_end),
+        " to ", std::max(reached, other_end), " on this side of the frictionless packing"));
   }
 };
 

@@ -68,8 +68,7 @@ Program memory_program(const ContactModel &contacts)
   const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const ProgramFeatures &one) {
     return features_of(one.memory).contacts.serves(contacts);
   });
-  require(found != TABLE.end(),
-          [&] { return "there is no program for RVEs with " + to_string(contacts); });
+  require(found != TABLE.end(), "there is no program for RVEs with ", to_string(contacts));
   return found->memory;
 }
 
@@ -78,8 +77,7 @@ Program richest_program(ContactLaw law, int dimension)
   const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const ProgramFeatures &one) {
     return one.contacts.law == law && one.contacts.dimension == dimension;
   });
-  require(last != TABLE.rend(),
-          [&] { return std::string("there is no program for the contact law ") + word_of(law); });
+  require(last != TABLE.rend(), "there is no program for the contact law ", word_of(law));
   return last->memory;
 }
 

@@ -16,30 +16,16 @@ namespace rve {
 
 namespace {
 
-  const char *program_name(Program program)
-  {
-    switch (program) {
-#define RVE_NAME_PROGRAM(name, ...) \
-  case Program::name:               \
-    return #name;
-      RVE_PROGRAMS(RVE_NAME_PROGRAM)
+#define RVE_NAME_PROGRAM(name, ...) #name,
+  constexpr const char *PROGRAM_NAMES[] = {RVE_PROGRAMS(RVE_NAME_PROGRAM)};
 #undef RVE_NAME_PROGRAM
-    }
-    return "";
-  }
 
-  const char *numbers_name(Format format)
+  /// "FastNumbers"
+  std::string numbers_name(Format format)
   {
-    switch (format) {
-      case Format::Fast:
-        return "FastNumbers";
-      case Format::Mixed:
-        return "MixedNumbers";
-      case Format::Double:
-        return "DoubleNumbers";
-      default:
-        return "SingleNumbers";
-    }
+    std::string name = to_string(format) + "Numbers";
+    name[0] += 'A' - 'a';
+    return name;
   }
 
   /// As nvcc has them (cmake/CompilerFlags.cmake). What has no mark is a function of the device: there is no host.
@@ -83,7 +69,8 @@ namespace {
 
 std::string to_string(const KernelName &name)
 {
-  return std::string("rve::") + name.kernel + "<rve::Program::" + program_name(name.program) +
+  return std::string("rve::") + name.kernel +
+      "<rve::Program::" + PROGRAM_NAMES[static_cast<int>(name.program)] +
       ", rve::" + numbers_name(name.format) + ">";
 }
 

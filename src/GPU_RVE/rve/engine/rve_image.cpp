@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
-#include <tuple>
 #include <type_traits>
 
 namespace rve {
@@ -44,40 +43,23 @@ namespace {
     return s;
   }
 
-  /// Grain numbers row by row, each row along x: a grain's neighbours have numbers near its own, or near those of its row above.
-  std::vector<std::int32_t> storage_order(const RveStateOf<2> &state)
+  /// Grain numbers row by row, each row along x, and in space layer by layer: a grain's neighbours have numbers near its own, or near those of
+  /// its rows above.
+  template <int D> std::vector<std::int32_t> storage_order(const RveStateOf<D> &state)
   {
     const int n = state.num_grains();
-    const double rows = std::max(1.0, std::floor(0.75 * std::sqrt(static_cast<double>(n))));
-    const double to_row = rows / 18446744073709551616.0;
-    std::vector<std::int32_t> order(n);
-    std::iota(order.begin(), order.end(), 0);
-    const auto row = [&](int i) {
-      return static_cast<int>(static_cast<double>(state.fractional[2 * i + 1]) * to_row);
-    };
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-      const int row_a = row(a), row_b = row(b);
-      return row_a != row_b ? row_a < row_b : state.fractional[2 * a] < state.fractional[2 * b];
-    });
-    return order;
-  }
-
-  /// Layer by layer, in each row by row: what is near in two axes has numbers near each other.
-  std::vector<std::int32_t> storage_order(const RveStateOf<3> &state)
-  {
-    const int n = state.num_grains();
-    const double rows = std::max(1.0, std::floor(0.75 * std::cbrt(static_cast<double>(n))));
-    const double to_row = rows / 18446744073709551616.0;
+    const double edge = D == 2 ? std::sqrt(static_cast<double>(n))
+                               : std::cbrt(static_cast<double>(n));
+    const double to_row = std::max(1.0, std::floor(0.75 * edge)) / 18446744073709551616.0;
     std::vector<std::int32_t> order(n);
     std::iota(order.begin(), order.end(), 0);
     const auto row = [&](int i, int axis) {
-      return static_cast<int>(static_cast<double>(state.fractional[3 * i + axis]) * to_row);
+      return static_cast<int>(static_cast<double>(state.fractional[D * i + axis]) * to_row);
     };
-    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-      const auto key = [&](int i) {
-        return std::make_tuple(row(i, 2), row(i, 1), state.fractional[3 * i]);
-      };
-      return key(a) < key(b);
+    std::stable_sort(order.begin(), order.end(), [&](int i, int j) {
+      for (int axis = D - 1; axis > 0; --axis)
+        if (row(i, axis) != row(j, axis)) return row(i, axis) < row(j, axis);
+      return state.fractional[D * i] < state.fractional[D * j];
     });
     return order;
   }

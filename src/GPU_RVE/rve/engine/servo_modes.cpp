@@ -73,11 +73,9 @@ template <int D>
 ServoModesOf<D>::ServoModesOf(const std::vector<ComponentSum<D>> &rates,
                               const std::vector<ComponentSum<D>> &stresses)
 {
-  require(rates.size() + stresses.size() == Space<D>::strains, [&] {
-    return "there are " + std::to_string(rates.size()) + " conditions on rates and " +
-        std::to_string(stresses.size()) + " on stresses; together there must be " +
-        std::to_string(Space<D>::strains);
-  });
+  require(rates.size() + stresses.size() == Space<D>::strains, "there are ", rates.size(),
+          " conditions on rates and ", stresses.size(), " on stresses; together there must be ",
+          Space<D>::strains);
   Rows<D> of_rates, of_stresses;
   require(pseudo_inverse<D>(rates, of_rates),
           "the conditions on rates depend on each other: one follows from the others or "

@@ -276,10 +276,9 @@ namespace {
       high = std::max(high, diagonal[k] + reach);
     }
     // of numbers that are not finite no interval ever gets small
-    require(std::isfinite(low) && std::isfinite(high), [&] {
-      return "the largest eigenvalue of the contact network lies between " + number(low) + " and " +
-          number(high) + " [1/time^2]; it must be finite";
-    });
+    require(std::isfinite(low) && std::isfinite(high),
+            "the largest eigenvalue of the contact network lies between ", low, " and ", high,
+            " [1/time^2]; it must be finite");
     while (true) {
       const double middle = 0.5 * (low + high);
       if (middle <= low || middle >= high) return high;

@@ -8,8 +8,8 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
 #include "rve/engine/dimension_words.h"
+#include "rve/engine/grain_bins.h"
 #include "rve/physics/grain_shape.h"
-#include "rve/physics/solid_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,22 +25,12 @@ namespace {
 
   // ---- soundness ----
 
-  // What is checked has a name, or a function that returns it: thousands of grains are checked, and few names are ever read.
-  template <class Name> std::string text_of(const Name &name)
-  {
-    if constexpr (std::is_invocable_v<Name>)
-      return name();
-    else
-      return name;
-  }
-
+  /// `what` is a name or a function that returns it: thousands of grains are checked, and few names are ever read.
   template <class Name>
   void require_sound(bool sound, double value, const Name &what, const char *unit,
                      const char *demand)
   {
-    require(sound, [&] {
-      return text_of(what) + " is " + number(value) + " " + unit + "; it must be " + demand;
-    });
+    require(sound, what, " is ", value, " ", unit, "; it must be ", demand);
   }
 
   // Sizes between these, and their products of two or three, are normal numbers in all that the engine computes with: forces and
@@ -92,9 +82,7 @@ namespace {
 
   void require_count(std::size_t size, std::size_t expected, const std::string &what)
   {
-    require(size == expected,
-            "RVE has " + std::to_string(size) + " " + what + "; its grains ask for " +
-                std::to_string(expected));
+    require(size == expected, "RVE has ", size, " ", what, "; its grains ask for ", expected);
   }
 
   void check_parameter(double value, const MaterialParameter &parameter)
@@ -107,20 +95,15 @@ namespace {
       case MaterialRange::Friction:
         return require_friction(value, parameter.what);
       case MaterialRange::Fraction:
-        require(value >= 0.0 && value < 1.0, [&] {
-          return std::string(parameter.what) + " is " + number(value) + " " + parameter.unit +
-              "; it must lie in [0, 1)";
-        });
+        require(value >= 0.0 && value < 1.0, parameter.what, " is ", value, " ", parameter.unit,
+                "; it must lie in [0, 1)");
         return;
       case MaterialRange::Choice:
-        require(value == 0.0 || value == 1.0 || value == 2.0 || value == 3.0, [&] {
-          return std::string(parameter.what) + " is " + number(value) + "; it must be 0, 1, 2 or 3";
-        });
+        require(value == 0.0 || value == 1.0 || value == 2.0 || value == 3.0, parameter.what,
+                " is ", value, "; it must be 0, 1, 2 or 3");
         return;
       case MaterialRange::Switch:
-        require(value == 0.0 || value == 1.0, [&] {
-          return std::string(parameter.what) + " is " + number(value) + "; it must be 0 or 1";
-        });
+        require(value == 0.0 || value == 1.0, parameter.what, " is ", value, "; it must be 0 or 1");
     }
   }
 
@@ -131,32 +114,27 @@ namespace {
       if (parameter.is_of(material.law, D))
         check_parameter(value, parameter);
       else
-        require(value == 0.0, [&] {
-          return std::string(parameter.what) + " is " + number(value) + " " + parameter.unit +
-              ", and the contact law " + word_of(material.law) +
-              (parameter.is_of(material.law, parameter.dimension) ? " of disks" : "") +
-              " has no such parameter";
-        });
+        require(value == 0.0, parameter.what, " is ", value, " ", parameter.unit,
+                ", and the contact law ", word_of(material.law),
+                parameter.is_of(material.law, parameter.dimension) ? " of disks" : "",
+                " has no such parameter");
     }
     // what would do nothing
-    require(material.rolling_viscosity == 0.0 || material.rolling_stiffness > 0.0, [&] {
-      return "rolling viscosity is " + number(material.rolling_viscosity) +
-          " [force time/length], and the rolling stiffness is 0; it must be above 0 beside a "
-          "viscosity";
-    });
+    require(material.rolling_viscosity == 0.0 || material.rolling_stiffness > 0.0,
+            "rolling viscosity is ", material.rolling_viscosity,
+            " [force time/length], and the rolling stiffness is 0; it must be above 0 beside a "
+            "viscosity");
     const bool has_sds_twisting = material.twisting_stiffness != 0.0 ||
         material.twisting_friction != 0.0 || material.twisting_viscosity != 0.0;
-    require(material.twisting_marshall == 0.0 || !has_sds_twisting, [&] {
-      return "twisting_marshall is 1, by which friction resists twisting, and twisting stiffness, "
-             "friction or viscosity are " +
-          number(material.twisting_stiffness) + ", " + number(material.twisting_friction) +
-          " and " + number(material.twisting_viscosity) + "; they must be 0 beside it";
-    });
-    require(material.twisting_viscosity == 0.0 || material.twisting_stiffness > 0.0, [&] {
-      return "twisting viscosity is " + number(material.twisting_viscosity) +
-          " [force length time], and the twisting stiffness is 0; it must be above 0 beside a "
-          "viscosity";
-    });
+    require(material.twisting_marshall == 0.0 || !has_sds_twisting,
+            "twisting_marshall is 1, by which friction resists twisting, and twisting stiffness, "
+            "friction or viscosity are ",
+            material.twisting_stiffness, ", ", material.twisting_friction, " and ",
+            material.twisting_viscosity, "; they must be 0 beside it");
+    require(material.twisting_viscosity == 0.0 || material.twisting_stiffness > 0.0,
+            "twisting viscosity is ", material.twisting_viscosity,
+            " [force length time], and the twisting stiffness is 0; it must be above 0 beside a "
+            "viscosity");
   }
 
   // What follows from a material and a radius, of the smallest and the largest grain.
@@ -179,23 +157,21 @@ namespace {
     });
     require_positive(force, "the spring force at an overlap as large as the radius" + whose,
                      "[force]");
-    const std::pair<double, const char *> moduli[] = {
-        {stiffness.normal, "the normal stiffness"},
-        {stiffness.tangential, "the tangential stiffness"},
-        {stiffness.rolling, "the rolling stiffness"},
-        {stiffness.twisting, "the twisting stiffness over the squared reduced radius"}};
-    for (const auto &[modulus, what] : moduli)
-      if (modulus > 0.0)
-        require_positive(modulus / mass, std::string(what) + " over the mass" + whose,
-                         "[1/time^2]");
-    const std::pair<double, const char *> viscosities[] = {
-        {viscosity.normal, "the normal viscosity"},
-        {viscosity.tangential, "the tangential viscosity"},
-        {viscosity.rolling, "the rolling viscosity"},
-        {viscosity.twisting, "the twisting viscosity over the squared reduced radius"}};
-    for (const auto &[modulus, what] : viscosities)
-      if (modulus > 0.0)
-        require_positive(modulus / mass, std::string(what) + " over the mass" + whose, "[1/time]");
+    const auto check_moduli = [&](const ContactModuli &moduli, const char *kind, const char *unit) {
+      const auto check_one = [&](double modulus, const char *direction, const char *over) {
+        if (modulus > 0.0)
+          require_positive(
+              modulus / mass,
+              [&] { return concat("the ", direction, " ", kind, over, " over the mass", whose); },
+              unit);
+      };
+      check_one(moduli.normal, "normal", "");
+      check_one(moduli.tangential, "tangential", "");
+      check_one(moduli.rolling, "rolling", "");
+      check_one(moduli.twisting, "twisting", " over the squared reduced radius");
+    };
+    check_moduli(stiffness, "stiffness", "[1/time^2]");
+    check_moduli(viscosity, "viscosity", "[1/time]");
   }
 
   // It shall be a range and no wall, and not so far that grains of the second row are in it, for which the sums have no room.
@@ -204,42 +180,30 @@ namespace {
     constexpr double LEAST_SHARE = 1e-6;
     const double reach = reach_of(material);
     require(reach == 0.0 || (reach >= LEAST_SHARE * smallest_radius && reach <= smallest_radius),
-            [&] {
-              return "the reach of the adhesion is " + number(reach) +
-                  " [length]; it must be 0, or between 1e-6 and 1 times the smallest radius, " +
-                  number(LEAST_SHARE * smallest_radius) + " and " + number(smallest_radius);
-            });
+            "the reach of the adhesion is ", reach,
+            " [length]; it must be 0, or between 1e-6 and 1 times the smallest radius, ",
+            LEAST_SHARE * smallest_radius, " and ", smallest_radius);
   }
 
-  void require_width(double width, const std::string &where, double contact_range)
+  template <int D> void check_cell(const Tensor<double, D> &cell, double contact_range)
   {
+    require_finite(cell, "the cell matrix", "[length]");
+    require_positive(
+        determinant(cell),
+        [] {
+          return concat("cell ", DimensionWords<D>::volume, " (determinant of the cell matrix)");
+        },
+        DimensionWords<D>::unit_of_volume);
     const double least = 2.0 * contact_range;
-    require(width > least,
-            "cell width " + where + " is " + number(width) +
-                " [length]; it must exceed twice the largest contact distance, " + number(least) +
-                ": use more grains, or a smaller ratio of largest to smallest radius");
-  }
-
-  void check_cell(const Tensor2 &cell, double contact_range)
-  {
-    require_finite(cell, "the cell matrix", "[length]");
-    require_positive(determinant(cell), "cell area (determinant of the cell matrix)", "[length^2]");
-    for (int a = 0; a < 2; ++a) {
-      const int other = 1 - a;
-      const double width = determinant(cell) / std::hypot(cell(0, other), cell(1, other));
-      require_width(width, "perpendicular to cell vector " + std::to_string(other), contact_range);
-    }
-  }
-
-  void check_cell(const Tensor3 &cell, double contact_range)
-  {
-    require_finite(cell, "the cell matrix", "[length]");
-    require_positive(determinant(cell), "cell volume (determinant of the cell matrix)",
-                     "[length^3]");
-    for (int a = 0; a < 3; ++a) {
-      require_width(perpendicular_width(cell, a),
-                    "between the faces that cell vector " + std::to_string(a) + " connects",
-                    contact_range);
+    for (int a = 0; a < D; ++a) {
+      const double width = width_between_faces(cell, a);
+      const auto where = [a] {
+        return D == 2 ? concat("perpendicular to cell vector ", 1 - a)
+                      : concat("between the faces that cell vector ", a, " connects");
+      };
+      require(width > least, "cell width ", where, " is ", width,
+              " [length]; it must exceed twice the largest contact distance, ", least,
+              ": use more grains, or a smaller ratio of largest to smallest radius");
     }
   }
 
@@ -248,26 +212,21 @@ namespace {
     std::vector<std::pair<std::int32_t, std::int32_t>> ends;
     for (std::size_t k = 0; k < state.pairs.size(); ++k) {
       const PairOf<D> &pair = state.pairs[k];
-      const auto name = [&] { return "pair " + std::to_string(k + 1); };
+      const auto name = [&] { return concat("pair ", k + 1); };
       for (const std::int32_t grain : {pair.first, pair.second})
-        require(grain >= 0 && grain < state.num_grains(), [&] {
-          return name() + " names grain " + std::to_string(grain + std::int64_t{1}) +
-              "; grains are 1 to " + std::to_string(state.num_grains());
-        });
-      require(pair.first != pair.second, [&] {
-        return name() + " joins grain " + std::to_string(pair.first + 1) + " to itself";
-      });
+        require(grain >= 0 && grain < state.num_grains(), name, " names grain ",
+                grain + std::int64_t{1}, "; grains are 1 to ", state.num_grains());
+      require(pair.first != pair.second, name, " joins grain ", pair.first + 1, " to itself");
       for (const RememberedNumber<D> &number : pair_memory<D>())
         require_finite(
-            number.of(pair), [&] { return number.what + (" of " + name()); }, number.unit);
+            number.of(pair), [&] { return concat(number.what, " of ", name); }, number.unit);
       ends.push_back(std::minmax(pair.first, pair.second));
     }
     std::sort(ends.begin(), ends.end());
     const auto twice = std::adjacent_find(ends.begin(), ends.end());
     if (twice != ends.end())
-      throw InputError("grains " + std::to_string(twice->first + 1) + " and " +
-                       std::to_string(twice->second + 1) +
-                       " are paired twice; a pair has one history");
+      throw InputError(concat("grains ", twice->first + 1, " and ", twice->second + 1,
+                              " are paired twice; a pair has one history"));
   }
 
   // ---- record ----
@@ -478,17 +437,15 @@ template <int D> std::vector<double> RveStateOf<D>::positions() const
 
 template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
 {
-  require(determinant(cell) > 0.0,
-          std::string("cell ") + DimensionWords<D>::volume + " is " + number(determinant(cell)) +
-              " " + DimensionWords<D>::unit_of_volume + "; positions need one above 0");
+  require(determinant(cell) > 0.0, "cell ", DimensionWords<D>::volume, " is ", determinant(cell),
+          " ", DimensionWords<D>::unit_of_volume, "; positions need one above 0");
   const Tensor<double, D> to_fractional = inverse(cell);
   std::vector<std::uint64_t> result(x.size());
   for (std::size_t i = 0; i + D <= x.size(); i += D)
     for (int a = 0; a < D; ++a) {
       double s = to_fractional(a, 0) * x[i];
       for (int b = 1; b < D; ++b) s += to_fractional(a, b) * x[i + b];
-      require(std::isfinite(s),
-              "position of grain " + std::to_string(i / D + 1) + " is not a finite number");
+      require(std::isfinite(s), "position of grain ", i / D + 1, " is not a finite number");
       const double scaled = (s - std::floor(s)) * TWO_TO_64;
       // s a rounding below a whole number leaves a remainder of exactly 1, which is the image at 0
       result[i + a] = scaled < TWO_TO_64 ? static_cast<std::uint64_t>(scaled) : 0u;
@@ -505,7 +462,7 @@ template <int D> void RveStateOf<D>::check_sizes() const
   require(!radius.empty(), "RVE has no grains; it needs at least one");
   for (std::size_t i = 0; i < radius.size(); ++i)
     require_positive(
-        radius[i], [=] { return "radius of grain " + std::to_string(i + 1); }, "[length]");
+        radius[i], [=] { return concat("radius of grain ", i + 1); }, "[length]");
   const auto [smallest, largest] = std::minmax_element(radius.begin(), radius.end());
   for (const double r : {*smallest, *largest}) check_grain<D>(material, r);
   check_reach(material, *smallest);
@@ -523,7 +480,7 @@ template <int D> void RveStateOf<D>::check() const
   double largest_radius = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     const auto of_grain = [&](const char *what) {
-      return [=] { return std::string(what) + " of grain " + std::to_string(i + 1); };
+      return [=] { return concat(what, " of grain ", i + 1); };
     };
     for (int a = 0; a < D; ++a)
       require_finite(velocity[D * i + a], of_grain("peculiar velocity"), "[length/time]");
@@ -556,9 +513,8 @@ template <int D> void RveStateOf<D>::check() const
   constexpr std::int64_t MOST = std::int64_t(1) << 53;
   for (const std::int64_t count :
        {counters.steps, counters.rebuilds, counters.lattice_reductions, counters.repeats})
-    require(count >= 0 && count <= MOST, [&] {
-      return "a counter of the state is " + std::to_string(count) + "; it must be from 0 to 2^53";
-    });
+    require(count >= 0 && count <= MOST, "a counter of the state is ", count,
+            "; it must be from 0 to 2^53");
 }
 
 template <int D> std::vector<char> serialize(const RveStateOf<D> &state)
@@ -587,21 +543,18 @@ template <int D> std::vector<char> serialize(const RveStateOf<D> &state)
 template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
 {
   RecordHeader header{};
-  require(size >= sizeof(header),
-          "RVE record is damaged: it has " + std::to_string(size) +
-              " bytes, its header alone takes " + std::to_string(sizeof(header)));
+  require(size >= sizeof(header), "RVE record is damaged: it has ", size,
+          " bytes, its header alone takes ", sizeof(header));
   std::memcpy(&header, data, sizeof(header));
   require(header.magic == MAGIC, "not an RVE record of this machine's byte order");
   require((D == 3) == (header.version == VERSION_OF_SPHERES),
           D == 3 ? "the RVE record is of disks; spheres are wanted"
                  : "the RVE record is of spheres; disks are wanted");
   require(D == 3 || header.version == VERSION || header.version == VERSION_WITH_LAW,
-          "RVE record has version " + std::to_string(header.version) +
-              "; this program reads versions " + std::to_string(VERSION) + " and " +
-              std::to_string(VERSION_WITH_LAW));
-  require(header.bytes == size,
-          "RVE record is damaged: it has " + std::to_string(size) + " bytes, its header says " +
-              std::to_string(header.bytes));
+          "RVE record has version ", header.version, "; this program reads versions ", VERSION,
+          " and ", VERSION_WITH_LAW);
+  require(header.bytes == size, "RVE record is damaged: it has ", size, " bytes, its header says ",
+          header.bytes);
   require(header.checksum == checksum_of(data + sizeof(header), size - sizeof(header)),
           "RVE record is damaged: its checksum does not match");
 

@@ -47,64 +47,47 @@ template <> struct PairOf<3> {
   double twisting_moment = 0.0;
 };
 
-// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
-using PairMember = double Pair::*;
-using PairVector = Vec<double, 3> PairOf<3>::*;
-using SpatialPairMember = double PairOf<3>::*;
-
 /// A number that a pair may remember.
-template <int D> struct RememberedNumber;
-
-template <> struct RememberedNumber<2> {
+template <int D> struct RememberedNumber {
   const char *name;    ///< in packing files
   const char *what;    ///< in messages
   const char *unit;
-  bool is_mirrored;    ///< changes its sign in a mirror
-  PairMember member;
+  double &(*get)(PairOf<D> &);
+  bool is_mirrored;              ///< changes its sign in a mirror
+  bool begins_vector = false;    ///< with the next two a vector, which turns with the RVE
 
-  double &of(Pair &pair) const { return pair.*member; }
-  double of(const Pair &pair) const { return pair.*member; }
-};
-
-template <> struct RememberedNumber<3> {
-  const char *name, *what, *unit;
-  PairVector vector;           ///< or nullptr: a scalar
-  int component;               ///< of the vector; -1: a scalar
-  SpatialPairMember scalar;    ///< or nullptr
-  /// A scalar that changes its sign in a mirror; vectors turn with the RVE.
-  bool is_mirrored = false;
-
-  double &of(PairOf<3> &pair) const { return vector ? (pair.*vector)[component] : pair.*scalar; }
-  double of(const PairOf<3> &pair) const
-  {
-    return vector ? (pair.*vector)[component] : pair.*scalar;
-  }
+  double &of(PairOf<D> &pair) const { return get(pair); }
+  double of(const PairOf<D> &pair) const { return get(const_cast<PairOf<D> &>(pair)); }
 };
 
 /// In the order of packing files and restart records, which have those up to the last one that a pair of the state remembers; the first
 /// one always.
 constexpr RememberedNumber<2> PAIR_MEMORY[] = {
-    {"tangential_force", "tangential force", "[force]", true, &Pair::tangential_force},
-    {"rolling_force", "rolling force", "[force]", true, &Pair::rolling_force},
-    {"contact_radius", "contact radius", "[length]", false, &Pair::contact_radius}};
+    {"tangential_force", "tangential force", "[force]",
+     [](Pair &pair) -> double & { return pair.tangential_force; }, true},
+    {"rolling_force", "rolling force", "[force]",
+     [](Pair &pair) -> double & { return pair.rolling_force; }, true},
+    {"contact_radius", "contact radius", "[length]",
+     [](Pair &pair) -> double & { return pair.contact_radius; }, false}};
 
 /// Of spheres.
 constexpr RememberedNumber<3> SPATIAL_PAIR_MEMORY[] = {
     {"tangential_force_x", "x component of the tangential force", "[force]",
-     &PairOf<3>::tangential_force, 0, nullptr},
+     [](PairOf<3> &pair) -> double & { return pair.tangential_force[0]; }, false, true},
     {"tangential_force_y", "y component of the tangential force", "[force]",
-     &PairOf<3>::tangential_force, 1, nullptr},
+     [](PairOf<3> &pair) -> double & { return pair.tangential_force[1]; }, false},
     {"tangential_force_z", "z component of the tangential force", "[force]",
-     &PairOf<3>::tangential_force, 2, nullptr},
-    {"contact_radius", "contact radius", "[length]", nullptr, -1, &PairOf<3>::contact_radius},
-    {"rolling_force_x", "x component of the rolling force", "[force]", &PairOf<3>::rolling_force, 0,
-     nullptr},
-    {"rolling_force_y", "y component of the rolling force", "[force]", &PairOf<3>::rolling_force, 1,
-     nullptr},
-    {"rolling_force_z", "z component of the rolling force", "[force]", &PairOf<3>::rolling_force, 2,
-     nullptr},
-    {"twisting_moment", "twisting moment", "[force length]", nullptr, -1,
-     &PairOf<3>::twisting_moment, true}};
+     [](PairOf<3> &pair) -> double & { return pair.tangential_force[2]; }, false},
+    {"contact_radius", "contact radius", "[length]",
+     [](PairOf<3> &pair) -> double & { return pair.contact_radius; }, false},
+    {"rolling_force_x", "x component of the rolling force", "[force]",
+     [](PairOf<3> &pair) -> double & { return pair.rolling_force[0]; }, false, true},
+    {"rolling_force_y", "y component of the rolling force", "[force]",
+     [](PairOf<3> &pair) -> double & { return pair.rolling_force[1]; }, false},
+    {"rolling_force_z", "z component of the rolling force", "[force]",
+     [](PairOf<3> &pair) -> double & { return pair.rolling_force[2]; }, false},
+    {"twisting_moment", "twisting moment", "[force length]",
+     [](PairOf<3> &pair) -> double & { return pair.twisting_moment; }, true}};
 
 template <int D> constexpr const auto &pair_memory()
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "rve/engine/spatial_strain.h"
+#include "rve/engine/finite_strain.h"
 
 #include <cmath>
 
@@ -11,6 +11,23 @@ namespace {
   Tensor3 cross_matrix(const Vec<double, 3> &v)
   {
     return Tensor3{{0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0}};
+  }
+
+  // x y + z w with one rounding error each (Kahan): no digits are lost where the products cancel.
+  double sum_of_products(double x, double y, double z, double w)
+  {
+    const double product = z * w;
+    const double error = std::fma(z, w, -product);
+    return std::fma(x, y, product) + error;
+  }
+
+  // sinh(sqrt(d))/sqrt(d), continued to d <= 0 as sin(sqrt(-d))/sqrt(-d).
+  double hyperbolic_sinc(double d)
+  {
+    // four terms of the series leave d^4/362880 < 3e-18
+    if (std::fabs(d) < 1e-3) return 1.0 + d / 6.0 * (1.0 + d / 20.0 * (1.0 + d / 42.0));
+    const double root = std::sqrt(std::fabs(d));
+    return d > 0.0 ? std::sinh(root) / root : std::sin(root) / root;
   }
 
 }    // namespace
@@ -56,11 +73,32 @@ Vec<double, 3> rotation_vector(const Tensor3 &rotation)
   return sine > 0.0 ? (2.0 * std::atan2(sine, w) / sine) * v : v;
 }
 
-SpatialPolarDecomposition::SpatialPolarDecomposition(const Tensor3 &f) :
-    rotation(rotation_of(f)), turn(rotation_vector(rotation)), strain(biot_strain(f, rotation))
+// Exponential of a plane tensor, in closed form: A = m 1 + B with tr B = 0 has B B = d 1, so
+// exp A = e^m (cosh(sqrt d) 1 + sinh(sqrt d)/sqrt d B). Triangular tensors keep their exact zeros and
+// the exponentials of their diagonals: a drive along one axis must leave the other as it is.
+Tensor2 exponential(const Tensor2 &a)
 {
+  const double mean = 0.5 * (a(0, 0) + a(1, 1));
+  const double half_difference = 0.5 * (a(0, 0) - a(1, 1));
+  const double d = sum_of_products(half_difference, half_difference, a(0, 1), a(1, 0));
+  const double factor = std::exp(mean);
+  const double s = hyperbolic_sinc(d);
+
+  Tensor2 result;
+  result(0, 1) = factor * s * a(0, 1);
+  result(1, 0) = factor * s * a(1, 0);
+  if (a(0, 1) == 0.0 || a(1, 0) == 0.0) {
+    result(0, 0) = std::exp(a(0, 0));
+    result(1, 1) = std::exp(a(1, 1));
+  } else {
+    const double c = d > 0.0 ? std::cosh(std::sqrt(d)) : std::cos(std::sqrt(-d));
+    result(0, 0) = factor * (c + s * half_difference);
+    result(1, 1) = factor * (c - s * half_difference);
+  }
+  return result;
 }
 
+// By the series of A/2^n, squared n times.
 Tensor3 exponential(const Tensor3 &a)
 {
   // the rest of the series after 14 terms of an argument of at most 1/2 is below 2^-14/14! of it, less than its rounding
