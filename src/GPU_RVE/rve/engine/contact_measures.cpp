@@ -100,7 +100,7 @@ namespace {
         const auto energy_of = [&](const PairOf<D> &pair) {
           return law.elastic_energy(geometry,
                                     evaluate(law, geometry, one, other, Tensor<double, D>::zero(),
-                                                 law.of_pair(pair), 0.0));
+                                             law.of_pair(pair), 0.0));
         };
         PairOf<D> bare{};
         bare.contact_radius = pairs[k].contact_radius;
