@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Packs of numbers that are computed with at once, in AVX2 registers. Every operation is the IEEE operation on each number, so
 // that a formula gives the bits that it gives for one number. For translation units compiled for x86-64-v3.
+//
+// std::experimental::simd is not used: its masks of more than one register are bit sets, which AVX2 must turn back into registers for
+// every selection, and it converts 64-bit integers one by one.
 
 #pragma once
 
