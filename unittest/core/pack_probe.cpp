@@ -3,7 +3,7 @@
 
 #include "core/pack_probe.h"
 
-#include "rve/core/pack.h"
+#include "rve/core/pack_rows.h"
 
 #include <initializer_list>
 

@@ -74,7 +74,11 @@ template <class Number, int D> void randomize(Random &random, MindlinHistory<Num
   randomize(random, history.tangential);
   history.contact_radius = Number(random.uniform(1e-5, 1e-3));
 }
-template <class Number> void randomize(Random &random, SphereTurning<Number> &history)
+template <class Number> void randomize(Random &random, TurningHistory<Number, 2> &history)
+{
+  randomize(random, history.rolling);
+}
+template <class Number> void randomize(Random &random, TurningHistory<Number, 3> &history)
 {
   randomize(random, history.rolling);
   history.twisting = Number(random.uniform(-0.02, 0.02));
@@ -161,14 +165,14 @@ template <class Law> struct Sample {
 
   typename Law::Force force(const Law &law) const
   {
-    return law.evaluate(contact_geometry<Real>(branch, sum_of_radii()), i, j, gradient, history,
-                        dt);
+    return evaluate(law, contact_geometry<Real>(branch, sum_of_radii()), i, j, gradient, history,
+                    dt);
   }
   typename Law::Force force_from_j(const Law &law) const
   {
     const Vec<Wide, D> back = Wide(-1) * branch;
-    return law.evaluate(contact_geometry<Real>(back, sum_of_radii()), j, i, gradient,
-                        Law::seen_from_partner(history), dt);
+    return evaluate(law, contact_geometry<Real>(back, sum_of_radii()), j, i, gradient,
+                    Law::seen_from_partner(history), dt);
   }
 };
 
@@ -315,7 +319,7 @@ void expect_that_energy_is_balanced(bool dissipates,
     const auto contact =
         contact_geometry<Real>(x.template as<Wide>(), static_cast<Wide>(2.0 * RADIUS));
     ASSERT_GT(contact.overlap, 0);
-    const auto force = law.evaluate(contact, i, j, Tensor<Real, D>::zero(), history, Real(DT));
+    const auto force = evaluate(law, contact, i, j, Tensor<Real, D>::zero(), history, Real(DT));
     history = force.history();
     // of what holds the grains against the contact
     const double power = dot(force.force, j.velocity) - power_of(force.torque_i, i.spin) -
@@ -380,18 +384,18 @@ template <class Law> void expect_that_moduli_are_those_of_small_motions()
   const ContactPlace place{contact.overlap, RADIUS, RADIUS};
   const typename Law::History none = typename Law::History();
   const auto none_moves = Tensor<Real, D>::zero();
-  const auto at_rest = law.evaluate(contact, i, j, none_moves, none, Real(1e-6));
+  const auto at_rest = evaluate(law, contact, i, j, none_moves, none, Real(1e-6));
   EXPECT_NEAR(at_rest.normal_force, law.spring_force(place), 1e-12 * law.spring_force(place));
   EXPECT_EQ(magnitude(at_rest.tangential), 0.0);
 
   constexpr double DT = 1e-6;
   const ContactModuli stiffness = law.stiffness(place), viscosity = law.viscosity(place);
   j.velocity[1] = 1e-3;
-  auto across = law.evaluate(contact, i, j, none_moves, none, Real(DT)).tangential;
+  auto across = evaluate(law, contact, i, j, none_moves, none, Real(DT)).tangential;
   const double expected = (stiffness.tangential * DT + viscosity.tangential) * 1e-3;
   EXPECT_NEAR(spin_component(across, LAST - (D == 3 ? 1 : 0)), expected, 1e-12 * expected);
   j.velocity = along_x<Real, D>(1e-3);
-  const double along = law.evaluate(contact, i, j, none_moves, none, Real(DT)).normal_force;
+  const double along = evaluate(law, contact, i, j, none_moves, none, Real(DT)).normal_force;
   EXPECT_NEAR(along - at_rest.normal_force, -viscosity.normal * 1e-3, 1e-12 * at_rest.normal_force);
 
   if constexpr (Law::has_rolling) {
@@ -399,12 +403,12 @@ template <class Law> void expect_that_moduli_are_those_of_small_motions()
     const double area = 0.25 * RADIUS * RADIUS, turn = 1e-3;
     j = i;
     spin_component(j.spin, LAST) = turn;
-    const auto rolled = law.evaluate(contact, i, j, none_moves, none, Real(DT)).turned.moment;
+    const auto rolled = evaluate(law, contact, i, j, none_moves, none, Real(DT)).turned.moment;
     const double rolling = (stiffness.rolling * DT + viscosity.rolling) * area * turn;
     EXPECT_NEAR(spin_component(rolled, LAST), rolling, 1e-12 * rolling);
     if constexpr (D == 3) {
       j.spin = along_x<Real, 3>(turn);
-      const auto twisted = law.evaluate(contact, i, j, none_moves, none, Real(DT)).turned.moment;
+      const auto twisted = evaluate(law, contact, i, j, none_moves, none, Real(DT)).turned.moment;
       const double twisting = (stiffness.twisting * DT + viscosity.twisting) * area * turn;
       EXPECT_NEAR(twisted[0], twisting, 1e-12 * twisting);
       EXPECT_EQ(twisted[1], 0.0);

@@ -221,7 +221,7 @@ std::vector<std::array<double, 3>> forces_of(const ContactLaw &law, const Grains
       }
       auto &history = histories[{i, j}];
       const auto force =
-          law.evaluate(contact, one, other, rve::Tensor<double, 2>::zero(), history, DT);
+          evaluate(law, contact, one, other, rve::Tensor<double, 2>::zero(), history, DT);
       history = force.history();
       for (int a = 0; a < 2; ++a) {
         sum[i][a] += force.force[a];

@@ -167,7 +167,7 @@ void project(rve::MindlinHistory<double, 3> &history, const Vector &n)
   project(history.tangential, n);
 }
 template <class Contact>
-void project(rve::RollingHistory<Contact, rve::SphereTurning<double>> &history, const Vector &n)
+void project(rve::RollingHistory<Contact, rve::TurningHistory<double, 3>> &history, const Vector &n)
 {
   project(history.contact, n);
   project(history.turning.rolling, n);
@@ -200,17 +200,18 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
       auto &history = histories[{i, j}];
       project(history, contact.normal);
       // without time: the normal of the end of the step
-      auto moving = law.motion(contact, one, other, rve::Tensor<double, 3>::zero(), 0.0);
+      auto moving =
+          rve::motion_at_contact(law, contact, one, other, rve::Tensor<double, 3>::zero(), 0.0);
       moving.turn = {Vector::zero(), 0.0};
       auto force = law.answer(contact, one, other, moving, history, DT);
       ++(force.sliding ? compared.sliding : compared.sticking);
       if constexpr (Law::has_rolling) {
         auto &turned = force.turned;
-        compared.rolled += dot(turned.slipped.rolling, turned.slipped.rolling) > 0.0;
-        compared.twisted += turned.slipped.twisting != 0.0;
-        const double moment = turned.twisting_moment;
-        if (turned.slipped.twisting != 0.0 && moment * turned.twisting_velocity < 0.0) {
-          turned.history.twisting -= 2.0 * moment / turned.share;
+        compared.rolled += dot(turned.slipped, turned.slipped) > 0.0;
+        compared.twisted += turned.twisted.slipped != 0.0;
+        const double moment = turned.twisted.moment;
+        if (turned.twisted.slipped != 0.0 && moment * turned.twisted.velocity < 0.0) {
+          turned.history.twisting -= 2.0 * moment / turned.twisted.share;
           force.torque_i = force.torque_i - (2.0 * moment) * contact.normal;
           force.torque_j = force.torque_j + (2.0 * moment) * contact.normal;
         }

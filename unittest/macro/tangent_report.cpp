@@ -40,7 +40,7 @@ void report(const char *name, const rve::RveStateOf<D> &state, const TangentOf<D
       auto options = TangentOptions::of(format, TangentKind::Elastic);
       options.probe = size;
       const auto found = probe(state, options, format, rve::Tensor<double, D>::zero());
-      std::printf("%8.1e %3d    ", norm(found.tangent + (-1.0) * exact) / norm(exact),
+      std::printf("%8.1e %3d    ", (found.tangent + (-1.0) * exact).norm() / exact.norm(),
                   found.changed_contacts);
     }
     std::printf("\n");

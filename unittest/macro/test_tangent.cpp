@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // What a tangent says of a material, against closed forms: isotropic and plastic solids, solids under stress.
 
-#include "macro/tangent.h"
+#include "oracle/tangent_algebra.h"
 
 #include "rve/core/pi.h"
 #include "rve/engine/finite_strain.h"
@@ -14,7 +14,7 @@
 
 using namespace macro;
 using rve::Tensor;
-using rve_test::Random;
+using rve_test::dyad, rve_test::Random, rve_test::second_order_work, rve_test::turned;
 
 namespace {
 
@@ -101,20 +101,20 @@ template <int D> void expect_isotropic_solid()
 {
   const auto tangent = TangentOf<D>::isotropic(LAMBDA, MU);
 
-  const IsotropicPart part = isotropic_part(tangent);
+  const IsotropicPart part = tangent.isotropic_part();
   EXPECT_NEAR(part.lambda, LAMBDA, ROUNDING * LAMBDA);
   EXPECT_NEAR(part.shear, MU, ROUNDING * MU);
   EXPECT_NEAR(part.anisotropy, 0.0, ROUNDING);
   EXPECT_NEAR(part.young(), 2.0 * MU * (1.0 + part.poisson()), ROUNDING * MU);
   EXPECT_NEAR(part.poisson(), 0.3, ROUNDING);
-  EXPECT_NEAR(least_second_order_work(tangent), 2.0 * MU, ROUNDING * MU);
+  EXPECT_NEAR(tangent.least_second_order_work(), 2.0 * MU, ROUNDING * MU);
   EXPECT_NEAR(second_order_work(tangent, Tensor<double, D>::identity()), D * LAMBDA + 2.0 * MU,
               ROUNDING * LAMBDA);
   // under a pressure too: a change of volume and the turning of its forces cancel in a band
   const double expected = (LAMBDA + 2.0 * MU) * std::pow(MU, D - 1);
   for (const double pressure : {0.0, 0.1 * MU}) {
-    const auto least = least_acoustic_determinant(
-        NominalTangentOf<D>(tangent, -pressure * Tensor<double, D>::identity()));
+    const auto least = NominalTangentOf<D>(tangent, -pressure * Tensor<double, D>::identity())
+                           .least_acoustic_determinant();
     EXPECT_NEAR(least.determinant, expected, ROUNDING * expected);
   }
 }
@@ -132,13 +132,13 @@ template <int D> void expect_turned_tangent(const Tensor<double, D> &rotation)
                           answer = result(rotation * strain * back);
   for (int k = 0; k < D * D; ++k) EXPECT_NEAR(answer.component[k], expected.component[k], ROUNDING);
   EXPECT_LT(largest_difference(turned(result, back), tangent), ROUNDING);
-  EXPECT_NEAR(norm(result), norm(tangent), 10.0 * ROUNDING);
-  EXPECT_NEAR(least_second_order_work(result), least_second_order_work(tangent), 10.0 * ROUNDING);
-  EXPECT_NEAR(isotropic_part(result).anisotropy, isotropic_part(tangent).anisotropy,
+  EXPECT_NEAR(result.norm(), tangent.norm(), 10.0 * ROUNDING);
+  EXPECT_NEAR(result.least_second_order_work(), tangent.least_second_order_work(), 10.0 * ROUNDING);
+  EXPECT_NEAR(result.isotropic_part().anisotropy, tangent.isotropic_part().anisotropy,
               10.0 * ROUNDING);
-  const auto before = least_acoustic_determinant(NominalTangentOf<D>(tangent, stress));
+  const auto before = NominalTangentOf<D>(tangent, stress).least_acoustic_determinant();
   const auto after =
-      least_acoustic_determinant(NominalTangentOf<D>(result, rotation * stress * back));
+      NominalTangentOf<D>(result, rotation * stress * back).least_acoustic_determinant();
   EXPECT_NEAR(after.determinant, before.determinant, 10.0 * ROUNDING);
   // a direction is known to the root of what its value is
   EXPECT_NEAR(std::fabs(rve::dot(after.normal, rotation * before.normal)), 1.0, 1e-12);
@@ -160,7 +160,7 @@ template <int D> void expect_numbers_of(const TangentOf<D> &tangent)
   for (const double number :
        {numbers.isotropic.young(), numbers.isotropic.poisson(), numbers.isotropic.shear,
         numbers.isotropic.lambda, numbers.isotropic.anisotropy, numbers.least_work,
-        numbers.acoustic.determinant, numbers.acoustic.normal[0], wave_modulus(tangent)})
+        numbers.acoustic.determinant, numbers.acoustic.normal[0], tangent.wave_modulus()})
     EXPECT_TRUE(std::isfinite(number)) << D;
 }
 
@@ -168,9 +168,9 @@ template <int D> void expect_zeros_without_stiffness()
 {
   const TangentOf<D> none{};
   expect_numbers_of(none);
-  EXPECT_EQ(isotropic_part(none).young(), 0.0);
-  EXPECT_EQ(isotropic_part(none).poisson(), 0.0);
-  EXPECT_EQ(isotropic_part(none).anisotropy, 0.0);
+  EXPECT_EQ(none.isotropic_part().young(), 0.0);
+  EXPECT_EQ(none.isotropic_part().poisson(), 0.0);
+  EXPECT_EQ(none.isotropic_part().anisotropy, 0.0);
   // a solid that has no Young's modulus
   expect_numbers_of(TangentOf<D>::isotropic(-1.0, 1.0));
   // stiff along one axis only
@@ -189,17 +189,17 @@ TEST(Tangent, NumbersWithoutStiffnessAreZeros)
 
 TEST(Tangent, ItsFastestWavesAreThoseOfIsotropicSolidsAndCubicCrystals)
 {
-  EXPECT_NEAR(wave_modulus(TangentOf<2>::isotropic(LAMBDA, MU)), LAMBDA + 2.0 * MU,
+  EXPECT_NEAR(TangentOf<2>::isotropic(LAMBDA, MU).wave_modulus(), LAMBDA + 2.0 * MU,
               ROUNDING * LAMBDA);
-  EXPECT_NEAR(wave_modulus(TangentOf<3>::isotropic(LAMBDA, MU)), LAMBDA + 2.0 * MU,
+  EXPECT_NEAR(TangentOf<3>::isotropic(LAMBDA, MU).wave_modulus(), LAMBDA + 2.0 * MU,
               ROUNDING * LAMBDA);
   // C11 = 3, C12 = 1: with C44 below (C11 - C12)/2 waves along an axis are the fastest, C11, above it those along the diagonal of the cube,
   // (C11 + 2 C12 + 4 C44)/3
   auto cubic = TangentOf<3>::isotropic(1.0, 1.0);
   for (int k = 3; k < 6; ++k) cubic.component[k][k] = 0.5;
-  EXPECT_NEAR(wave_modulus(cubic), 3.0, ROUNDING);
+  EXPECT_NEAR(cubic.wave_modulus(), 3.0, ROUNDING);
   for (int k = 3; k < 6; ++k) cubic.component[k][k] = 2.0;
-  EXPECT_NEAR(wave_modulus(cubic), 13.0 / 3.0, ROUNDING);
+  EXPECT_NEAR(cubic.wave_modulus(), 13.0 / 3.0, ROUNDING);
 }
 
 TEST(Tangent, OfACubicCrystalHasItsIsotropicPartAndLeastEigenvalue)
@@ -208,12 +208,12 @@ TEST(Tangent, OfACubicCrystalHasItsIsotropicPartAndLeastEigenvalue)
   // mu = (C11 - C12 + 3 C44)/5
   auto cubic = TangentOf<3>::isotropic(1.0, 1.0);
   for (int k = 3; k < 6; ++k) cubic.component[k][k] = 0.5;
-  const IsotropicPart part = isotropic_part(cubic);
+  const IsotropicPart part = cubic.isotropic_part();
   EXPECT_NEAR(part.lambda, 1.2, ROUNDING);
   EXPECT_NEAR(part.shear, 0.7, ROUNDING);
-  EXPECT_NEAR(least_second_order_work(cubic), 1.0, ROUNDING);
+  EXPECT_NEAR(cubic.least_second_order_work(), 1.0, ROUNDING);
   // waves along an axis: C11 C44^2
-  const auto least = least_acoustic_determinant(unstressed(cubic));
+  const auto least = unstressed(cubic).least_acoustic_determinant();
   EXPECT_NEAR(least.determinant, 0.75, ROUNDING);
   EXPECT_NEAR(std::max({std::fabs(least.normal[0]), std::fabs(least.normal[1]),
                         std::fabs(least.normal[2])}),
@@ -244,9 +244,9 @@ TEST(Tangent, ShearWavesInAStressedSolidAreThoseOfBiot)
   const double s1 = 0.1 * MU, s2 = -0.3 * MU;
   const NominalTangentOf<2> nominal(TangentOf<2>::isotropic(LAMBDA, MU), diagonal<2>({s1, s2}));
   const double along = LAMBDA + 2.0 * MU, half = 0.5 * (s1 - s2);
-  EXPECT_NEAR(acoustic_determinant(nominal, at_angle(0.0)), along * (MU + half),
+  EXPECT_NEAR(nominal.acoustic_determinant(at_angle(0.0)), along * (MU + half),
               ROUNDING * along * MU);
-  EXPECT_NEAR(acoustic_determinant(nominal, at_angle(0.5 * rve::kPi)), along * (MU - half),
+  EXPECT_NEAR(nominal.acoustic_determinant(at_angle(0.5 * rve::kPi)), along * (MU - half),
               ROUNDING * along * MU);
 }
 
@@ -262,14 +262,14 @@ TEST(Tangent, VonMisesInThePlaneLosesEllipticityAtFortyFiveDegreesWithoutHardeni
           (1.0 -
            (2.0 * MU * s * s + 2.0 * MU * MU * c * c / (LAMBDA + 2.0 * MU)) /
                (2.0 * MU + hardening));
-      EXPECT_NEAR(acoustic_determinant(tangent, at_angle(angle)), expected, ROUNDING * elastic);
+      EXPECT_NEAR(tangent.acoustic_determinant(at_angle(angle)), expected, ROUNDING * elastic);
     }
-    const auto least = least_acoustic_determinant(tangent);
+    const auto least = tangent.least_acoustic_determinant();
     EXPECT_NEAR(least.determinant, elastic * hardening / (2.0 * MU + hardening),
                 ROUNDING * elastic);
     EXPECT_NEAR(std::fabs(std::atan2(least.normal[1], least.normal[0])), 0.25 * rve::kPi, 1e-6);
     // and second-order work is lost along the flow, since it is associated
-    EXPECT_NEAR(least_second_order_work(von_mises(hardening)),
+    EXPECT_NEAR(von_mises(hardening).least_second_order_work(),
                 2.0 * MU * hardening / (2.0 * MU + hardening), ROUNDING * MU);
   }
 }
@@ -280,8 +280,8 @@ TEST(Tangent, NonAssociatedFlowLosesSecondOrderWorkBeforeEllipticity)
   const auto elastic = TangentOf<2>::isotropic(LAMBDA, MU);
   const auto f = diagonal<2>({1.0, -0.4}), p = diagonal<2>({0.75, -0.65});
   const TangentOf<2> tangent = plastic_tangent(elastic, p, f, 0.1 * MU);
-  EXPECT_LT(least_second_order_work(tangent), 0.0);
-  EXPECT_GT(least_acoustic_determinant(unstressed(tangent)).determinant, 0.0);
+  EXPECT_LT(tangent.least_second_order_work(), 0.0);
+  EXPECT_GT(unstressed(tangent).least_acoustic_determinant().determinant, 0.0);
 }
 
 TEST(Tangent, DruckerPragerLosesEllipticityAtTheHardeningAndAngleOfRudnickiAndRice)
@@ -311,15 +311,15 @@ TEST(Tangent, DruckerPragerLosesEllipticityAtTheHardeningAndAngleOfRudnickiAndRi
                                rotation));
     };
     const double elastic = MU * MU * (LAMBDA + 2.0 * MU);
-    const auto lost = least_acoustic_determinant(tangent_of(hardening));
+    const auto lost = tangent_of(hardening).least_acoustic_determinant();
 
     EXPECT_NEAR(lost.determinant, 0.0, 1e-12 * elastic) << middle;
     const rve::Vec<double, 3> normal = rve::transpose(rotation) * lost.normal;
     EXPECT_NEAR(normal[1], 0.0, 1e-6);
     EXPECT_NEAR(std::atan2(std::fabs(normal[0]), std::fabs(normal[2])), angle, 1e-6);
-    EXPECT_GT(least_acoustic_determinant(tangent_of(hardening + 1e-3 * MU)).determinant,
+    EXPECT_GT(tangent_of(hardening + 1e-3 * MU).least_acoustic_determinant().determinant,
               1e-5 * elastic);
-    EXPECT_LT(least_acoustic_determinant(tangent_of(hardening - 1e-3 * MU)).determinant,
+    EXPECT_LT(tangent_of(hardening - 1e-3 * MU).least_acoustic_determinant().determinant,
               -1e-5 * elastic);
   }
 }
@@ -331,8 +331,8 @@ TEST(Tangent, SearchFindsWhatAScanOfAllDirectionsFinds)
     const NominalTangentOf<2> plane(random_tangent<2>(random), random_stress<2>(random));
     double scanned = 1e300;
     for (int k = 0; k < 20000; ++k)
-      scanned = std::min(scanned, acoustic_determinant(plane, at_angle(rve::kPi * k / 20000)));
-    const double found = least_acoustic_determinant(plane).determinant;
+      scanned = std::min(scanned, plane.acoustic_determinant(at_angle(rve::kPi * k / 20000)));
+    const double found = plane.least_acoustic_determinant().determinant;
     EXPECT_LE(found, scanned + ROUNDING);
     EXPECT_NEAR(found, scanned, 1e-6);    // half a spacing squared, times a curvature of some tens
 
@@ -342,8 +342,8 @@ TEST(Tangent, SearchFindsWhatAScanOfAllDirectionsFinds)
       for (int m = 0; m < 200; ++m)
         scanned = std::min(
             scanned,
-            acoustic_determinant(space, at_angles(0.5 * rve::kPi * k / 100, rve::kPi * m / 100)));
-    const double found_in_space = least_acoustic_determinant(space).determinant;
+            space.acoustic_determinant(at_angles(0.5 * rve::kPi * k / 100, rve::kPi * m / 100)));
+    const double found_in_space = space.least_acoustic_determinant().determinant;
     EXPECT_LE(found_in_space, scanned + ROUNDING);
     EXPECT_NEAR(found_in_space, scanned, 1e-2);
   }

@@ -4,7 +4,7 @@
 #include "element.h"
 #include "mpm/linear_elastic.h"
 #include "mpm/mohr_coulomb.h"
-#include "mpm/principal_axes.h"
+#include "rve/core/eigenvalues.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -53,7 +53,7 @@ TEST(PrincipalAxes, ComposeTheTensorAndAreAtRightAnglesAlsoWhereValuesAreEqual)
     t = 0.5 * (t + transpose(t));
     std::sort(values, values + 3, std::greater<>());
 
-    const mpm::PrincipalAxes axes(t);
+    const rve::PrincipalAxes<3> axes(t);
 
     Tensor3 composed = Tensor3::zero();
     for (int i = 0; i < 3; ++i) {
@@ -122,7 +122,7 @@ TEST(MohrCoulombInSpace, ConstantMeanStressFailsWhereTheLodeAngleSaysSo)
     for (int i = 0; i < 3; ++i) e[i] = step * std::sin(angle + 2.0 * PI / 3.0 * (1 - i));
     for (int n = 0; n < 2000; ++n) element.deform(diagonal(1.0 + e[0], 1.0 + e[1], 1.0 + e[2]));
 
-    const mpm::PrincipalAxes axes(element.stress);
+    const rve::PrincipalAxes<3> axes(element.stress);
     EXPECT_NEAR(trace(element.stress) / 3.0, -pressure, 1e-3 * pressure)
         << "no dilation; the trace of Hughes and Winget's strain is of the order of the step "
            "squared";
@@ -142,7 +142,7 @@ TEST(MohrCoulombInSpace, TrescaInPureShearOfAnyPlaneFlowsAtItsCohesion)
       Tensor3 increment = Tensor3::identity();
       increment(a, b) = 1e-4;
       for (int step = 0; step < 100; ++step) element.deform(increment);
-      const mpm::PrincipalAxes axes(element.stress);
+      const rve::PrincipalAxes<3> axes(element.stress);
       EXPECT_NEAR(0.5 * (axes.value[0] - axes.value[2]), cohesion, 1e-9 * cohesion);
       // γ = 0.01, elastic up to c/G; the stress turns with γ/2 at most
       EXPECT_NEAR(element.stress(a, b), cohesion, 1e-4 * cohesion);

@@ -3,7 +3,7 @@
 
 #include "scene.h"
 
-#include "mpm/principal_axes.h"
+#include "rve/core/eigenvalues.h"
 
 #include <gtest/gtest.h>
 
@@ -395,7 +395,7 @@ Found spun(int cells, double turn)
                                 density * spin * spin /
                                     (5.0 * (1.0 - poisson) * (7.0 + 5.0 * poisson)),
                                 {{0.6, -0.48, 0.64}}};
-  const double central = mpm::PrincipalAxes(exact.stress(Vec3::zero())).value[0];
+  const double central = rve::PrincipalAxes<3>(exact.stress(Vec3::zero())).value[0];
   const double h = radius / cells, half = radius + 2.0 * h;
   const double wave_speed = std::sqrt(1.35 * young / density);
   const int steps = static_cast<int>(std::ceil(turn / spin / (0.3 * h / wave_speed)));

@@ -102,8 +102,8 @@ TEST(LatticeReduction, StopsAtACellThatDoesNotLean)
 {
   EXPECT_EQ(lattice_step(Tensor2{{1.0, 0.59, 0.0, 1.0}}).axis, -1);
   EXPECT_EQ(lattice_step(Tensor2{{1.0, 0.61, 0.0, 1.0}}).axis, 1);
-  EXPECT_EQ(lattice_step(Tensor2{{1.0, 0.61, 0.0, 1.0}}).multiple, 1);
-  EXPECT_EQ(lattice_step(Tensor2{{1.0, -2.7, 0.0, 1.0}}).multiple, -3);
+  EXPECT_EQ(lattice_step(Tensor2{{1.0, 0.61, 0.0, 1.0}}).multiple[0], 1);
+  EXPECT_EQ(lattice_step(Tensor2{{1.0, -2.7, 0.0, 1.0}}).multiple[0], -3);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(lattice_step(Tensor2{{nan, nan, nan, nan}}).axis, -1);
 }
@@ -126,7 +126,7 @@ TEST(LatticeReduction, EndsWithACellAsWideAsItsShortEdgeAllows)
   for (int sample = 0; sample < 500; ++sample) {
     Tensor2 cell = random_cell(random, 50.0);
     int steps = 0;
-    for (LatticeStep step = lattice_step(cell); step.axis >= 0; step = lattice_step(cell)) {
+    for (LatticeStep<2> step = lattice_step(cell); step.axis >= 0; step = lattice_step(cell)) {
       cell = apply_lattice_step(cell, step);
       ASSERT_LT(++steps, 20);
     }
@@ -146,10 +146,10 @@ TEST(LatticeReduction, KeepsDeterminantAndCartesianPositionsModuloTheLattice)
     Tensor2 cell = start;
     Vec<std::uint64_t, 2> s = point;
     std::int64_t m[2][2] = {{1, 0}, {0, 1}};    // the reduced cell is start * m
-    for (LatticeStep step = lattice_step(cell); step.axis >= 0; step = lattice_step(cell)) {
+    for (LatticeStep<2> step = lattice_step(cell); step.axis >= 0; step = lattice_step(cell)) {
       s = apply_lattice_step(s, step);
       cell = apply_lattice_step(cell, step);
-      for (auto &row : m) row[step.axis] -= step.multiple * row[1 - step.axis];
+      for (auto &row : m) row[step.axis] -= step.multiple[1 - step.axis] * row[1 - step.axis];
     }
 
     ASSERT_EQ(m[0][0] * m[1][1] - m[0][1] * m[1][0], 1);
@@ -170,7 +170,7 @@ TEST(LatticeReduction, KeepsDeterminantAndCartesianPositionsModuloTheLattice)
 
 TEST(LatticeReduction, ThirtyTwoBitFractionsAreTheLeadingHalves)
 {
-  const LatticeStep step{1, -3};
+  const LatticeStep<2> step{1, {-3, 0}};
   const Vec<std::uint32_t, 2> s{{0xdeadbeefu, 0x12345678u}};
 
   const auto narrow = apply_lattice_step(s, step);

@@ -29,7 +29,7 @@ auto roll(double force, const DiskMotion<double> &i, const DiskMotion<double> &j
           double normal_force)
 {
   const TurningResistance<double, double, 2> resistance{{STIFFNESS, FRICTION, 0.0}};
-  return resistance.advance(0, 0, force, {}, {}, i, j, normal_force, DT);
+  return resistance.advance(0, 0, {force}, {}, {}, i, j, normal_force, DT);
 }
 
 /// Disks of 5 and 3 mm, whose reduced radius is 15/8 mm.
@@ -127,7 +127,7 @@ template <class SomeLaw> class LawWithRolling : public ::testing::Test {
       const double angle = random.uniform(0.0, 2.0 * PI);
       branch = {{Wide(distance * std::cos(angle)), Wide(distance * std::sin(angle))}};
       randomize(random, history.contact);
-      history.turning = Spring(random.uniform(-20.0, 20.0));
+      history.turning.rolling = Spring(random.uniform(-20.0, 20.0));
       dt = Real(random.uniform(0.0, 1e-4));
     }
 
@@ -155,10 +155,10 @@ TEST(RollingResistance, SpringGrowsByItsStiffnessTimesTheReducedRadiusTimesTheRe
   const double turn = spin_for(0.25);
 
   const auto one = roll(0.0, first(3.0), second(3.0 + turn), NORMAL_FORCE);
-  const auto two = roll(one.history, first(3.0), second(3.0 + turn), NORMAL_FORCE);
+  const auto two = roll(one.history.rolling, first(3.0), second(3.0 + turn), NORMAL_FORCE);
 
-  EXPECT_NEAR(one.history, STIFFNESS * REDUCED_RADIUS * turn * DT, 1e-13 * LIMIT);
-  EXPECT_NEAR(two.history, 0.5 * LIMIT, 1e-13 * LIMIT);
+  EXPECT_NEAR(one.history.rolling, STIFFNESS * REDUCED_RADIUS * turn * DT, 1e-13 * LIMIT);
+  EXPECT_NEAR(two.history.rolling, 0.5 * LIMIT, 1e-13 * LIMIT);
   // the first disk is taken along by the second, which turns faster
   EXPECT_NEAR(two.moment, REDUCED_RADIUS * 0.5 * LIMIT, 1e-13 * LIMIT * REDUCED_RADIUS);
   EXPECT_EQ(two.slipped, 0.0);
@@ -170,7 +170,7 @@ TEST(RollingResistance, LimitCapsTheForceInBothDirections)
     const auto rolled =
         roll(direction * 0.9 * LIMIT, first(0.0), second(direction * spin_for(0.25)), NORMAL_FORCE);
 
-    EXPECT_EQ(rolled.history, direction * LIMIT);
+    EXPECT_EQ(rolled.history.rolling, direction * LIMIT);
     EXPECT_NEAR(rolled.slipped, direction * 0.15 * LIMIT, 1e-13 * LIMIT);
     EXPECT_NEAR(rolled.moment, direction * REDUCED_RADIUS * FRICTION * NORMAL_FORCE,
                 1e-15 * REDUCED_RADIUS * LIMIT);
@@ -182,7 +182,7 @@ TEST(RollingResistance, ReversedRollingUnloadsTheSpringFirst)
   double force = LIMIT;    // rolled forward for long
 
   for (int step = 0; step < 8; ++step)
-    force = roll(force, first(0.0), second(-spin_for(0.25)), NORMAL_FORCE).history;
+    force = roll(force, first(0.0), second(-spin_for(0.25)), NORMAL_FORCE).history.rolling;
 
   EXPECT_NEAR(force, -LIMIT, 1e-12 * LIMIT);
 }
@@ -191,7 +191,7 @@ TEST(RollingResistance, LimitFollowsTheNormalForce)
 {
   const auto rolled = roll(LIMIT, first(0.0), second(0.0), 0.5 * NORMAL_FORCE);
 
-  EXPECT_EQ(rolled.history, 0.5 * LIMIT);
+  EXPECT_EQ(rolled.history.rolling, 0.5 * LIMIT);
   EXPECT_EQ(rolled.slipped, 0.5 * LIMIT);
 }
 
@@ -200,18 +200,18 @@ TEST(RollingResistance, EqualSpinsDoNotMoveTheSpring)
   const double force = 0.3 * LIMIT;
   for (const double spin : {0.0, 12.0, -777.7}) {
     const auto rolled = roll(force, first(spin), second(spin), NORMAL_FORCE);
-    EXPECT_EQ(rolled.history, force);
+    EXPECT_EQ(rolled.history.rolling, force);
   }
 }
 
 TEST(RollingResistance, HistoryOfTheOtherGrainHasTheOppositeMomentAndTheSameTangentialForce)
 {
-  const RollingHistory<double, double> history{3.0, -0.5};
+  const RollingHistory<double, TurningHistory<double, 2>> history{3.0, {-0.5}};
 
   const auto other = RollingSprings<DoubleNumbers>::seen_from_partner(history);
 
   EXPECT_EQ(other.contact, 3.0);
-  EXPECT_EQ(other.turning, 0.5);
+  EXPECT_EQ(other.turning.rolling, 0.5);
   EXPECT_EQ(DampedSprings<DoubleNumbers>::seen_from_partner(3.0), 3.0);    // without rolling
 }
 
@@ -223,9 +223,9 @@ TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBitsSeenFromTheOtherSi
   for (int k = 0; k < 20000; ++k) {
     const typename TestFixture::Sample s(random);
 
-    const auto of_i = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
-    const auto of_j = law.evaluate(s.contact_from_j(), s.j, s.i, s.gradient,
-                                   law.seen_from_partner(s.history), s.dt);
+    const auto of_i = evaluate(law, s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
+    const auto of_j = evaluate(law, s.contact_from_j(), s.j, s.i, s.gradient,
+                               law.seen_from_partner(s.history), s.dt);
 
     ASSERT_EQ(of_i.force[0], -of_j.force[0]);
     ASSERT_EQ(of_i.force[1], -of_j.force[1]);
@@ -249,9 +249,9 @@ TYPED_TEST(LawWithRolling, MomentsAreOppositeAndTheForceIsThatWithoutRolling)
   for (int k = 0; k < 2000; ++k) {
     const typename TestFixture::Sample s(random);
 
-    const auto with = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
+    const auto with = evaluate(law, s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
     const auto without =
-        contact_law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history.contact, s.dt);
+        evaluate(contact_law, s.contact(), s.i, s.j, s.gradient, s.history.contact, s.dt);
     const auto rolled = law.resistance.advance(0, 0, s.history.turning, {}, {}, s.i, s.j,
                                                contact_law.limiting_force(without), s.dt);
 
@@ -270,13 +270,13 @@ TYPED_TEST(LawWithRolling, CoefficientOfZeroGivesTheBitsOfTheLawWithoutRolling)
   for (int k = 0; k < 2000; ++k) {
     const typename TestFixture::Sample s(random);
 
-    const auto with = law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
+    const auto with = evaluate(law, s.contact(), s.i, s.j, s.gradient, s.history, s.dt);
     const auto without =
-        contact_law.evaluate(s.contact(), s.i, s.j, s.gradient, s.history.contact, s.dt);
+        evaluate(contact_law, s.contact(), s.i, s.j, s.gradient, s.history.contact, s.dt);
 
     ASSERT_TRUE(same_bits(with.torque_i, without.torque_i));
     ASSERT_TRUE(same_bits(with.torque_j, without.torque_j));
-    ASSERT_EQ(with.turned.history, 0);
+    ASSERT_EQ(with.turned.history.rolling, 0);
   }
 }
 
@@ -297,12 +297,12 @@ TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
     const double relrot = static_cast<double>(s.i.spin) - static_cast<double>(s.j.spin);
     // our history as the displacement along relrot x n = relrot (-n_y, n_x)
     const double t[2] = {-n[1], n[0]};
-    const double xi_before = -static_cast<double>(s.history.turning) / k_r;
+    const double xi_before = -static_cast<double>(s.history.turning.rolling) / k_r;
     double fr[2];
     for (int a = 0; a < 2; ++a)
       fr[a] = -k_r * t[a] * (xi_before + reduced * relrot * static_cast<double>(s.dt));
 
-    const auto result = law.evaluate(contact, s.i, s.j, s.gradient, s.history, s.dt);
+    const auto result = evaluate(law, contact, s.i, s.j, s.gradient, s.history, s.dt);
 
     const double pull_off = TypeParam::contact_law == ContactLaw::Dmt
         ? 4.0 * PI * material(mu_r).surface_energy * reduced
@@ -321,7 +321,7 @@ TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
             .moment;
     // of the numbers that are added up, which may cancel
     const double error = 16.0 * std::numeric_limits<typename TestFixture::Real>::epsilon() *
-        reduced * (std::fabs(static_cast<double>(s.history.turning)) + size + critical);
+        reduced * (std::fabs(static_cast<double>(s.history.turning.rolling)) + size + critical);
     ASSERT_NEAR(static_cast<double>(moment), torque_on_i, error);
   }
 }

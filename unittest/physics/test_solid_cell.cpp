@@ -216,7 +216,7 @@ TEST(LatticeReductionInSpace, LeavesPointsWhereTheyAreToTheBit)
     for (int a = 0; a < 3; ++a)
       EXPECT_NEAR(apart[a], std::nearbyint(apart[a]), 1e-10 / std::fabs(determinant(cell)));
     // and the way back is exact
-    SolidLatticeStep back = step;
+    LatticeStep<3> back = step;
     for (auto &m : back.multiple) m = -m;
     const auto again = apply_lattice_step(t, back);
     for (int a = 0; a < 3; ++a) EXPECT_EQ(again[a], s[a]);

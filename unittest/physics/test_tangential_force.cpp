@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The tangential spring with Coulomb limit.
 
+#include "rve/physics/laws/law.h"
 #include "rve/physics/tangential_force.h"
 #include "support/random.h"
 
@@ -119,7 +120,7 @@ TEST(LinearTangential, WorkIsStoredOrLostInSliding)
     was_sliding = shear.sliding;
     spring = shear.spring;
   }
-  const double stored = FRICTIONAL.elastic_energy(spring);
+  const double stored = energy_of_spring(spring, FRICTIONAL.stiffness);
 
   ASSERT_GT(onsets, 8);    // it sticks and slides in both directions
   ASSERT_GT(lost, 100.0 * LIMIT * LIMIT / STIFFNESS);

@@ -169,13 +169,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
   }
 }
 
-template std::vector<int> RvePointsOf<2>::used_slots() const;
-template void RvePointsOf<2>::expect(const rve::ContactModel &);
-template rve::ContactModel RvePointsOf<2>::contacts_with(const NewMaterials &) const;
-template void RvePointsOf<2>::move_to(const rve::ContactModel &, const NewMaterials &);
-template std::vector<int> RvePointsOf<3>::used_slots() const;
-template void RvePointsOf<3>::expect(const rve::ContactModel &);
-template rve::ContactModel RvePointsOf<3>::contacts_with(const NewMaterials &) const;
-template void RvePointsOf<3>::move_to(const rve::ContactModel &, const NewMaterials &);
+template class RvePointsOf<2>;
+template class RvePointsOf<3>;
 
 }    // namespace macro

@@ -184,9 +184,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
   return renewals;
 }
 
-template std::vector<RenewalOf<2>>
-RvePointsOf<2>::renew(const std::vector<int> &, const std::vector<rve::RveStateOf<2>> &, double);
-template std::vector<RenewalOf<3>>
-RvePointsOf<3>::renew(const std::vector<int> &, const std::vector<rve::RveStateOf<3>> &, double);
+template class RvePointsOf<2>;
+template class RvePointsOf<3>;
 
 }    // namespace macro

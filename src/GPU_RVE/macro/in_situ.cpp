@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "macro/in_situ.h"
 
-#include "macro/largest_eigenvalue.h"
-
+#include "rve/core/eigenvalues.h"
 #include "rve/core/error.h"
 #include "rve/core/exact_sum.h"
 #include "rve/engine/contact_laws.h"
@@ -76,7 +75,7 @@ namespace {
     double extension(const rve::ResultOf<D> &now) const
     {
       const rve::Tensor<double, D> f = now.deformation * rve::inverse(begin);
-      return 0.5 * std::log(largest_eigenvalue(rve::transpose(f) * f));
+      return 0.5 * std::log(rve::largest_eigenvalue(rve::transpose(f) * f));
     }
   };
 
@@ -152,7 +151,7 @@ namespace {
       all_steered = all_steered && goal.steered[a][a];
       if (goal.steered[a][a]) largest = std::fmax(largest, goal.stress(a, a));
     }
-    if (all_steered) largest = largest_eigenvalue(rve::leading_components<D>(goal.stress));
+    if (all_steered) largest = rve::largest_eigenvalue(rve::leading_components<D>(goal.stress));
     if (largest < 0.0) return;
     throw InSituError(place,
                       "the stress in situ is " + goal_in_words<D>(goal) + " [stress] " +

@@ -93,17 +93,7 @@ void RvePointsOf<D>::widen_shadows(const std::vector<int> &slots,
   }
 }
 
-template bool RvePointsOf<2>::replace(rve::EngineOf<2> &, int, const rve::RveStateOf<2> &);
-template bool RvePointsOf<2>::has_room_for_copies(int) const;
-template bool RvePointsOf<2>::widen(int);
-template void RvePointsOf<2>::widen_shadows(const std::vector<int> &,
-                                            const std::vector<rve::DriveOf<2>> &,
-                                            std::vector<rve::ResponseOf<2>> &);
-template bool RvePointsOf<3>::replace(rve::EngineOf<3> &, int, const rve::RveStateOf<3> &);
-template bool RvePointsOf<3>::has_room_for_copies(int) const;
-template bool RvePointsOf<3>::widen(int);
-template void RvePointsOf<3>::widen_shadows(const std::vector<int> &,
-                                            const std::vector<rve::DriveOf<3>> &,
-                                            std::vector<rve::ResponseOf<3>> &);
+template class RvePointsOf<2>;
+template class RvePointsOf<3>;
 
 }    // namespace macro

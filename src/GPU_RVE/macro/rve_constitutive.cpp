@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "macro/rve_constitutive.h"
 
-#include "macro/largest_eigenvalue.h"
+#include "rve/core/eigenvalues.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/substeps.h"
 
@@ -20,7 +20,8 @@ namespace {
                            const rve::Material &material)
   {
     using Shape = rve::GrainShape<DimensionOfRves>;
-    const double largest_fabric = largest_eigenvalue(rve::leading_components<D>(result.fabric));
+    const double largest_fabric =
+        rve::largest_eigenvalue(rve::leading_components<D>(result.fabric));
     const double radius = 0.5 * rve::grain_size(result);
     const rve::ContactModuli moduli =
         rve::moduli_at_strain<DimensionOfRves>(result.mean_overlap, material, radius);
@@ -154,7 +155,7 @@ RveConstitutive<D, DimensionOfRves>::measured_wave_share(const std::vector<int> 
   for (std::size_t k = 0; k < points.size(); ++k)
     if (answers[k].is_measured)
       largest = std::max(
-          largest, wave_modulus(answers[k].tangent) / (p_wave_modulus(points[k]) / wave_share));
+          largest, answers[k].tangent.wave_modulus() / (p_wave_modulus(points[k]) / wave_share));
   return largest;
 }
 

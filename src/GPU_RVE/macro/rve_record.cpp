@@ -89,14 +89,31 @@ namespace {
   constexpr rve::Rest RESTS[] = {rve::Rest::Unknown, rve::Rest::Sleeps, rve::Rest::Rests,
                                  rve::Rest::Moves, rve::Rest::Wakes};
 
-  /// Of the bytes of a head.
-  template <int D> std::uint64_t checksum_of_head(const double *record)
+  template <int D> std::uint64_t checksum_of_head(RecordHead<D> head)
   {
-    using Head = RecordHead<D>;
-    char head[sizeof(Head)];
-    std::memcpy(head, record, sizeof(head));
-    std::memset(head + offsetof(Head, checksum), 0, sizeof(Head::checksum));
-    return rve::checksum_of(head, sizeof(head));
+    head.checksum = 0;
+    return rve::checksum_of(&head, sizeof(head));
+  }
+
+  /// copy(a, b) for what a head and a point have in common.
+  template <class Head, class Point, class Copy>
+  void for_common(Head &head, Point &point, const Copy &copy)
+  {
+    copy(head.contacts, point.contacts);
+    copy(head.peak_force, point.peak_force);
+    copy(head.limit_contacts, point.limit.num_contacts);
+    copy(head.limit_force, point.limit.peak_force);
+    copy(head.limit_pressure, point.limit.pressure);
+    copy(head.grain_size, point.grain_size);
+    // of the radii that the packing had, before a format rounded them
+    copy(head.servo_gain, point.servo_gain);
+    copy(head.drive, point.drive);
+    copy(head.servo_error, point.servo_error);
+    copy(head.path, point.path);
+    copy(head.pending, point.pending);
+    copy(head.shadow_stress, point.shadow_stress);
+    copy(head.result, point.result);
+    copy(head.rested, point.rested);
   }
 
   std::size_t doubles_for(std::size_t bytes)
@@ -131,25 +148,9 @@ template <int D> std::vector<double> RvePointsOf<D>::record(int slot) const
       std::find(std::begin(RESTS), std::end(RESTS), point.rest()) - std::begin(RESTS));
   head.further_copies = static_cast<std::uint32_t>(point.copies - 1);
   head.renewals = static_cast<std::uint32_t>(point.renewals);
-  head.contacts = point.contacts;
-  head.peak_force = point.peak_force;
-  head.limit_contacts = point.limit.num_contacts;
-  head.limit_force = point.limit.peak_force;
-  head.limit_pressure = point.limit.pressure;
-  head.grain_size = point.grain_size;
-  head.servo_gain = point.servo_gain;
-  head.drive = point.drive;
-  head.servo_error = point.servo_error;
-  head.path = point.path;
-  head.pending = point.pending;
-  head.shadow_stress = point.shadow_stress;
-  head.result = point.result;
-  head.rested = point.rested;
+  for_common(head, point, [](auto &to, const auto &from) { to = from; });
+  head.checksum = checksum_of_head(head);
   std::memcpy(record.data(), &head, sizeof(head));
-  const std::uint64_t checksum = checksum_of_head<D>(record.data());
-  using Head = RecordHead<D>;
-  std::memcpy(reinterpret_cast<char *>(record.data()) + offsetof(Head, checksum), &checksum,
-              sizeof(checksum));
   std::memcpy(record.data() + head_size<D>(), state.data(), state.size());
   if (!shadow.empty()) std::memcpy(record.data() + begin_of_shadow, shadow.data(), shadow.size());
   record_sizes[slot] = static_cast<int>(record.size());
@@ -173,8 +174,7 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
         std::to_string(VERSION_WITH_COPIES<D> & 0xffff);
   });
   require_whole(is_known, "it does not begin as one");
-  require_whole(head.checksum == checksum_of_head<D>(record),
-                "the checksum of its head does not match");
+  require_whole(head.checksum == checksum_of_head(head), "the checksum of its head does not match");
   const std::size_t of_state = doubles_for(head.bytes), of_shadow = doubles_for(head.shadow_bytes);
   require_whole(of_state <= size && of_shadow <= size &&
                     head_size<D>() + of_state + of_shadow == size,
@@ -193,8 +193,7 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   if (shadow) expect(rve::contacts_of(*shadow));
   const int slot = engine->add(state);
   Point &point = settle(slot, state);
-  point.result = head.result;
-  point.rested = head.rested;
+  for_common(head, point, [](const auto &from, auto &to) { to = from; });
   const rve::Rest rest = RESTS[head.rest];
   point.state = head.frozen ? State::Frozen : rve::owes(rest) ? State::Asleep : State::Awake;
   if (rest != rve::Rest::Unknown)
@@ -203,17 +202,6 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   point.copies = static_cast<std::int32_t>(copies);
   point.renewals = static_cast<std::int32_t>(head.renewals);
   any_copies = any_copies || copies > 1;
-  point.contacts = head.contacts;
-  point.peak_force = head.peak_force;
-  point.limit = {head.limit_contacts, head.limit_force, head.limit_pressure};
-  point.grain_size = head.grain_size;
-  // of the radii that the packing had, before a format rounded them
-  point.servo_gain = head.servo_gain;
-  point.drive = head.drive;
-  point.servo_error = head.servo_error;
-  point.path = head.path;
-  point.pending = head.pending;
-  point.shadow_stress = head.shadow_stress;
   // a script that asks for no shadows leaves those of a restart file behind
   if (shadow && shadows) point.shadow = shadows->add(*shadow);
   return slot;
@@ -238,13 +226,7 @@ template <int D> int RvePointsOf<D>::record_bound(int slot) const
   return static_cast<int>(head_size<D>()) + (point.shadow >= 0 ? 2 : 1) * times * of_state;
 }
 
-template std::vector<double> RvePointsOf<2>::record(int) const;
-template int RvePointsOf<2>::add_record(const double *, std::size_t);
-template int RvePointsOf<2>::record_size(int) const;
-template int RvePointsOf<2>::record_bound(int) const;
-template std::vector<double> RvePointsOf<3>::record(int) const;
-template int RvePointsOf<3>::add_record(const double *, std::size_t);
-template int RvePointsOf<3>::record_size(int) const;
-template int RvePointsOf<3>::record_bound(int) const;
+template class RvePointsOf<2>;
+template class RvePointsOf<3>;
 
 }    // namespace macro

@@ -61,18 +61,7 @@ TangentOptions TangentOptions::of(rve::Format format, TangentKind kind)
     options.strain_steps = 1000;
     return options;
   }
-  switch (format) {
-    case rve::Format::Double:
-      options.probe = 1e-4;
-      break;
-    case rve::Format::Mixed:
-      options.probe = 1e-3;
-      break;
-    case rve::Format::Fast:
-    case rve::Format::Single:
-      options.probe = 1e-2;
-      break;
-  }
+  options.probe = format == rve::Format::Double ? 1e-4 : format == rve::Format::Mixed ? 1e-3 : 1e-2;
   return options;
 }
 
@@ -249,7 +238,7 @@ template <int D> void TangentProbesOf<D>::evaluate(Group &group) const
           std::max(answer.nonlinearity,
                    rve::norm(stress(2 * k) + stress(2 * k + 1) - 2.0 * answer.stress) / size);
   }
-  if (!std::isfinite(norm(answer.tangent))) {
+  if (!std::isfinite(answer.tangent.norm())) {
     answer = {};
     return;
   }

@@ -2,8 +2,8 @@
 #include "mpm/mohr_coulomb.h"
 
 #include "mpm/midpoint_increment.h"
-#include "mpm/principal_axes.h"
 #include "mpm/strength_parameters.h"
+#include "rve/core/eigenvalues.h"
 
 #include <cmath>
 
@@ -97,7 +97,7 @@ namespace {
 
    private:
     Tensor3 stress_;
-    PrincipalAxes axes_;
+    rve::PrincipalAxes<3> axes_;
   };
 
 }    // namespace

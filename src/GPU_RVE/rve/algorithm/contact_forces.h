@@ -63,7 +63,7 @@ inline namespace RVE_ISA {
                                                static_cast<Real>(i.radius)};
     const GrainMotion<Real, Scene::D> motion_j{j.motion.velocity, j.spin,
                                                static_cast<Real>(j.radius)};
-    return step.law.evaluate(contact, motion_i, motion_j, step.gradient, history, step.dt);
+    return evaluate(step.law, contact, motion_i, motion_j, step.gradient, history, step.dt);
   }
 
   constexpr float kInfinity = std::numeric_limits<float>::infinity();

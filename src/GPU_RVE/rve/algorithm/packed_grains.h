@@ -175,8 +175,8 @@ inline namespace RVE_ISA {
             load_each<Real>([&](int lane) { return this->motion[i.first + lane].velocity_unit; });
         response.spin_unit =
             load_each<Real>([&](int lane) { return this->motion[i.first + lane].spin_unit; });
-        load_three([&](int lane) { return shared.list_position + i.first + lane; },
-                   response.list_position);
+        load_numbers([&](int lane) { return shared.list_position + i.first + lane; },
+                     response.list_position);
       }
       return response;
     }
@@ -275,10 +275,10 @@ inline namespace RVE_ISA {
         store_row([&](int lane) { return this->motion.array + i.first + lane; }, motion.position,
                   motion.velocity);
       } else {
-        store_three([&](int lane) { return &this->motion[i.first + lane].position; },
-                    motion.position);
-        store_three([&](int lane) { return &this->motion[i.first + lane].velocity; },
-                    motion.velocity);
+        store_numbers([&](int lane) { return &this->motion[i.first + lane].position; },
+                      motion.position);
+        store_numbers([&](int lane) { return &this->motion[i.first + lane].velocity; },
+                      motion.velocity);
       }
     }
 
@@ -288,7 +288,7 @@ inline namespace RVE_ISA {
       if constexpr (D == 2)
         store_records<typename Packed<N>::Real>(spin, this->spin.array + i.first);
       else
-        store_three([&](int lane) { return &this->spin[i.first + lane]; }, spin);
+        store_numbers([&](int lane) { return &this->spin[i.first + lane]; }, spin);
     }
 
    private:
@@ -299,9 +299,9 @@ inline namespace RVE_ISA {
       if constexpr (D == 2) {
         load_row(row, grains.motion.position, grains.motion.velocity);
       } else {
-        load_three([&](int lane) { return &row(lane)->position; }, grains.motion.position);
-        load_three([&](int lane) { return &row(lane)->velocity; }, grains.motion.velocity);
-        load_three([&](int lane) { return &row(lane)->spin; }, grains.spin);
+        load_numbers([&](int lane) { return &row(lane)->position; }, grains.motion.position);
+        load_numbers([&](int lane) { return &row(lane)->velocity; }, grains.motion.velocity);
+        load_numbers([&](int lane) { return &row(lane)->spin; }, grains.spin);
       }
     }
 

@@ -12,6 +12,7 @@ inline namespace RVE_ISA {
 
   /// 32-bit fractions, fp32 everywhere.
   struct FastNumbers {
+    using Scalar = FastNumbers;    ///< the format of one number, of packs too
     /// For the leading 32 bits of coordinates, which show how far a grain has gone.
     using Leading = FastNumbers;
     using Coordinate = std::uint32_t;
@@ -26,6 +27,7 @@ inline namespace RVE_ISA {
 
   /// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
   struct MixedNumbers {
+    using Scalar = MixedNumbers;
     using Leading = FastNumbers;
     using Coordinate = std::uint64_t;
     using SignedCoordinate = std::int64_t;
@@ -39,6 +41,7 @@ inline namespace RVE_ISA {
 
   /// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
   struct DoubleNumbers {
+    using Scalar = DoubleNumbers;
     using Leading = FastNumbers;
     using Coordinate = std::uint64_t;
     using SignedCoordinate = std::int64_t;
@@ -59,6 +62,7 @@ inline namespace RVE_ISA {
   /// As the paper: fp32 everywhere, positions too. Those of the paper are Cartesian; fractions have the same resolution, 2^-24 of the
   /// cell. For the study of what this loses, of disks on a CPU.
   struct SingleNumbers {
+    using Scalar = SingleNumbers;
     using Leading = FastNumbers;
     using Coordinate = FloatFraction;
     using Wide = float;

@@ -1,502 +1,316 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rows of memory to packs and back: a record of four numbers per grain, of which a pack wants the first ones of all its lanes, the second
-// ones and so on. `row(lane)` is the address of a record; one of four words of 32 bits is aligned to 16 bytes. For translation units compiled
-// for x86-64-v3.
+// Rows of memory to packs and back. A row has the numbers of one lane; a pack has the first numbers of all rows, another one the second
+// numbers, and so on. `row(lane)` is the address of a row. For translation units compiled for x86-64-v3.
 
 #pragma once
 
 #include "rve/core/pack.h"
 #include "rve/core/vec.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Four registers of 8 rows of four words of 32 bits.
-  struct FourColumns {
-    __m256 column[4];
+  /// The addresses that lie `bytes` behind those of the rows.
+  template <class Row> RVE_INLINE auto behind(const Row &row, std::size_t bytes)
+  {
+    return [&row, bytes](int lane) { return (char *) row(lane) + bytes; };
+  }
 
-    template <class Row> RVE_INLINE void load(const Row &row)
-    {
-      for (int lane = 0; lane < 4; ++lane)
-        column[lane] = _mm256_insertf128_ps(
-            _mm256_castps128_ps256(_mm_loadu_ps(reinterpret_cast<const float *>(row(lane)))),
-            _mm_loadu_ps(reinterpret_cast<const float *>(row(lane + 4))), 1);
-      transpose(column);
-    }
+  /// Four rows and four columns; of floats, those of each half.
+  RVE_INLINE void transpose(RegisterOf<float> (&x)[4])
+  {
+    const __m256 a = _mm256_unpacklo_ps(x[0], x[1]), b = _mm256_unpacklo_ps(x[2], x[3]),
+                 c = _mm256_unpackhi_ps(x[0], x[1]), d = _mm256_unpackhi_ps(x[2], x[3]);
+    x[0] = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 1, 0));
+    x[1] = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(3, 2, 3, 2));
+    x[2] = _mm256_shuffle_ps(c, d, _MM_SHUFFLE(1, 0, 1, 0));
+    x[3] = _mm256_shuffle_ps(c, d, _MM_SHUFFLE(3, 2, 3, 2));
+  }
+  RVE_INLINE void transpose(RegisterOf<double> (&x)[4])
+  {
+    const __m256d a = _mm256_unpacklo_pd(x[0], x[1]), b = _mm256_unpackhi_pd(x[0], x[1]),
+                  c = _mm256_unpacklo_pd(x[2], x[3]), d = _mm256_unpackhi_pd(x[2], x[3]);
+    x[0] = _mm256_permute2f128_pd(a, c, 0x20);
+    x[1] = _mm256_permute2f128_pd(b, d, 0x20);
+    x[2] = _mm256_permute2f128_pd(a, c, 0x31);
+    x[3] = _mm256_permute2f128_pd(b, d, 0x31);
+  }
 
-    template <class Row> RVE_INLINE void store(const Row &row) const
-    {
-      __m256 pair[4] = {column[0], column[1], column[2], column[3]};
-      transpose(pair);
-      for (int lane = 0; lane < 4; ++lane) {
-        _mm_store_ps(reinterpret_cast<float *>(row(lane)), _mm256_castps256_ps128(pair[lane]));
-        _mm_store_ps(reinterpret_cast<float *>(row(lane + 4)),
-                     _mm256_extractf128_ps(pair[lane], 1));
+  /// Rows of four numbers from part m of the packs x[0], x[1], ..., with zeros behind `count` of them. A register has the row of lane k, of
+  /// numbers of 32 bits also that of lane k + 4.
+  template <class T, int N>
+  RVE_INLINE void to_rows(const Pack<T, N> *x, int count, int m, RegisterOf<Floating<T>> (&rows)[4])
+  {
+    using Register = RegisterOf<Floating<T>>;
+    for (int c = 0; c < 4; ++c) rows[c] = c < count ? (Register) x[c].part[m] : Register{};
+    transpose(rows);
+  }
+
+  // ---- two or four numbers of each row ------------------------------------------------------------------------------------------------
+
+  template <class T, int N, class Row> RVE_INLINE void load_pairs(const Row &row, Pack<T, N> *x)
+  {
+    using Register = RegisterOf<T>;
+    if constexpr (sizeof(T) == 8) {
+      for (int m = 0; m < N / 4; ++m) {
+        const auto two = [&](int lane) { return _mm_loadu_pd((const double *) row(4 * m + lane)); };
+        const __m256d even = _mm256_set_m128d(two(2), two(0)),
+                      odd = _mm256_set_m128d(two(3), two(1));
+        x[0].part[m] = (Register) _mm256_unpacklo_pd(even, odd);
+        x[1].part[m] = (Register) _mm256_unpackhi_pd(even, odd);
       }
-    }
-  };
-
-  /// Two registers of 4 rows with two words of 64 bits, after `offset` of them.
-  struct TwoColumns {
-    __m256d first, second;
-
-    template <class Row> RVE_INLINE void load(const Row &row, int offset)
-    {
-      const auto words = [&](int lane) {
-        return _mm_loadu_pd(reinterpret_cast<const double *>(row(lane)) + offset);
+    } else {
+      const auto two_rows = [&](int lane) {
+        const __m128 one = _mm_loadl_pi(_mm_setzero_ps(), (const __m64 *) row(lane));
+        return _mm_loadh_pi(one, (const __m64 *) row(lane + 1));
       };
-      const __m256d even = _mm256_insertf128_pd(_mm256_castpd128_pd256(words(0)), words(2), 1);
-      const __m256d odd = _mm256_insertf128_pd(_mm256_castpd128_pd256(words(1)), words(3), 1);
-      first = _mm256_unpacklo_pd(even, odd);
-      second = _mm256_unpackhi_pd(even, odd);
+      const __m256 a = _mm256_set_m128(two_rows(4), two_rows(0)),
+                   b = _mm256_set_m128(two_rows(6), two_rows(2));
+      x[0].part[0] = (Register) _mm256_shuffle_ps(a, b, _MM_SHUFFLE(2, 0, 2, 0));
+      x[1].part[0] = (Register) _mm256_shuffle_ps(a, b, _MM_SHUFFLE(3, 1, 3, 1));
     }
+  }
 
-    template <class Row> RVE_INLINE void store(const Row &row, int offset) const
-    {
-      const __m256d even = _mm256_unpacklo_pd(first, second);
-      const __m256d odd = _mm256_unpackhi_pd(first, second);
-      const auto put = [&](int lane, __m128d words) {
-        _mm_storeu_pd(reinterpret_cast<double *>(row(lane)) + offset, words);
+  template <class T, int N, class Row>
+  RVE_INLINE void store_pairs(const Row &row, const Pack<T, N> *x)
+  {
+    if constexpr (sizeof(T) == 8) {
+      for (int m = 0; m < N / 4; ++m) {
+        const __m256d a = (__m256d) x[0].part[m], b = (__m256d) x[1].part[m];
+        const __m256d even = _mm256_unpacklo_pd(a, b), odd = _mm256_unpackhi_pd(a, b);
+        const auto put = [&](int lane, __m128d two) {
+          _mm_storeu_pd((double *) row(4 * m + lane), two);
+        };
+        put(0, _mm256_castpd256_pd128(even));
+        put(1, _mm256_castpd256_pd128(odd));
+        put(2, _mm256_extractf128_pd(even, 1));
+        put(3, _mm256_extractf128_pd(odd, 1));
+      }
+    } else {
+      const __m256 x0 = (__m256) x[0].part[0], x1 = (__m256) x[1].part[0];
+      const __m256 a = _mm256_unpacklo_ps(x0, x1), b = _mm256_unpackhi_ps(x0, x1);
+      const auto put = [&](int lane, __m128 two) {
+        _mm_storel_pi((__m64 *) row(lane), two);
+        _mm_storeh_pi((__m64 *) row(lane + 1), two);
       };
-      put(0, _mm256_castpd256_pd128(even));
-      put(1, _mm256_castpd256_pd128(odd));
-      put(2, _mm256_extractf128_pd(even, 1));
-      put(3, _mm256_extractf128_pd(odd, 1));
-    }
-  };
-
-  /// The addresses of four rows, from lane `first` on.
-  template <class Row> RVE_INLINE auto rows_from(const Row &row, int first)
-  {
-    return [&row, first](int lane) { return row(first + lane); };
-  }
-
-  template <int N, class Row>
-  RVE_INLINE void load_words(const Row &row, Vec<Pack<std::uint64_t, N>, 2> &words)
-  {
-    for (int m = 0; m < N / 4; ++m) {
-      TwoColumns columns;
-      columns.load(rows_from(row, 4 * m), 0);
-      words[0].part[m] = _mm256_castpd_si256(columns.first);
-      words[1].part[m] = _mm256_castpd_si256(columns.second);
+      put(0, _mm256_castps256_ps128(a));
+      put(2, _mm256_castps256_ps128(b));
+      put(4, _mm256_extractf128_ps(a, 1));
+      put(6, _mm256_extractf128_ps(b, 1));
     }
   }
 
-  template <int N, class Row>
-  RVE_INLINE void store_words(const Row &row, const Vec<Pack<std::uint64_t, N>, 2> &words)
+  /// The first K of four numbers of 32 bits. All four are read.
+  template <int K, class T, class Row> RVE_INLINE void load_fours(const Row &row, Pack<T, 8> *x)
   {
-    for (int m = 0; m < N / 4; ++m)
-      TwoColumns{_mm256_castsi256_pd(words[0].part[m]), _mm256_castsi256_pd(words[1].part[m])}
-          .store(rows_from(row, 4 * m), 0);
+    const auto four = [&](int lane) { return _mm_loadu_ps((const float *) row(lane)); };
+    RegisterOf<float> columns[4];
+    for (int k = 0; k < 4; ++k) columns[k] = _mm256_set_m128(four(k + 4), four(k));
+    transpose(columns);
+    for (int c = 0; c < K; ++c) x[c].part[0] = (RegisterOf<T>) columns[c];
   }
 
-  // ---- load_row and store_row: two integers and two floating-point numbers, as the record has them ----------------------------------
-
-  template <class Row>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<std::uint32_t, 8>, 2> &first,
-                           Vec<Pack<float, 8>, 2> &second)
+  /// The first K, 3 or 4, of four numbers of 32 bits.
+  template <int K, class T, class Row>
+  RVE_INLINE void store_fours(const Row &row, const Pack<T, 8> *x)
   {
-    FourColumns columns;
-    columns.load(row);
-    for (int a = 0; a < 2; ++a) {
-      first[a].part[0] = _mm256_castps_si256(columns.column[a]);
-      second[a].part[0] = columns.column[2 + a];
-    }
-  }
-
-  template <class Row>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<float, 8>, 2> &first,
-                           Vec<Pack<std::uint32_t, 8>, 2> &second)
-  {
-    FourColumns columns;
-    columns.load(row);
-    for (int a = 0; a < 2; ++a) {
-      first[a].part[0] = columns.column[a];
-      second[a].part[0] = _mm256_castps_si256(columns.column[2 + a]);
-    }
-  }
-
-  template <class Row>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<std::uint64_t, 8>, 2> &first,
-                           Vec<Pack<float, 8>, 2> &second)
-  {
-    load_words(row, first);
-    const auto two_rows = [&](int lane) {
-      const auto at = [&](int k) { return reinterpret_cast<const __m64 *>(row(k)) + 2; };
-      return _mm_loadh_pi(_mm_loadl_pi(_mm_setzero_ps(), at(lane)), at(lane + 1));
+    RegisterOf<float> rows[4];
+    to_rows(x, K, 0, rows);
+    const auto put = [&](int lane, __m128 four) {
+      auto *to = (float *) row(lane);
+      if constexpr (K == 4) {
+        _mm_storeu_ps(to, four);
+      } else {
+        _mm_storel_pi((__m64 *) to, four);
+        _mm_store_ss(to + 2, _mm_movehl_ps(four, four));
+      }
     };
-    const auto four_rows = [&](int lane) {
-      return _mm256_insertf128_ps(_mm256_castps128_ps256(two_rows(lane)), two_rows(lane + 4), 1);
-    };
-    const __m256 a = four_rows(0), b = four_rows(2);
-    second[0].part[0] = _mm256_shuffle_ps(a, b, 0x88);
-    second[1].part[0] = _mm256_shuffle_ps(a, b, 0xdd);
-  }
-
-  template <int N, class Row>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<std::uint64_t, N>, 2> &first,
-                           Vec<Pack<double, N>, 2> &second)
-  {
-    load_words(row, first);
-    for (int m = 0; m < N / 4; ++m) {
-      TwoColumns columns;
-      columns.load(rows_from(row, 4 * m), 2);
-      second[0].part[m] = columns.first;
-      second[1].part[m] = columns.second;
-    }
-  }
-
-  template <class Row>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<double, 8>, 2> &first,
-                           Vec<Pack<std::uint32_t, 8>, 2> &second)
-  {
-    for (int m = 0; m < 2; ++m) {
-      TwoColumns columns;
-      columns.load(rows_from(row, 4 * m), 0);
-      first[0].part[m] = columns.first;
-      first[1].part[m] = columns.second;
-    }
-    std::uint32_t words[2][8];
-    for (int lane = 0; lane < 8; ++lane)
-      for (int a = 0; a < 2; ++a)
-        words[a][lane] = reinterpret_cast<const std::uint32_t *>(row(lane))[4 + a];
-    for (int a = 0; a < 2; ++a) second[a] = Pack<std::uint32_t, 8>::load(words[a]);
-  }
-
-  template <class Row>
-  RVE_INLINE void store_row(const Row &row, const Vec<Pack<std::uint32_t, 8>, 2> &first,
-                            const Vec<Pack<float, 8>, 2> &second)
-  {
-    FourColumns{{_mm256_castsi256_ps(first[0].part[0]), _mm256_castsi256_ps(first[1].part[0]),
-                 second[0].part[0], second[1].part[0]}}
-        .store(row);
-  }
-
-  template <class Row>
-  RVE_INLINE void store_row(const Row &row, const Vec<Pack<std::uint64_t, 8>, 2> &first,
-                            const Vec<Pack<float, 8>, 2> &second)
-  {
-    store_words(row, first);
-    const __m256 x = second[0].part[0], y = second[1].part[0];
-    const auto put = [&](int lane, __m128 two) {
-      const auto at = [&](int k) { return reinterpret_cast<__m64 *>(row(k)) + 2; };
-      _mm_storel_pi(at(lane), two);
-      _mm_storeh_pi(at(lane + 1), two);
-    };
-    const __m256 a = _mm256_unpacklo_ps(x, y), b = _mm256_unpackhi_ps(x, y);
-    put(0, _mm256_castps256_ps128(a));
-    put(2, _mm256_castps256_ps128(b));
-    put(4, _mm256_extractf128_ps(a, 1));
-    put(6, _mm256_extractf128_ps(b, 1));
-  }
-
-  template <int N, class Row>
-  RVE_INLINE void store_row(const Row &row, const Vec<Pack<std::uint64_t, N>, 2> &first,
-                            const Vec<Pack<double, N>, 2> &second)
-  {
-    store_words(row, first);
-    for (int m = 0; m < N / 4; ++m)
-      TwoColumns{second[0].part[m], second[1].part[m]}.store(rows_from(row, 4 * m), 2);
-  }
-
-  // ---- rows of four integers, of which three count -----------------------------------------------------------------------------------
-
-  RVE_INLINE void add_words(std::int32_t *row, __m128i x)
-  {
-    auto *sum = reinterpret_cast<__m128i *>(row);
-    _mm_store_si128(sum, _mm_add_epi32(_mm_load_si128(sum), x));
-  }
-
-  RVE_INLINE void add_words(std::int64_t *row, __m256i x)
-  {
-    auto *sum = reinterpret_cast<__m256i *>(row);
-    _mm256_store_si256(sum, _mm256_add_epi64(_mm256_load_si256(sum), x));
-  }
-
-  /// Adds the three numbers of each lane to its row, one lane after the other: rows may be the same.
-  template <class Row>
-  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<std::int32_t, 8>, 3> &x)
-  {
-    const __m256i zero = _mm256_setzero_si256();
-    const __m256i a = _mm256_unpacklo_epi32(x[0].part[0], x[1].part[0]);
-    const __m256i b = _mm256_unpackhi_epi32(x[0].part[0], x[1].part[0]);
-    const __m256i c = _mm256_unpacklo_epi32(x[2].part[0], zero);
-    const __m256i d = _mm256_unpackhi_epi32(x[2].part[0], zero);
-    const __m256i pair[4] = {_mm256_unpacklo_epi64(a, c), _mm256_unpackhi_epi64(a, c),
-                             _mm256_unpacklo_epi64(b, d), _mm256_unpackhi_epi64(b, d)};
     for (int lane = 0; lane < 4; ++lane) {
-      add_words(row(lane), _mm256_castsi256_si128(pair[lane]));
-      add_words(row(lane + 4), _mm256_extracti128_si256(pair[lane], 1));
+      put(lane, _mm256_castps256_ps128(rows[lane]));
+      put(lane + 4, _mm256_extractf128_ps(rows[lane], 1));
     }
   }
 
-  template <int N, class Row>
-  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<std::int64_t, N>, 3> &x)
+  // ---- rows of K numbers --------------------------------------------------------------------------------------------------------------
+
+  /// Two or four at a time; the last ones overlap those before. Of three numbers of 32 bits the word behind them is read, too.
+  template <class T, int N, int K, class Row>
+  RVE_INLINE void load_numbers(const Row &row, Vec<Pack<T, N>, K> &x)
   {
-    const __m256i zero = _mm256_setzero_si256();
-    for (int m = 0; m < N / 4; ++m) {
-      const __m256i a = _mm256_unpacklo_epi64(x[0].part[m], x[1].part[m]);
-      const __m256i b = _mm256_unpackhi_epi64(x[0].part[m], x[1].part[m]);
-      const __m256i c = _mm256_unpacklo_epi64(x[2].part[m], zero);
-      const __m256i d = _mm256_unpackhi_epi64(x[2].part[m], zero);
-      add_words(row(4 * m), _mm256_permute2x128_si256(a, c, 0x20));
-      add_words(row(4 * m + 1), _mm256_permute2x128_si256(b, d, 0x20));
-      add_words(row(4 * m + 2), _mm256_permute2x128_si256(a, c, 0x31));
-      add_words(row(4 * m + 3), _mm256_permute2x128_si256(b, d, 0x31));
+    constexpr int count = sizeof(T) == 8 || K == 2 ? 2 : 4;
+    for (int k = 0; k < K; k += count) {
+      const int first = k + count > K && K > count ? K - count : k;
+      if constexpr (count == 2)
+        load_pairs(behind(row, first * sizeof(T)), &x[first]);
+      else
+        load_fours<(K < 4 ? K : 4)>(behind(row, first * sizeof(T)), &x[first]);
     }
   }
 
-  /// Takes 8 rows that lie behind one another, and leaves zeros.
-  RVE_INLINE void take_rows(std::int32_t *rows, Vec<Pack<std::int32_t, 8>, 3> &sum)
+  template <class T, int N, int K, class Row>
+  RVE_INLINE void store_numbers(const Row &row, const Vec<Pack<T, N>, K> &x)
   {
-    FourColumns columns;
-    columns.load([&](int lane) { return rows + 4 * lane; });
-    for (int c = 0; c < 3; ++c) sum[c].part[0] = _mm256_castps_si256(columns.column[c]);
-    for (int k = 0; k < 32; k += 8)
-      _mm256_storeu_si256(reinterpret_cast<__m256i *>(rows + k), _mm256_setzero_si256());
-  }
-
-  RVE_INLINE void take_rows(std::int64_t *rows, Vec<Pack<std::int64_t, 8>, 3> &sum)
-  {
-    for (int m = 0; m < 2; ++m) {
-      const auto row = [&](int lane) { return rows + 4 * (4 * m + lane); };
-      TwoColumns xy, torque;
-      xy.load(row, 0);
-      torque.load(row, 2);
-      sum[0].part[m] = _mm256_castpd_si256(xy.first);
-      sum[1].part[m] = _mm256_castpd_si256(xy.second);
-      sum[2].part[m] = _mm256_castpd_si256(torque.first);
-    }
-    for (int k = 0; k < 32; k += 4)
-      _mm256_storeu_si256(reinterpret_cast<__m256i *>(rows + k), _mm256_setzero_si256());
-  }
-
-  /// Adds the integers of 8 grains to the sum and leaves zeros.
-  template <class Integer> RVE_INLINE void take_numbers(Integer *array, Pack<Integer, 8> &sum)
-  {
-    sum = sum + Pack<Integer, 8>::load(array);
-    Pack<Integer, 8>(Integer(0)).store(array);
-  }
-
-  // ---- vectors in space: three words of each lane, at any address -----------------------------------------------------------------------
-
-  /// The addresses that lie `bytes` behind those of the lanes.
-  template <class Row> RVE_INLINE auto behind(const Row &row, int bytes)
-  {
-    return [&row, bytes](int lane) { return reinterpret_cast<const char *>(row(lane)) + bytes; };
-  }
-
-  RVE_INLINE void take_column(__m256 column, __m256 &part)
-  {
-    part = column;
-  }
-  RVE_INLINE void take_column(__m256 column, __m256i &part)
-  {
-    part = _mm256_castps_si256(column);
-  }
-  RVE_INLINE void take_column(__m256d column, __m256d &part)
-  {
-    part = column;
-  }
-  RVE_INLINE void take_column(__m256d column, __m256i &part)
-  {
-    part = _mm256_castpd_si256(column);
-  }
-
-  /// The words x[Begin], x[Begin + 1], ... of four words of 32 bits per lane. All four are read.
-  template <int Begin, class T, int K, class Row>
-  RVE_INLINE void load_four(const Row &row, Vec<Pack<T, 8>, K> &x)
-  {
-    FourColumns columns;
-    columns.load(row);
-    for (int a = Begin; a < K; ++a) take_column(columns.column[a], x[a].part[0]);
-  }
-
-  template <class T, int N, class Row>
-  RVE_INLINE void load_three(const Row &row, Vec<Pack<T, N>, 3> &x)
-  {
-    if constexpr (sizeof(T) == 4) {
-      load_four<0>(row, x);
-    } else {
-      for (int m = 0; m < N / 4; ++m) {
-        const auto four = rows_from(row, 4 * m);
-        TwoColumns front, back;
-        front.load(four, 0);
-        back.load(four, 1);
-        take_column(front.first, x[0].part[m]);
-        take_column(front.second, x[1].part[m]);
-        take_column(back.second, x[2].part[m]);
-      }
+    constexpr int count = sizeof(T) == 8 || K == 2 ? 2 : 4;
+    for (int k = 0; k < K; k += count) {
+      const int first = k + count > K && K > count ? K - count : k;
+      if constexpr (count == 2)
+        store_pairs(behind(row, first * sizeof(T)), &x[first]);
+      else
+        store_fours<(K < 4 ? K : 4)>(behind(row, first * sizeof(T)), &x[first]);
     }
   }
 
-  /// Records of two vectors, and of two numbers and a vector.
+  /// Rows of two numbers and two of another type.
   template <class T, class U, int N, class Row>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<T, N>, 3> &first, Vec<Pack<U, N>, 3> &second)
+  RVE_INLINE void load_row(const Row &row, Vec<Pack<T, N>, 2> &first, Vec<Pack<U, N>, 2> &second)
   {
-    load_three(row, first);
-    load_three(behind(row, 3 * sizeof(T)), second);
-  }
-
-  template <class Row>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<float, 8>, 2> &first,
-                           Vec<Pack<std::uint32_t, 8>, 3> &second)
-  {
-    load_four<0>(row, first);
-    load_three(behind(row, 2 * sizeof(float)), second);
-  }
-
-  template <class Row>
-  RVE_INLINE void load_row(const Row &row, Vec<Pack<double, 8>, 2> &first,
-                           Vec<Pack<std::uint32_t, 8>, 3> &second)
-  {
-    for (int m = 0; m < 2; ++m) {
-      TwoColumns columns;
-      columns.load(rows_from(row, 4 * m), 0);
-      first[0].part[m] = columns.first;
-      first[1].part[m] = columns.second;
-    }
-    load_three(behind(row, 2 * sizeof(double)), second);
-  }
-
-  /// Columns of 8 rows of 8 words of 32 bits, or rows of columns.
-  RVE_INLINE void transpose(__m256i (&x)[8])
-  {
-    __m256i pair[8], quad[8];
-    for (int k = 0; k < 8; k += 2) {
-      pair[k] = _mm256_unpacklo_epi32(x[k], x[k + 1]);
-      pair[k + 1] = _mm256_unpackhi_epi32(x[k], x[k + 1]);
-    }
-    for (int k = 0; k < 8; k += 4)
-      for (int m = 0; m < 2; ++m) {
-        quad[k + 2 * m] = _mm256_unpacklo_epi64(pair[k + m], pair[k + 2 + m]);
-        quad[k + 2 * m + 1] = _mm256_unpackhi_epi64(pair[k + m], pair[k + 2 + m]);
-      }
-    for (int k = 0; k < 4; ++k) {
-      x[k] = _mm256_permute2x128_si256(quad[k], quad[k + 4], 0x20);
-      x[k + 4] = _mm256_permute2x128_si256(quad[k], quad[k + 4], 0x31);
-    }
-  }
-
-  /// Columns of 4 rows of 4 words of 64 bits.
-  RVE_INLINE void transpose(__m256i (&x)[4])
-  {
-    const __m256i a = _mm256_unpacklo_epi64(x[0], x[1]), b = _mm256_unpackhi_epi64(x[0], x[1]),
-                  c = _mm256_unpacklo_epi64(x[2], x[3]), d = _mm256_unpackhi_epi64(x[2], x[3]);
-    x[0] = _mm256_permute2x128_si256(a, c, 0x20);
-    x[1] = _mm256_permute2x128_si256(b, d, 0x20);
-    x[2] = _mm256_permute2x128_si256(a, c, 0x31);
-    x[3] = _mm256_permute2x128_si256(b, d, 0x31);
-  }
-
-  template <class T, int N, class Row>
-  RVE_INLINE void store_three(const Row &row, const Vec<Pack<T, N>, 3> &x)
-  {
-    if constexpr (sizeof(T) == 4) {
-      const auto bits = [&](int a) { return (__m256i) x[a].part[0]; };
-      const __m256i zero = _mm256_setzero_si256();
-      const __m256i xy[2] = {_mm256_unpacklo_epi32(bits(0), bits(1)),
-                             _mm256_unpackhi_epi32(bits(0), bits(1))},
-                    z[2] = {_mm256_unpacklo_epi32(bits(2), zero),
-                            _mm256_unpackhi_epi32(bits(2), zero)};
-      const auto put = [&](int lane, __m128i three) {
-        auto *to = const_cast<char *>(reinterpret_cast<const char *>(row(lane)));
-        _mm_storel_epi64(reinterpret_cast<__m128i *>(to), three);
-        _mm_storeu_si32(to + 8, _mm_unpackhi_epi64(three, three));
-      };
-      for (int k = 0; k < 2; ++k) {
-        const __m256i even = _mm256_unpacklo_epi64(xy[k], z[k]),
-                      odd = _mm256_unpackhi_epi64(xy[k], z[k]);
-        put(2 * k, _mm256_castsi256_si128(even));
-        put(2 * k + 1, _mm256_castsi256_si128(odd));
-        put(2 * k + 4, _mm256_extracti128_si256(even, 1));
-        put(2 * k + 5, _mm256_extracti128_si256(odd, 1));
+    if constexpr (sizeof(T) == 4 && sizeof(U) == 4) {
+      Vec<Pack<T, N>, 4> all;
+      load_numbers(row, all);
+      for (int a = 0; a < 2; ++a) {
+        first[a] = all[a];
+        second[a].part[0] = (RegisterOf<U>) all[2 + a].part[0];
       }
     } else {
-      for (int m = 0; m < N / 4; ++m) {
-        __m256i rows[4] = {(__m256i) x[0].part[m], (__m256i) x[1].part[m], (__m256i) x[2].part[m],
-                           _mm256_setzero_si256()};
-        transpose(rows);
+      load_numbers(row, first);
+      load_numbers(behind(row, 2 * sizeof(T)), second);
+    }
+  }
+
+  template <class T, class U, int N, class Row>
+  RVE_INLINE void store_row(const Row &row, const Vec<Pack<T, N>, 2> &first,
+                            const Vec<Pack<U, N>, 2> &second)
+  {
+    if constexpr (sizeof(T) == 4 && sizeof(U) == 4) {
+      Vec<Pack<T, N>, 4> all{{first[0], first[1]}};
+      for (int a = 0; a < 2; ++a) all[2 + a].part[0] = (RegisterOf<T>) second[a].part[0];
+      store_numbers(row, all);
+    } else {
+      store_numbers(row, first);
+      store_numbers(behind(row, 2 * sizeof(T)), second);
+    }
+  }
+
+  // ---- sums: rows of 4 integers, of which three count, or of 8, of which six do -------------------------------------------------------
+
+  RVE_INLINE void add_four(std::int32_t *sum, __m128i x)
+  {
+    auto *four = (__m128i *) sum;
+    _mm_store_si128(four, _mm_add_epi32(_mm_load_si128(four), x));
+  }
+  RVE_INLINE void add_four(std::int64_t *sum, __m256i x)
+  {
+    auto *four = (__m256i *) sum;
+    _mm256_store_si256(four, _mm256_add_epi64(_mm256_load_si256(four), x));
+  }
+
+  /// Adds the numbers of each lane to its row, one lane after the other: rows may be the same.
+  template <class T, int N, int K, class Row>
+  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<T, N>, K> &x)
+  {
+    for (int m = 0; m < Pack<T, N>::num_registers; ++m)
+      for (int first = 0; first < K; first += 4) {
+        RegisterOf<Floating<T>> rows[4];
+        to_rows(&x[first], K - first, m, rows);
         for (int lane = 0; lane < 4; ++lane) {
-          auto *to = const_cast<char *>(reinterpret_cast<const char *>(row(4 * m + lane)));
-          _mm_storeu_si128(reinterpret_cast<__m128i *>(to), _mm256_castsi256_si128(rows[lane]));
-          _mm_storel_epi64(reinterpret_cast<__m128i *>(to + 16),
-                           _mm256_extracti128_si256(rows[lane], 1));
+          const auto numbers = (__m256i) rows[lane];
+          if constexpr (sizeof(T) == 4) {
+            add_four(row(lane) + first, _mm256_castsi256_si128(numbers));
+            add_four(row(lane + 4) + first, _mm256_extracti128_si256(numbers, 1));
+          } else {
+            add_four(row(4 * m + lane) + first, numbers);
+          }
         }
       }
+  }
+
+  /// Takes the rows of N lanes, which lie behind one another, and leaves zeros.
+  template <class T, int N, int K> RVE_INLINE void take_rows(T *rows, Vec<Pack<T, N>, K> &sum)
+  {
+    constexpr int length = K <= 4 ? 4 : 8;
+    load_numbers([&](int lane) { return rows + length * lane; }, sum);
+    for (int k = 0; k < length; ++k) Pack<T, N>(T(0)).store(rows + N * k);
+  }
+
+  /// Adds the integers of N grains to the sum and leaves zeros.
+  template <class T, int N> RVE_INLINE void take_numbers(T *array, Pack<T, N> &sum)
+  {
+    sum = wrapping_sum(sum, Pack<T, N>::load(array));
+    Pack<T, N>(T(0)).store(array);
+  }
+
+  // ---- records that lie behind one another ----------------------------------------------------------------------------------------------
+
+  /// Three floats of each lane.
+  RVE_INLINE void load_triples(const float *from, Vec<Pack<float, 8>, 3> &x)
+  {
+    const auto two = [&](int k) {
+      return _mm256_set_m128(_mm_loadu_ps(from + k + 12), _mm_loadu_ps(from + k));
+    };
+    const __m256 front = two(0), middle = two(4), back = two(8);
+    const __m256 xy = _mm256_shuffle_ps(middle, back, _MM_SHUFFLE(2, 1, 3, 2)),
+                 yz = _mm256_shuffle_ps(front, middle, _MM_SHUFFLE(1, 0, 2, 1));
+    x[0].part[0] = _mm256_shuffle_ps(front, xy, _MM_SHUFFLE(2, 0, 3, 0));
+    x[1].part[0] = _mm256_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0));
+    x[2].part[0] = _mm256_shuffle_ps(yz, back, _MM_SHUFFLE(3, 0, 3, 1));
+  }
+
+  RVE_INLINE void store_triples(const Vec<Pack<float, 8>, 3> &x, float *to)
+  {
+    const __m256 a = x[0].part[0], b = x[1].part[0], c = x[2].part[0];
+    const __m256 ab = _mm256_shuffle_ps(a, b, _MM_SHUFFLE(2, 0, 2, 0)),
+                 bc = _mm256_shuffle_ps(b, c, _MM_SHUFFLE(3, 1, 3, 1)),
+                 ca = _mm256_shuffle_ps(c, a, _MM_SHUFFLE(3, 1, 2, 0));
+    const __m256 three[3] = {_mm256_shuffle_ps(ab, ca, _MM_SHUFFLE(2, 0, 2, 0)),
+                             _mm256_shuffle_ps(bc, ab, _MM_SHUFFLE(3, 1, 2, 0)),
+                             _mm256_shuffle_ps(ca, bc, _MM_SHUFFLE(3, 1, 3, 1))};
+    for (int k = 0; k < 3; ++k) {
+      _mm_storeu_ps(to + 4 * k, _mm256_castps256_ps128(three[k]));
+      _mm_storeu_ps(to + 4 * k + 12, _mm256_extractf128_ps(three[k], 1));
     }
   }
 
-  template <class T, class U, int N, class Row>
-  RVE_INLINE void store_row(const Row &row, const Vec<Pack<T, N>, 3> &first,
-                            const Vec<Pack<U, N>, 3> &second)
+  /// `single` has the records of the lanes, each of K numbers of one type, and Record is the same of packs P, or such a pack.
+  template <class Record, class P, class Single>
+  RVE_INLINE Record load_records(const Single *single)
   {
-    store_three(row, first);
-    store_three(behind(row, 3 * sizeof(T)), second);
+    using T = typename P::Number;
+    constexpr int K = sizeof(Single) / sizeof(T);
+    static_assert(sizeof(Single) == K * sizeof(T) && sizeof(Record) == K * sizeof(P),
+                  "the same numbers in both");
+    const auto *numbers = reinterpret_cast<const T *>(single);
+    Vec<P, K> packs;
+    if constexpr (K == 1)
+      packs[0] = P::load(numbers);
+    else if constexpr (K == 3 && sizeof(T) == 4)
+      load_triples(numbers, packs);
+    else
+      load_numbers([&](int lane) { return numbers + K * lane; }, packs);
+    Record record;
+    std::memcpy(&record, &packs, sizeof(record));
+    return record;
   }
 
-  // ---- rows of eight integers, of which six count: as those of four ------------------------------------------------------------------
-
-  template <class Row>
-  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<std::int32_t, 8>, 6> &x)
+  template <class P, class Record, class Single>
+  RVE_INLINE void store_records(const Record &record, Single *single)
   {
-    const __m256i zero = _mm256_setzero_si256();
-    __m256i lanes[8] = {x[0].part[0], x[1].part[0], x[2].part[0], x[3].part[0],
-                        x[4].part[0], x[5].part[0], zero,         zero};
-    transpose(lanes);
-    for (int lane = 0; lane < 8; ++lane) {
-      auto *sum = reinterpret_cast<__m256i *>(row(lane));
-      _mm256_storeu_si256(sum, _mm256_add_epi32(_mm256_loadu_si256(sum), lanes[lane]));
-    }
-  }
-
-  template <int N, class Row>
-  RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<std::int64_t, N>, 6> &x)
-  {
-    const __m256i zero = _mm256_setzero_si256();
-    for (int m = 0; m < N / 4; ++m) {
-      __m256i front[4] = {x[0].part[m], x[1].part[m], x[2].part[m], x[3].part[m]},
-              back[4] = {x[4].part[m], x[5].part[m], zero, zero};
-      transpose(front);
-      transpose(back);
-      for (int lane = 0; lane < 4; ++lane) {
-        std::int64_t *sum = row(4 * m + lane);
-        add_words(sum, front[lane]);
-        add_words(sum + 4, back[lane]);
-      }
-    }
-  }
-
-  RVE_INLINE void take_rows(std::int32_t *rows, Vec<Pack<std::int32_t, 8>, 6> &sum)
-  {
-    __m256i lanes[8];
-    for (int lane = 0; lane < 8; ++lane) {
-      auto *row = reinterpret_cast<__m256i *>(rows + 8 * lane);
-      lanes[lane] = _mm256_loadu_si256(row);
-      _mm256_storeu_si256(row, _mm256_setzero_si256());
-    }
-    transpose(lanes);
-    for (int c = 0; c < 6; ++c) sum[c].part[0] = lanes[c];
-  }
-
-  RVE_INLINE void take_rows(std::int64_t *rows, Vec<Pack<std::int64_t, 8>, 6> &sum)
-  {
-    for (int m = 0; m < 2; ++m) {
-      __m256i front[4], back[4];
-      for (int lane = 0; lane < 4; ++lane) {
-        auto *row = reinterpret_cast<__m256i *>(rows + 8 * (4 * m + lane));
-        front[lane] = _mm256_load_si256(row);
-        back[lane] = _mm256_load_si256(row + 1);
-        _mm256_store_si256(row, _mm256_setzero_si256());
-        _mm256_store_si256(row + 1, _mm256_setzero_si256());
-      }
-      transpose(front);
-      transpose(back);
-      for (int c = 0; c < 4; ++c) sum[c].part[m] = front[c];
-      for (int c = 0; c < 2; ++c) sum[4 + c].part[m] = back[c];
-    }
+    using T = typename P::Number;
+    constexpr int K = sizeof(Single) / sizeof(T);
+    static_assert(sizeof(Single) == K * sizeof(T) && sizeof(Record) == K * sizeof(P),
+                  "the same numbers in both");
+    auto *numbers = reinterpret_cast<T *>(single);
+    Vec<P, K> packs;
+    std::memcpy(&packs, &record, sizeof(record));
+    if constexpr (K == 1)
+      packs[0].store(numbers);
+    else if constexpr (K == 3 && sizeof(T) == 4)
+      store_triples(packs, numbers);
+    else
+      store_numbers([&](int lane) { return numbers + K * lane; }, packs);
   }
 
   // ---- single numbers ---------------------------------------------------------------------------------------------------------------
@@ -515,10 +329,10 @@ inline namespace RVE_ISA {
   }
   RVE_INLINE Pack<std::uint32_t, 8> leading_bits(const Pack<std::uint64_t, 8> &s)
   {
-    const __m256 odd =
-        _mm256_shuffle_ps(_mm256_castsi256_ps(s.part[0]), _mm256_castsi256_ps(s.part[1]), 0xdd);
+    const __m256i odd = (__m256i) _mm256_shuffle_ps((__m256) s.part[0], (__m256) s.part[1],
+                                                    _MM_SHUFFLE(3, 1, 3, 1));
     Pack<std::uint32_t, 8> leading;
-    leading.part[0] = _mm256_permute4x64_epi64(_mm256_castps_si256(odd), 0xd8);
+    leading.part[0] = (RegisterOf<std::uint32_t>) _mm256_permute4x64_epi64(odd, 0xd8);
     return leading;
   }
 

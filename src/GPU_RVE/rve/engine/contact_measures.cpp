@@ -99,8 +99,8 @@ namespace {
         other.radius = state.radius[touching.second];
         const auto energy_of = [&](const PairOf<D> &pair) {
           return law.elastic_energy(geometry,
-                                    law.evaluate(geometry, one, other, Tensor<double, D>::zero(),
-                                                 law.of_pair(pair), 0.0));
+                                    evaluate(law, geometry, one, other, Tensor<double, D>::zero(),
+                                             law.of_pair(pair), 0.0));
         };
         PairOf<D> bare{};
         bare.contact_radius = pairs[k].contact_radius;

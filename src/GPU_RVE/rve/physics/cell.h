@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The deformable periodic cell: widths, strain since a reference, lattice reduction. Plane cells.
+// The deformable periodic cell: widths, strain since a reference, lattice reduction. Of the plane, and what is alike in space: solid_cell.h
+// has the rest.
 
 #pragma once
 
@@ -7,6 +8,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -21,10 +23,14 @@ inline namespace RVE_ISA {
     return std::fabs(determinant(cell)) / edge;
   }
 
-  RVE_INLINE double smallest_width(const Tensor2 &cell)
+  template <int D> RVE_INLINE double smallest_width(const Tensor<double, D> &cell)
   {
-    const double x = perpendicular_width(cell, 0), y = perpendicular_width(cell, 1);
-    return x < y ? x : y;
+    double smallest = perpendicular_width(cell, 0);
+    for (int axis = 1; axis < D; ++axis) {
+      const double width = perpendicular_width(cell, axis);
+      smallest = width < smallest ? width : smallest;
+    }
+    return smallest;
   }
 
   /// Smallest singular value of G: no vector shrinks more than this under G [-].
@@ -37,10 +43,10 @@ inline namespace RVE_ISA {
     return 0.5 * (std::sqrt(sum + 2.0 * det) - difference);    // (s1 + s2) - (s1 - s2), halved
   }
 
-  /// How often cell vector a fits into b, or b into a: one step of Lagrange's lattice reduction, H <- H M.
-  struct LatticeStep {
-    int axis;                 ///< the vector that changes; -1: the cell is reduced well enough
-    std::int64_t multiple;    ///< of the other vector, which is subtracted
+  /// One step of lattice reduction, H <- H M: the vector `axis` loses multiples of the others.
+  template <int D> struct LatticeStep {
+    int axis;                    ///< the vector that changes; -1: the cell is reduced well enough
+    std::int64_t multiple[D];    ///< of vector k, which is subtracted; of the axis itself 0
   };
 
   /// Whether lattice_step would change the cell; cheaper.
@@ -54,42 +60,47 @@ inline namespace RVE_ISA {
 
   /// Reduction is due when one vector leans over the other by more than 0.6 of its length; 0.5 would be the reduced lattice,
   /// the margin keeps a cell at the border from flipping back and forth.
-  RVE_INLINE LatticeStep lattice_step(const Tensor2 &cell)
+  /// Lagrange's reduction: how often the shorter vector fits into the longer one.
+  RVE_INLINE LatticeStep<2> lattice_step(const Tensor2 &cell)
   {
     const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);
     const double bb = cell(0, 1) * cell(0, 1) + cell(1, 1) * cell(1, 1);
     const double ab = cell(0, 0) * cell(0, 1) + cell(1, 0) * cell(1, 1);
-    const int axis = aa <= bb ? 1 : 0;                            // the longer one changes
-    if (!is_lattice_step_due(cell)) return LatticeStep{-1, 0};    // a NaN ends here too
-    const double lean = ab / (axis == 1 ? aa : bb);
-    return LatticeStep{axis, static_cast<std::int64_t>(lean > 0.0 ? lean + 0.5 : lean - 0.5)};
+    LatticeStep<2> step{-1, {0, 0}};
+    if (!is_lattice_step_due(cell)) return step;    // a NaN ends here too
+    step.axis = aa <= bb ? 1 : 0;                   // the longer one changes
+    const double lean = ab / (step.axis == 1 ? aa : bb);
+    step.multiple[1 - step.axis] = static_cast<std::int64_t>(lean > 0.0 ? lean + 0.5 : lean - 0.5);
+    return step;
   }
 
-  /// H M of the step: the vector `axis` loses `multiple` of the other one.
-  RVE_INLINE Tensor2 apply_lattice_step(const Tensor2 &cell, const LatticeStep &step)
+  /// H M of the step.
+  template <int D>
+  RVE_INLINE Tensor<double, D> apply_lattice_step(const Tensor<double, D> &cell,
+                                                  const LatticeStep<D> &step)
   {
-    Tensor2 reduced = cell;
-    for (int a = 0; a < 2; ++a)
-      reduced(a, step.axis) =
-          std::fma(-static_cast<double>(step.multiple), cell(a, 1 - step.axis), cell(a, step.axis));
+    Tensor<double, D> reduced = cell;
+    for (int a = 0; a < D; ++a)
+      for (int k = 0; k < D; ++k)
+        if (k != step.axis)
+          reduced(a, step.axis) =
+              std::fma(-static_cast<double>(step.multiple[k]), cell(a, k), reduced(a, step.axis));
     return reduced;
   }
 
   /// M^-1 s, exact in wrapping integers: the point stays where it is.
-  template <class Coordinate>
-  RVE_INLINE Vec<Coordinate, 2> apply_lattice_step(const Vec<Coordinate, 2> &s,
-                                                   const LatticeStep &step)
+  template <class Coordinate, int D>
+  RVE_INLINE Vec<Coordinate, D> apply_lattice_step(const Vec<Coordinate, D> &s,
+                                                   const LatticeStep<D> &step)
   {
-    Vec<Coordinate, 2> t = s;
-    t[1 - step.axis] = s[1 - step.axis] + static_cast<Coordinate>(step.multiple) * s[step.axis];
-    return t;
-  }
-  RVE_INLINE Vec<FloatFraction, 2> apply_lattice_step(const Vec<FloatFraction, 2> &s,
-                                                      const LatticeStep &step)
-  {
-    Vec<FloatFraction, 2> t = s;
-    t[1 - step.axis] =
-        wrapped(s[1 - step.axis].value + static_cast<float>(step.multiple) * s[step.axis].value);
+    Vec<Coordinate, D> t = s;
+    for (int k = 0; k < D; ++k)
+      if (k != step.axis) {
+        if constexpr (std::is_same_v<Coordinate, FloatFraction>)
+          t[k] = wrapped(s[k].value + static_cast<float>(step.multiple[k]) * s[step.axis].value);
+        else
+          t[k] = s[k] + static_cast<Coordinate>(step.multiple[k]) * s[step.axis];
+      }
     return t;
   }
 

@@ -3,10 +3,7 @@
 
 #pragma once
 
-#include "rve/core/fixed_point.h"
-
-#include <cmath>
-#include <cstdint>
+#include "rve/physics/cell.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -16,16 +13,6 @@ inline namespace RVE_ISA {
   {
     const Vec<double, 3> face = cross(column(cell, (axis + 1) % 3), column(cell, (axis + 2) % 3));
     return std::fabs(dot(column(cell, axis), face)) / std::sqrt(dot(face, face));
-  }
-
-  RVE_INLINE double smallest_width(const Tensor3 &cell)
-  {
-    double smallest = perpendicular_width(cell, 0);
-    for (int axis = 1; axis < 3; ++axis) {
-      const double width = perpendicular_width(cell, axis);
-      smallest = width < smallest ? width : smallest;
-    }
-    return smallest;
   }
 
   /// A bound of the smallest singular value of G from below: no vector shrinks more than this under G [-]. Of the eigenvalues of
@@ -45,16 +32,10 @@ inline namespace RVE_ISA {
     return least > 0.0 ? std::sqrt(least) : 0.0;
   }
 
-  /// One step of lattice reduction, H <- H M: the vector `axis` loses multiples of the other two.
-  struct SolidLatticeStep {
-    int axis;                    ///< the vector that changes; -1: the cell is reduced well enough
-    std::int64_t multiple[3];    ///< of vector k, which is subtracted; of the axis itself 0
-  };
-
   /// Reduction is due when one vector leans over another by more than 0.6 of its length, as in the plane, or when a sum of all three,
   /// a +- b +- c, is shorter than 0.8 of the longest: three vectors can lie in a plane though no two lean on each other. 0.5 and 1 would
   /// be the reduced lattice (Minkowski); the margins keep a cell at the border from flipping back and forth.
-  RVE_INLINE SolidLatticeStep lattice_step(const Tensor3 &cell)
+  RVE_INLINE LatticeStep<3> lattice_step(const Tensor3 &cell)
   {
     double gram[3][3];
     for (int a = 0; a < 3; ++a)
@@ -65,7 +46,7 @@ inline namespace RVE_ISA {
         const int longer = gram[a][a] <= gram[b][b] ? b : a, shorter = a + b - longer;
         if (!(std::fabs(gram[a][b]) > 0.6 * gram[shorter][shorter])) continue;
         const double lean = gram[a][b] / gram[shorter][shorter];
-        SolidLatticeStep step{longer, {0, 0, 0}};
+        LatticeStep<3> step{longer, {0, 0, 0}};
         step.multiple[shorter] = static_cast<std::int64_t>(lean > 0.0 ? lean + 0.5 : lean - 0.5);
         return step;
       }
@@ -80,48 +61,18 @@ inline namespace RVE_ISA {
                 (sign_b * gram[longest][b] + sign_c * gram[longest][c] +
                  sign_b * sign_c * gram[b][c]);
         if (!(squared < 0.64 * gram[longest][longest])) continue;
-        SolidLatticeStep step{longest, {0, 0, 0}};
+        LatticeStep<3> step{longest, {0, 0, 0}};
         step.multiple[b] = -sign_b;
         step.multiple[c] = -sign_c;
         return step;
       }
-    return SolidLatticeStep{-1, {0, 0, 0}};    // a NaN ends here too
+    return LatticeStep<3>{-1, {0, 0, 0}};    // a NaN ends here too
   }
 
   /// Whether lattice_step would change the cell.
   RVE_INLINE bool is_lattice_step_due(const Tensor3 &cell)
   {
     return lattice_step(cell).axis >= 0;
-  }
-
-  /// H M of the step.
-  RVE_INLINE Tensor3 apply_lattice_step(const Tensor3 &cell, const SolidLatticeStep &step)
-  {
-    Tensor3 reduced = cell;
-    for (int a = 0; a < 3; ++a)
-      for (int k = 0; k < 3; ++k)
-        reduced(a, step.axis) =
-            std::fma(-static_cast<double>(step.multiple[k]), cell(a, k), reduced(a, step.axis));
-    return reduced;
-  }
-
-  /// M^-1 s, exact in wrapping integers: the point stays where it is.
-  template <class Coordinate>
-  RVE_INLINE Vec<Coordinate, 3> apply_lattice_step(const Vec<Coordinate, 3> &s,
-                                                   const SolidLatticeStep &step)
-  {
-    Vec<Coordinate, 3> t = s;
-    for (int k = 0; k < 3; ++k)
-      t[k] = s[k] + static_cast<Coordinate>(step.multiple[k]) * s[step.axis];
-    return t;
-  }
-  RVE_INLINE Vec<FloatFraction, 3> apply_lattice_step(const Vec<FloatFraction, 3> &s,
-                                                      const SolidLatticeStep &step)
-  {
-    Vec<FloatFraction, 3> t = s;
-    for (int k = 0; k < 3; ++k)
-      t[k] = wrapped(s[k].value + static_cast<float>(step.multiple[k]) * s[step.axis].value);
-    return t;
   }
 
 }    // namespace RVE_ISA

@@ -3,18 +3,18 @@
 
 #pragma once
 
-#include "rve/core/arithmetic.h"
+#include "rve/core/vec.h"
 
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Tangential force of a contact in the plane after one step.
-  template <class Real, class History> struct TangentialForce {
-    Real force;        ///< on grain i along t = (-n_y, n_x) [force]
-    History spring;    ///< part of it that the spring carries on to the next step [force]
-    /// Spring force that the Coulomb limit took away; zero when sticking [force].
-    History slipped;
-    Truth<History> sliding;    ///< at the Coulomb limit
+  /// Force of a spring with a limit after one step: along the contact of two disks a number, of two spheres a vector.
+  template <class Real, class History, int D> struct LimitedForce {
+    Spin<Real, D> force;        ///< on grain i [force]
+    Spin<History, D> spring;    ///< part of it that the spring carries on to the next step [force]
+    /// Spring force that the limit took away; zero when sticking [force].
+    Spin<History, D> slipped;
+    Truth<History> sliding;    ///< at the limit
   };
 
   /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed number, so load reversal unloads
@@ -26,22 +26,21 @@ inline namespace RVE_ISA {
     Real viscosity;       ///< gamma_t [force time/length]
 
     /// `spring` is the history, `velocity` the tangential velocity of j relative to i at the contact [length/time].
-    RVE_INLINE TangentialForce<Real, History> advance(History spring, Real velocity,
+    RVE_INLINE LimitedForce<Real, History, 2> advance(History spring, Real velocity,
                                                       Real normal_force, Real dt) const
     {
-      const History elastic =
-          fma(stiffness * static_cast<History>(dt), static_cast<History>(velocity), spring);
+      const History elastic = fma(stiffness * History(dt), History(velocity), spring);
       History viscous = History(0), trial = elastic;
       if constexpr (Viscous) {
-        viscous = static_cast<History>(viscosity) * static_cast<History>(velocity);
+        viscous = History(viscosity) * History(velocity);
         // without viscosity not even a zero is added: it could change the sign of a zero
         if (viscosity != Real(0)) trial = elastic + viscous;
       }
-      const History limit = static_cast<History>(friction * fabs(normal_force));
+      const History limit = History(friction * fabs(normal_force));
       const History magnitude = smaller(fabs(trial), limit);
       const History capped = within(limit, trial);
-      TangentialForce<Real, History> result;
-      result.force = static_cast<Real>(capped);
+      LimitedForce<Real, History, 2> result;
+      result.force = Real(capped);
       result.sliding = magnitude >= limit;
       // a sticking contact keeps its spring to the bit: evaluating it again must not change it
       result.spring = capped;
@@ -50,13 +49,6 @@ inline namespace RVE_ISA {
       }
       result.slipped = trial - capped;
       return result;
-    }
-
-    /// Energy stored in the spring [force length]; zero without stiffness.
-    RVE_INLINE double elastic_energy(History spring) const
-    {
-      const double force = static_cast<double>(spring);
-      return stiffness > History(0) ? 0.5 * force * force / static_cast<double>(stiffness) : 0.0;
     }
   };
 

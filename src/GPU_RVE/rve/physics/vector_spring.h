@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "rve/core/vec.h"
+#include "rve/physics/tangential_force.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -59,14 +59,6 @@ inline namespace RVE_ISA {
     return turned;
   }
 
-  template <class Real, class History> struct VectorForce {
-    Vec<Real, 3> force;        ///< on grain i [force]
-    Vec<History, 3> spring;    ///< part of it that the spring carries on to the next step [force]
-    /// Spring force that the limit took away; zero when sticking [force].
-    Vec<History, 3> slipped;
-    Truth<History> sliding;    ///< at the limit
-  };
-
   /// As LinearTangential, for vectors: the limit is a circle, and what slides keeps its direction. The changes of a step and the length of
   /// the force have the numbers of forces: only what adds up over many steps needs better ones.
   template <class Real, class History, bool Viscous> struct VectorSpring {
@@ -74,18 +66,18 @@ inline namespace RVE_ISA {
     Real friction;     ///< [-]
     Real viscosity;    ///< [force time/length]
 
-    RVE_INLINE VectorForce<Real, History> advance(const Vec<History, 3> &spring,
-                                                  const Vec<Real, 3> &velocity, Real normal_force,
-                                                  Real dt) const
+    RVE_INLINE LimitedForce<Real, History, 3> advance(const Vec<History, 3> &spring,
+                                                      const Vec<Real, 3> &velocity,
+                                                      Real normal_force, Real dt) const
     {
       return advance(TurnedForce<Real, History>{spring, Vec<Real, 3>::zero()}, velocity,
                      normal_force, dt);
     }
 
     /// `velocity` is of j relative to i [length/time].
-    RVE_INLINE VectorForce<Real, History> advance(const TurnedForce<Real, History> &spring,
-                                                  const Vec<Real, 3> &velocity, Real normal_force,
-                                                  Real dt) const
+    RVE_INLINE LimitedForce<Real, History, 3> advance(const TurnedForce<Real, History> &spring,
+                                                      const Vec<Real, 3> &velocity,
+                                                      Real normal_force, Real dt) const
     {
       const Vec<Real, 3> change = fma(stiffness * dt, velocity, spring.change);
       const Vec<History, 3> elastic = spring.kept + change.template as<History>();
@@ -97,34 +89,27 @@ inline namespace RVE_ISA {
       // a force at the limit, looked at again, must keep its bits and be at the limit: its length is rounded a few times
       constexpr double kSlack = 16.0 * kEpsilon<Real>;
       const auto beyond = squared > Real(1.0 + kSlack) * squared_limit;
-      VectorForce<Real, History> result{trial, elastic, Vec<History, 3>::zero(), {}};
+      LimitedForce<Real, History, 3> result{trial, elastic, Vec<History, 3>::zero(), {}};
       convert_truth(squared >= Real(1.0 - kSlack) * squared_limit, result.sliding);
       if (any(beyond)) {
         Truth<History> slips;
         convert_truth(beyond, slips);
         const Real share = limit * root_and_inverse(squared + Real(kLeastSquaredForce)).inverse;
-        const History kept_share = static_cast<History>(share);
+        const History kept_share = History(share);
         for (int a = 0; a < 3; ++a) {
           History capped = kept_share * elastic[a];
           if constexpr (Viscous)
             if (viscosity != Real(0))
-              capped = capped - static_cast<History>((Real(1) - share) * (viscosity * velocity[a]));
+              capped = capped - History((Real(1) - share) * (viscosity * velocity[a]));
           result.spring[a] = select(slips, capped, elastic[a]);
           result.slipped[a] = elastic[a] - result.spring[a];
           // what looks at the spring again shall see the same force
-          result.force[a] = select(beyond, static_cast<Real>(capped), trial[a]);
+          result.force[a] = select(beyond, Real(capped), trial[a]);
           if constexpr (Viscous)
             if (viscosity != Real(0)) result.force[a] = select(beyond, share * trial[a], trial[a]);
         }
       }
       return result;
-    }
-
-    /// Energy stored in the spring [force length]; zero without stiffness.
-    RVE_INLINE double elastic_energy(const Vec<History, 3> &spring) const
-    {
-      const Vec<double, 3> force = spring.template as<double>();
-      return stiffness > Real(0) ? 0.5 * dot(force, force) / static_cast<double>(stiffness) : 0.0;
     }
   };
 

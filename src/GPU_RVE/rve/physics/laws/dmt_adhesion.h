@@ -17,21 +17,26 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  template <class Numbers, int D = 2> struct alignas(16) DmtConstants : HertzConstants<Numbers, D> {
-    typename Numbers::Real attraction;    ///< f_a / R [force/length]
-    typename Numbers::Real reach;         ///< h [length]
-    typename Numbers::Real per_reach;     ///< [1/length]; zero without reach
+  template <class Real> struct AdhesionConstants {
+    Real attraction;    ///< f_a / R [force/length]
+    Real reach;         ///< h [length]
+    Real per_reach;     ///< [1/length]; zero without reach
+  };
 
+  template <class Numbers, int D = 2>
+  struct alignas(16) DmtConstants :
+      HertzConstants<Numbers, D>,
+      AdhesionConstants<typename Numbers::Real> {
     template <class Parameters>
     RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
       using Real = typename Numbers::Real;
       using Of = MaterialNumbers;
       HertzConstants<Numbers, D>::set(parameters, units, arm);
-      attraction = static_cast<Real>(4.0 * kPi * units.internal<&Of::surface_energy>(parameters));
+      this->attraction = Real(4.0 * kPi * units.internal<&Of::surface_energy>(parameters));
       const double h = units.internal<&Of::adhesion_reach>(parameters);
-      reach = static_cast<Real>(h);
-      per_reach = static_cast<Real>(h > 0.0 ? 1.0 / h : 0.0);
+      this->reach = Real(h);
+      this->per_reach = Real(h > 0.0 ? 1.0 / h : 0.0);
     }
   };
 
@@ -47,7 +52,7 @@ inline namespace RVE_ISA {
     using Real = typename NumberFormat::Real;
     using History = typename Hertz::History;
     using Force = DmtContactForce<Real, typename NumberFormat::Spring, D>;
-    using Constants = DmtConstants<NumberFormat, D>;
+    using Constants = DmtConstants<typename NumberFormat::Scalar, D>;
     static constexpr ContactLaw contact_law = ContactLaw::Dmt;
     // where spring and attraction cancel, friction is there all the same
     static constexpr bool bounds_tangential_forces = false;
@@ -55,15 +60,12 @@ inline namespace RVE_ISA {
 
     template <class OtherNumbers> using In = DmtAdhesion<OtherNumbers, D>;
 
-    Real attraction;          ///< f_a / R [force/length]
-    Real range, per_range;    ///< h [length], and its reciprocal
+    AdhesionConstants<Real> adhesion;
 
-    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &given)
+    RVE_INLINE void take(const Constants &given)
     {
       Hertz::take(given);
-      attraction = given.attraction;
-      range = given.reach;
-      per_range = given.per_reach;
+      adhesion = given;
     }
 
     template <class Parameters> static RVE_INLINE double reach(const Parameters &parameters)
@@ -72,15 +74,7 @@ inline namespace RVE_ISA {
     }
     template <class Contact> RVE_INLINE bool acts(const Contact &contact) const
     {
-      return contact.overlap > -range;
-    }
-
-    RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
-                              const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
-                              const Tensor<Real, D> &velocity_gradient, const History &history,
-                              Real dt) const
-    {
-      return answer(contact, i, j, this->motion(contact, i, j, velocity_gradient, dt), history, dt);
+      return contact.overlap > -adhesion.reach;
     }
 
     RVE_INLINE Force answer(const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &i,
@@ -91,7 +85,7 @@ inline namespace RVE_ISA {
       Force result;
       const Real overlap = touching ? contact.overlap : Real(0);
       const Real spring = this->press(overlap, i.radius, j.radius, result);
-      result.pull = attraction * reduced(i.radius, j.radius);
+      result.pull = adhesion.attraction * reduced(i.radius, j.radius);
       if (!touching) result.viscosity = Real(0);
       const Real pull = touching ? result.pull : share_apart(contact.overlap) * result.pull;
       const Real normal_force = (spring - pull) - result.viscosity * moving.normal_velocity;
@@ -104,15 +98,14 @@ inline namespace RVE_ISA {
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
                                      const Force &force) const
     {
-      const double of_reach = 0.5 * static_cast<double>(force.pull) * static_cast<double>(range);
+      const double of_reach = 0.5 * double(force.pull) * double(adhesion.reach);
       if (!(contact.overlap > Real(0))) {
-        const double share = static_cast<double>(share_apart(contact.overlap));
+        const double share = double(share_apart(contact.overlap));
         return -of_reach * share * share;
       }
-      const double a = static_cast<double>(force.contact_radius);
+      const double a = double(force.contact_radius);
       // f_a d, with R d = a^2
-      return Hertz::elastic_energy(contact, force) - static_cast<double>(attraction) * a * a -
-          of_reach;
+      return Hertz::elastic_energy(contact, force) - double(adhesion.attraction) * a * a - of_reach;
     }
 
     RVE_INLINE double spring_force(const ContactPlace &place) const
@@ -131,12 +124,12 @@ inline namespace RVE_ISA {
     /// An attraction that falls with the distance has a negative stiffness.
     RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
     {
-      if (place.overlap > 0.0 || !(range > Real(0))) return Hertz::stiffness(place);
-      return {-full_pull(place) * static_cast<double>(per_range), 0.0, 0.0};
+      if (place.overlap > 0.0 || !(adhesion.reach > Real(0))) return Hertz::stiffness(place);
+      return {-full_pull(place) * double(adhesion.per_reach), 0.0, 0.0};
     }
     RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
     {
-      if (place.overlap > 0.0 || !(range > Real(0))) return Hertz::viscosity(place);
+      if (place.overlap > 0.0 || !(adhesion.reach > Real(0))) return Hertz::viscosity(place);
       return {0.0, 0.0, 0.0};
     }
 
@@ -144,11 +137,11 @@ inline namespace RVE_ISA {
     /// 1 + d/h.
     template <class Number> RVE_INLINE Number share_apart(Number overlap) const
     {
-      return Number(1) + overlap * static_cast<Number>(per_range);
+      return Number(1) + overlap * Number(adhesion.per_reach);
     }
     RVE_INLINE double full_pull(const ContactPlace &place) const
     {
-      return static_cast<double>(attraction) * reduced(place.radius_i, place.radius_j);
+      return double(adhesion.attraction) * reduced(place.radius_i, place.radius_j);
     }
     RVE_INLINE double pull_at(const ContactPlace &place) const
     {

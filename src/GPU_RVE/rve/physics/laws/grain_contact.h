@@ -16,6 +16,28 @@ inline namespace RVE_ISA {
   template <class Real, int D>
   using GrainContact = std::conditional_t<D == 2, DiskContact<Real>, SphereContact<Real>>;
 
+  /// How two grains move at their contact in a step of dt.
+  template <class Law, class Real, int D>
+  RVE_INLINE GrainContact<Real, D>
+  motion_at_contact(const Law &law, const ContactGeometry<Real, D> &contact,
+                    const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
+                    const Tensor<Real, D> &velocity_gradient, typename Law::Real dt)
+  {
+    return GrainContact<Real, D>::template of<Law::is_damped>(contact, i, j, velocity_gradient,
+                                                              Real(law.constants.velocity_arm), dt);
+  }
+
+  /// The force of a contact in a step of dt.
+  template <class Law, class Real, int D>
+  RVE_INLINE typename Law::Force
+  evaluate(const Law &law, const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &i,
+           const GrainMotion<Real, D> &j, const Tensor<Real, D> &velocity_gradient,
+           const typename Law::History &history, typename Law::Real dt)
+  {
+    return law.answer(contact, i, j, motion_at_contact(law, contact, i, j, velocity_gradient, dt),
+                      history, dt);
+  }
+
   template <class Real, class Spring, bool Viscous, int D>
   using TangentialSpring = std::conditional_t<D == 2, LinearTangential<Real, Spring, Viscous>,
                                               VectorSpring<Real, Spring, Viscous>>;

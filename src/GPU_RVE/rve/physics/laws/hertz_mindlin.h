@@ -44,12 +44,12 @@ inline namespace RVE_ISA {
     {
       using Real = typename Numbers::Real;
       using Of = MaterialNumbers;
-      normal_stiffness = static_cast<Real>(units.internal<&Of::hertz_stiffness>(parameters));
+      normal_stiffness = Real(units.internal<&Of::hertz_stiffness>(parameters));
       tangential_stiffness =
-          static_cast<typename Numbers::Spring>(units.internal<&Of::mindlin_stiffness>(parameters));
-      friction = static_cast<Real>(units.internal<&Of::friction>(parameters));
-      tangential_damping = static_cast<Real>(units.internal<&Of::mindlin_damping>(parameters));
-      velocity_arm = static_cast<Real>(arm);
+          typename Numbers::Spring(units.internal<&Of::mindlin_stiffness>(parameters));
+      friction = Real(units.internal<&Of::friction>(parameters));
+      tangential_damping = Real(units.internal<&Of::mindlin_damping>(parameters));
+      velocity_arm = Real(arm);
       const int kept = static_cast<int>(parameters.mindlin_displacement);
       keeps_displacement = Real(kept & 1);
       rescales = Real(kept >> 1);
@@ -58,12 +58,12 @@ inline namespace RVE_ISA {
       const double length = units.length, viscosity_unit = length * units.per_force;
       const double mass_unit = times_power<D>(
           GrainShape<D>::volume * parameters.density * parameters.mass_depth, length);
-      velocity_damping = static_cast<Real>(units.internal<&Of::normal_viscosity>(parameters));
+      velocity_damping = Real(units.internal<&Of::normal_viscosity>(parameters));
       viscoelastic_damping =
-          static_cast<Real>(parameters.viscoelastic_damping * mass_unit * length * viscosity_unit);
-      restitution_damping = static_cast<Real>(
-          parameters.restitution_damping *
-          std::sqrt(mass_unit * parameters.hertz_stiffness * length) * viscosity_unit);
+          Real(parameters.viscoelastic_damping * mass_unit * length * viscosity_unit);
+      restitution_damping =
+          Real(parameters.restitution_damping *
+               std::sqrt(mass_unit * parameters.hertz_stiffness * length) * viscosity_unit);
     }
   };
 
@@ -92,7 +92,7 @@ inline namespace RVE_ISA {
     using Spring = typename Numbers::Spring;
     using History = MindlinHistory<Spring, D>;
     using Force = MindlinContactForce<Real, Spring, D>;
-    using Constants = HertzConstants<Numbers, D>;
+    using Constants = HertzConstants<typename Numbers::Scalar, D>;
     static constexpr ContactLaw contact_law = ContactLaw::Hertz;
     static constexpr bool has_friction = true;
     static constexpr bool has_rolling = false;
@@ -103,75 +103,37 @@ inline namespace RVE_ISA {
 
     template <class OtherNumbers> using In = HertzMindlin<OtherNumbers, D, Damped, Rescaling>;
 
-    static RVE_INLINE History seen_from_partner(const History &history)
+    static RVE_INLINE History seen_from_partner(const History &h)
     {
-      return {along_from_partner(history.tangential), history.contact_radius};
+      return {along_from_partner(h.tangential), h.contact_radius};
     }
     /// As of LinearFrictionLaw.
-    static RVE_INLINE History turned(const History &history, const Tensor3 &rotation)
+    static RVE_INLINE History turned(const History &h, const Tensor3 &rotation)
     {
-      return {along_turned(history.tangential, rotation), history.contact_radius};
+      return {along_turned(h.tangential, rotation), h.contact_radius};
     }
-    static RVE_INLINE Along<Spring, D> tangential_force(const History &history)
+    static RVE_INLINE Along<Spring, D> tangential_force(const History &h) { return h.tangential; }
+    static RVE_INLINE History in_units(const History &h, double force, double length)
     {
-      return history.tangential;
+      return {Spring(force) * h.tangential, Spring(length) * h.contact_radius};
     }
-    static RVE_INLINE History in_units(const History &history, double force, double length)
+    static RVE_INLINE History between_looks(const History &h)
     {
-      return {static_cast<Spring>(force) * history.tangential,
-              static_cast<Spring>(length) * history.contact_radius};
-    }
-    static RVE_INLINE History between_looks(const History &history)
-    {
-      return {history.tangential, Rescaling ? history.contact_radius : Spring(0)};
+      return {h.tangential, Rescaling ? h.contact_radius : Spring(0)};
     }
     template <class Pair> static History of_pair(const Pair &pair)
     {
-      return {in_numbers<Spring>(pair.tangential_force), static_cast<Spring>(pair.contact_radius)};
+      return {in_numbers<Spring>(pair.tangential_force), Spring(pair.contact_radius)};
     }
-    template <class Pair> static void to_pair(const History &history, Pair &pair)
+    template <class Pair> static void to_pair(const History &h, Pair &pair)
     {
-      pair.tangential_force = in_numbers<double>(history.tangential);
-      pair.contact_radius = static_cast<double>(history.contact_radius);
+      pair.tangential_force = in_numbers<double>(h.tangential);
+      pair.contact_radius = double(h.contact_radius);
     }
 
     Constants constants;
 
-    /// From constants in these or, for packs, in single numbers.
-    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &given)
-    {
-      constants.normal_stiffness = Real(given.normal_stiffness);
-      constants.tangential_stiffness = Spring(given.tangential_stiffness);
-      constants.friction = Real(given.friction);
-      constants.keeps_displacement = Real(given.keeps_displacement);
-      constants.rescales = Real(given.rescales);
-      if constexpr (Damped) {
-        constants.velocity_damping = Real(given.velocity_damping);
-        constants.viscoelastic_damping = Real(given.viscoelastic_damping);
-        constants.restitution_damping = Real(given.restitution_damping);
-        constants.tangential_damping = Real(given.tangential_damping);
-        constants.velocity_arm = Real(given.velocity_arm);
-      } else {
-        constants.velocity_arm = Real(0.5);
-      }
-    }
-
-    RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
-                              const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
-                              const Tensor<Real, D> &velocity_gradient, const History &history,
-                              Real dt) const
-    {
-      return answer(contact, i, j, motion(contact, i, j, velocity_gradient, dt), history, dt);
-    }
-
-    RVE_INLINE GrainContact<Real, D> motion(const ContactGeometry<Real, D> &contact,
-                                            const GrainMotion<Real, D> &i,
-                                            const GrainMotion<Real, D> &j,
-                                            const Tensor<Real, D> &velocity_gradient, Real dt) const
-    {
-      return GrainContact<Real, D>::template of<Damped>(contact, i, j, velocity_gradient,
-                                                        constants.velocity_arm, dt);
-    }
+    RVE_INLINE void take(const Constants &given) { constants = given; }
 
     /// A contact without adhesion.
     RVE_INLINE Force answer(const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &i,
@@ -191,39 +153,37 @@ inline namespace RVE_ISA {
     }
 
     /// Contacts that grow or shrink take energy from a spring, or give it some.
-    RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real time_step,
+    RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real dt,
                               Dissipation &heat) const
     {
-      const double dt = static_cast<double>(time_step), vn = force.normal_velocity;
+      const double vn = force.normal_velocity;
       double tangential_viscosity = 0.0;
       if constexpr (Damped) {
-        const double viscosity = static_cast<double>(force.viscosity);
-        heat.viscous += viscosity * vn * vn * dt;
-        tangential_viscosity = static_cast<double>(constants.tangential_damping) * viscosity;
+        const double viscosity = double(force.viscosity);
+        heat.viscous += viscosity * vn * vn * double(dt);
+        tangential_viscosity = double(constants.tangential_damping) * viscosity;
       }
-      heat.friction += static_cast<double>(force.taken_by_area);
-      dissipate_shear(force, static_cast<double>(force.stiffness), tangential_viscosity, dt, heat);
+      heat.friction += double(force.taken_by_area);
+      dissipate_spring(force.tangential, force.spring, force.slipped, force.tangential_velocity,
+                       double(force.stiffness), tangential_viscosity, double(dt), heat);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
                                      const Force &force) const
     {
-      const double overlap = static_cast<double>(contact.overlap);
-      return 0.4 * static_cast<double>(constants.normal_stiffness) *
-          static_cast<double>(force.contact_radius) * overlap * overlap +
-          energy_of_spring(in_numbers<double>(force.spring), static_cast<double>(force.stiffness));
+      const double k_n = double(constants.normal_stiffness), a = double(force.contact_radius),
+                   d = double(contact.overlap);
+      return 0.4 * k_n * a * d * d + energy_of_spring(force.spring, double(force.stiffness));
     }
 
-    RVE_INLINE double released(const History &history) const
+    RVE_INLINE double released(const History &h) const
     {
-      return energy_of_spring(in_numbers<double>(history.tangential),
-                              static_cast<double>(constants.tangential_stiffness) *
-                                  static_cast<double>(history.contact_radius));
+      return energy_of_spring(h.tangential, k_t() * double(h.contact_radius));
     }
 
     RVE_INLINE SlidingResistance<Real> sliding_resistance(const Force &force) const
     {
-      return {static_cast<Real>(force.stiffness), constants.tangential_damping * force.viscosity,
+      return {Real(force.stiffness), constants.tangential_damping * force.viscosity,
               constants.friction};
     }
     /// k_t a^2 at a depth d/R, over that at a depth of one: here k_t grows with the contact radius, too.
@@ -234,7 +194,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE double spring_force(const ContactPlace &place) const
     {
-      return static_cast<double>(constants.normal_stiffness) * radius_at(place) * place.overlap;
+      return double(constants.normal_stiffness) * radius_at(place) * place.overlap;
     }
     RVE_INLINE double force_scale(const ContactPlace &place) const { return spring_force(place); }
     RVE_INLINE double limiting_force(const ContactPlace &place) const
@@ -245,15 +205,13 @@ inline namespace RVE_ISA {
     RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
     {
       const double a = radius_at(place);
-      return {1.5 * static_cast<double>(constants.normal_stiffness) * a,
-              slides() ? static_cast<double>(constants.tangential_stiffness) * a : 0.0, 0.0};
+      return {1.5 * double(constants.normal_stiffness) * a, slides() ? k_t() * a : 0.0, 0.0};
     }
     RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
     {
       if constexpr (!Damped) return {0.0, 0.0, 0.0};
       const double gamma = damping<double>(radius_at(place), place.radius_i, place.radius_j);
-      return {gamma, slides() ? static_cast<double>(constants.tangential_damping) * gamma : 0.0,
-              0.0};
+      return {gamma, slides() ? double(constants.tangential_damping) * gamma : 0.0, 0.0};
     }
     template <class Parameters>
     static RVE_INLINE bool has_normal_dashpot(const Parameters &parameters)
@@ -268,7 +226,9 @@ inline namespace RVE_ISA {
       return std::sqrt(reduced(place.radius_i, place.radius_j) * larger(place.overlap, 0.0));
     }
 
-    RVE_INLINE bool slides() const { return constants.friction > Real(0); }
+    RVE_INLINE bool slides() const { return constants.friction > 0; }
+
+    RVE_INLINE double k_t() const { return double(constants.tangential_stiffness); }
 
     /// gamma at a contact radius.
     template <class Number>
@@ -276,9 +236,9 @@ inline namespace RVE_ISA {
     {
       const Number mass = reduced(power<D>(radius_i), power<D>(radius_j));
       const Number product = mass * contact_radius;
-      return static_cast<Number>(constants.velocity_damping) +
-          (static_cast<Number>(constants.viscoelastic_damping) * product +
-           static_cast<Number>(constants.restitution_damping) * std::sqrt(product));
+      return Number(constants.velocity_damping) +
+          (Number(constants.viscoelastic_damping) * product +
+           Number(constants.restitution_damping) * std::sqrt(product));
     }
 
     /// Contact radius and what follows from it. Returns the normal force of the spring.
@@ -286,9 +246,9 @@ inline namespace RVE_ISA {
     {
       const Real a = root(reduced(radius_i, radius_j) * overlap);
       result.contact_radius = a;
-      result.stiffness = constants.tangential_stiffness * static_cast<Spring>(a);
+      result.stiffness = Spring(constants.tangential_stiffness) * Spring(a);
       if constexpr (Damped) result.viscosity = damping(a, radius_i, radius_j);
-      return constants.normal_stiffness * a * overlap;
+      return Real(constants.normal_stiffness) * a * overlap;
     }
 
     /// Friction of a contact that is pressed: at most mu times `limiting_force`.
@@ -296,12 +256,12 @@ inline namespace RVE_ISA {
                           const GrainContact<Real, D> &moving, Real normal_force,
                           Real limiting_force, const History &history, Real dt, Force &result) const
     {
-      const Spring before = history.contact_radius, a = static_cast<Spring>(result.contact_radius);
+      const Spring before = history.contact_radius, a = Spring(result.contact_radius);
       // a displacement that is kept bears more where the contact has grown, and nothing is lost of a force that is
       Along<Spring, D> spring =
           sum_of_turned(moving.turned(history.tangential, contact.normal, dt));
-      const bool keeps = Rescaling && any(constants.keeps_displacement > Real(0)),
-                 rescales = Rescaling && any(constants.rescales > Real(0));
+      const bool keeps = Rescaling && constants.keeps_displacement > 0,
+                 rescales = Rescaling && constants.rescales > 0;
       if (keeps || rescales) {
         const Spring growth = quotient(a, before);
         if (keeps) spring = select(before > Spring(0), growth, Spring(1)) * spring;
@@ -309,18 +269,17 @@ inline namespace RVE_ISA {
       }
       // for books, which are kept for one contact after the other
       if constexpr (std::is_same_v<Truth<Real>, bool>) {
-        const double stiffness_before =
-            static_cast<double>(constants.tangential_stiffness * before);
-        result.taken_by_area = static_cast<Real>(
-            energy_of_spring(in_numbers<double>(history.tangential), stiffness_before) -
-            energy_of_spring(in_numbers<double>(spring), static_cast<double>(result.stiffness)));
+        const double stiffness_before = double(constants.tangential_stiffness * before);
+        result.taken_by_area = Real(energy_of_spring(history.tangential, stiffness_before) -
+                                    energy_of_spring(spring, double(result.stiffness)));
       }
 
       result.limiting_force = limiting_force;
       TangentialSpring<Real, Spring, Damped, D> tangential;
       tangential.stiffness = decltype(tangential.stiffness)(result.stiffness);
-      tangential.friction = constants.friction;
-      if constexpr (Damped) tangential.viscosity = constants.tangential_damping * result.viscosity;
+      tangential.friction = Real(constants.friction);
+      if constexpr (Damped)
+        tangential.viscosity = Real(constants.tangential_damping) * result.viscosity;
       moving.apply(contact.normal, normal_force,
                    tangential.advance(spring, moving.tangential_velocity, limiting_force, dt),
                    result);

@@ -6,8 +6,8 @@
 //
 //   Numbers                    the number format; In<OtherNumbers>: the same law in another one, for packs of grains
 //   D                          the dimension of space: 2 for disks, 3 for spheres
-//   Constants                  its parameters in the units of a call, as it begins with them; set(parameters, units, arm) makes them from
-//                              the material of an RVE, with the powers of the units that each one has
+//   Constants                  its parameters in the units of a call, single numbers also in a law for packs; set(parameters, units, arm)
+//                              makes them from the material of an RVE, with the powers of the units that each one has
 //   take(constants)            fills the law from them
 //   History                    what a pair remembers, as its first grain sees it: a number, or a struct of numbers, which is zero as it is
 //                              made. seen_from_partner(history): as its other grain sees it; in_units(history, force, length): with each
@@ -22,11 +22,10 @@
 //   has_reach, reach(parameters), acts(contact)
 //                              how far beyond touching there are forces [length], and whether there are any: TouchingGrains for laws whose
 //                              forces end where the grains part. What a pair remembers always ends there
-//   evaluate(contact, i, j, velocity_gradient, history, dt)
-//                              the force: a ContactForce or a struct that begins as one. dt of zero evaluates again without advancing
-//                              the history. Exchanging the grains changes signs and nothing else, to the last bit. In two parts, for
-//                              what comes beside a law: motion(contact, i, j, velocity_gradient, dt), how the grains move, and
-//                              answer(contact, i, j, moving, history, dt)
+//   answer(contact, i, j, moving, history, dt)
+//                              the force: a ContactForce or a struct that begins as one; `moving` is how the grains move at their
+//                              contact. dt of zero evaluates again without advancing the history. Exchanging the grains changes signs
+//                              and nothing else, to the last bit. evaluate() of grain_contact.h calls it
 //   largest(force, so_far)     the largest of its forces, where the normal one does not bound the others
 //   dissipate(contact, force, dt, heat)
 //                              adds the energy that a step of the contact turned into heat
@@ -76,7 +75,7 @@ inline namespace RVE_ISA {
     Real normal_force;                     ///< repulsion positive [force]
     Along<Real, D> tangential;             ///< on grain i [force]
     Along<Spring, D> spring;               ///< new history [force]
-    Along<Spring, D> slipped;              ///< see TangentialForce
+    Along<Spring, D> slipped;              ///< see LimitedForce
     Along<Real, D> tangential_velocity;    ///< [length/time]
     Real normal_velocity;                  ///< [length/time]
     Truth<Spring> sliding;
@@ -186,39 +185,34 @@ inline namespace RVE_ISA {
   };
 
   /// Energy of a spring under a force [force length]; zero without stiffness.
-  template <class Force> RVE_INLINE double energy_of_spring(const Force &force, double stiffness)
+  template <class Force> RVE_INLINE double energy_of_spring(const Force &spring, double stiffness)
   {
+    const auto force = in_numbers<double>(spring);
     return stiffness > 0.0 ? 0.5 * product(force, force) / stiffness : 0.0;
   }
 
-  /// Adds that of a spring with a limit, and of the dashpot beside it, in a step of dt. What slides dissipates as much as the limit took from
-  /// the spring, and the dashpot; without a spring, what the velocity says. A dashpot that helps a spring over the limit, or stops to, lets
-  /// it jump: then its energy changes by more than what the force now does on the way.
-  template <class Along>
-  RVE_INLINE void dissipate_spring(const Along &force, const Along &spring, const Along &slipped,
-                                   const Along &velocity, double stiffness, double viscosity,
-                                   double dt, Dissipation &heat)
+  /// Adds that of a spring with a limit, and of the dashpot beside it, in a step of dt: of the force, the part that the spring carries, and what
+  /// the limit took. What slides dissipates as much as the limit took from the spring, and the dashpot; without a spring, what the
+  /// velocity says. A dashpot that helps a spring over the limit, or stops to, lets it jump: then its energy changes by more than what the
+  /// force now does on the way.
+  template <class Force, class Spring>
+  RVE_INLINE void dissipate_spring(const Force &force_now, const Spring &spring_now,
+                                   const Spring &slipped_now, const Force &velocity_now,
+                                   double stiffness, double viscosity, double dt, Dissipation &heat)
   {
+    const auto force = in_numbers<double>(force_now), spring = in_numbers<double>(spring_now),
+               slipped = in_numbers<double>(slipped_now),
+               velocity = in_numbers<double>(velocity_now);
     if (stiffness > 0.0) {
       heat.friction += product(spring, slipped) / stiffness;
       heat.viscous += product(viscosity * velocity, velocity) * dt;
       if (viscosity > 0.0 && product(slipped, slipped) > 0.0) {
-        const Along jump = (stiffness * dt) * velocity - slipped;
+        const auto jump = (stiffness * dt) * velocity - slipped;
         heat.friction += 0.5 * product(jump, jump) / stiffness;
       }
     } else {
       heat.friction += product(force, velocity) * dt;
     }
-  }
-
-  /// The same of the tangential force.
-  template <class Force>
-  RVE_INLINE void dissipate_shear(const Force &force, double stiffness, double viscosity, double dt,
-                                  Dissipation &heat)
-  {
-    dissipate_spring(in_numbers<double>(force.tangential), in_numbers<double>(force.spring),
-                     in_numbers<double>(force.slipped),
-                     in_numbers<double>(force.tangential_velocity), stiffness, viscosity, dt, heat);
   }
 
   /// What resists the sliding of a contact: a spring and a dashpot, up to a share of the limiting force.

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Linear springs with friction.
+// Linear springs with friction: f_n = k_n d - gamma_n v_n, |f_t| <= mu |f_n|, df_t = k_t v_t dt, with gamma_t v_t beside the spring.
 
 #pragma once
 
 #include "rve/physics/laws/grain_contact.h"
 #include "rve/physics/laws/rolling_friction.h"
 #include "rve/physics/material.h"
-#include "rve/physics/normal_force.h"
-#include "rve/physics/tangential_force.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -24,14 +22,13 @@ inline namespace RVE_ISA {
     {
       using Real = typename Numbers::Real;
       using Of = MaterialNumbers;
-      normal_stiffness = static_cast<Real>(units.internal<&Of::normal_stiffness>(parameters));
-      normal_viscosity = static_cast<Real>(units.internal<&Of::normal_viscosity>(parameters));
-      tangential_stiffness = static_cast<typename Numbers::Spring>(
-          units.internal<&Of::tangential_stiffness>(parameters));
-      friction = static_cast<Real>(units.internal<&Of::friction>(parameters));
-      tangential_viscosity =
-          static_cast<Real>(units.internal<&Of::tangential_viscosity>(parameters));
-      velocity_arm = static_cast<Real>(arm);
+      normal_stiffness = Real(units.internal<&Of::normal_stiffness>(parameters));
+      normal_viscosity = Real(units.internal<&Of::normal_viscosity>(parameters));
+      tangential_stiffness =
+          typename Numbers::Spring(units.internal<&Of::tangential_stiffness>(parameters));
+      friction = Real(units.internal<&Of::friction>(parameters));
+      tangential_viscosity = Real(units.internal<&Of::tangential_viscosity>(parameters));
+      velocity_arm = Real(arm);
     }
   };
 
@@ -47,7 +44,7 @@ inline namespace RVE_ISA {
     using Spring = typename Numbers::Spring;
     using History = Along<Spring, D>;    ///< tangential force
     using Force = ContactForce<Real, Spring, D>;
-    using Constants = LinearConstants<Numbers>;
+    using Constants = LinearConstants<typename Numbers::Scalar>;
     static constexpr ContactLaw contact_law = ContactLaw::Linear;
     static constexpr bool has_friction = Frictional;
     static constexpr bool has_rolling = false;
@@ -59,54 +56,35 @@ inline namespace RVE_ISA {
     /// The same law in other numbers.
     template <class OtherNumbers> using In = LinearFrictionLaw<OtherNumbers, Damped, Frictional, D>;
 
-    static RVE_INLINE History seen_from_partner(const History &history)
-    {
-      return along_from_partner(history);
-    }
+    static RVE_INLINE History seen_from_partner(const History &h) { return along_from_partner(h); }
     /// What a pair of an RVE remembers that is turned as a whole: in space.
-    static RVE_INLINE History turned(const History &history, const Tensor3 &rotation)
+    static RVE_INLINE History turned(const History &h, const Tensor3 &rotation)
     {
-      return along_turned(history, rotation);
+      return along_turned(h, rotation);
     }
     /// The tangential force on the first grain that a pair remembers [force].
-    static RVE_INLINE History tangential_force(const History &history) { return history; }
-    static RVE_INLINE History in_units(const History &history, double force, double)
+    static RVE_INLINE History tangential_force(const History &h) { return h; }
+    static RVE_INLINE History in_units(const History &h, double force, double)
     {
-      return static_cast<Spring>(force) * history;
+      return Spring(force) * h;
     }
-    static RVE_INLINE const History &between_looks(const History &history) { return history; }
+    static RVE_INLINE const History &between_looks(const History &h) { return h; }
     template <class Pair> static History of_pair(const Pair &pair)
     {
       return in_numbers<Spring>(pair.tangential_force);
     }
-    template <class Pair> static void to_pair(const History &history, Pair &pair)
+    template <class Pair> static void to_pair(const History &h, Pair &pair)
     {
-      pair.tangential_force = in_numbers<double>(history);
+      pair.tangential_force = in_numbers<double>(h);
     }
 
-    LinearNormal<Real> normal;
-    TangentialSpring<Real, Spring, Damped, D> tangential;
-    VelocityDamping<Real> normal_damping;    ///< Damped
-    Real velocity_arm;
+    Constants constants;
 
-    /// From constants in these or, for packs, in single numbers.
-    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
-    {
-      normal.stiffness = Real(constants.normal_stiffness);
-      tangential.stiffness = decltype(tangential.stiffness)(constants.tangential_stiffness);
-      tangential.friction = Real(constants.friction);
-      if constexpr (Damped) {
-        normal_damping.viscosity = Real(constants.normal_viscosity);
-        tangential.viscosity = Real(constants.tangential_viscosity);
-        velocity_arm = Real(constants.velocity_arm);
-      } else {
-        velocity_arm = Real(0.5);
-      }
-    }
+    RVE_INLINE void take(const Constants &given) { constants = given; }
 
     RVE_INLINE double spring_force(const ContactPlace &place) const
     {
-      return static_cast<double>(normal.stiffness) * place.overlap;
+      return double(constants.normal_stiffness) * place.overlap;
     }
     RVE_INLINE double force_scale(const ContactPlace &place) const { return spring_force(place); }
     RVE_INLINE double limiting_force(const ContactPlace &place) const
@@ -116,15 +94,12 @@ inline namespace RVE_ISA {
     static RVE_INLINE Real limiting_force(const Force &force) { return force.normal_force; }
     RVE_INLINE ContactModuli stiffness(const ContactPlace &) const
     {
-      return {static_cast<double>(normal.stiffness),
-              slides() ? static_cast<double>(tangential.stiffness) : 0.0, 0.0};
+      return {double(constants.normal_stiffness), slides() ? double(shear().stiffness) : 0.0, 0.0};
     }
     RVE_INLINE ContactModuli viscosity(const ContactPlace &) const
     {
-      if constexpr (Damped)
-        return {static_cast<double>(normal_damping.viscosity),
-                slides() ? static_cast<double>(tangential.viscosity) : 0.0, 0.0};
-      return {0.0, 0.0, 0.0};
+      if constexpr (!Damped) return {0.0, 0.0, 0.0};
+      return {double(constants.normal_viscosity), slides() ? double(shear().viscosity) : 0.0, 0.0};
     }
     template <class Parameters>
     static RVE_INLINE bool has_normal_dashpot(const Parameters &parameters)
@@ -132,36 +107,18 @@ inline namespace RVE_ISA {
       return parameters.normal_viscosity != 0.0;
     }
 
-    RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
-                              const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
-                              const Tensor<Real, D> &velocity_gradient, const History &history,
-                              Real dt) const
-    {
-      return answer(contact, i, j, motion(contact, i, j, velocity_gradient, dt), history, dt);
-    }
-
-    RVE_INLINE GrainContact<Real, D> motion(const ContactGeometry<Real, D> &contact,
-                                            const GrainMotion<Real, D> &i,
-                                            const GrainMotion<Real, D> &j,
-                                            const Tensor<Real, D> &velocity_gradient, Real dt) const
-    {
-      return GrainContact<Real, D>::template of<Damped>(contact, i, j, velocity_gradient,
-                                                        velocity_arm, dt);
-    }
-
     RVE_INLINE Force answer(const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &,
                             const GrainMotion<Real, D> &, const GrainContact<Real, D> &moving,
                             const History &held, Real dt) const
     {
-      const auto spring = moving.turned(held, contact.normal, dt);
-      Real normal_force = normal.force(contact.overlap);
+      Real normal_force = Real(constants.normal_stiffness) * contact.overlap;
       if constexpr (Damped)
-        normal_force = normal_force + normal_damping.force(moving.normal_velocity);
+        normal_force = normal_force - Real(constants.normal_viscosity) * moving.normal_velocity;
       Force result;
       if constexpr (Frictional) {
+        const auto before = moving.turned(held, contact.normal, dt);
         moving.apply(contact.normal, normal_force,
-                     tangential.advance(spring, moving.tangential_velocity, normal_force, dt),
-                     result);
+                     shear().advance(before, moving.tangential_velocity, normal_force, dt), result);
       } else {
         result.normal_velocity = moving.normal_velocity;
         result.tangential_velocity = moving.tangential_velocity;
@@ -179,41 +136,46 @@ inline namespace RVE_ISA {
       return larger(so_far, magnitude(force.tangential));
     }
 
-    RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real time_step,
+    RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real dt,
                               Dissipation &heat) const
     {
-      const double dt = static_cast<double>(time_step), vn = force.normal_velocity;
-      double tangential_viscosity = 0.0;
-      if constexpr (Damped) {
-        heat.viscous += static_cast<double>(normal_damping.viscosity) * vn * vn * dt;
-        tangential_viscosity = static_cast<double>(tangential.viscosity);
-      }
+      const double vn = force.normal_velocity;
+      if constexpr (Damped)
+        heat.viscous += double(constants.normal_viscosity) * vn * vn * double(dt);
       if constexpr (Frictional)
-        dissipate_shear(force, static_cast<double>(tangential.stiffness), tangential_viscosity, dt,
-                        heat);
+        dissipate_spring(force.tangential, force.spring, force.slipped, force.tangential_velocity,
+                         double(shear().stiffness), Damped ? double(shear().viscosity) : 0.0,
+                         double(dt), heat);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
                                      const Force &force) const
     {
-      return static_cast<double>(normal.elastic_energy(contact.overlap)) +
-          tangential.elastic_energy(force.spring);
+      return double(Real(0.5) * constants.normal_stiffness * contact.overlap * contact.overlap) +
+          released(force.spring);
     }
-    RVE_INLINE double released(const History &history) const
+    RVE_INLINE double released(const History &h) const
     {
-      return tangential.elastic_energy(history);
+      return energy_of_spring(h, double(shear().stiffness));
     }
 
     RVE_INLINE SlidingResistance<Real> sliding_resistance(const Force &) const
     {
-      return {static_cast<Real>(tangential.stiffness), tangential.viscosity, tangential.friction};
+      return {Real(shear().stiffness), shear().viscosity, shear().friction};
     }
     /// k_t a^2 at a depth d/R, over that at a depth of one.
     template <class Number> static RVE_INLINE Number share_at(Number depth) { return depth; }
 
    private:
+    using Shear = TangentialSpring<Real, Spring, Damped, D>;
+
+    RVE_INLINE Shear shear() const
+    {
+      return {decltype(Shear::stiffness)(constants.tangential_stiffness), Real(constants.friction),
+              Real(constants.tangential_viscosity)};
+    }
     /// Without friction no tangential force is carried.
-    RVE_INLINE bool slides() const { return Frictional && tangential.friction > Real(0); }
+    RVE_INLINE bool slides() const { return Frictional && constants.friction > 0; }
   };
 
   /// The laws that programs have (engine/programs.h).

@@ -13,288 +13,274 @@
 namespace rve {
 inline namespace RVE_ISA {
 
+  /// A spring with a dashpot and a limit: without a spring there is no force to limit, and without a limit no use for a dashpot.
+  template <class Numbers> struct SpringConstants {
+    typename Numbers::Spring stiffness;
+    typename Numbers::Real friction, viscosity;
+
+    RVE_INLINE void set(double k, double mu, double gamma)
+    {
+      using Real = typename Numbers::Real;
+      stiffness = typename Numbers::Spring(k);
+      friction = Real(k > 0.0 ? mu : 0.0);
+      viscosity = Real(friction > Real(0) ? gamma : 0.0);
+    }
+  };
+
   /// k_r, mu_r and gamma_r, and of spheres k_q, mu_q and gamma_q.
   template <class Numbers, int D> struct TurningConstants {
-    typename Numbers::Spring rolling_stiffness;
-    typename Numbers::Real rolling_friction, rolling_viscosity;
+    SpringConstants<Numbers> rolling;
   };
-  template <class Numbers> struct TurningConstants<Numbers, 3> : TurningConstants<Numbers, 2> {
-    typename Numbers::Spring twisting_stiffness;
-    typename Numbers::Real twisting_friction, twisting_viscosity;
+  template <class Numbers> struct TurningConstants<Numbers, 3> {
+    SpringConstants<Numbers> rolling, twisting;
     typename Numbers::Real twists_by_friction;    ///< 1: after Marshall, 0: not
   };
 
-  /// Of two disks. Rolling velocity v_r = R (w_j - w_i) with the reduced radius R = r_i r_j / (r_i + r_j); rolling force
-  /// f_r <- f_r + k_r v_r dt, with gamma_r v_r beside it at most mu_r times the force that limits friction, kept as the tangential spring is;
-  /// moments R f_r on grain i and -R f_r on grain j, and no force. A rigid rotation has equal spins and gives none. Under exchange of the
-  /// grains v_r and f_r change sign exactly.
-  template <class Real, class Spring, int D> struct TurningResistance {
-    /// k_r [force/length], mu_r [-], gamma_r [force time/length].
-    LinearTangential<Real, Spring, true> rolling;
-
-    using History = Spring;    ///< f_r [force]
-
-    struct Answer {
-      Real moment;             ///< on grain i; grain j gets the opposite [force length]
-      History history;         ///< the new one
-      History slipped;         ///< see TangentialForce
-      Real force, velocity;    ///< f_r with its dashpot, v_r
-    };
-
-    static RVE_INLINE History seen_from_partner(History history) { return -history; }
-    static RVE_INLINE History in_units(History history, double force, double)
-    {
-      return static_cast<Spring>(force) * history;
-    }
-    template <class Pair> static History of_pair(const Pair &pair)
-    {
-      return static_cast<Spring>(pair.rolling_force);
-    }
-    template <class Pair> static void to_pair(History history, Pair &pair)
-    {
-      pair.rolling_force = static_cast<double>(history);
-    }
-
-    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
-    {
-      rolling.stiffness = Spring(constants.rolling_stiffness);
-      rolling.friction = Real(constants.rolling_friction);
-      rolling.viscosity = Real(constants.rolling_viscosity);
-    }
-
-    RVE_INLINE void add_stiffness(const ContactPlace &, ContactModuli &moduli) const
-    {
-      if (rolling.friction > Real(0)) moduli.rolling = static_cast<double>(rolling.stiffness);
-    }
-    RVE_INLINE void add_viscosity(const ContactPlace &, ContactModuli &dashpots) const
-    {
-      if (rolling.friction > Real(0)) dashpots.rolling = static_cast<double>(rolling.viscosity);
-    }
-
-    template <class Law, class Force>
-    RVE_INLINE Answer advance(const Law &, const Force &, History spring,
-                              const ContactGeometry<Real, 2> &, const DiskContact<Real> &,
-                              const DiskMotion<Real> &i, const DiskMotion<Real> &j,
-                              Real limiting_force, Real dt) const
-    {
-      const Real reduced_radius = reduced(i.radius, j.radius);
-      const Real velocity = reduced_radius * (j.spin - i.spin);
-      const auto rolled = rolling.advance(spring, velocity, limiting_force, dt);
-      return {reduced_radius * rolled.force, rolled.spring, rolled.slipped, rolled.force, velocity};
-    }
-
-    /// The moment, with reduced radii that are below half an internal length.
-    static RVE_INLINE Real largest(const Answer &turned)
-    {
-      return std::fabs(static_cast<Real>(0.5 * turned.history));
-    }
-
-    template <class Law>
-    RVE_INLINE void dissipate(const Law &, const ContactGeometry<Real, 2> &, const Answer &turned,
-                              double, double dt, Dissipation &heat) const
-    {
-      dissipate_spring(static_cast<double>(turned.force), static_cast<double>(turned.history),
-                       static_cast<double>(turned.slipped), static_cast<double>(turned.velocity),
-                       static_cast<double>(rolling.stiffness),
-                       static_cast<double>(rolling.viscosity), dt, heat);
-    }
-
-    RVE_INLINE double elastic_energy(const Answer &turned) const
-    {
-      return rolling.elastic_energy(turned.history);
-    }
-    RVE_INLINE double released(History history) const { return rolling.elastic_energy(history); }
+  /// What a pair remembers of its turning.
+  template <class Number, int D> struct TurningHistory {
+    Number rolling;    ///< f_r [force]
   };
-
-  /// What a pair of spheres remembers of its turning.
-  template <class Number> struct SphereTurning {
+  template <class Number> struct TurningHistory<Number, 3> {
     Vec<Number, 3> rolling;    ///< f_r, across the normal [force]
     Number twisting;           ///< moment on the first grain along the normal [force length]
   };
 
-  /// Of two spheres. v_r = R (w_j - w_i) x n lies across the normal and f_r turns with the contact; moments R n x f_r. Beside them the
-  /// twisting velocity w_q = (w_j - w_i) . n and a moment along the normal m_q <- m_q + k_q w_q dt, with gamma_q w_q beside it at most mu_q
-  /// times the force that limits friction. Under exchange of the grains neither f_r nor m_q changes: the relative spin and the normal both
-  /// turn round.
+  /// Of two spheres: twisting velocity w_q = (w_j - w_i) . n and a moment along the normal m_q <- m_q + k_q w_q dt, with gamma_q w_q beside it at
+  /// most mu_q times the force that limits friction. Under exchange of the grains m_q does not change.
   ///
   /// After Marshall friction over the area of contact, of radius a, resists twisting (his equations 30, 32 and 44): k_q = k_t a^2/2,
   /// gamma_q = gamma_t a^2/2 and mu_q = 2/3 mu a, with a^2 = R d at an overlap d. The angle is remembered, as the moment that it has at a
   /// depth d/R of one; the moment now is the `share` k_t a^2 of it.
-  template <class Real, class Spring> struct TurningResistance<Real, Spring, 3> {
-    /// k_r [force/length], mu_r [-], gamma_r [force time/length].
-    VectorSpring<Real, Spring, true> rolling;
-    /// k_q [force length], mu_q [length], gamma_q [force length time].
-    LinearTangential<Real, Spring, true> twisting;
-    Real twists_by_friction;    ///< 1: after Marshall
+  template <class Real, class Spring> struct TwistingResistance {
+    using Moment = LinearTangential<Real, Spring, true>;
 
-    using History = SphereTurning<Spring>;
+    /// k_q [force length], mu_q [length], gamma_q [force length time].
+    Moment given;
+    Real by_friction;    ///< 1: after Marshall
 
     struct Answer {
-      Vec<Real, 3> moment;
-      History history, slipped;
-      Vec<Real, 3> rolling_force, rolling_velocity;
-      Real twisting_moment, twisting_velocity;          ///< on grain i along n [force length]
-      LinearTangential<Real, Spring, true> twisting;    ///< of this contact
-      Real share;                                       ///< of what is remembered
+      Moment spring;            ///< of this contact
+      Real share;               ///< of what is remembered
+      Real moment, velocity;    ///< on grain i along n [force length], w_q
+      Spring history, slipped;
     };
 
-    static RVE_INLINE const History &seen_from_partner(const History &history) { return history; }
-    static RVE_INLINE History turned(const History &history, const Tensor3 &rotation)
+    /// `stiffness`: k_t or gamma_t of the contact, and k_q or gamma_q. Over the squared reduced radius.
+    RVE_INLINE double modulus(double tangential, double twisting, const ContactPlace &place) const
     {
-      return {along_turned(history.rolling, rotation), history.twisting};
+      const double reduced_radius = reduced(place.radius_i, place.radius_j);
+      if (by_friction > Real(0)) return 0.5 * tangential * (place.overlap / reduced_radius);
+      return given.friction > Real(0) ? twisting / (reduced_radius * reduced_radius) : 0.0;
     }
-    static RVE_INLINE History in_units(const History &history, double force, double length)
+
+    template <class Law, class Force>
+    RVE_INLINE Answer advance(const Law &law, const Force &force, Spring history, Real overlap,
+                              Real reduced_radius, Real velocity, Real limiting_force,
+                              Real dt) const
     {
-      return {static_cast<Spring>(force) * history.rolling,
-              static_cast<Spring>(force * length) * history.twisting};
+      Answer answer;
+      answer.velocity = velocity;
+      answer.spring = given;
+      answer.share = Real(1);
+      if (by_friction > Real(0)) {
+        const Real depth = overlap * reciprocal(reduced_radius);
+        answer.share = law.share_at(depth);
+        answer.spring = after_marshall(law.sliding_resistance(force), depth, reduced_radius,
+                                       reciprocal(answer.share));
+      }
+      const auto twisted = answer.spring.advance(history, velocity, limiting_force, dt);
+      answer.moment = answer.share * twisted.force;
+      answer.history = twisted.spring;
+      answer.slipped = twisted.slipped;
+      return answer;
+    }
+
+    /// An area of contact that grows or shrinks takes energy from the spring, or gives it some.
+    template <class Law>
+    RVE_INLINE void dissipate(const Law &law, double overlap, const Answer &twisted,
+                              double normal_velocity, double dt, Dissipation &heat) const
+    {
+      Dissipation of_spring{0.0, 0.0};
+      dissipate_spring(twisted.moment, twisted.history, twisted.slipped, twisted.velocity,
+                       double(twisted.spring.stiffness), double(twisted.spring.viscosity), dt,
+                       of_spring);
+      heat.friction += double(twisted.share) * of_spring.friction;
+      heat.viscous += double(twisted.share) * of_spring.viscous;
+      if (by_friction > Real(0)) {
+        const double before = larger(0.0, overlap + normal_velocity * dt);
+        heat.friction += (law.share_at(before / overlap) - 1.0) * elastic_energy(twisted);
+      }
+    }
+    RVE_INLINE double elastic_energy(const Answer &twisted) const
+    {
+      return double(twisted.share) *
+          energy_of_spring(twisted.history, double(twisted.spring.stiffness));
+    }
+    /// After Marshall what resists twisting vanishes with the area of contact, and its energy has gone before.
+    RVE_INLINE double released(Spring history) const
+    {
+      return by_friction > Real(0) ? 0.0 : energy_of_spring(history, double(given.stiffness));
+    }
+
+   private:
+    /// The spring that is remembered: over `share` of what it is now.
+    static RVE_INLINE Moment after_marshall(const SlidingResistance<Real> &sliding, Real depth,
+                                            Real reduced_radius, Real per_share)
+    {
+      const Real half_area = Real(0.5) * depth * reduced_radius * reduced_radius * per_share;
+      return {Spring(half_area * sliding.stiffness),
+              Real(2.0 / 3.0) * sliding.friction * reduced_radius * std::sqrt(depth) * per_share,
+              half_area * sliding.viscosity};
+    }
+  };
+
+  struct NoTwisting {
+    struct Answer {};
+  };
+
+  /// Of two disks: rolling velocity v_r = R (w_j - w_i) with the reduced radius R = r_i r_j / (r_i + r_j); rolling force
+  /// f_r <- f_r + k_r v_r dt, with gamma_r v_r beside it at most mu_r times the force that limits friction, kept as the tangential spring is;
+  /// moments R f_r on grain i and -R f_r on grain j, and no force. A rigid rotation has equal spins and gives none. Under exchange of the
+  /// grains v_r and f_r change sign exactly.
+  ///
+  /// Of two spheres: v_r = R (w_j - w_i) x n lies across the normal and f_r turns with the contact; moments R n x f_r and that of twisting. Under
+  /// exchange of the grains f_r does not change: the relative spin and the normal both turn round.
+  template <class Real, class Spring, int D> struct TurningResistance {
+    using History = TurningHistory<Spring, D>;
+    using Twisting = std::conditional_t<D == 3, TwistingResistance<Real, Spring>, NoTwisting>;
+
+    /// k_r [force/length], mu_r [-], gamma_r [force time/length].
+    TangentialSpring<Real, Spring, true, D> rolling;
+    Twisting twisting;
+
+    struct Answer {
+      Spin<Real, D> moment;              ///< on grain i; grain j gets the opposite [force length]
+      History history;                   ///< the new one
+      Along<Spring, D> slipped;          ///< see LimitedForce
+      Along<Real, D> force, velocity;    ///< f_r with its dashpot, v_r
+      typename Twisting::Answer twisted;
+    };
+
+    static RVE_INLINE History seen_from_partner(const History &h)
+    {
+      if constexpr (D == 2) return {-h.rolling};
+      return h;
+    }
+    static RVE_INLINE History turned(const History &h, const Tensor3 &rotation)
+    {
+      return {along_turned(h.rolling, rotation), h.twisting};
+    }
+    static RVE_INLINE History in_units(const History &h, double force, double length)
+    {
+      if constexpr (D == 2)
+        return {Spring(force) * h.rolling};
+      else
+        return {Spring(force) * h.rolling, Spring(force * length) * h.twisting};
     }
     template <class Pair> static History of_pair(const Pair &pair)
     {
-      return {in_numbers<Spring>(pair.rolling_force), static_cast<Spring>(pair.twisting_moment)};
+      History h;
+      h.rolling = in_numbers<Spring>(pair.rolling_force);
+      if constexpr (D == 3) h.twisting = Spring(pair.twisting_moment);
+      return h;
     }
-    template <class Pair> static void to_pair(const History &history, Pair &pair)
+    template <class Pair> static void to_pair(const History &h, Pair &pair)
     {
-      pair.rolling_force = in_numbers<double>(history.rolling);
-      pair.twisting_moment = static_cast<double>(history.twisting);
+      pair.rolling_force = in_numbers<double>(h.rolling);
+      if constexpr (D == 3) pair.twisting_moment = double(h.twisting);
     }
 
-    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
+    template <class Constants> RVE_INLINE void take(const Constants &given)
     {
-      rolling.stiffness = Real(constants.rolling_stiffness);
-      rolling.friction = Real(constants.rolling_friction);
-      rolling.viscosity = Real(constants.rolling_viscosity);
-      twisting.stiffness = Spring(constants.twisting_stiffness);
-      twisting.friction = Real(constants.twisting_friction);
-      twisting.viscosity = Real(constants.twisting_viscosity);
-      twists_by_friction = Real(constants.twists_by_friction);
+      const auto &k = given.rolling;
+      rolling = {decltype(rolling.stiffness)(k.stiffness), k.friction, k.viscosity};
+      if constexpr (D == 3) {
+        const auto &q = given.twisting;
+        twisting = {{q.stiffness, q.friction, q.viscosity}, given.twists_by_friction};
+      }
     }
 
     RVE_INLINE void add_stiffness(const ContactPlace &place, ContactModuli &moduli) const
     {
-      if (rolling.friction > Real(0)) moduli.rolling = static_cast<double>(rolling.stiffness);
-      add_twisting(static_cast<double>(twisting.stiffness), moduli.tangential, place, moduli);
+      if (rolling.friction > Real(0)) moduli.rolling = double(rolling.stiffness);
+      if constexpr (D == 3)
+        moduli.twisting =
+            twisting.modulus(moduli.tangential, double(twisting.given.stiffness), place);
     }
     /// `dashpots` has the tangential one already, as the moduli have above.
     RVE_INLINE void add_viscosity(const ContactPlace &place, ContactModuli &dashpots) const
     {
-      if (rolling.friction > Real(0)) dashpots.rolling = static_cast<double>(rolling.viscosity);
-      add_twisting(static_cast<double>(twisting.viscosity), dashpots.tangential, place, dashpots);
+      if (rolling.friction > Real(0)) dashpots.rolling = double(rolling.viscosity);
+      if constexpr (D == 3)
+        dashpots.twisting =
+            twisting.modulus(dashpots.tangential, double(twisting.given.viscosity), place);
     }
 
     template <class Law, class Force>
     RVE_INLINE Answer advance(const Law &law, const Force &force, const History &history,
-                              const ContactGeometry<Real, 3> &contact,
-                              const SphereContact<Real> &moving, const SphereMotion<Real> &i,
-                              const SphereMotion<Real> &j, Real limiting_force, Real dt) const
+                              const ContactGeometry<Real, D> &contact,
+                              const GrainContact<Real, D> &moving, const GrainMotion<Real, D> &i,
+                              const GrainMotion<Real, D> &j, Real limiting_force, Real dt) const
     {
-      const Vec<Real, 3> &n = contact.normal;
+      const Vec<Real, D> &n = contact.normal;
       const Real reduced_radius = reduced(i.radius, j.radius);
-      const Vec<Real, 3> turning = j.spin - i.spin;
+      const Spin<Real, D> turning = j.spin - i.spin;
       Answer answer;
-      answer.rolling_velocity = reduced_radius * cross(turning, n);
-      answer.twisting_velocity = dot(turning, n);
-      const auto rolled = rolling.advance(moving.turned(history.rolling, n, dt),
-                                          answer.rolling_velocity, limiting_force, dt);
-      answer.twisting = twisting;
-      answer.share = Real(1);
-      if (twists_by_friction > Real(0)) {
-        const Real depth = contact.overlap * reciprocal(reduced_radius);
-        answer.share = law.share_at(depth);
-        answer.twisting =
-            by_friction(law.sliding_resistance(force), depth, reduced_radius, answer.share);
+      if constexpr (D == 2)
+        answer.velocity = reduced_radius * turning;
+      else
+        answer.velocity = reduced_radius * cross(turning, n);
+      const auto rolled = rolling.advance(moving.turned(history.rolling, n, dt), answer.velocity,
+                                          limiting_force, dt);
+      answer.force = rolled.force;
+      answer.history.rolling = rolled.spring;
+      answer.slipped = rolled.slipped;
+      if constexpr (D == 2) {
+        answer.moment = reduced_radius * rolled.force;
+      } else {
+        answer.twisted = twisting.advance(law, force, history.twisting, contact.overlap,
+                                          reduced_radius, dot(turning, n), limiting_force, dt);
+        answer.history.twisting = answer.twisted.history;
+        answer.moment = reduced_radius * cross(n, rolled.force) + answer.twisted.moment * n;
       }
-      const auto twisted =
-          answer.twisting.advance(history.twisting, answer.twisting_velocity, limiting_force, dt);
-      answer.rolling_force = rolled.force;
-      answer.twisting_moment = answer.share * twisted.force;
-      answer.moment = reduced_radius * cross(n, rolled.force) + answer.twisting_moment * n;
-      answer.history = {rolled.spring, twisted.spring};
-      answer.slipped = {rolled.slipped, twisted.slipped};
       return answer;
     }
 
-    /// A component of the moment, R n x f_r and m_q: it is at most twice this, with reduced radii that are below half an internal length.
+    /// A component of the moment, with reduced radii that are below half an internal length: of disks at most this, of spheres twice this.
     static RVE_INLINE Real largest(const Answer &turned)
     {
-      return larger(static_cast<Real>(Spring(0.5) * magnitude(turned.history.rolling)),
-                    static_cast<Real>(fabs(turned.twisting_moment)));
+      const Real rolling = Real(Spring(0.5) * magnitude(turned.history.rolling));
+      if constexpr (D == 3) return larger(rolling, Real(fabs(turned.twisted.moment)));
+      return rolling;
     }
 
-    /// An area of contact that grows or shrinks takes energy from the spring against twisting, or gives it some.
     template <class Law>
-    RVE_INLINE void dissipate(const Law &law, const ContactGeometry<Real, 3> &contact,
+    RVE_INLINE void dissipate(const Law &law, const ContactGeometry<Real, D> &contact,
                               const Answer &turned, double normal_velocity, double dt,
                               Dissipation &heat) const
     {
-      dissipate_spring(
-          in_numbers<double>(turned.rolling_force), in_numbers<double>(turned.history.rolling),
-          in_numbers<double>(turned.slipped.rolling), in_numbers<double>(turned.rolling_velocity),
-          static_cast<double>(rolling.stiffness), static_cast<double>(rolling.viscosity), dt, heat);
-      Dissipation of_twisting{0.0, 0.0};
-      dissipate_spring(static_cast<double>(turned.twisting_moment),
-                       static_cast<double>(turned.history.twisting),
-                       static_cast<double>(turned.slipped.twisting),
-                       static_cast<double>(turned.twisting_velocity),
-                       static_cast<double>(turned.twisting.stiffness),
-                       static_cast<double>(turned.twisting.viscosity), dt, of_twisting);
-      const double share = static_cast<double>(turned.share);
-      heat.friction += share * of_twisting.friction;
-      heat.viscous += share * of_twisting.viscous;
-      if (twists_by_friction > Real(0)) {
-        const double overlap = static_cast<double>(contact.overlap),
-                     before = larger(0.0, overlap + normal_velocity * dt);
-        heat.friction += (law.share_at(before / overlap) - 1.0) * elastic_energy_of_twist(turned);
-      }
+      dissipate_spring(turned.force, turned.history.rolling, turned.slipped, turned.velocity,
+                       double(rolling.stiffness), double(rolling.viscosity), dt, heat);
+      if constexpr (D == 3)
+        twisting.dissipate(law, double(contact.overlap), turned.twisted, normal_velocity, dt, heat);
     }
 
     RVE_INLINE double elastic_energy(const Answer &turned) const
     {
-      return rolling.elastic_energy(turned.history.rolling) + elastic_energy_of_twist(turned);
+      const double of_rolling = energy_of_rolling(turned.history);
+      if constexpr (D == 3) return of_rolling + twisting.elastic_energy(turned.twisted);
+      return of_rolling;
     }
-    /// The moment against twisting over what is remembered of it [-].
-    template <class Law> RVE_INLINE double twisting_share(const ContactPlace &place) const
+    RVE_INLINE double released(const History &h) const
     {
-      return twists_by_friction > Real(0)
-          ? Law::share_at(place.overlap / reduced(place.radius_i, place.radius_j))
-          : 1.0;
-    }
-    /// After Marshall what resists twisting vanishes with the area of contact, and its energy has gone before.
-    RVE_INLINE double released(const History &history) const
-    {
-      return rolling.elastic_energy(history.rolling) +
-          (twists_by_friction > Real(0) ? 0.0 : twisting.elastic_energy(history.twisting));
+      if constexpr (D == 3) return energy_of_rolling(h) + twisting.released(h.twisting);
+      return energy_of_rolling(h);
     }
 
    private:
-    /// k_q or gamma_q over the squared reduced radius.
-    RVE_INLINE void add_twisting(double given, double tangential, const ContactPlace &place,
-                                 ContactModuli &moduli) const
+    RVE_INLINE double energy_of_rolling(const History &h) const
     {
-      const double reduced_radius = reduced(place.radius_i, place.radius_j);
-      if (twists_by_friction > Real(0))
-        moduli.twisting = 0.5 * tangential * (place.overlap / reduced_radius);
-      else if (twisting.friction > Real(0))
-        moduli.twisting = given / (reduced_radius * reduced_radius);
-    }
-
-    /// The spring that is remembered: over `share` of what it is now.
-    static RVE_INLINE LinearTangential<Real, Spring, true>
-    by_friction(const SlidingResistance<Real> &sliding, Real depth, Real reduced_radius, Real share)
-    {
-      const Real per_share = reciprocal(share);
-      const Real half_area = Real(0.5) * depth * reduced_radius * reduced_radius * per_share;
-      LinearTangential<Real, Spring, true> spring;
-      spring.stiffness = static_cast<Spring>(half_area * sliding.stiffness);
-      spring.viscosity = half_area * sliding.viscosity;
-      spring.friction =
-          Real(2.0 / 3.0) * sliding.friction * reduced_radius * std::sqrt(depth) * per_share;
-      return spring;
-    }
-
-    RVE_INLINE double elastic_energy_of_twist(const Answer &turned) const
-    {
-      return static_cast<double>(turned.share) *
-          turned.twisting.elastic_energy(turned.history.twisting);
+      return energy_of_spring(h.rolling, double(rolling.stiffness));
     }
   };
 
@@ -316,35 +302,20 @@ inline namespace RVE_ISA {
   template <class Contact>
   struct alignas(16) RollingConstants :
       Contact::Constants,
-      TurningConstants<typename Contact::Numbers, Contact::D> {
-    using Numbers = typename Contact::Numbers;
-
+      TurningConstants<typename Contact::Numbers::Scalar, Contact::D> {
     template <class Parameters>
     RVE_INLINE void set(const Parameters &parameters, const LawUnits &units, double arm)
     {
-      using Real = typename Numbers::Real;
-      using Spring = typename Numbers::Spring;
       using Of = MaterialNumbers;
       Contact::Constants::set(parameters, units, arm);
-      // without a spring there is no force to limit, and without a limit no use for a dashpot
-      this->rolling_stiffness =
-          static_cast<Spring>(units.internal<&Of::rolling_stiffness>(parameters));
-      this->rolling_friction = static_cast<Real>(
-          parameters.rolling_stiffness > 0.0 ? units.internal<&Of::rolling_friction>(parameters)
-                                             : 0.0);
-      this->rolling_viscosity = static_cast<Real>(
-          this->rolling_friction > Real(0) ? units.internal<&Of::rolling_viscosity>(parameters)
-                                           : 0.0);
+      this->rolling.set(units.internal<&Of::rolling_stiffness>(parameters),
+                        units.internal<&Of::rolling_friction>(parameters),
+                        units.internal<&Of::rolling_viscosity>(parameters));
       if constexpr (Contact::D == 3) {
-        this->twists_by_friction = static_cast<Real>(parameters.twisting_marshall);
-        this->twisting_stiffness =
-            static_cast<Spring>(units.internal<&Of::twisting_stiffness>(parameters));
-        this->twisting_friction = static_cast<Real>(
-            parameters.twisting_stiffness > 0.0 ? units.internal<&Of::twisting_friction>(parameters)
-                                                : 0.0);
-        this->twisting_viscosity = static_cast<Real>(
-            this->twisting_friction > Real(0) ? units.internal<&Of::twisting_viscosity>(parameters)
-                                              : 0.0);
+        this->twisting.set(units.internal<&Of::twisting_stiffness>(parameters),
+                           units.internal<&Of::twisting_friction>(parameters),
+                           units.internal<&Of::twisting_viscosity>(parameters));
+        this->twists_by_friction = parameters.twisting_marshall;
       }
     }
   };
@@ -365,46 +336,44 @@ inline namespace RVE_ISA {
     using In = WithRolling<typename Contact::template In<OtherNumbers>>;
 
     /// The moments on the two grains are opposite.
-    static RVE_INLINE History seen_from_partner(const History &history)
+    static RVE_INLINE History seen_from_partner(const History &h)
     {
-      return {Contact::seen_from_partner(history.contact),
-              Resistance::seen_from_partner(history.turning)};
+      return {Contact::seen_from_partner(h.contact), Resistance::seen_from_partner(h.turning)};
     }
     /// As of LinearFrictionLaw.
-    static RVE_INLINE History turned(const History &history, const Tensor3 &rotation)
+    static RVE_INLINE History turned(const History &h, const Tensor3 &rotation)
     {
-      return {Contact::turned(history.contact, rotation),
-              Resistance::turned(history.turning, rotation)};
+      return {Contact::turned(h.contact, rotation), Resistance::turned(h.turning, rotation)};
     }
-    static RVE_INLINE History between_looks(const History &history)
+    static RVE_INLINE History between_looks(const History &h)
     {
-      return {Contact::between_looks(history.contact), history.turning};
+      return {Contact::between_looks(h.contact), h.turning};
     }
-    static RVE_INLINE Along<Spring, D> tangential_force(const History &history)
+    static RVE_INLINE Along<Spring, D> tangential_force(const History &h)
     {
-      return Contact::tangential_force(history.contact);
+      return Contact::tangential_force(h.contact);
     }
-    static RVE_INLINE History in_units(const History &history, double force, double length)
+    static RVE_INLINE History in_units(const History &h, double force, double length)
     {
-      return {Contact::in_units(history.contact, force, length),
-              Resistance::in_units(history.turning, force, length)};
+      return {Contact::in_units(h.contact, force, length),
+              Resistance::in_units(h.turning, force, length)};
     }
     template <class Pair> static History of_pair(const Pair &pair)
     {
       return {Contact::of_pair(pair), Resistance::of_pair(pair)};
     }
-    template <class Pair> static void to_pair(const History &history, Pair &pair)
+    template <class Pair> static void to_pair(const History &h, Pair &pair)
     {
-      Contact::to_pair(history.contact, pair);
-      Resistance::to_pair(history.turning, pair);
+      Contact::to_pair(h.contact, pair);
+      Resistance::to_pair(h.turning, pair);
     }
 
     Resistance resistance;
 
-    template <class SomeConstants> RVE_INLINE void take(const SomeConstants &constants)
+    RVE_INLINE void take(const Constants &given)
     {
-      Contact::take(constants);
-      resistance.take(constants);
+      Contact::take(given);
+      resistance.take(given);
     }
 
     RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
@@ -418,15 +387,6 @@ inline namespace RVE_ISA {
       ContactModuli dashpots = Contact::viscosity(place);
       if (touches(place)) resistance.add_viscosity(place, dashpots);
       return dashpots;
-    }
-
-    RVE_INLINE Force evaluate(const ContactGeometry<Real, D> &contact,
-                              const GrainMotion<Real, D> &i, const GrainMotion<Real, D> &j,
-                              const Tensor<Real, D> &velocity_gradient, const History &history,
-                              Real dt) const
-    {
-      return answer(contact, i, j, Contact::motion(contact, i, j, velocity_gradient, dt), history,
-                    dt);
     }
 
     RVE_INLINE Force answer(const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &i,
@@ -455,13 +415,12 @@ inline namespace RVE_ISA {
       return larger(Contact::largest(force, so_far), Resistance::largest(force.turned));
     }
 
-    RVE_INLINE void dissipate(const ContactGeometry<Real, D> &contact, const Force &force,
-                              Real time_step, Dissipation &heat) const
+    RVE_INLINE void dissipate(const ContactGeometry<Real, D> &contact, const Force &force, Real dt,
+                              Dissipation &heat) const
     {
-      Contact::dissipate(contact, force, time_step, heat);
+      Contact::dissipate(contact, force, dt, heat);
       resistance.dissipate(static_cast<const Contact &>(*this), contact, force.turned,
-                           static_cast<double>(force.normal_velocity),
-                           static_cast<double>(time_step), heat);
+                           double(force.normal_velocity), double(dt), heat);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
@@ -469,13 +428,15 @@ inline namespace RVE_ISA {
     {
       return Contact::elastic_energy(contact, force) + resistance.elastic_energy(force.turned);
     }
-    RVE_INLINE double released(const History &history) const
+    RVE_INLINE double released(const History &h) const
     {
-      return Contact::released(history.contact) + resistance.released(history.turning);
+      return Contact::released(h.contact) + resistance.released(h.turning);
     }
     RVE_INLINE double twisting_share(const ContactPlace &place) const
     {
-      return resistance.template twisting_share<Contact>(place);
+      return resistance.twisting.by_friction > Real(0)
+          ? Contact::share_at(place.overlap / reduced(place.radius_i, place.radius_j))
+          : 1.0;
     }
 
    private:
