@@ -115,8 +115,4 @@ template <int D> std::string modification(const MpmModel<D> &model);
 /// "c 1000 -> 800, phi 30 -> 24.79" for the parameters that the law of a model has now, and "" if all are the same.
 template <int D> std::string parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now);
 
-/// What has another value in `now` than in `then`, as "damping 0.05 -> 0, ...", or "" for nothing: of what points keep that exist (their
-/// volume, mass and stress at the beginning), or of the rest.
-std::string mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points);
-
 }    // namespace LAMMPS_NS
