@@ -261,7 +261,7 @@ template <int D> void FixMpm::ImplOf<D>::find_models()
 template <int D> void FixMpm::ImplOf<D>::modify_models(int narg, char **arg)
 {
   bring_back();
-  this->change_models(settings.modified_models(lmp, narg, arg),
+  this->change_models(modified_mpm_models(lmp, settings.models, narg, arg),
                       fmt::format("from step {} on", update->ntimestep));
 }
 

@@ -84,7 +84,7 @@ void MpmScene<D>::continue_modification(const MpmWords &then, const std::string 
   }
   std::vector<char *> arg;
   for (std::string &word : list) arg.push_back(word.data());
-  change_models(settings.modified_models(lmp, (int) arg.size(), arg.data()),
+  change_models(modified_mpm_models(lmp, settings.models, (int) arg.size(), arg.data()),
                 "as fix_modify had it,");
 }
 

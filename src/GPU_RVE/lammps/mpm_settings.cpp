@@ -5,7 +5,6 @@
 #include "lammps/collective_error.h"
 #include "lammps/progress.h"
 #include "lammps/rank_resources.h"
-#include "mpm/law_table.h"
 #include "rve/core/error.h"
 #include "rve/engine/advice.h"
 
@@ -23,9 +22,6 @@
 using namespace LAMMPS_NS;
 
 namespace {
-
-// of any number: products of two, and sums of many, are still numbers
-constexpr double LARGEST = 1e30;
 
 // In each direction a cell has 100 points in the plane, and 21 in space.
 constexpr double MOST_POINTS_PER_CELL = 1e4;
@@ -94,53 +90,10 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
                              what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
 }
 
-template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
-{
-  const auto &table = mpm::law_table<D>();
-  return *std::find_if(table.begin(), table.end(),
-                       [&](const mpm::LawEntry<D> &entry) { return entry.word == model.word; });
-}
-
-/// The arguments of the law of a model, in which its strength is reduced.
-template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
-{
-  std::vector<double> arguments = model.arguments;
-  if (model.strength_reduction != 1.0)
-    entry_of(model).reduce_strength(arguments.data(), model.strength_reduction);
-  return arguments;
-}
-
-template <int D> void read_parameters(ScriptWords &words, MpmModel<D> &model)
-{
-  const mpm::LawEntry<D> &entry = entry_of(model);
-  model.arguments.clear();
-  model.strength_reduction = 1.0;
-  for (const std::string &name : entry.arguments)
-    model.arguments.push_back(words.number(entry.word + " " + name));
-  model.law = entry.make(model.arguments.data());
-}
-
 template <int D> void read_model(ScriptWords &words, Said<D> &said)
 {
-  std::string form = "group-ID rve fix-ID";    // or a law of the table
-  rve::Words choices = {"rve"};
-  for (const mpm::LawEntry<D> &entry : mpm::law_table<D>()) {
-    form += " | " + entry.word + " " + utils::join_words(entry.arguments, " ");
-    choices.emplace_back(entry.word);
-  }
-  words.set_form(form);
-  MpmModel<D> model;
-  model.group = words.peek();
-  model.groupbit = words.groupbit("group");
-  words.about("model " + model.group);
-  const int choice = words.choice("law", choices);
-  model.word = choices[choice];
-  if (choice == 0)
-    model.fix_rve = words.next("rve fix ID");
-  else
-    read_parameters(words, model);
-  said.settings.models.push_back(model);
-  said.density_owner = "model " + model.group;
+  said.settings.models.push_back(read_mpm_model<D>(words));
+  said.density_owner = "model " + said.settings.models.back().group;
   said.density = &said.settings.models.back().density;
 }
 
@@ -538,62 +491,6 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
        said.settings.progress_interval = read_progress(words);
      }}};
 
-/// The model of a group that fix_modify names; an error if fix_modify cannot change it.
-template <int D> MpmModel<D> &model_to_modify(ScriptWords &words, std::vector<MpmModel<D>> &models)
-{
-  const std::string group = words.next("group");
-  words.about(words.keyword() + " " + group);
-  rve::Words groups;
-  for (MpmModel<D> &model : models) {
-    groups.emplace_back(model.group);
-    if (model.group != group) continue;
-    if (!model.law)
-      words.refuse(fmt::format("the model of group '{}' is the RVEs of fix {}; change these with "
-                               "fix_modify {}",
-                               group, model.fix_rve, model.fix_rve));
-    model.is_modified = true;
-    return model;
-  }
-  words.refuse(fmt::format("the fix has no model of group '{}'{}", group,
-                           rve::did_you_mean(group, groups, "its models are those of")));
-}
-
-template <int D> void modify_model(ScriptWords &words, std::vector<MpmModel<D>> &models)
-{
-  MpmModel<D> &model = model_to_modify(words, models);
-  const std::string law = words.next("law");
-  if (law != model.word)
-    words.refuse(fmt::format(
-        "the model of group '{}' has the law {}, and fix_modify gives this law other parameters, "
-        "not another law, '{}'; a point changes its law when it changes its group: define the fix "
-        "with a model of each law",
-        model.group, model.word, law));
-  words.set_form("group-ID " + law + " " + utils::join_words(entry_of(model).arguments, " "));
-  read_parameters(words, model);
-}
-
-// factors of safety are near 1
-constexpr double LEAST_REDUCTION = 0.01, MOST_REDUCTION = 100.0;
-
-template <int D> void modify_strength(ScriptWords &words, std::vector<MpmModel<D>> &models)
-{
-  MpmModel<D> &model = model_to_modify(words, models);
-  if (!entry_of(model).reduce_strength)
-    words.refuse(fmt::format("the law of group '{}' is {}, which has no strength to be reduced",
-                             model.group, model.word));
-  const double factor = words.number(model.group);
-  if (!(factor >= LEAST_REDUCTION && factor <= MOST_REDUCTION))
-    words.refuse(fmt::format("strength_reduction {} is {} [-]; it must be from {} to {}",
-                             model.group, rve::number(factor), LEAST_REDUCTION, MOST_REDUCTION));
-  model.strength_reduction = factor;
-  model.law = entry_of(model).make(reduced_arguments(model).data());
-}
-
-template <int D>
-constexpr ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
-    {"model", "group-ID law ...", modify_model<D>},
-    {"strength_reduction", "group-ID factor", modify_strength<D>}};
-
 constexpr ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
 
 void read_of_space(ScriptWords &, Said<2> &) {}
@@ -607,7 +504,7 @@ void read_of_space(ScriptWords &words, Said<3> &said)
 template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, char **arg)
 {
   ScriptWords words(lmp, "Fix mpm", narg, arg, 3);
-  words.limit_numbers(LARGEST);
+  words.limit_numbers(LARGEST_MPM_NUMBER);
   MpmSettings settings;
   mpm::SolverOptions<D> &options = settings.options;
   settings.words.emplace_back("cell size", words.peek());
@@ -648,47 +545,6 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
                                     : given.values);
   return settings;
 }
-
-template <int D>
-std::vector<MpmModel<D>> MpmSettings<D>::modified_models(LAMMPS *lmp, int narg, char **arg) const
-{
-  ScriptWords words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
-  words.limit_numbers(LARGEST);
-  words.set_keywords(names_of(KEYWORDS_OF_MODIFY<D>));
-  std::vector<MpmModel<D>> wanted = models;
-  collectively(lmp, "Fix_modify of fix mpm", [&] {
-    while (words.next_keyword()) words.read(KEYWORDS_OF_MODIFY<D>, wanted);
-  });
-  return wanted;
-}
-
-template <int D> std::string LAMMPS_NS::modification(const MpmModel<D> &model)
-{
-  if (!model.is_modified) return "";
-  std::string text = fmt::format("model {} {}", model.group, model.word);
-  for (const double argument : model.arguments) text += fmt::format(" {:.17g}", argument);
-  if (model.strength_reduction != 1.0)
-    text += fmt::format(" strength_reduction {} {:.17g}", model.group, model.strength_reduction);
-  return text;
-}
-
-template <int D>
-std::string LAMMPS_NS::parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now)
-{
-  if (!now.law) return "";
-  const std::vector<double> then = reduced_arguments(before), after = reduced_arguments(now);
-  std::string text;
-  for (std::size_t k = 0; k < after.size(); k++)
-    if (then[k] != after[k])
-      text += fmt::format("{}{} {} -> {}", text.empty() ? "" : ", ", entry_of(now).arguments[k],
-                          rve::number(then[k]), rve::number(after[k]));
-  return text;
-}
-
-template std::string LAMMPS_NS::modification(const MpmModel<2> &);
-template std::string LAMMPS_NS::modification(const MpmModel<3> &);
-template std::string LAMMPS_NS::parameter_changes(const MpmModel<2> &, const MpmModel<2> &);
-template std::string LAMMPS_NS::parameter_changes(const MpmModel<3> &, const MpmModel<3> &);
 
 template <int D> const char *MpmSettings<D>::name_of_side(int side)
 {
