@@ -138,10 +138,7 @@ void ComputeRveContactLocal::init()
   impl->fix = fix_of_columns(lmp, STYLE, id, impl->fix_id, impl->quantities);
 }
 
-/* ----------------------------------------------------------------------
-   rows in the order of the local atoms, and of their grains
-------------------------------------------------------------------------- */
-
+/// Rows are in the order of the local atoms, and of the grains of each.
 void ComputeRveContactLocal::compute_local()
 {
   invoked_local = update->ntimestep;

@@ -266,10 +266,7 @@ void make_packing(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
       request.recipe.at_rest ? fmt::format(", lateral over vertical stress {:.4f}", k0) : "");
 }
 
-/* ----------------------------------------------------------------------
-   all packings in one batch; a line for each one that is ready
-------------------------------------------------------------------------- */
-
+/// Prepares all packings in one batch, and prints a line for each one that is ready.
 template <int D>
 void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &engine)
 {
@@ -347,10 +344,7 @@ template <int D> void make(LAMMPS *lmp, const PackingRequest &request)
 
 }    // namespace
 
-/* ----------------------------------------------------------------------
-   one rank works, so the packing is the same on any number of ranks; the others sleep
-------------------------------------------------------------------------- */
-
+/// One rank works while the others sleep, so that the packing is the same on any number of ranks.
 void CreateRve::command(int narg, char **arg)
 {
   require_mechanical_units(lmp, "create_rve");

@@ -142,10 +142,7 @@ struct DumpRveGrain::Impl {
   }
 };
 
-/* ----------------------------------------------------------------------
-   a dump custom whose columns are filled here: it knows files, ranks, formats and names
-------------------------------------------------------------------------- */
-
+/// The base class dump custom does files, ranks, formats and names; its columns are filled here.
 DumpRveGrain::DumpRveGrain(LAMMPS *lmp, int narg, char **arg) :
     DumpRveGrain(lmp, std::make_unique<Impl>(lmp, narg, arg))
 {
@@ -177,8 +174,6 @@ DumpRveGrain::DumpRveGrain(LAMMPS *lmp, std::unique_ptr<Impl> _impl) :
 
 DumpRveGrain::~DumpRveGrain() = default;
 
-/* ---------------------------------------------------------------------- */
-
 void DumpRveGrain::init_style()
 {
   impl->fix = fix_of_columns(lmp, "dump rve/grain", id, impl->fix_id, impl->columns);
@@ -187,8 +182,6 @@ void DumpRveGrain::init_style()
   if (sortcol == 0) sort_flag = 0;
   DumpCustom::init_style();
 }
-
-/* ---------------------------------------------------------------------- */
 
 int DumpRveGrain::modify_param(int narg, char **arg)
 {
@@ -202,10 +195,7 @@ int DumpRveGrain::modify_param(int narg, char **arg)
   return DumpCustom::modify_param(narg, arg);
 }
 
-/* ----------------------------------------------------------------------
-   takes the frame, and tells all ranks the cell: the first one writes the header
-------------------------------------------------------------------------- */
-
+/// Takes the frame, and gives the cell to all ranks: the first one writes the header.
 int DumpRveGrain::count()
 {
   impl->num_grains = 0;
@@ -231,17 +221,13 @@ int DumpRveGrain::count()
   return impl->num_grains;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DumpRveGrain::pack(tagint *)
 {
   std::copy(impl->rows.begin(), impl->rows.end(), buf);
 }
 
-/* ----------------------------------------------------------------------
-   as of a general triclinic box: the axes of the grains are those of the script, whichever way the cell has turned
-------------------------------------------------------------------------- */
-
+/// The header is that of a general triclinic box: the axes of the grains are those of the script,
+/// whichever way the cell has turned.
 void DumpRveGrain::write_header(bigint ndump)
 {
   if (unit_flag && !unit_count) {

@@ -31,8 +31,6 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-/* ---------------------------------------------------------------------- */
-
 FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   require_mechanical_units(lmp, "Fix mpm");
@@ -61,25 +59,18 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   atom->add_callback(Atom::RESTART);
 }
 
-/* ---------------------------------------------------------------------- */
-
 FixMpm::~FixMpm()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixMpm::setmask()
 {
   return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;
 }
 
-/* ----------------------------------------------------------------------
-   whatever the script may have defined after this fix
-------------------------------------------------------------------------- */
-
+/// Checks what the script may have defined after this fix.
 void FixMpm::init()
 {
   if (update->whichflag == 2)

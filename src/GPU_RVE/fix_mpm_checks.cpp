@@ -229,11 +229,8 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", scene.fix->id, text);
 }
 
-/* ----------------------------------------------------------------------
-   points of rigid bodies that left the simulation box; LAMMPS deletes atoms when it exchanges them. Groups may lose points
-   that still exist: these are no error
-------------------------------------------------------------------------- */
-
+/// LAMMPS deletes atoms that left the simulation box when it exchanges atoms. Groups may lose
+/// points that still exist, which is no error.
 template <int D> void MpmChecks<D>::check_bodies(const Points &points, bool advance)
 {
   const std::size_t bodies = scene.settings.bodies.size();

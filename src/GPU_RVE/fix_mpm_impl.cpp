@@ -196,10 +196,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
   members_are_sound = false;
 }
 
-/* ----------------------------------------------------------------------
-   in a run: a dynamic group may have lost a point, or have taken in one that has no RVE
-------------------------------------------------------------------------- */
-
+/// A dynamic group may have lost a point in a run, or have taken in one that has no RVE.
 template <int D> void FixMpm::ImplOf<D>::find_members_of_run()
 {
   find_members();
@@ -254,10 +251,8 @@ template <int D> void FixMpm::ImplOf<D>::find_models()
   waves.begin_run();
 }
 
-/* ----------------------------------------------------------------------
-   fix_modify: points keep what their law remembers, and their stress until the next step
-------------------------------------------------------------------------- */
-
+/// The command fix_modify: points keep what their law remembers, and their stress until the next
+/// step.
 template <int D> void FixMpm::ImplOf<D>::modify_models(int narg, char **arg)
 {
   bring_back();
@@ -265,10 +260,8 @@ template <int D> void FixMpm::ImplOf<D>::modify_models(int narg, char **arg)
                       fmt::format("from step {} on", update->ntimestep));
 }
 
-/* ----------------------------------------------------------------------
-   makes material points of new atoms: all other fixes are initialized, and fix gravity has not yet asked for the masses
-------------------------------------------------------------------------- */
-
+/// Makes material points of new atoms, when all other fixes are initialized and fix gravity has not
+/// yet read the masses.
 template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
 {
   checks.check_positions();
@@ -286,10 +279,8 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
   fill_output();
 }
 
-/* ----------------------------------------------------------------------
-   the same in a run, for atoms that a fix has created in this step. They come with new neighbor lists
-------------------------------------------------------------------------- */
-
+/// Makes material points of atoms that a fix has created in this step. They come with new neighbor
+/// lists.
 template <int D> void FixMpm::ImplOf<D>::pre_force()
 {
   if (neighbor->ago > 0) return;
@@ -433,10 +424,7 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
   if (!this->has_grains()) progress.step_done();
 }
 
-/* ----------------------------------------------------------------------
-   the run may have ended before its last step
-------------------------------------------------------------------------- */
-
+/// The run may have ended before its last step.
 template <int D> void FixMpm::ImplOf<D>::post_run()
 {
   if (output_is_old) fill_output();
@@ -518,10 +506,6 @@ template <int D> double FixMpm::ImplOf<D>::bytes() const
   const double of_node = 3.0 + 8.0 * D + D * D + D * (double) settings.bodies.size();
   return sizeof(double) * ((double) atom->nmax * fix->maxexchange + of_node * solver->held_nodes());
 }
-
-/* ----------------------------------------------------------------------
-   per-atom state: memory, reordering, exchange, restart
-------------------------------------------------------------------------- */
 
 template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 {
@@ -624,10 +608,8 @@ template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
   head.write(fp);
 }
 
-/* ----------------------------------------------------------------------
-   the next law in the restart file, by its word, and whether its state variables are those that it has now
-------------------------------------------------------------------------- */
-
+/// Takes the next law in the restart file, by its word. An error if its state variables are not
+/// those that the law has now.
 template <int D> void FixMpm::ImplOf<D>::find_law(const std::string &word, const std::string &names)
 {
   const int law = layout.find(word);

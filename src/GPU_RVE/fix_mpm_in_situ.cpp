@@ -33,10 +33,7 @@ constexpr double BEYOND_STRENGTH = 1e-6;
 
 }    // namespace
 
-/* ----------------------------------------------------------------------
-   what the script says of ground at rest, for each new point
-------------------------------------------------------------------------- */
-
+/// Evaluates what the script gives for ground at rest at each new point.
 template <int D>
 macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const std::vector<int> &made) const
 {
@@ -169,10 +166,7 @@ std::vector<macro::StressGoal> MpmGround<D>::goals_by_components(const std::vect
   return goals;
 }
 
-/* ----------------------------------------------------------------------
-   what the RVEs of each fix need, over all ranks
-------------------------------------------------------------------------- */
-
+/// Brings the RVEs of all models to these stresses, and returns what that took, over all ranks.
 template <int D>
 macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const std::vector<int> &made,
                                                const std::vector<macro::StressGoal> &goals,
@@ -339,10 +333,6 @@ void MpmGround<D>::check_strength(const Points &points, const std::vector<int> &
                    settings.in_situ.given ? "a k0 between the active and the passive limit"
                                           : "normal stresses with a smaller difference");
 }
-
-/* ----------------------------------------------------------------------
-   forces are complete: what is out of balance before the first step
-------------------------------------------------------------------------- */
 
 template <int D> void MpmGround<D>::report(const Points &points)
 {

@@ -42,11 +42,10 @@ bool LAMMPS_NS::is_same_checksum(double a, double b)
   return memcmp(&a, &b, sizeof(a)) == 0;
 }
 
-/* ----------------------------------------------------------------------
-   version, numbers in it, their checksum, step, bodies, displacement and velocity of each and the record of one that can
-   turn behind the numbers in it, what the script says and the state variables of each law as lines of text, checksum of all before
-------------------------------------------------------------------------- */
-
+/// The head has the version, how many numbers it has, a checksum of these two, the step, and the
+/// number of bodies. For each body follow its displacement, its velocity and the record of one that
+/// can turn, behind its length. Lines of text have the words of the script and the state variables
+/// of each law. A checksum of all is the last number.
 template <int D> void MpmRestartHead<D>::write(FILE *fp) const
 {
   std::string text;

@@ -111,10 +111,8 @@ template <int D> void MpmWaves<D>::check_courant(const Points &points, double bo
   check_rounding(points, body_speed);
 }
 
-/* ----------------------------------------------------------------------
-   LAMMPS stores coordinates as doubles, which far from the origin are multiples of a large quantum
-------------------------------------------------------------------------- */
-
+/// LAMMPS stores coordinates as doubles, which far from the origin are multiples of a large
+/// quantum.
 template <int D> void MpmWaves<D>::check_rounding(const Points &points, double body_speed)
 {
   if (warned_rounding) return;
@@ -160,11 +158,9 @@ template <int D> void MpmWaves<D>::check_time_step() const
       number > 0.0 ? 0.5 * update->dt / number : 0.0);
 }
 
-/* ----------------------------------------------------------------------
-   dashpots of n times the impedance send back (n - 1)/(n + 1) of the stress of a wave: a third with n = 2 or 1/2. Less is a matter of
-   judgement, since a side may stand for another material than that beside it
-------------------------------------------------------------------------- */
-
+/// Dashpots of n times the impedance send back (n - 1)/(n + 1) of the stress of a wave, which is a
+/// third for n = 2 or 1/2. Smaller reflections are not warned of, since a side may stand for a
+/// material other than that next to it.
 template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
 {
   const mpm::SolverOptions<D> &options = scene.settings.options;

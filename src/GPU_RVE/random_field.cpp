@@ -268,11 +268,9 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
 }    // namespace
 
-/* ----------------------------------------------------------------------
-   One rank makes the field and gives it to the others, which evaluate it at their atoms. That is faster than to make it on each rank,
-   and takes the memory of the transform once (doc/src/random_field.rst has the numbers).
-------------------------------------------------------------------------- */
-
+/// One rank makes the field and gives it to the others, which evaluate it at their atoms. That is
+/// faster than to make it on each rank, and takes the memory of the transform once
+/// (doc/src/random_field.rst has the numbers).
 void RandomField::command(int narg, char **arg)
 {
   if (domain->box_exist == 0) error->all(FLERR, "random_field: there is no simulation box yet");

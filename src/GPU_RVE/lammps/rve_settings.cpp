@@ -435,8 +435,6 @@ rve::Format LAMMPS_NS::read_format(ScriptWords &words)
                                     {"single", rve::Format::Single}});
 }
 
-/* ---------------------------------------------------------------------- */
-
 std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
 {
   const std::string message = e.what();
@@ -444,8 +442,6 @@ std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::Input
   if (!fs::exists(file, unknown) && !unknown) return message + where_packings_come_from(file);
   return (message.find(file) != std::string::npos ? "" : file + ": ") + message;
 }
-
-/* ---------------------------------------------------------------------- */
 
 static int dimension_of(LAMMPS *lmp, const std::string &file)
 {
@@ -472,8 +468,6 @@ void FixRveSettings::require_one_dimension(LAMMPS *lmp) const
                       "must have the same grains",
                       packings.front(), grains(dimension), file, grains(other));
 }
-
-/* ---------------------------------------------------------------------- */
 
 FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 {
@@ -515,8 +509,6 @@ void FixRveSettings::read(ScriptWords &words, bool modifies)
   for (refuse_fixed(); words.next_keyword(); refuse_fixed())
     if (!material.read(words)) words.read(KEYWORDS, *this);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
 {
@@ -577,8 +569,6 @@ void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
                     adaptive ? " (the most of substeps adaptive)" : "", s.steps_per_step(),
                     rve::number(steps), MAXSMALLINT);
 }
-
-/* ---------------------------------------------------------------------- */
 
 std::map<std::string, std::string> FixRveSettings::account() const
 {
