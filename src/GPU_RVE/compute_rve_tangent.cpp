@@ -145,27 +145,21 @@ struct Settings {
   }
 };
 
-constexpr ScriptKeyword<Settings> KEYWORDS[] = {
+using Kind = macro::TangentKind;
+
+const ScriptKeyword<Settings> KEYWORDS[] = {
     {"fix", "ID", [](ScriptWords &words, Settings &s) { s.fix_id = words.next(); }},
     {"kind", "elastic | loading",
-     [](ScriptWords &words, Settings &s) {
-       s.kind = words.choice<macro::TangentKind>(
-           "",
-           {{"elastic", macro::TangentKind::Elastic}, {"loading", macro::TangentKind::Loading}});
-     }},
-    {"format", "fast | mixed | double | single",
-     [](ScriptWords &words, Settings &s) { s.format = read_format(words); }},
-    {"probe", "size", [](ScriptWords &words, Settings &s) { s.probe = words.number(); }},
-    {"lead", "size", [](ScriptWords &words, Settings &s) { s.lead = words.number(); }},
-    {"spread", "share", [](ScriptWords &words, Settings &s) { s.spread = words.number(); }},
-    {"tolerance", "share", [](ScriptWords &words, Settings &s) { s.tolerance = words.number(); }},
-    {"damping", "alpha", [](ScriptWords &words, Settings &s) { s.damping = words.number(); }},
-    {"strain_steps", "N",
-     [](ScriptWords &words, Settings &s) { s.strain_steps = words.integer("", 1); }},
-    {"lead_steps", "N",
-     [](ScriptWords &words, Settings &s) { s.lead_steps = words.integer("", 1); }},
-    {"most_steps", "N",
-     [](ScriptWords &words, Settings &s) { s.most_steps = words.integer("", 1); }}};
+     into(one_of<Kind>({{"elastic", Kind::Elastic}, {"loading", Kind::Loading}}), &Settings::kind)},
+    {"format", "fast | mixed | double | single", into(read_format, &Settings::format)},
+    {"probe", "size", into(any_number, &Settings::probe)},
+    {"lead", "size", into(any_number, &Settings::lead)},
+    {"spread", "share", into(any_number, &Settings::spread)},
+    {"tolerance", "share", into(any_number, &Settings::tolerance)},
+    {"damping", "alpha", into(any_number, &Settings::damping)},
+    {"strain_steps", "N", into(integer(1), &Settings::strain_steps)},
+    {"lead_steps", "N", into(integer(1), &Settings::lead_steps)},
+    {"most_steps", "N", into(integer(1), &Settings::most_steps)}};
 
 constexpr const char *STYLE = "compute rve/tangent";
 

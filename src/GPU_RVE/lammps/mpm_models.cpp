@@ -92,7 +92,7 @@ template <int D> void modify_strength(ScriptWords &words, std::vector<MpmModel<D
 }
 
 template <int D>
-constexpr ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
+const ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
     {"model", "group-ID law ...", modify_model<D>},
     {"strength_reduction", "group-ID factor", modify_strength<D>}};
 

@@ -427,7 +427,7 @@ template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
 }
 
 template <int D>
-constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
+const ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
      [](ScriptWords &words, Said<D> &said) {
        for (int a = 0; a < D; a++) {
@@ -437,11 +437,9 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
      }},
     {"shape", "linear | gimp | cpgimp",
      [](ScriptWords &words, Said<D> &said) {
-       said.options.shape =
-           words.choice<mpm::ShapeFunction>("",
-                                            {{"linear", mpm::ShapeFunction::Linear},
-                                             {"gimp", mpm::ShapeFunction::Gimp},
-                                             {"cpgimp", mpm::ShapeFunction::Cpgimp}});
+       using Shape = mpm::ShapeFunction;
+       said.options.shape = words.choice<Shape>(
+           "", {{"linear", Shape::Linear}, {"gimp", Shape::Gimp}, {"cpgimp", Shape::Cpgimp}});
      }},
     {"dilation", "point | cell",
      [](ScriptWords &words, Said<D> &said) {
@@ -491,7 +489,7 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
        said.settings.progress_interval = read_progress(words);
      }}};
 
-constexpr ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
+const ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
 
 void read_of_space(ScriptWords &, Said<2> &) {}
 void read_of_space(ScriptWords &words, Said<3> &said)
