@@ -129,10 +129,10 @@ const ScriptKeyword<PackingRequest> KEYWORDS[] = {
        request.recipe.stress_tolerance = request.recipe.unbalanced_tolerance = words.number();
      }},
     {"format", "fast | mixed | double | single",
-     into(read_format, &PackingRequest::options, &rve::Options::format)},
+     into(one_of(rve::FORMAT_CHOICES), &PackingRequest::options, &rve::Options::format)},
     {"threads", "N", into(integer(INT_MIN), &PackingRequest::options, &rve::Options::threads)},
     {"device", "auto | cpu | cuda",
-     into(read_device, &PackingRequest::options, &rve::Options::device)},
+     into(one_of(rve::DEVICE_CHOICES), &PackingRequest::options, &rve::Options::device)},
     {"policy", "stop | skip",
      into(one_of<bool>({{"stop", false}, {"skip", true}}), &PackingRequest::skip)}};
 

@@ -455,7 +455,9 @@ const ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"damping", "value",
      [](ScriptWords &words, Said<D> &said) { said.options.damping = words.number(); }},
     {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Said<D> &said) { said.options.device = read_device(words); }},
+     [](ScriptWords &words, Said<D> &said) {
+       said.options.device = words.choice("", rve::DEVICE_CHOICES);
+     }},
     {"boundary",
      D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed | absorbing cp cs"
             : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed | absorbing cp cs",

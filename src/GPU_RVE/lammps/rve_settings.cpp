@@ -287,13 +287,8 @@ struct FixRveKeyword : ScriptKeyword<Settings> {
   const char *fixed = nullptr;    ///< null if fix_modify can change it
 };
 
-const ScriptChoices<RvePolicy> POLICIES = {
+constexpr rve::Choice<RvePolicy> POLICIES[] = {
     {"stop", RvePolicy::Stop}, {"freeze", RvePolicy::Freeze}, {"fresh", RvePolicy::Fresh}};
-const ScriptChoices<rve::Arithmetic> ARITHMETICS = {{"strict", rve::Arithmetic::Strict},
-                                                    {"relaxed", rve::Arithmetic::Relaxed}};
-const ScriptChoices<rve::Arms> ARMS = {{"contact", rve::Arms::Contact},
-                                       {"lammps", rve::Arms::Lammps}};
-
 const FixRveKeyword KEYWORDS[] = {
     {"drive", "none | mpm | velocity_gradient component rate ...", read_drive},
     {"servo", "none | component stress ...",
@@ -366,11 +361,11 @@ const FixRveKeyword KEYWORDS[] = {
      },
      OF_PACKING},
     {"format", "fast | mixed | double | single",
-     into(read_format, &Settings::options, &Options::format), OF_ENGINE},
+     into(one_of(rve::FORMAT_CHOICES), &Settings::options, &Options::format), OF_ENGINE},
     {"arithmetic", "strict | relaxed",
-     into(one_of(ARITHMETICS), &Settings::options, &Options::arithmetic), OF_ENGINE},
-    {"device", "auto | cpu | cuda", into(read_device, &Settings::options, &Options::device),
-     OF_ENGINE},
+     into(one_of(rve::ARITHMETIC_CHOICES), &Settings::options, &Options::arithmetic), OF_ENGINE},
+    {"device", "auto | cpu | cuda",
+     into(one_of(rve::DEVICE_CHOICES), &Settings::options, &Options::device), OF_ENGINE},
     {"threads", "N",
      [](ScriptWords &words, Settings &s) {
        s.options.threads = words.integer("", 0);
@@ -379,7 +374,8 @@ const FixRveKeyword KEYWORDS[] = {
      OF_ENGINE},
     {"skin", "length", into(positive("[length]"), &Settings::options, &Options::skin), OF_ENGINE},
     {"block_size", "N", into(integer(0), &Settings::options, &Options::block_size), OF_ENGINE},
-    {"arms", "contact | lammps", into(one_of(ARMS), &Settings::options, &Options::arms), OF_ENGINE},
+    {"arms", "contact | lammps", into(one_of(rve::ARM_CHOICES), &Settings::options, &Options::arms),
+     OF_ENGINE},
     {"overlap_limit", "fraction",
      [](ScriptWords &words, Settings &s) {
        s.options.overlap_limit = words.number();
@@ -402,15 +398,6 @@ rve::Words LAMMPS_NS::fix_rve_keywords()
 const char *LAMMPS_NS::rve_component_name(int row, int column)
 {
   return COMPONENTS[row][column];
-}
-
-rve::Format LAMMPS_NS::read_format(ScriptWords &words)
-{
-  return words.choice<rve::Format>("",
-                                   {{"fast", rve::Format::Fast},
-                                    {"mixed", rve::Format::Mixed},
-                                    {"double", rve::Format::Double},
-                                    {"single", rve::Format::Single}});
 }
 
 std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
@@ -553,8 +540,8 @@ std::map<std::string, std::string> FixRveSettings::account() const
   const auto &steps = macro_step;
   std::map<std::string, std::string> account;
   account["format"] = rve::to_string(options.format);
-  account["arithmetic"] = word_of(ARITHMETICS, options.arithmetic);
-  account["arms"] = word_of(ARMS, options.arms);
+  account["arithmetic"] = word_of(rve::ARITHMETIC_CHOICES, options.arithmetic);
+  account["arms"] = word_of(rve::ARM_CHOICES, options.arms);
   account["skin"] = options.skin > 0.0 ? rve::number(options.skin) : "automatic";
   account["overlap_limit"] = rve::number(options.overlap_limit);
   account["energy"] = options.track_energy ? "yes" : "no";

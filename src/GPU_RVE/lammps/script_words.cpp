@@ -284,9 +284,3 @@ int ScriptWords::choice(const std::string &part, const rve::Words &choices)
   }
   refuse(fmt::format("{} is '{}'; it must be {}", label(part), word, allowed));
 }
-
-rve::Device LAMMPS_NS::read_device(ScriptWords &words)
-{
-  return words.choice<rve::Device>(
-      "", {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
-}

@@ -5,10 +5,11 @@
 
 #pragma once
 
-#include "cuda/device.h"
 #include "rve/core/suggestion.h"
+#include "rve/engine/options.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -50,15 +51,13 @@ template <class Target> struct ScriptKeyword {
   std::function<void(ScriptWords &, Target &)> read;
 };
 
-/// A word among others and what it means.
-template <class T> using ScriptChoices = std::vector<std::pair<const char *, T>>;
-
 /// The word of a value.
-template <class T> const char *word_of(const ScriptChoices<T> &choices, const T &value)
+template <class T, std::size_t N>
+const char *word_of(const rve::Choice<T> (&choices)[N], const T &value)
 {
-  return std::find_if(choices.begin(), choices.end(),
-                      [&](const auto &choice) { return choice.second == value; })
-      ->first;
+  std::size_t k = 0;
+  while (!(choices[k].value == value)) k++;
+  return choices[k].word;
 }
 
 /// Names of the keywords of a table, whatever else its rows have.
@@ -147,11 +146,12 @@ class ScriptWords {
 
   /// Which of the choices it is.
   int choice(const std::string &part, const rve::Words &choices);
-  template <class T> T choice(const std::string &part, const ScriptChoices<T> &choices)
+  template <class T, std::size_t N>
+  T choice(const std::string &part, const rve::Choice<T> (&choices)[N])
   {
     rve::Words names;
-    for (const auto &[name, meaning] : choices) names.emplace_back(name);
-    return choices[choice(part, names)].second;
+    for (const rve::Choice<T> &some : choices) names.emplace_back(some.word);
+    return choices[choice(part, names)].value;
   }
 
   /// Numbers beyond +-largest are errors from here on.
@@ -185,9 +185,6 @@ class ScriptWords {
   void end_keyword();
 };
 
-/// auto, cpu or cuda.
-rve::Device read_device(ScriptWords &words);
-
 // ---- readers of one value, for rows of tables ----
 
 inline double any_number(ScriptWords &words)
@@ -210,9 +207,13 @@ inline auto integer(int least)
 {
   return [=](ScriptWords &words) { return words.integer("", least); };
 }
-template <class T> auto one_of(const ScriptChoices<T> &choices)
+template <class T, std::size_t N> auto one_of(const rve::Choice<T> (&choices)[N])
 {
-  return [=](ScriptWords &words) { return words.choice("", choices); };
+  struct Table {
+    rve::Choice<T> rows[N];
+  } table;
+  std::copy_n(choices, N, table.rows);
+  return [table](ScriptWords &words) { return words.choice("", table.rows); };
 }
 
 /// Has the value go where the pointers to members lead, the first one of which is a member of the
