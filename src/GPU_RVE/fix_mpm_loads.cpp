@@ -2,7 +2,7 @@
 
 #include "fix_mpm_jobs.h"
 
-#include "lammps/formulas.h"
+#include "lammps/state_readers.h"
 
 #include "atom.h"
 #include "comm.h"
