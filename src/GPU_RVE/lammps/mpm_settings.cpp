@@ -17,7 +17,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
 
@@ -215,36 +214,35 @@ template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
 }
 
 /// The body that a keyword is about.
-template <int D>
-mpm::RigidBodyOptions &body_before(ScriptWords &words, Said<D> &said, const std::string &keyword)
+template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, Said<D> &said)
 {
-  if (said.options.rigid_bodies.empty()) words.refuse(keyword + " must follow a rigid body");
-  words.about(said.owner + " " + keyword);
+  if (said.options.rigid_bodies.empty())
+    words.refuse(words.keyword() + " must follow a rigid body");
+  words.about(said.owner + " " + words.keyword());
   return said.options.rigid_bodies.back();
 }
 
 template <int D> void read_separation(ScriptWords &words, Said<D> &said)
 {
-  body_before(words, said, "separation").separation = words.logical();
+  body_before(words, said).separation = words.logical();
 }
 
 template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
 {
-  mpm::RigidBodyOptions &body = body_before(words, said, "form");
+  mpm::RigidBodyOptions &body = body_before(words, said);
+  using Form = mpm::BodyForm;
   if constexpr (D == 2)
-    body.form = words.choice<mpm::BodyForm>("",
-                                            {{"face", mpm::BodyForm::Face},
-                                             {"box", mpm::BodyForm::Box},
-                                             {"ball", mpm::BodyForm::Ball},
-                                             {"convex", mpm::BodyForm::Convex}});
+    body.form = words.choice<Form>(
+        "",
+        {{"face", Form::Face}, {"box", Form::Box}, {"ball", Form::Ball}, {"convex", Form::Convex}});
   else
-    body.form = words.choice<mpm::BodyForm>("",
-                                            {{"face", mpm::BodyForm::Face},
-                                             {"box", mpm::BodyForm::Box},
-                                             {"ball", mpm::BodyForm::Ball},
-                                             {"cylinder", mpm::BodyForm::Cylinder},
-                                             {"convex", mpm::BodyForm::Convex}});
-  if (body.form != mpm::BodyForm::Convex) return;
+    body.form = words.choice<Form>("",
+                                   {{"face", Form::Face},
+                                    {"box", Form::Box},
+                                    {"ball", Form::Ball},
+                                    {"cylinder", Form::Cylinder},
+                                    {"convex", Form::Convex}});
+  if (body.form != Form::Convex) return;
   auto &of_bodies = said.options.rigid_body_vertices;
   of_bodies.resize(said.options.rigid_bodies.size());
   of_bodies.back().resize(words.whole("convex", D + 1, mpm::MOST_VERTICES));
@@ -258,7 +256,7 @@ template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
 
 template <int D> void read_spin(ScriptWords &words, Said<D> &said)
 {
-  body_before(words, said, "spin");
+  body_before(words, said);
   said.needs_form.back() = "spin";
   for (int k = D; k < mpm::FREEDOMS<D>; k++)
     read_rate(words, said, k, D == 2 ? SPINS[2] : SPINS[k - D]);
@@ -266,7 +264,7 @@ template <int D> void read_spin(ScriptWords &words, Said<D> &said)
 
 template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
 {
-  mpm::RigidBodyOptions &body = body_before(words, said, "pivot");
+  mpm::RigidBodyOptions &body = body_before(words, said);
   said.needs_form.back() = "pivot";
   body.has_pivot = true;
   for (int a = 0; a < D; a++) body.pivot[a] = words.number(AXES[a]);
@@ -276,7 +274,7 @@ template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
 template <int D> void read_turned(ScriptWords &words, Said<D> &said)
 {
   constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
-  mpm::RigidBodyOptions &body = body_before(words, said, "turned");
+  mpm::RigidBodyOptions &body = body_before(words, said);
   said.needs_form.back() = "turned";
   for (int k = 0; k < rve::Space<D>::spins; k++) {
     const double angle = words.number(D == 2 ? "angle" : AXES[k]);
@@ -303,15 +301,16 @@ template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)
 
 void read_round(ScriptWords &words, Said<3> &said)
 {
-  body_before(words, said, "round").round = words.logical();
+  body_before(words, said).round = words.logical();
   said.needs_face.back() = "round";
 }
 
 /// Several loads may be on the same points.
-template <int D> void read_load(ScriptWords &words, Said<D> &said, const char *keyword)
+template <int D> void read_load(ScriptWords &words, Said<D> &said)
 {
+  const std::string keyword = words.keyword();
   MpmTraction<D> load;
-  load.is_pressure = std::strcmp(keyword, "pressure") == 0;
+  load.is_pressure = keyword == "pressure";
   load.id = words.peek();
   const bool is_region =
       said.lmp->domain->get_region_by_id(load.id) && said.lmp->group->find(load.id) < 0;
@@ -325,16 +324,6 @@ template <int D> void read_load(ScriptWords &words, Said<D> &said, const char *k
   said.settings.tractions.push_back(load);
   said.face = &said.settings.tractions.back().face;
   said.owner = fmt::format("{} {} number {}", keyword, load.id, said.settings.tractions.size());
-}
-
-template <int D> void read_traction(ScriptWords &words, Said<D> &said)
-{
-  read_load<D>(words, said, "traction");
-}
-
-template <int D> void read_pressure(ScriptWords &words, Said<D> &said)
-{
-  read_load<D>(words, said, "pressure");
 }
 
 template <int D> void read_face(ScriptWords &words, Said<D> &said)
@@ -482,8 +471,8 @@ const ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"spin", D == 2 ? "value | free" : "value | free value | free value | free", read_spin<D>},
     {"pivot", D == 2 ? "x y" : "x y z", read_pivot<D>},
     {"turned", D == 2 ? "angle" : "x y z", read_turned<D>},
-    {"traction", D == 2 ? "ID tx ty" : "ID tx ty tz", read_traction<D>},
-    {"pressure", "ID p", read_pressure<D>},
+    {"traction", D == 2 ? "ID tx ty" : "ID tx ty tz", read_load<D>},
+    {"pressure", "ID p", read_load<D>},
     {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
     {"cfl", "warn error", read_cfl<D>},
     {"wave_speed", "bound | tangent N [every M]", read_wave_speed<D>},
