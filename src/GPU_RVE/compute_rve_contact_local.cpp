@@ -37,24 +37,13 @@ template <int D> struct Row {
   const rve::SpringContactOf<D> &contact;
 };
 
-struct Quantity {
-  const char *name;
-  double (*of_disks)(const Row<2> &);
-  double (*of_spheres)(const Row<3> &);
+using Quantity = ColumnOf<Row>;
 
-  bool is_of(int dimension) const
-  {
-    return dimension == 2 ? of_disks != nullptr : of_spheres != nullptr;
-  }
-  double of(const Row<2> &row) const { return of_disks(row); }
-  double of(const Row<3> &row) const { return of_spheres(row); }
-};
-
-template <class Of> constexpr Quantity of_both(const char *name, Of of)
+template <class Of> Quantity of_both(const char *name, Of of)
 {
   return {name, of, of};
 }
-constexpr Quantity of_spheres(const char *name, double (*of)(const Row<3> &))
+Quantity of_spheres(const char *name, double (*of)(const Row<3> &))
 {
   return {name, nullptr, of};
 }
@@ -69,7 +58,7 @@ double size(const rve::Vec<double, 3> &force)
 }
 
 // clang-format off
-constexpr Quantity QUANTITIES[] = {
+const Quantity QUANTITIES[] = {
     of_both("atom", [](const auto &r) { return double(r.atom); }),
     of_both("id1", [](const auto &r) { return double(r.contact.geometry.first + 1); }),
     of_both("id2", [](const auto &r) { return double(r.contact.geometry.second + 1); }),
@@ -138,10 +127,7 @@ void ComputeRveContactLocal::init()
   impl->fix = fix_of_columns(lmp, STYLE, id, impl->fix_id, impl->quantities);
 }
 
-/* ----------------------------------------------------------------------
-   rows in the order of the local atoms, and of their grains
-------------------------------------------------------------------------- */
-
+/// Rows are in the order of the local atoms, and of the grains of each.
 void ComputeRveContactLocal::compute_local()
 {
   invoked_local = update->ntimestep;

@@ -46,81 +46,49 @@ template <int D> struct Seen {
   }
 };
 
-struct Quantity {
-  const char *name;
-  double (*of_disks)(const Seen<2> &);
-  double (*of_spheres)(const Seen<3> &);
+using Quantity = ColumnOf<Seen>;
 
-  bool is_of(int dimension) const { return of_disks || dimension == 3; }
-  double of(const Seen<2> &seen) const { return of_disks(seen); }
-  double of(const Seen<3> &seen) const { return of_spheres(seen); }
-};
-
-template <class Of> constexpr Quantity of_both(const char *name, Of of)
+/// The components cijkl, those of the plane first, and what follows from them.
+std::vector<Quantity> all_quantities()
 {
-  return {name, of, of};
-}
-constexpr Quantity of_spheres(const char *name, double (*of)(const Seen<3> &))
-{
-  return {name, nullptr, of};
+  struct Pair {
+    const char *name;
+    int a, b;
+  };
+  constexpr Pair PAIRS[] = {{"xx", 0, 0}, {"yy", 1, 1}, {"zz", 2, 2},
+                            {"xy", 0, 1}, {"xz", 0, 2}, {"yz", 1, 2}};
+  std::vector<Quantity> list;
+  for (const bool in_plane : {true, false})
+    for (const Pair &i : PAIRS)
+      for (const Pair &k : PAIRS) {
+        if ((std::max(i.b, k.b) < 2) != in_plane) continue;
+        const auto component = [=](const auto &r) { return r.probed.tangent(i.a, i.b, k.a, k.b); };
+        Quantity quantity{std::string("c") + i.name + k.name, component, component};
+        if (!in_plane) quantity.of_disks = nullptr;
+        list.push_back(quantity);
+      }
+  const auto add = [&](const char *name, auto of) { list.push_back({name, of, of}); };
+  add("young", [](const auto &r) { return r.numbers.isotropic.young(); });
+  add("poisson", [](const auto &r) { return r.numbers.isotropic.poisson(); });
+  add("shear", [](const auto &r) { return r.numbers.isotropic.shear; });
+  add("lambda", [](const auto &r) { return r.numbers.isotropic.lambda; });
+  add("anisotropy", [](const auto &r) { return r.numbers.isotropic.anisotropy; });
+  add("work2", [](const auto &r) { return r.work(); });
+  add("work2_least", [](const auto &r) { return r.numbers.least_work; });
+  add("acoustic", [](const auto &r) { return r.numbers.acoustic.determinant; });
+  add("normal_x", [](const auto &r) { return r.numbers.acoustic.normal[0]; });
+  add("normal_y", [](const auto &r) { return r.numbers.acoustic.normal[1]; });
+  list.push_back(
+      {"normal_z", nullptr, [](const Seen<3> &r) { return r.numbers.acoustic.normal[2]; }});
+  add("measured", [](const auto &) { return 1.0; });
+  add("unrest", [](const auto &r) { return r.probed.unrest; });
+  add("nonlinearity", [](const auto &r) { return r.probed.nonlinearity; });
+  add("contact_changes", [](const auto &r) { return double(r.probed.changed_contacts); });
+  add("steps", [](const auto &r) { return double(r.probed.steps); });
+  return list;
 }
 
-// clang-format off
-constexpr Quantity QUANTITIES[] = {
-    of_both("cxxxx", [](const auto &r) { return r.probed.tangent(0, 0, 0, 0); }),
-    of_both("cxxyy", [](const auto &r) { return r.probed.tangent(0, 0, 1, 1); }),
-    of_both("cxxxy", [](const auto &r) { return r.probed.tangent(0, 0, 0, 1); }),
-    of_both("cyyxx", [](const auto &r) { return r.probed.tangent(1, 1, 0, 0); }),
-    of_both("cyyyy", [](const auto &r) { return r.probed.tangent(1, 1, 1, 1); }),
-    of_both("cyyxy", [](const auto &r) { return r.probed.tangent(1, 1, 0, 1); }),
-    of_both("cxyxx", [](const auto &r) { return r.probed.tangent(0, 1, 0, 0); }),
-    of_both("cxyyy", [](const auto &r) { return r.probed.tangent(0, 1, 1, 1); }),
-    of_both("cxyxy", [](const auto &r) { return r.probed.tangent(0, 1, 0, 1); }),
-    of_spheres("cxxzz", [](const Seen<3> &r) { return r.probed.tangent(0, 0, 2, 2); }),
-    of_spheres("cxxxz", [](const Seen<3> &r) { return r.probed.tangent(0, 0, 0, 2); }),
-    of_spheres("cxxyz", [](const Seen<3> &r) { return r.probed.tangent(0, 0, 1, 2); }),
-    of_spheres("cyyzz", [](const Seen<3> &r) { return r.probed.tangent(1, 1, 2, 2); }),
-    of_spheres("cyyxz", [](const Seen<3> &r) { return r.probed.tangent(1, 1, 0, 2); }),
-    of_spheres("cyyyz", [](const Seen<3> &r) { return r.probed.tangent(1, 1, 1, 2); }),
-    of_spheres("czzxx", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 0, 0); }),
-    of_spheres("czzyy", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 1, 1); }),
-    of_spheres("czzzz", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 2, 2); }),
-    of_spheres("czzxy", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 0, 1); }),
-    of_spheres("czzxz", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 0, 2); }),
-    of_spheres("czzyz", [](const Seen<3> &r) { return r.probed.tangent(2, 2, 1, 2); }),
-    of_spheres("cxyzz", [](const Seen<3> &r) { return r.probed.tangent(0, 1, 2, 2); }),
-    of_spheres("cxyxz", [](const Seen<3> &r) { return r.probed.tangent(0, 1, 0, 2); }),
-    of_spheres("cxyyz", [](const Seen<3> &r) { return r.probed.tangent(0, 1, 1, 2); }),
-    of_spheres("cxzxx", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 0, 0); }),
-    of_spheres("cxzyy", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 1, 1); }),
-    of_spheres("cxzzz", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 2, 2); }),
-    of_spheres("cxzxy", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 0, 1); }),
-    of_spheres("cxzxz", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 0, 2); }),
-    of_spheres("cxzyz", [](const Seen<3> &r) { return r.probed.tangent(0, 2, 1, 2); }),
-    of_spheres("cyzxx", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 0, 0); }),
-    of_spheres("cyzyy", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 1, 1); }),
-    of_spheres("cyzzz", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 2, 2); }),
-    of_spheres("cyzxy", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 0, 1); }),
-    of_spheres("cyzxz", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 0, 2); }),
-    of_spheres("cyzyz", [](const Seen<3> &r) { return r.probed.tangent(1, 2, 1, 2); }),
-    of_both("young", [](const auto &r) { return r.numbers.isotropic.young(); }),
-    of_both("poisson", [](const auto &r) { return r.numbers.isotropic.poisson(); }),
-    of_both("shear", [](const auto &r) { return r.numbers.isotropic.shear; }),
-    of_both("lambda", [](const auto &r) { return r.numbers.isotropic.lambda; }),
-    of_both("anisotropy", [](const auto &r) { return r.numbers.isotropic.anisotropy; }),
-    of_both("work2", [](const auto &r) { return r.work(); }),
-    of_both("work2_least", [](const auto &r) { return r.numbers.least_work; }),
-    of_both("acoustic", [](const auto &r) { return r.numbers.acoustic.determinant; }),
-    of_both("normal_x", [](const auto &r) { return r.numbers.acoustic.normal[0]; }),
-    of_both("normal_y", [](const auto &r) { return r.numbers.acoustic.normal[1]; }),
-    of_spheres("normal_z", [](const Seen<3> &r) { return r.numbers.acoustic.normal[2]; }),
-    of_both("measured", [](const auto &) { return 1.0; }),
-    of_both("unrest", [](const auto &r) { return r.probed.unrest; }),
-    of_both("nonlinearity", [](const auto &r) { return r.probed.nonlinearity; }),
-    of_both("contact_changes", [](const auto &r) { return double(r.probed.changed_contacts); }),
-    of_both("steps", [](const auto &r) { return double(r.probed.steps); }),
-};
-// clang-format on
+const std::vector<Quantity> QUANTITIES = all_quantities();
 
 /// What the script says of the probes; what it does not say is that of the kind and the format.
 struct Settings {
@@ -145,27 +113,22 @@ struct Settings {
   }
 };
 
-constexpr ScriptKeyword<Settings> KEYWORDS[] = {
+using Kind = macro::TangentKind;
+
+const ScriptKeyword<Settings> KEYWORDS[] = {
     {"fix", "ID", [](ScriptWords &words, Settings &s) { s.fix_id = words.next(); }},
     {"kind", "elastic | loading",
-     [](ScriptWords &words, Settings &s) {
-       s.kind = words.choice<macro::TangentKind>(
-           "",
-           {{"elastic", macro::TangentKind::Elastic}, {"loading", macro::TangentKind::Loading}});
-     }},
+     into(one_of<Kind>({{"elastic", Kind::Elastic}, {"loading", Kind::Loading}}), &Settings::kind)},
     {"format", "fast | mixed | double | single",
-     [](ScriptWords &words, Settings &s) { s.format = read_format(words); }},
-    {"probe", "size", [](ScriptWords &words, Settings &s) { s.probe = words.number(); }},
-    {"lead", "size", [](ScriptWords &words, Settings &s) { s.lead = words.number(); }},
-    {"spread", "share", [](ScriptWords &words, Settings &s) { s.spread = words.number(); }},
-    {"tolerance", "share", [](ScriptWords &words, Settings &s) { s.tolerance = words.number(); }},
-    {"damping", "alpha", [](ScriptWords &words, Settings &s) { s.damping = words.number(); }},
-    {"strain_steps", "N",
-     [](ScriptWords &words, Settings &s) { s.strain_steps = words.integer("", 1); }},
-    {"lead_steps", "N",
-     [](ScriptWords &words, Settings &s) { s.lead_steps = words.integer("", 1); }},
-    {"most_steps", "N",
-     [](ScriptWords &words, Settings &s) { s.most_steps = words.integer("", 1); }}};
+     into(one_of(rve::FORMAT_CHOICES), &Settings::format)},
+    {"probe", "size", into(any_number, &Settings::probe)},
+    {"lead", "size", into(any_number, &Settings::lead)},
+    {"spread", "share", into(any_number, &Settings::spread)},
+    {"tolerance", "share", into(any_number, &Settings::tolerance)},
+    {"damping", "alpha", into(any_number, &Settings::damping)},
+    {"strain_steps", "N", into(integer(1), &Settings::strain_steps)},
+    {"lead_steps", "N", into(integer(1), &Settings::lead_steps)},
+    {"most_steps", "N", into(integer(1), &Settings::most_steps)}};
 
 constexpr const char *STYLE = "compute rve/tangent";
 

@@ -47,7 +47,6 @@ struct PackingRequest {
   std::vector<double> pressures{0.0}, void_ratios, frictions;
   int num_seeds = 0;    ///< of a library; 0: not given
   rve::Options options;
-  bool threads_given = false, device_given = false;
   bool skip = false;    ///< leave out of the library what cannot be prepared
 
   bool is_library() const
@@ -86,15 +85,17 @@ std::vector<rve::PackingRecipe> PackingRequest::recipes() const
   return all;
 }
 
-constexpr ScriptKeyword<PackingRequest> KEYWORDS[] = {
+std::vector<double> several_numbers(ScriptWords &words)
+{
+  return words.numbers();
+}
+
+using Recipe = rve::PackingRecipe;
+
+const ScriptKeyword<PackingRequest> KEYWORDS[] = {
     {"shape", "disk | sphere",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.dimension = words.choice<int>("", {{"disk", 2}, {"sphere", 3}});
-     }},
-    {"grains", "N",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.recipe.num_grains = words.integer("", INT_MIN);
-     }},
+     into(one_of<int>({{"disk", 2}, {"sphere", 3}}), &PackingRequest::dimension)},
+    {"grains", "N", into(integer(INT_MIN), &PackingRequest::recipe, &Recipe::num_grains)},
     {"seed", "N",
      [](ScriptWords &words, PackingRequest &request) {
        request.recipe.seed = words.whole("", 0, MAXBIGINT);
@@ -111,46 +112,29 @@ constexpr ScriptKeyword<PackingRequest> KEYWORDS[] = {
        request.recipe.radius_min = words.number("lo");
        request.recipe.radius_max = words.number("hi");
      }},
-    {"pressure", "value ...",
-     [](ScriptWords &words, PackingRequest &request) { request.pressures = words.numbers(); }},
+    {"pressure", "value ...", into(several_numbers, &PackingRequest::pressures)},
     {"k0", "value | rest",
      [](ScriptWords &words, PackingRequest &request) {
        request.recipe.at_rest = words.take("rest");
        if (!request.recipe.at_rest) request.recipe.k0 = words.number();
      }},
-    {"void_ratio", "value ...",
-     [](ScriptWords &words, PackingRequest &request) { request.void_ratios = words.numbers(); }},
-    {"friction_prep", "value ...",
-     [](ScriptWords &words, PackingRequest &request) { request.frictions = words.numbers(); }},
+    {"void_ratio", "value ...", into(several_numbers, &PackingRequest::void_ratios)},
+    {"friction_prep", "value ...", into(several_numbers, &PackingRequest::frictions)},
     {"void_ratio_tolerance", "value",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.recipe.void_ratio_tolerance = words.number();
-     }},
+     into(any_number, &PackingRequest::recipe, &Recipe::void_ratio_tolerance)},
     {"damping_prep", "value",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.recipe.preparation_damping = words.number();
-     }},
+     into(any_number, &PackingRequest::recipe, &Recipe::preparation_damping)},
     {"tolerance", "value",
      [](ScriptWords &words, PackingRequest &request) {
        request.recipe.stress_tolerance = request.recipe.unbalanced_tolerance = words.number();
      }},
     {"format", "fast | mixed | double | single",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.options.format = read_format(words);
-     }},
-    {"threads", "N",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.options.threads = words.integer("", INT_MIN);
-       request.threads_given = true;
-     }},
+     into(one_of(rve::FORMAT_CHOICES), &PackingRequest::options, &rve::Options::format)},
+    {"threads", "N", into(integer(INT_MIN), &PackingRequest::options, &rve::Options::threads)},
     {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, PackingRequest &request) {
-       request.options.device = read_device(words);
-       request.device_given = true;
-     }},
-    {"policy", "stop | skip", [](ScriptWords &words, PackingRequest &request) {
-       request.skip = words.choice<bool>("", {{"stop", false}, {"skip", true}});
-     }}};
+     into(one_of(rve::DEVICE_CHOICES), &PackingRequest::options, &rve::Options::device)},
+    {"policy", "stop | skip",
+     into(one_of<bool>({{"stop", false}, {"skip", true}}), &PackingRequest::skip)}};
 
 PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
 {
@@ -201,8 +185,8 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
   if (!request.void_ratios.empty()) recipe.void_ratio = request.void_ratios[0];
   if (!request.frictions.empty()) recipe.preparation_friction = request.frictions[0];
   // one RVE: a CPU thread is as fast as anything
-  if (!request.device_given) request.options.device = rve::Device::Cpu;
-  if (!request.threads_given) request.options.threads = 1;
+  if (!words.has("device")) request.options.device = rve::Device::Cpu;
+  if (!words.has("threads")) request.options.threads = 1;
   return request;
 }
 
@@ -266,10 +250,7 @@ void make_packing(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
       request.recipe.at_rest ? fmt::format(", lateral over vertical stress {:.4f}", k0) : "");
 }
 
-/* ----------------------------------------------------------------------
-   all packings in one batch; a line for each one that is ready
-------------------------------------------------------------------------- */
-
+/// Prepares all packings in one batch, and prints a line for each one that is ready.
 template <int D>
 void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &engine)
 {
@@ -347,10 +328,7 @@ template <int D> void make(LAMMPS *lmp, const PackingRequest &request)
 
 }    // namespace
 
-/* ----------------------------------------------------------------------
-   one rank works, so the packing is the same on any number of ranks; the others sleep
-------------------------------------------------------------------------- */
-
+/// One rank works while the others sleep, so that the packing is the same on any number of ranks.
 void CreateRve::command(int narg, char **arg)
 {
   require_mechanical_units(lmp, "create_rve");

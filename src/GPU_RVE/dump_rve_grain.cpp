@@ -51,58 +51,51 @@ template <int D> struct Frame {
       forces[second] = forces[second] - contact.force_on_first;
     }
   }
-
-  double position(int i, int axis) const { return positions[D * i + axis]; }
-  double velocity(int i, int axis) const { return state.velocity[D * i + axis]; }
 };
 
-struct Column {
-  const char *name;
-  bool is_integer;
-  double (*of_disks)(const Frame<2> &, int grain);
-  double (*of_spheres)(const Frame<3> &, int grain);
+/// A grain of the frame.
+template <int D> struct Grain {
+  const Frame<D> &frame;
+  int i;
 
-  bool is_of(int dimension) const
-  {
-    return dimension == 2 ? of_disks != nullptr : of_spheres != nullptr;
-  }
-  double of(const Frame<2> &frame, int grain) const { return of_disks(frame, grain); }
-  double of(const Frame<3> &frame, int grain) const { return of_spheres(frame, grain); }
+  double position(int axis) const { return frame.positions[D * i + axis]; }
+  double velocity(int axis) const { return frame.state.velocity[D * i + axis]; }
+  double spin(int axis) const { return frame.state.spin[rve::Space<D>::spins * i + axis]; }
+  double force(int axis) const { return frame.forces[i][axis]; }
 };
 
-template <class Of> constexpr Column integer(const char *name, Of of)
+struct Column : ColumnOf<Grain> {
+  bool is_integer = false;
+};
+
+template <class Of> Column both(const char *name, Of of, bool is_integer = false)
 {
-  return {name, true, of, of};
+  return {{name, of, of}, is_integer};
 }
-template <class Of> constexpr Column real(const char *name, Of of)
-{
-  return {name, false, of, of};
-}
-double zero(const Frame<2> &, int)
+double zero(const Grain<2> &)
 {
   return 0.0;
 }
 
 // clang-format off
-constexpr Column COLUMNS[] = {
-    integer("id", [](const auto &, int i) { return double(i + 1); }),
-    integer("type", [](const auto &, int) { return 1.0; }),
-    integer("atom", [](const auto &f, int) { return double(f.atom); }),
-    real("x", [](const auto &f, int i) { return f.position(i, 0); }),
-    real("y", [](const auto &f, int i) { return f.position(i, 1); }),
-    {"z", false, zero, [](const Frame<3> &f, int i) { return f.position(i, 2); }},
-    real("radius", [](const auto &f, int i) { return f.state.radius[i]; }),
-    real("vx", [](const auto &f, int i) { return f.velocity(i, 0); }),
-    real("vy", [](const auto &f, int i) { return f.velocity(i, 1); }),
-    {"vz", false, zero, [](const Frame<3> &f, int i) { return f.velocity(i, 2); }},
-    {"omegax", false, nullptr, [](const Frame<3> &f, int i) { return f.state.spin[3 * i]; }},
-    {"omegay", false, nullptr, [](const Frame<3> &f, int i) { return f.state.spin[3 * i + 1]; }},
-    {"omegaz", false, [](const Frame<2> &f, int i) { return f.state.spin[i]; },
-     [](const Frame<3> &f, int i) { return f.state.spin[3 * i + 2]; }},
-    real("fx", [](const auto &f, int i) { return f.forces[i][0]; }),
-    real("fy", [](const auto &f, int i) { return f.forces[i][1]; }),
-    {"fz", false, nullptr, [](const Frame<3> &f, int i) { return f.forces[i][2]; }},
-    integer("contacts", [](const auto &f, int i) { return double(f.contacts[i]); }),
+const Column COLUMNS[] = {
+    both("id", [](const auto &g) { return double(g.i + 1); }, true),
+    both("type", [](const auto &) { return 1.0; }, true),
+    both("atom", [](const auto &g) { return double(g.frame.atom); }, true),
+    both("x", [](const auto &g) { return g.position(0); }),
+    both("y", [](const auto &g) { return g.position(1); }),
+    {{"z", zero, [](const Grain<3> &g) { return g.position(2); }}},
+    both("radius", [](const auto &g) { return g.frame.state.radius[g.i]; }),
+    both("vx", [](const auto &g) { return g.velocity(0); }),
+    both("vy", [](const auto &g) { return g.velocity(1); }),
+    {{"vz", zero, [](const Grain<3> &g) { return g.velocity(2); }}},
+    {{"omegax", nullptr, [](const Grain<3> &g) { return g.spin(0); }}},
+    {{"omegay", nullptr, [](const Grain<3> &g) { return g.spin(1); }}},
+    {{"omegaz", [](const Grain<2> &g) { return g.spin(0); }, [](const Grain<3> &g) { return g.spin(2); }}},
+    both("fx", [](const auto &g) { return g.force(0); }),
+    both("fy", [](const auto &g) { return g.force(1); }),
+    {{"fz", nullptr, [](const Grain<3> &g) { return g.force(2); }}},
+    both("contacts", [](const auto &g) { return double(g.frame.contacts[g.i]); }, true),
 };
 // clang-format on
 
@@ -135,17 +128,14 @@ struct DumpRveGrain::Impl {
     const rve::RveStateOf<D> &state = frame.state;
     num_grains = state.num_grains();
     for (int i = 0; i < num_grains; i++)
-      for (const Column *column : columns) rows.push_back(column->of(frame, i));
+      for (const Column *column : columns) rows.push_back(column->of(Grain<D>{frame, i}));
     for (int a = 0; a < D; a++)
       for (int b = 0; b < D; b++) cell[3 * a + b] = state.cell(a, b);
     half_slab = *std::max_element(state.radius.begin(), state.radius.end());
   }
 };
 
-/* ----------------------------------------------------------------------
-   a dump custom whose columns are filled here: it knows files, ranks, formats and names
-------------------------------------------------------------------------- */
-
+/// The base class dump custom does files, ranks, formats and names; its columns are filled here.
 DumpRveGrain::DumpRveGrain(LAMMPS *lmp, int narg, char **arg) :
     DumpRveGrain(lmp, std::make_unique<Impl>(lmp, narg, arg))
 {
@@ -177,8 +167,6 @@ DumpRveGrain::DumpRveGrain(LAMMPS *lmp, std::unique_ptr<Impl> _impl) :
 
 DumpRveGrain::~DumpRveGrain() = default;
 
-/* ---------------------------------------------------------------------- */
-
 void DumpRveGrain::init_style()
 {
   impl->fix = fix_of_columns(lmp, "dump rve/grain", id, impl->fix_id, impl->columns);
@@ -187,8 +175,6 @@ void DumpRveGrain::init_style()
   if (sortcol == 0) sort_flag = 0;
   DumpCustom::init_style();
 }
-
-/* ---------------------------------------------------------------------- */
 
 int DumpRveGrain::modify_param(int narg, char **arg)
 {
@@ -202,10 +188,7 @@ int DumpRveGrain::modify_param(int narg, char **arg)
   return DumpCustom::modify_param(narg, arg);
 }
 
-/* ----------------------------------------------------------------------
-   takes the frame, and tells all ranks the cell: the first one writes the header
-------------------------------------------------------------------------- */
-
+/// Takes the frame, and gives the cell to all ranks: the first one writes the header.
 int DumpRveGrain::count()
 {
   impl->num_grains = 0;
@@ -231,17 +214,13 @@ int DumpRveGrain::count()
   return impl->num_grains;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void DumpRveGrain::pack(tagint *)
 {
   std::copy(impl->rows.begin(), impl->rows.end(), buf);
 }
 
-/* ----------------------------------------------------------------------
-   as of a general triclinic box: the axes of the grains are those of the script, whichever way the cell has turned
-------------------------------------------------------------------------- */
-
+/// The header is that of a general triclinic box: the axes of the grains are those of the script,
+/// whichever way the cell has turned.
 void DumpRveGrain::write_header(bigint ndump)
 {
   if (unit_flag && !unit_count) {

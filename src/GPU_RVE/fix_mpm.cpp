@@ -14,7 +14,6 @@
 
 #include "fix_mpm_impl.h"
 
-#include "fix_rve.h"
 #include "lammps/no_pairs.h"
 #include "lammps/restart_record.h"
 #include "lammps/unit_styles.h"
@@ -32,8 +31,6 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 
-/* ---------------------------------------------------------------------- */
-
 FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
   require_mechanical_units(lmp, "Fix mpm");
@@ -50,7 +47,10 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   restart_peratom = restart_global = 1;
   create_attribute = 1;
   // an error in here ends the constructor, and then nobody calls the destructor
-  impl = Impl::make(this, narg, arg);
+  if (has_z)
+    impl = std::make_unique<ImplOf<3>>(this, narg, arg);
+  else
+    impl = std::make_unique<ImplOf<2>>(this, narg, arg);
   warn_of_dropped_records(lmp, fmt::format("Fix mpm {}", id));
 
   FixMpm::grow_arrays(atom->nmax);
@@ -59,25 +59,18 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   atom->add_callback(Atom::RESTART);
 }
 
-/* ---------------------------------------------------------------------- */
-
 FixMpm::~FixMpm()
 {
   atom->delete_callback(id, Atom::GROW);
   atom->delete_callback(id, Atom::RESTART);
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixMpm::setmask()
 {
   return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;
 }
 
-/* ----------------------------------------------------------------------
-   whatever the script may have defined after this fix
-------------------------------------------------------------------------- */
-
+/// Checks what the script may have defined after this fix.
 void FixMpm::init()
 {
   if (update->whichflag == 2)
@@ -119,114 +112,4 @@ void FixMpm::init()
   }
 
   impl->find_models();
-}
-
-/* ----------------------------------------------------------------------
-   the rest is the same in the plane and in space but for their dimension
-------------------------------------------------------------------------- */
-
-void FixMpm::setup_pre_force(int)
-{
-  impl->setup_pre_force();
-}
-
-void FixMpm::pre_force(int)
-{
-  impl->pre_force();
-}
-
-void FixMpm::setup(int)
-{
-  impl->setup();
-}
-
-void FixMpm::final_integrate()
-{
-  impl->final_integrate();
-}
-
-void FixMpm::post_run()
-{
-  impl->post_run();
-}
-
-int FixMpm::modify_param(int narg, char **arg)
-{
-  impl->modify_models(narg, arg);
-  return narg;
-}
-
-double FixMpm::compute_scalar()
-{
-  return impl->scalar();
-}
-
-double FixMpm::compute_vector(int n)
-{
-  return impl->vector_component(n);
-}
-
-bool FixMpm::reads_results() const
-{
-  return impl->reads_results();
-}
-
-double FixMpm::memory_usage()
-{
-  return impl->bytes();
-}
-
-void FixMpm::grow_arrays(int nmax)
-{
-  impl->grow_arrays(nmax);
-}
-
-void FixMpm::copy_arrays(int i, int j, int /*delflag*/)
-{
-  impl->copy_arrays(i, j);
-}
-
-void FixMpm::set_arrays(int i)
-{
-  impl->set_arrays(i);
-}
-
-int FixMpm::pack_exchange(int i, double *buf)
-{
-  return impl->pack_exchange(i, buf);
-}
-
-int FixMpm::unpack_exchange(int i, double *buf)
-{
-  return impl->unpack_exchange(i, buf);
-}
-
-int FixMpm::pack_restart(int i, double *buf)
-{
-  return impl->pack_restart(i, buf);
-}
-
-void FixMpm::unpack_restart(int i, int nth)
-{
-  impl->unpack_restart(i, nth);
-}
-
-int FixMpm::size_restart(int i)
-{
-  return impl->size_restart(i);
-}
-
-int FixMpm::maxsize_restart()
-{
-  return impl->maxsize_restart();
-}
-
-void FixMpm::write_restart(FILE *fp)
-{
-  impl->write_restart(fp);
-}
-
-void FixMpm::restart(char *buf)
-{
-  impl->restart(buf);
 }

@@ -38,34 +38,63 @@ class FixMpm : public Fix {
 
   int setmask() override;
   void init() override;
-  void setup_pre_force(int) override;
-  void pre_force(int) override;
-  void setup(int) override;
-  void final_integrate() override;
-  void post_run() override;
+  void setup_pre_force(int) override { impl->setup_pre_force(); }
+  void pre_force(int) override { impl->pre_force(); }
+  void setup(int) override { impl->setup(); }
+  void final_integrate() override { impl->final_integrate(); }
+  void post_run() override { impl->post_run(); }
 
-  int modify_param(int, char **) override;
-  double compute_scalar() override;
-  double compute_vector(int) override;
-  double memory_usage() override;
+  int modify_param(int narg, char **arg) override
+  {
+    impl->modify_models(narg, arg);
+    return narg;
+  }
+  double compute_scalar() override { return impl->scalar(); }
+  double compute_vector(int n) override { return impl->vector_component(n); }
+  double memory_usage() override { return impl->bytes(); }
 
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
-  void set_arrays(int) override;
-  int pack_exchange(int, double *) override;
-  int unpack_exchange(int, double *) override;
-  int pack_restart(int, double *) override;
-  void unpack_restart(int, int) override;
-  int size_restart(int) override;
-  int maxsize_restart() override;
-  void write_restart(FILE *) override;
-  void restart(char *) override;
+  void grow_arrays(int nmax) override { impl->grow_arrays(nmax); }
+  void copy_arrays(int i, int j, int) override { impl->copy_arrays(i, j); }
+  void set_arrays(int i) override { impl->set_arrays(i); }
+  int pack_exchange(int i, double *buf) override { return impl->pack_exchange(i, buf); }
+  int unpack_exchange(int i, double *buf) override { return impl->unpack_exchange(i, buf); }
+  int pack_restart(int i, double *buf) override { return impl->pack_restart(i, buf); }
+  void unpack_restart(int i, int nth) override { impl->unpack_restart(i, nth); }
+  int size_restart(int i) override { return impl->size_restart(i); }
+  int maxsize_restart() override { return impl->maxsize_restart(); }
+  void write_restart(FILE *fp) override { impl->write_restart(fp); }
+  void restart(char *buf) override { impl->restart(buf); }
 
   // whether variables or regions that are evaluated in each step may read fixes or computes
-  bool reads_results() const;
+  bool reads_results() const { return impl->reads_results(); }
 
  private:
-  struct Impl;
+  // What LAMMPS' hooks ask for, in the words of those. The dimension is that of LAMMPS.
+  struct Impl : protected Pointers {
+    using Pointers::Pointers;
+    virtual void find_models() = 0;
+    virtual void setup_pre_force() = 0;
+    virtual void pre_force() = 0;
+    virtual void setup() = 0;
+    virtual void final_integrate() = 0;
+    virtual void post_run() = 0;
+    virtual void modify_models(int narg, char **arg) = 0;
+    virtual double scalar() const = 0;
+    virtual double vector_component(int n) = 0;
+    virtual bool reads_results() const = 0;
+    virtual double bytes() const = 0;
+    virtual void grow_arrays(int nmax) = 0;
+    virtual void copy_arrays(int i, int j) = 0;
+    virtual void set_arrays(int i) = 0;
+    virtual int pack_exchange(int i, double *buf) = 0;
+    virtual int unpack_exchange(int i, const double *buf) = 0;
+    virtual int pack_restart(int i, double *buf) = 0;
+    virtual void unpack_restart(int i, int nth) = 0;
+    virtual int size_restart(int i) const = 0;
+    virtual int maxsize_restart() const = 0;
+    virtual void write_restart(FILE *fp) const = 0;
+    virtual void restart(const char *buf) = 0;
+  };
   template <int D> struct ImplOf;
   std::unique_ptr<Impl> impl;
 };

@@ -1,22 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* ----------------------------------------------------------------------
-   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
-   https://www.lammps.org/, Sandia National Laboratories
-   LAMMPS development team: developers@lammps.org
 
-   Copyright (2003) Sandia Corporation.  Under the terms of Contract
-   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
-   certain rights in this software.  This software is distributed under
-   the GNU General Public License.
+#include "fix_mpm_jobs.h"
 
-   See the README file in the top-level LAMMPS directory.
-------------------------------------------------------------------------- */
-
-// The stress in which fix mpm finds ground: asked of all points that are made together, and what is out of balance then.
-
-#include "fix_mpm_impl.h"
-
-#include "lammps/collective_error.h"
+#include "lammps/mpm_communication.h"
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 
@@ -33,46 +19,46 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Largest error of the stress of RVEs, unless the script says otherwise: nodes between points that all err by it towards them get four
-// times as much, in weights of a cell; or, where no weight is known, of the largest stress.
+// Largest error of the stress of RVEs, unless the script says otherwise: nodes between points that
+// all err by it towards them get four times as much, in weights of a cell; or, where no weight is
+// known, of the largest stress.
 constexpr double ERROR_OF_WEIGHT = 1e-4, ERROR_OF_STRESS = 1e-5;
 
 // What may be out of balance at rest [weight of a cell]
 constexpr double UNBALANCED_WARN = 1e-3;
 
-// Change of the stress by a law at no strain, over its size, that tells of a stress beyond its strength.
+// Change of the stress by a law at no strain, over its size, that tells of a stress beyond its
+// strength.
 constexpr double BEYOND_STRENGTH = 1e-6;
 
 }    // namespace
 
-/* ----------------------------------------------------------------------
-   what the script says of ground at rest, for each new point; collective
-------------------------------------------------------------------------- */
-
-template <int D> macro::GroundAtRest FixMpm::ImplOf<D>::ground_at_rest(const std::vector<int> &made)
+/// Evaluates what the script gives for ground at rest at each new point.
+template <int D>
+macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const std::vector<int> &made) const
 {
-  const MpmInSitu<D> &in_situ = settings.in_situ;
-  const double width = settings.width_of_point();
+  const MpmInSitu<D> &in_situ = scene.settings.in_situ;
+  const double width = scene.settings.width_of_point();
   std::vector<double> k0, surcharge, surface;
-  if (!in_situ.is_at_rest) in_situ.k0.evaluate(lmp, fix->igroup, k0);
-  in_situ.surcharge.evaluate(lmp, fix->igroup, surcharge);
-  if (in_situ.surface) in_situ.surface->evaluate(lmp, fix->igroup, surface);
+  if (!in_situ.is_at_rest) in_situ.k0.evaluate(lmp, scene.fix->igroup, k0);
+  in_situ.surcharge.evaluate(lmp, scene.fix->igroup, surcharge);
+  if (in_situ.surface) in_situ.surface->evaluate(lmp, scene.fix->igroup, surface);
   double top = -HUGE_VAL;
   for (const int i : made) top = std::max(top, atom->x[i][D - 1] + 0.5 * width);
   MPI_Allreduce(MPI_IN_PLACE, &top, 1, MPI_DOUBLE, MPI_MAX, world);
 
-  typename macro::GroundAtRest::Points points;
-  points.finds_k0 = in_situ.is_at_rest;
+  macro::GroundAtRest::Points given;
+  given.finds_k0 = in_situ.is_at_rest;
   CollectiveError wrong_k0, without_grains;
   for (const int i : made) {
-    points.height.push_back(atom->x[i][D - 1]);
-    points.surface.push_back(in_situ.surface ? surface[i] : top);
-    points.surcharge.push_back(surcharge[i]);
+    given.height.push_back(atom->x[i][D - 1]);
+    given.surface.push_back(in_situ.surface ? surface[i] : top);
+    given.surcharge.push_back(surcharge[i]);
     if (in_situ.is_at_rest) {
-      if (!grains[model[i]]) without_grains.add(atom->tag[i], {});
+      if (!scene.grains[points.model[i]]) without_grains.add(atom->tag[i], {});
       continue;
     }
-    points.k0.push_back(k0[i]);
+    given.k0.push_back(k0[i]);
     if (!(k0[i] > 0.0 && std::isfinite(k0[i]))) wrong_k0.add(atom->tag[i], {k0[i], 0.0, 0.0});
   }
   without_grains.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &) {
@@ -85,13 +71,13 @@ template <int D> macro::GroundAtRest FixMpm::ImplOf<D>::ground_at_rest(const std
                        "with another one: {})",
                        id, rve::number(at[0]), all);
   });
-  macro::GroundAtRest ground(in_situ.gravity, width, D - 1, points, densities(made),
-                             communication());
+  macro::GroundAtRest ground(in_situ.gravity, width, D - 1, given, densities(points, made),
+                             mpm_communication(lmp));
   CollectiveError tension;
   for (std::size_t n = 0; n < made.size(); n++) {
     const double pressure = ground.vertical_pressure(n);
     if (!(pressure > 0.0 && std::isfinite(pressure)))
-      tension.add(atom->tag[made[n]], {pressure, points.height[n], points.surface[n]});
+      tension.add(atom->tag[made[n]], {pressure, given.height[n], given.surface[n]});
   }
   tension.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
     return fmt::format("Fix mpm insitu: the vertical pressure of atom {} is {} [stress], at the "
@@ -102,43 +88,51 @@ template <int D> macro::GroundAtRest FixMpm::ImplOf<D>::ground_at_rest(const std
   return ground;
 }
 
+template <int D> double MpmGround<D>::density_of(const Points &points, int i) const
+{
+  const double given = scene.given_density(points, i);
+  return given > 0.0 ? given : scene.grains[points.model[i]]->rves().bulk_density(i);
+}
+
 template <int D>
-std::vector<double> FixMpm::ImplOf<D>::densities(const std::vector<int> &made) const
+std::vector<double> MpmGround<D>::densities(const Points &points,
+                                            const std::vector<int> &made) const
 {
   std::vector<double> values;
-  for (const int i : made)
-    values.push_back(given_density(i) > 0.0 ? given_density(i)
-                                            : grains[model[i]]->rves().bulk_density(i));
+  for (const int i : made) values.push_back(density_of(points, i));
   return values;
 }
 
-/// Density over height of the points whose density is that of their RVEs: the mean of those of a level; collective.
+/// Density over height of the points whose density is that of their RVEs: the mean of those of a
+/// level.
 template <int D>
-macro::HeightProfile FixMpm::ImplOf<D>::density_of_grains(const std::vector<int> &made,
-                                                          const macro::GroundAtRest &ground) const
+macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points,
+                                                     const std::vector<int> &made,
+                                                     const macro::GroundAtRest &ground) const
 {
-  const auto is_given = [&](const MpmModel<D> &some) { return settings.density_of(some) > 0.0; };
-  if (std::none_of(settings.models.begin(), settings.models.end(), is_given))
-    return ground.density();
+  const auto &models = scene.settings.models;
+  const auto is_given = [&](const auto &some) { return scene.settings.density_of(some) > 0.0; };
+  if (std::none_of(models.begin(), models.end(), is_given)) return ground.density();
   std::vector<double> height, value;
   for (const int i : made) {
-    if (given_density(i) > 0.0) continue;
+    if (scene.given_density(points, i) > 0.0) continue;
     height.push_back(atom->x[i][D - 1]);
-    value.push_back(grains[model[i]]->rves().bulk_density(i));
+    value.push_back(density_of(points, i));
   }
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return ground.density();
-  return macro::level_means(height, value, settings.width_of_point(), communication());
+  return macro::level_means(height, value, scene.settings.width_of_point(), mpm_communication(lmp));
 }
 
 /// Lateral over vertical stress of points that all have RVEs.
 template <int D>
-std::vector<double> FixMpm::ImplOf<D>::stress_ratios(const std::vector<int> &made) const
+std::vector<double> MpmGround<D>::stress_ratios(const Points &points,
+                                                const std::vector<int> &made) const
 {
   std::vector<double> values;
   for (const int i : made) {
-    const Tensor sigma = stress_of<D>(*grains[model[i]], i);
+    const Tensor sigma = stress_of<D>(*scene.grains[points.model[i]], i);
     const double vertical = sigma(D - 1, D - 1);
     values.push_back(std::max(0.0, (trace(sigma) - vertical) / ((D - 1) * vertical)));
   }
@@ -146,12 +140,12 @@ std::vector<double> FixMpm::ImplOf<D>::stress_ratios(const std::vector<int> &mad
 }
 
 template <int D>
-std::vector<macro::StressGoal>
-FixMpm::ImplOf<D>::stresses_by_components(const std::vector<int> &made)
+std::vector<macro::StressGoal> MpmGround<D>::goals_by_components(const std::vector<int> &made) const
 {
-  std::vector<std::vector<double>> values(settings.in_situ.components.size());
+  const std::vector<ScriptValue> &components = scene.settings.in_situ.components;
+  std::vector<std::vector<double>> values(components.size());
   for (std::size_t c = 0; c < values.size(); c++)
-    settings.in_situ.components[c].evaluate(lmp, fix->igroup, values[c]);
+    components[c].evaluate(lmp, scene.fix->igroup, values[c]);
   std::vector<macro::StressGoal> goals;
   CollectiveError wrong;
   for (const int i : made) {
@@ -172,29 +166,22 @@ FixMpm::ImplOf<D>::stresses_by_components(const std::vector<int> &made)
   return goals;
 }
 
-/* ----------------------------------------------------------------------
-   what the RVEs of each fix need, over all ranks
-------------------------------------------------------------------------- */
-
+/// Brings the RVEs of all models to these stresses, and returns what that took, over all ranks.
 template <int D>
-macro::InSituReport FixMpm::ImplOf<D>::bring_grains(const std::vector<int> &made,
-                                                    const std::vector<macro::StressGoal> &goals,
-                                                    double tolerance)
+macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const std::vector<int> &made,
+                                               const std::vector<macro::StressGoal> &goals,
+                                               double tolerance) const
 {
   macro::InSituReport all;
-  for (std::size_t k = 0; k < grains.size(); k++) {
-    // groups may share a fix
-    if (!grains[k] ||
-        std::find(grains.begin(), grains.begin() + k, grains[k]) != grains.begin() + k)
-      continue;
+  for (FixRve *source : scene.sources()) {
     std::vector<int> atoms;
     std::vector<macro::StressGoal> of_atoms;
     for (std::size_t n = 0; n < made.size(); n++)
-      if (grains[model[made[n]]] == grains[k]) {
+      if (scene.grains[points.model[made[n]]] == source) {
         atoms.push_back(made[n]);
         of_atoms.push_back(goals[n]);
       }
-    const macro::InSituReport some = grains[k]->rves().bring_to_stress(atoms, of_atoms, tolerance);
+    const macro::InSituReport some = source->rves().bring_to_stress(atoms, of_atoms, tolerance);
     all.most_steps = std::max(all.most_steps, some.most_steps);
     all.largest_error = std::max(all.largest_error, some.largest_error);
   }
@@ -203,131 +190,136 @@ macro::InSituReport FixMpm::ImplOf<D>::bring_grains(const std::vector<int> &made
   return all;
 }
 
-/* ----------------------------------------------------------------------
-   stress, mass and memory of new points; collective
-------------------------------------------------------------------------- */
-
-template <int D> void FixMpm::ImplOf<D>::begin_in_situ(const std::vector<int> &made)
+template <int D>
+std::vector<typename MpmGround<D>::Start> MpmGround<D>::find(const Points &points,
+                                                             const std::vector<int> &made)
 {
   bigint total = made.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
-  if (total == 0) return;
-  if (settings.in_situ.is_by_components())
-    begin_by_components(made);
-  else
-    begin_at_rest(made);
-  check_strength(made);
-  is_in_situ = true;
+  if (total == 0) return {};
+  const std::vector<Start> starts = scene.settings.in_situ.is_by_components()
+      ? find_by_components(points, made)
+      : find_at_rest(points, made);
+  is_new = true;
   // not for each point that a fix creates in a run
   if (comm->me == 0 && update->ntimestep == update->firststep)
-    utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", fix->id, total);
+    utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", scene.fix->id, total);
+  return starts;
 }
 
-template <int D> void FixMpm::ImplOf<D>::begin_by_components(const std::vector<int> &made)
+template <int D>
+typename MpmGround<D>::Start MpmGround<D>::start_of(const Points &points, int i,
+                                                    const macro::StressGoal &goal) const
 {
-  const std::vector<macro::StressGoal> goals = stresses_by_components(made);
+  const FixRve *source = scene.grains[points.model[i]];
+  Start start;
+  start.stress = source ? stress_of<D>(*source, i) : rve::leading_components<D>(goal.stress);
+  return start;
+}
+
+template <int D>
+std::vector<typename MpmGround<D>::Start>
+MpmGround<D>::find_by_components(const Points &points, const std::vector<int> &made)
+{
+  const std::vector<macro::StressGoal> goals = goals_by_components(made);
   double largest = 0.0;
   for (const macro::StressGoal &goal : goals)
     for (const double x : goal.stress.component) largest = std::max(largest, std::fabs(x));
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-  const macro::InSituReport report =
-      bring_grains(made, goals, settings.in_situ.tolerance.value_or(ERROR_OF_STRESS * largest));
+  const double tolerance = scene.settings.in_situ.tolerance.value_or(ERROR_OF_STRESS * largest);
+  const macro::InSituReport report = bring_grains(points, made, goals, tolerance);
+  std::vector<Start> starts;
   for (std::size_t n = 0; n < made.size(); n++) {
-    const int i = made[n];
-    take_stress(i, goals[n]);
-    if (!(given_density(i) > 0.0))
-      mass[i] = grains[model[i]]->rves().bulk_density(i) * settings.initial_volume;
+    starts.push_back(start_of(points, made[n], goals[n]));
+    starts.back().density = density_of(points, made[n]);
   }
   weight_of_cell = 0.0;
-  tell_of_grains(report, 1);
+  report_grains(report, 1);
+  return starts;
 }
 
-template <int D> void FixMpm::ImplOf<D>::begin_at_rest(const std::vector<int> &made)
+template <int D>
+std::vector<typename MpmGround<D>::Start> MpmGround<D>::find_at_rest(const Points &points,
+                                                                     const std::vector<int> &made)
 {
-  const double h = solver->grid().cell_size(), gravity = settings.in_situ.gravity;
-  macro::GroundAtRest ground = ground_at_rest(made);
-  const double tolerance = settings.in_situ.tolerance.value_or(
-      ERROR_OF_WEIGHT * ground.density().value(0) * gravity * h);
+  const MpmInSitu<D> &in_situ = scene.settings.in_situ;
+  const double h = scene.solver->grid().cell_size();
+  macro::GroundAtRest ground = at_rest(points, made);
+  const double tolerance =
+      in_situ.tolerance.value_or(ERROR_OF_WEIGHT * ground.density().value(0) * in_situ.gravity * h);
   macro::InSituReport report;
-  if (has_grains()) {
-    guarded([&] {
-      do report.take(bring_grains(made, ground.goals(), tolerance));
-      while (!ground.settles(densities(made),
-                             settings.in_situ.is_at_rest ? stress_ratios(made)
-                                                         : std::vector<double>()));
+  if (scene.has_grains()) {
+    scene.guarded([&] {
+      do report.take(bring_grains(points, made, ground.goals(), tolerance));
+      while (!ground.settles(densities(points, made),
+                             in_situ.is_at_rest ? stress_ratios(points, made)
+                                                : std::vector<double>()));
     });
   }
-  const macro::HeightProfile of_grains = density_of_grains(made, ground);
+  const macro::HeightProfile of_grains = density_of_grains(points, made, ground);
+  std::vector<Start> starts;
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
-    take_stress(i, goal);
+    Start start = start_of(points, i, goal);
     // the weight that the stress balances
-    if (!(given_density(i) > 0.0))
-      mass[i] = of_grains.at(atom->x[i][D - 1]) * settings.initial_volume;
+    const double given = scene.given_density(points, i);
+    start.density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
     // the stress across the plane is a lateral one too
-    const int place = D == 2 && !grains[model[i]]
-        ? layout.place((int) remembering[i], "out_of_plane_stress")
-        : -1;
-    if (place >= 0) memory_of(i)[place] = goal.stress(2, 2);
+    if (D == 2 && !scene.grains[points.model[i]]) start.across_plane = goal.stress(2, 2);
+    starts.push_back(start);
   }
-  weight_of_cell = gravity * ground.density().value(0) * cell_volume();
-  tell_of_grains(report, ground.rounds());
+  weight_of_cell = in_situ.gravity * ground.density().value(0) * cell_volume();
+  report_grains(report, ground.rounds());
   if (const auto &k0 = ground.found_k0(); k0 && comm->me == 0)
     utils::logmesg(lmp,
                    "fix mpm {}: at rest RVEs have k0 from {:.4f} to {:.4f}, in the mean of a "
                    "level\n",
-                   fix->id, k0->least(), k0->most());
-}
-
-template <int D> void FixMpm::ImplOf<D>::take_stress(int i, const macro::StressGoal &goal)
-{
-  const FixRve *source = grains[model[i]];
-  stress[i] = source ? stress_of<D>(*source, i) : rve::leading_components<D>(goal.stress);
-  begin_memory(i);
+                   scene.fix->id, k0->least(), k0->most());
+  return starts;
 }
 
 template <int D>
-void FixMpm::ImplOf<D>::tell_of_grains(const macro::InSituReport &report, int rounds) const
+void MpmGround<D>::report_grains(const macro::InSituReport &report, int rounds) const
 {
-  if (!has_grains() || comm->me != 0) return;
+  if (!scene.has_grains() || comm->me != 0) return;
   utils::logmesg(lmp,
                  "fix mpm {}: RVEs took up to {} DEM steps to their stress in situ, in {} rounds "
                  "of weight and density; the largest error of a component is {:.3g} [stress]\n",
-                 fix->id, report.most_steps, rounds, report.largest_error);
+                 scene.fix->id, report.most_steps, rounds, report.largest_error);
 }
 
-template <int D> double FixMpm::ImplOf<D>::cell_volume() const
+template <int D> double MpmGround<D>::cell_volume() const
 {
-  const double h = solver->grid().cell_size();
-  return settings.options.thickness * (D == 2 ? h * h : h * h * h);
+  const double h = scene.solver->grid().cell_size();
+  return scene.settings.options.thickness * (D == 2 ? h * h : h * h * h);
 }
 
-/* ----------------------------------------------------------------------
-   a law that changes a stress at no strain does not bear it
-------------------------------------------------------------------------- */
-
-template <int D> void FixMpm::ImplOf<D>::check_strength(const std::vector<int> &made)
+template <int D>
+void MpmGround<D>::check_strength(const Points &points, const std::vector<int> &made) const
 {
-  std::vector<Tensor> after = stress;
-  std::vector<double> remembered = rows;
-  const std::vector<Tensor> none(stress.size(), Tensor::identity());
+  const MpmSettings<D> &settings = scene.settings;
+  std::vector<Tensor> after(points.stress, points.stress + points.count);
+  std::vector<double> remembered(points.memory,
+                                 points.memory + (std::size_t) points.count * points.memory_width);
+  const std::vector<Tensor> none(points.count, Tensor::identity());
   bigint beyond = 0;
   tagint lowest = MAXTAGINT;
   for (std::size_t k = 0; k < settings.models.size(); k++) {
     if (!settings.models[k].law) continue;
     std::vector<int> some;
     for (const int i : made)
-      if (model[i] == (int) k) some.push_back(i);
+      if (points.model[i] == (int) k) some.push_back(i);
     if (some.empty()) continue;
     std::sort(some.begin(), some.end());
     settings.models[k].law->update((int) some.size(), some.data(), none.data(), update->dt,
-                                   after.data(), {remembered.data(), layout.width()});
-    for (const int i : some)
-      if (rve::norm(after[i] - stress[i]) > BEYOND_STRENGTH * rve::norm(stress[i])) {
-        beyond++;
-        lowest = std::min(lowest, atom->tag[i]);
-      }
+                                   after.data(), {remembered.data(), points.memory_width});
+    for (const int i : some) {
+      const Tensor &before = points.stress[i];
+      if (!(rve::norm(after[i] - before) > BEYOND_STRENGTH * rve::norm(before))) continue;
+      beyond++;
+      lowest = std::min(lowest, atom->tag[i]);
+    }
   }
   MPI_Allreduce(MPI_IN_PLACE, &beyond, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
@@ -336,44 +328,42 @@ template <int D> void FixMpm::ImplOf<D>::check_strength(const std::vector<int> &
                    "Fix mpm {}: the {} of {} points is beyond the strength of their "
                    "law, that of atom {} for one; they will yield at once. Take {}, or more "
                    "strength",
-                   fix->id, settings.in_situ.given ? "stress in situ" : "initial stress", beyond,
-                   lowest,
+                   scene.fix->id, settings.in_situ.given ? "stress in situ" : "initial stress",
+                   beyond, lowest,
                    settings.in_situ.given ? "a k0 between the active and the passive limit"
                                           : "normal stresses with a smaller difference");
 }
 
-/* ----------------------------------------------------------------------
-   forces are complete: what is out of balance before the first step
-------------------------------------------------------------------------- */
-
-template <int D> void FixMpm::ImplOf<D>::report_in_situ()
+template <int D> void MpmGround<D>::report(const Points &points)
 {
-  is_in_situ = false;
+  if (!is_new) return;
+  is_new = false;
   // of the forces that act on points, where the script says no gravity
   double by_forces = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
     double squares = 0.0;
     for (int a = 0; a < D; a++) squares += atom->f[i][a] * atom->f[i][a];
-    if (body[i] < 0) by_forces = std::max(by_forces, std::sqrt(squares) / volume[i]);
+    if (points.rigid_body[i] < 0)
+      by_forces = std::max(by_forces, std::sqrt(squares) / points.volume[i]);
   }
   MPI_Allreduce(MPI_IN_PLACE, &by_forces, 1, MPI_DOUBLE, MPI_MAX, world);
   by_forces *= cell_volume();
   const double weight = weight_of_cell > 0.0 ? weight_of_cell : by_forces;
-  const double unbalanced = solver->max_unbalanced_force();
+  const double unbalanced = scene.solver->max_unbalanced_force();
   if (comm->me != 0) return;
   if (!(weight > 0.0)) {
     utils::logmesg(lmp, "fix mpm {}: in situ the largest unbalanced nodal force is {:.3g}\n",
-                   fix->id, unbalanced);
+                   scene.fix->id, unbalanced);
     return;
   }
   const double share = unbalanced / weight;
   const std::string text = fmt::format(
       "in situ the largest unbalanced nodal force is {:.3g} of the weight of a cell", share);
   if (share <= UNBALANCED_WARN) {
-    utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, text);
+    utils::logmesg(lmp, "fix mpm {}: {}\n", scene.fix->id, text);
     return;
   }
-  error->warning(FLERR, "Fix mpm {}: {}, above {:g}: the ground will move. {}", fix->id, text,
+  error->warning(FLERR, "Fix mpm {}: {}, above {:g}: the ground will move. {}", scene.fix->id, text,
                  UNBALANCED_WARN,
                  by_forces == 0.0
                      ? "No force acts on the points: define fix gravity before this fix"
@@ -382,10 +372,5 @@ template <int D> void FixMpm::ImplOf<D>::report_in_situ()
                        "balance, in a run with damping");
 }
 
-#define IN_SITU(D)                                                           \
-  template void FixMpm::ImplOf<D>::begin_in_situ(const std::vector<int> &);  \
-  template void FixMpm::ImplOf<D>::check_strength(const std::vector<int> &); \
-  template void FixMpm::ImplOf<D>::report_in_situ();
-IN_SITU(2)
-IN_SITU(3)
-#undef IN_SITU
+template class LAMMPS_NS::MpmGround<2>;
+template class LAMMPS_NS::MpmGround<3>;

@@ -23,10 +23,10 @@
 #include "group.h"
 #include "input.h"
 #include "lammps/collective_error.h"
-#include "lammps/formulas.h"
 #include "lammps/lammps_version.h"
 #include "lammps/no_pairs.h"
 #include "lammps/restart_record.h"
+#include "lammps/state_readers.h"
 #include "lammps/unit_styles.h"
 #include "modify.h"
 #include "rve/core/error.h"
@@ -52,8 +52,6 @@ static const char cite_fix_rve[] =
     " number = 2,\n"
     " pages = {579--608}\n"
     "}\n\n";
-
-/* ---------------------------------------------------------------------- */
 
 FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
@@ -89,8 +87,6 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   atom->add_callback(Atom::RESTART);
 }
 
-/* ---------------------------------------------------------------------- */
-
 FixRve::~FixRve()
 {
   impl->warn_of_loss();
@@ -100,14 +96,10 @@ FixRve::~FixRve()
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 int FixRve::setmask()
 {
   return FINAL_INTEGRATE | END_OF_STEP | POST_RUN;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixRve::init()
 {
@@ -134,11 +126,8 @@ void FixRve::init()
   impl->advise(true);
 }
 
-/* ----------------------------------------------------------------------
-   LAMMPS warns at once if no fix integrates, and when all fixes are initialized of atoms that several integrate. Points whose RVEs alone
-   advance are right, and so are points that another fix moves.
-------------------------------------------------------------------------- */
-
+/// Makes LAMMPS count one fix that integrates: it warns if there is none, and of atoms that several
+/// fixes integrate. RVEs may advance alone, or while another fix moves their points.
 void FixRve::claim_integration()
 {
   time_integrate = 1;
@@ -150,8 +139,6 @@ void FixRve::claim_integration()
       time_integrate = 0;
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixRve::setup(int)
 {
@@ -167,10 +154,7 @@ void FixRve::setup(int)
   impl->progress.begin([this] { return impl->dem_steps(); });
 }
 
-/* ----------------------------------------------------------------------
-   before the run, not at the first dump
-------------------------------------------------------------------------- */
-
+/// Files that cannot be written end a run before it begins, not at the first dump.
 void FixRve::check_dump_files() const
 {
   const auto &settings = impl->settings;
@@ -183,17 +167,12 @@ void FixRve::check_dump_files() const
   });
 }
 
-/* ----------------------------------------------------------------------
-   the one place where time passes for RVEs that fix mpm does not drive
-------------------------------------------------------------------------- */
-
+/// This is the one place where time passes for RVEs that fix mpm does not drive.
 void FixRve::final_integrate()
 {
   if (impl->settings.driver == RveDriver::Mpm) return;
   impl->advance_by_script();
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixRve::end_of_step()
 {
@@ -223,8 +202,6 @@ void FixRve::end_of_step()
   }
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixRve::post_run()
 {
   impl->has_run = impl->has_run || update->nsteps > 0;
@@ -247,8 +224,6 @@ void FixRve::post_run()
   time_integrate = 1;    // until the next run is initialized
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixRve::report_shadows() const
 {
   if (impl->settings.num_shadows == 0) return;
@@ -263,10 +238,6 @@ void FixRve::report_shadows() const
                    id, all[1] > 0.0 ? 100.0 * all[0] / all[1] : 0.0, report.mean, report.largest,
                    report.atom);
 }
-
-/* ----------------------------------------------------------------------
-   for other styles
-------------------------------------------------------------------------- */
 
 FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
 {
@@ -326,24 +297,17 @@ template <int D> mpm::Constitutive<D> *FixRve::constitutive()
 template mpm::Constitutive<2> *FixRve::constitutive<2>();
 template mpm::Constitutive<3> *FixRve::constitutive<3>();
 
-/* ---------------------------------------------------------------------- */
-
 double FixRve::compute_vector(int n)
 {
   return impl->vector_component(n);
 }
-
-/* ---------------------------------------------------------------------- */
 
 double FixRve::memory_usage()
 {
   return static_cast<double>(atom->nmax) * sizeof(int) + impl->bytes();
 }
 
-/* ----------------------------------------------------------------------
-   the per-atom array holds slots; an RVE leaves the engine when its atom does
-------------------------------------------------------------------------- */
-
+/// The per-atom array has slots. An RVE leaves the engine with its atom.
 void FixRve::grow_arrays(int nmax)
 {
   impl->slot.resize(nmax, -1);
@@ -362,10 +326,7 @@ void FixRve::set_arrays(int i)
   impl->slot[i] = -1;
 }
 
-/* ----------------------------------------------------------------------
-   the header of records, then the record of the RVE if there is one
-------------------------------------------------------------------------- */
-
+/// Packs the header of records, then the record of the RVE if there is one.
 int FixRve::pack_exchange(int i, double *buf)
 {
   const int size = size_restart(i);
@@ -416,8 +377,6 @@ int FixRve::maxsize_restart()
   return most;
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixRve::write_restart(FILE *fp)
 {
   if (comm->me == 0) impl->write_restart_head(fp);
@@ -428,10 +387,7 @@ void FixRve::restart(char *buf)
   impl->read_restart_head(buf);
 }
 
-/* ----------------------------------------------------------------------
-   all words at once
-------------------------------------------------------------------------- */
-
+/// Reads all words at once.
 int FixRve::modify_param(int narg, char **arg)
 {
   impl->modify(narg, arg);

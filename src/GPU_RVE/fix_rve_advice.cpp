@@ -106,7 +106,6 @@ template <int D> void RveAdvice<D>::advise(bool at_start)
 /// Records a check in which a share of the RVEs strained too fast. Returns true if a warning is due, which is once in a run.
 template <int D> bool RveAdvice<D>::note_fast_strain(double share, double worst, tagint id)
 {
-  const Update *update = update;
   if (update->ntimestep <= update->firststep) return false;    // of the run before
   fast_strain.share = std::max(fast_strain.share, share);
   if (worst > fast_strain.worst) {

@@ -116,13 +116,15 @@ void read_marginal(ScriptWords &words, Said &said)
   }
 }
 
-constexpr ScriptKeyword<Said> KEYWORDS[] = {
+using Kind = field::InterpolationKind;
+
+const ScriptKeyword<Said> KEYWORDS[] = {
     {"covariance", "exponential | gaussian | matern nu", read_covariance},
     {"lengths", "horizontal vertical",
      [](ScriptWords &words, Said &said) {
        said.lengths = read_pair(words, "horizontal", "vertical");
      }},
-    {"angle", "degrees", [](ScriptWords &words, Said &said) { said.angle = words.number(); }},
+    {"angle", "degrees", into(any_number, &Said::angle)},
     {"spacing", "dx dy",
      [](ScriptWords &words, Said &said) { said.spacing = read_pair(words, "dx", "dy"); }},
     {"domain", "xlo xhi ylo yhi",
@@ -135,12 +137,8 @@ constexpr ScriptKeyword<Said> KEYWORDS[] = {
      "normal mean sd | lognormal mean sd | uniform lo hi | bounded lo hi location scale",
      read_marginal},
     {"interpolation", "linear | nearest",
-     [](ScriptWords &words, Said &said) {
-       said.request.interpolation =
-           words.choice<field::InterpolationKind>("",
-                                                  {{"linear", field::InterpolationKind::Linear},
-                                                   {"nearest", field::InterpolationKind::Nearest}});
-     }},
+     into(one_of<Kind>({{"linear", Kind::Linear}, {"nearest", Kind::Nearest}}), &Said::request,
+          &FieldRequest::interpolation)},
     {"bounds", "lo hi",
      [](ScriptWords &words, Said &said) {
        const field::Vec bounds = read_pair(words, "lo", "hi");
@@ -268,11 +266,9 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
 }    // namespace
 
-/* ----------------------------------------------------------------------
-   One rank makes the field and gives it to the others, which evaluate it at their atoms. That is faster than to make it on each rank,
-   and takes the memory of the transform once (doc/src/random_field.rst has the numbers).
-------------------------------------------------------------------------- */
-
+/// One rank makes the field and gives it to the others, which evaluate it at their atoms. That is
+/// faster than to make it on each rank, and takes the memory of the transform once
+/// (doc/src/random_field.rst has the numbers).
 void RandomField::command(int narg, char **arg)
 {
   if (domain->box_exist == 0) error->all(FLERR, "random_field: there is no simulation box yet");

@@ -1,16 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* ----------------------------------------------------------------------
-   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
-   https://www.lammps.org/, Sandia National Laboratories
-   LAMMPS development team: developers@lammps.org
-
-   Copyright (2003) Sandia Corporation.  Under the terms of Contract
-   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
-   certain rights in this software.  This software is distributed under
-   the GNU General Public License.
-
-   See the README file in the top-level LAMMPS directory.
-------------------------------------------------------------------------- */
 
 #include "rve_packings.h"
 
@@ -72,8 +60,6 @@ std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char
 }
 
 }    // namespace
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
@@ -143,10 +129,8 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
                     count);
 }
 
-/* ----------------------------------------------------------------------
-   levels are those of the stress along the last axis that the packings have: files of one packing do not say what it was prepared for
-------------------------------------------------------------------------- */
-
+/// Levels are those of the stress along the last axis that the packings have, since files of one
+/// packing do not have the stress of their preparation.
 template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
 {
   const auto add_pool = [this](const std::vector<int> &members) {
@@ -168,8 +152,6 @@ template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
   for (int level = 0; level < levels->count(); ++level) add_pool(levels->packings(level));
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D>
 void RvePackingsOf<D>::change(const MaterialWords &words, double mass_scaling,
                               double mass_scaling_before)
@@ -183,8 +165,6 @@ void RvePackingsOf<D>::change(const MaterialWords &words, double mass_scaling,
     packings[k] = std::move(changed);
   }
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> int RvePackingsOf<D>::fewest_grains() const
 {
@@ -211,8 +191,6 @@ template <int D> std::string RvePackingsOf<D>::name(int packing) const
   return size() == 1 ? "packing " + file : fmt::format("packing {} ({})", packing, file);
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D>
 std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, int igroup,
                                                                  FixRveSettings &settings,
@@ -237,8 +215,6 @@ std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, in
   warn_of_images(lmp, chosen, image);
   return states;
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D>
 std::vector<int> RvePackingsOf<D>::choose_pools(LAMMPS *lmp, int igroup, FixRveSettings &settings,
@@ -275,8 +251,6 @@ std::vector<int> RvePackingsOf<D>::choose_pools(LAMMPS *lmp, int igroup, FixRveS
                    levels->stress(levels->count() - 1));
   return chosen;
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D>
 std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
@@ -335,8 +309,6 @@ std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
   return chosen;
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D>
 std::vector<int> RvePackingsOf<D>::choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
                                                  const std::vector<int> &atoms)
@@ -350,8 +322,6 @@ std::vector<int> RvePackingsOf<D>::choose_images(LAMMPS *lmp, int igroup, FixRve
         rve::draw(*choice.image_seed, lmp->atom->tag[i], rve::NUM_IMAGES_OF<D>, DRAW_IMAGE));
   return images_of_atoms;
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<int> &chosen) const
 {
@@ -377,10 +347,8 @@ template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<in
                  *std::max_element(void_ratios.begin(), void_ratios.end()));
 }
 
-/* ----------------------------------------------------------------------
-   a mirrored or turned packing is another sample of the same ground only where the stress of the ground is isotropic
-------------------------------------------------------------------------- */
-
+/// A mirrored or turned packing is another sample of the same ground only where the stress of the
+/// ground is isotropic.
 template <int D>
 void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
                                       const std::vector<int> &image) const

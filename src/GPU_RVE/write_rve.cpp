@@ -36,15 +36,14 @@ struct FileRequest {
   bool native = false;
 };
 
-constexpr ScriptKeyword<FileRequest> KEYWORDS[] = {
+const ScriptKeyword<FileRequest> KEYWORDS[] = {
     {"atom", "ID",
      [](ScriptWords &words, FileRequest &request) {
        request.id = words.whole("ID", 1, MAXTAGINT);
      }},
     {"file", "path", [](ScriptWords &words, FileRequest &request) { request.path = words.next(); }},
-    {"format", "rve | lammps", [](ScriptWords &words, FileRequest &request) {
-       request.native = words.choice<bool>("", {{"rve", true}, {"lammps", false}});
-     }}};
+    {"format", "rve | lammps",
+     into(one_of<bool>({{"rve", true}, {"lammps", false}}), &FileRequest::native)}};
 
 template <int D> void write(const FileRequest &request, const rve::RveStateOf<D> &state)
 {

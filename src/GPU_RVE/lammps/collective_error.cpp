@@ -6,8 +6,6 @@
 
 #include <new>
 
-/* ---------------------------------------------------------------------- */
-
 std::string LAMMPS_NS::first_message(LAMMPS *lmp, std::string message)
 {
   const int me = lmp->comm->me, none = lmp->comm->nprocs;
@@ -21,17 +19,12 @@ std::string LAMMPS_NS::first_message(LAMMPS *lmp, std::string message)
   return message;
 }
 
-/* ----------------------------------------------------------------------
-   error->all needs the same text on all ranks
-------------------------------------------------------------------------- */
-
+/// The function error->all needs the same text on all ranks.
 void LAMMPS_NS::error_if_any(LAMMPS *lmp, std::string message)
 {
   const std::string first = first_message(lmp, std::move(message));
   if (!first.empty()) lmp->error->all(FLERR, first);
 }
-
-/* ---------------------------------------------------------------------- */
 
 std::string LAMMPS_NS::problem_of(const std::exception &exception)
 {

@@ -21,10 +21,14 @@
 
 using namespace LAMMPS_NS;
 
-// fixes and computes are made from their arguments, commands from the LAMMPS instance alone
+/// Fixes and computes are made from their arguments, commands from the LAMMPS instance alone.
 template <class Style> static void *make_style(void *lmp, int narg, char **arg)
 {
   return new Style(static_cast<LAMMPS *>(lmp), narg, arg);
+}
+template <class Command> static void *make_command(void *lmp)
+{
+  return new Command(static_cast<LAMMPS *>(lmp));
 }
 
 static Dump *make_dump(LAMMPS *lmp, int narg, char **arg)
@@ -32,65 +36,38 @@ static Dump *make_dump(LAMMPS *lmp, int narg, char **arg)
   return new DumpRveGrain(lmp, narg, arg);
 }
 
-template <class Command> static void *make_command(void *lmp)
-{
-  return new Command(static_cast<LAMMPS *>(lmp));
-}
-
 extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
 {
   require_host(lmp, kind_compiled_for());
-
-  const auto register_plugin = reinterpret_cast<lammpsplugin_regfunc>(regfunc);
 
   lammpsplugin_t plugin;
   plugin.version = LAMMPS_VERSION;
   plugin.author = "the GPU_RVE authors";
   plugin.handle = handle;
+  const auto add = [&](const char *style, const char *name, const char *info) {
+    plugin.style = style;
+    plugin.name = name;
+    plugin.info = info;
+    reinterpret_cast<lammpsplugin_regfunc>(regfunc)(&plugin, lmp);
+  };
 
-  plugin.style = "fix";
-  plugin.name = "rve";
-  plugin.info = "RVE of grains behind each atom v0.1";
   plugin.creator.v2 = &make_style<FixRve>;
-  register_plugin(&plugin, lmp);
-
-  plugin.name = "mpm";
-  plugin.info = "material point method v0.1";
+  add("fix", "rve", "RVE of grains behind each atom v0.1");
   plugin.creator.v2 = &make_style<FixMpm>;
-  register_plugin(&plugin, lmp);
-
-  plugin.style = "compute";
-  plugin.name = "rve/atom";
-  plugin.info = "per-atom results of the RVEs v0.1";
+  add("fix", "mpm", "material point method v0.1");
   plugin.creator.v2 = &make_style<ComputeRveAtom>;
-  register_plugin(&plugin, lmp);
-
-  plugin.name = "rve/contact/local";
-  plugin.info = "contacts between the grains of RVEs v0.1";
+  add("compute", "rve/atom", "per-atom results of the RVEs v0.1");
   plugin.creator.v2 = &make_style<ComputeRveContactLocal>;
-  register_plugin(&plugin, lmp);
-
-  plugin.name = "rve/tangent";
-  plugin.info = "tangent stiffness of the RVEs by probing v0.1";
+  add("compute", "rve/contact/local", "contacts between the grains of RVEs v0.1");
   plugin.creator.v2 = &make_style<ComputeRveTangent>;
-  register_plugin(&plugin, lmp);
+  add("compute", "rve/tangent", "tangent stiffness of the RVEs by probing v0.1");
+  plugin.creator.v1 = &make_command<CreateRve>;
+  add("command", "create_rve", "packing generator for RVEs v0.1");
+  plugin.creator.v1 = &make_command<RandomField>;
+  add("command", "random_field", "random field at the atoms v0.1");
+  plugin.creator.v1 = &make_command<WriteRve>;
+  add("command", "write_rve", "export of an RVE as a data file v0.1");
 
   // plugins cannot register dumps: LAMMPS' own list of them takes this one
   (*static_cast<LAMMPS *>(lmp)->output->dump_map)["rve/grain"] = &make_dump;
-
-  plugin.style = "command";
-  plugin.name = "create_rve";
-  plugin.info = "packing generator for RVEs v0.1";
-  plugin.creator.v1 = &make_command<CreateRve>;
-  register_plugin(&plugin, lmp);
-
-  plugin.name = "random_field";
-  plugin.info = "random field at the atoms v0.1";
-  plugin.creator.v1 = &make_command<RandomField>;
-  register_plugin(&plugin, lmp);
-
-  plugin.name = "write_rve";
-  plugin.info = "export of an RVE as a data file v0.1";
-  plugin.creator.v1 = &make_command<WriteRve>;
-  register_plugin(&plugin, lmp);
 }

@@ -197,7 +197,7 @@ void read_reach(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::adhesion_reach] = words.number("reach");
 }
 
-constexpr ScriptKeyword<Contact> PARTS[] = {
+const ScriptKeyword<Contact> PARTS[] = {
     {"tangential", "linear_history k_t x_gammat mu", read_tangential},
     {"damping", "velocity", read_damping},
     {"rolling", "sds k_roll gamma_roll mu_roll", read_rolling},

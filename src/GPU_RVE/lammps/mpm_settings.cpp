@@ -5,7 +5,6 @@
 #include "lammps/collective_error.h"
 #include "lammps/progress.h"
 #include "lammps/rank_resources.h"
-#include "mpm/law_table.h"
 #include "rve/core/error.h"
 #include "rve/engine/advice.h"
 
@@ -18,14 +17,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 using namespace LAMMPS_NS;
 
 namespace {
-
-// of any number: products of two, and sums of many, are still numbers
-constexpr double LARGEST = 1e30;
 
 // In each direction a cell has 100 points in the plane, and 21 in space.
 constexpr double MOST_POINTS_PER_CELL = 1e4;
@@ -94,53 +89,10 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
                              what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
 }
 
-template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
-{
-  const auto &table = mpm::law_table<D>();
-  return *std::find_if(table.begin(), table.end(),
-                       [&](const mpm::LawEntry<D> &entry) { return entry.word == model.word; });
-}
-
-/// The arguments of the law of a model, in which its strength is reduced.
-template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
-{
-  std::vector<double> arguments = model.arguments;
-  if (model.strength_reduction != 1.0)
-    entry_of(model).reduce_strength(arguments.data(), model.strength_reduction);
-  return arguments;
-}
-
-template <int D> void read_parameters(ScriptWords &words, MpmModel<D> &model)
-{
-  const mpm::LawEntry<D> &entry = entry_of(model);
-  model.arguments.clear();
-  model.strength_reduction = 1.0;
-  for (const std::string &name : entry.arguments)
-    model.arguments.push_back(words.number(entry.word + " " + name));
-  model.law = entry.make(model.arguments.data());
-}
-
 template <int D> void read_model(ScriptWords &words, Said<D> &said)
 {
-  std::string form = "group-ID rve fix-ID";    // or a law of the table
-  rve::Words choices = {"rve"};
-  for (const mpm::LawEntry<D> &entry : mpm::law_table<D>()) {
-    form += " | " + entry.word + " " + utils::join_words(entry.arguments, " ");
-    choices.emplace_back(entry.word);
-  }
-  words.set_form(form);
-  MpmModel<D> model;
-  model.group = words.peek();
-  model.groupbit = words.groupbit("group");
-  words.about("model " + model.group);
-  const int choice = words.choice("law", choices);
-  model.word = choices[choice];
-  if (choice == 0)
-    model.fix_rve = words.next("rve fix ID");
-  else
-    read_parameters(words, model);
-  said.settings.models.push_back(model);
-  said.density_owner = "model " + model.group;
+  said.settings.models.push_back(read_mpm_model<D>(words));
+  said.density_owner = "model " + said.settings.models.back().group;
   said.density = &said.settings.models.back().density;
 }
 
@@ -262,36 +214,35 @@ template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
 }
 
 /// The body that a keyword is about.
-template <int D>
-mpm::RigidBodyOptions &body_before(ScriptWords &words, Said<D> &said, const std::string &keyword)
+template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, Said<D> &said)
 {
-  if (said.options.rigid_bodies.empty()) words.refuse(keyword + " must follow a rigid body");
-  words.about(said.owner + " " + keyword);
+  if (said.options.rigid_bodies.empty())
+    words.refuse(words.keyword() + " must follow a rigid body");
+  words.about(said.owner + " " + words.keyword());
   return said.options.rigid_bodies.back();
 }
 
 template <int D> void read_separation(ScriptWords &words, Said<D> &said)
 {
-  body_before(words, said, "separation").separation = words.logical();
+  body_before(words, said).separation = words.logical();
 }
 
 template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
 {
-  mpm::RigidBodyOptions &body = body_before(words, said, "form");
+  mpm::RigidBodyOptions &body = body_before(words, said);
+  using Form = mpm::BodyForm;
   if constexpr (D == 2)
-    body.form = words.choice<mpm::BodyForm>("",
-                                            {{"face", mpm::BodyForm::Face},
-                                             {"box", mpm::BodyForm::Box},
-                                             {"ball", mpm::BodyForm::Ball},
-                                             {"convex", mpm::BodyForm::Convex}});
+    body.form = words.choice<Form>(
+        "",
+        {{"face", Form::Face}, {"box", Form::Box}, {"ball", Form::Ball}, {"convex", Form::Convex}});
   else
-    body.form = words.choice<mpm::BodyForm>("",
-                                            {{"face", mpm::BodyForm::Face},
-                                             {"box", mpm::BodyForm::Box},
-                                             {"ball", mpm::BodyForm::Ball},
-                                             {"cylinder", mpm::BodyForm::Cylinder},
-                                             {"convex", mpm::BodyForm::Convex}});
-  if (body.form != mpm::BodyForm::Convex) return;
+    body.form = words.choice<Form>("",
+                                   {{"face", Form::Face},
+                                    {"box", Form::Box},
+                                    {"ball", Form::Ball},
+                                    {"cylinder", Form::Cylinder},
+                                    {"convex", Form::Convex}});
+  if (body.form != Form::Convex) return;
   auto &of_bodies = said.options.rigid_body_vertices;
   of_bodies.resize(said.options.rigid_bodies.size());
   of_bodies.back().resize(words.whole("convex", D + 1, mpm::MOST_VERTICES));
@@ -305,7 +256,7 @@ template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
 
 template <int D> void read_spin(ScriptWords &words, Said<D> &said)
 {
-  body_before(words, said, "spin");
+  body_before(words, said);
   said.needs_form.back() = "spin";
   for (int k = D; k < mpm::FREEDOMS<D>; k++)
     read_rate(words, said, k, D == 2 ? SPINS[2] : SPINS[k - D]);
@@ -313,7 +264,7 @@ template <int D> void read_spin(ScriptWords &words, Said<D> &said)
 
 template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
 {
-  mpm::RigidBodyOptions &body = body_before(words, said, "pivot");
+  mpm::RigidBodyOptions &body = body_before(words, said);
   said.needs_form.back() = "pivot";
   body.has_pivot = true;
   for (int a = 0; a < D; a++) body.pivot[a] = words.number(AXES[a]);
@@ -323,7 +274,7 @@ template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
 template <int D> void read_turned(ScriptWords &words, Said<D> &said)
 {
   constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
-  mpm::RigidBodyOptions &body = body_before(words, said, "turned");
+  mpm::RigidBodyOptions &body = body_before(words, said);
   said.needs_form.back() = "turned";
   for (int k = 0; k < rve::Space<D>::spins; k++) {
     const double angle = words.number(D == 2 ? "angle" : AXES[k]);
@@ -350,15 +301,16 @@ template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)
 
 void read_round(ScriptWords &words, Said<3> &said)
 {
-  body_before(words, said, "round").round = words.logical();
+  body_before(words, said).round = words.logical();
   said.needs_face.back() = "round";
 }
 
 /// Several loads may be on the same points.
-template <int D> void read_load(ScriptWords &words, Said<D> &said, const char *keyword)
+template <int D> void read_load(ScriptWords &words, Said<D> &said)
 {
+  const std::string keyword = words.keyword();
   MpmTraction<D> load;
-  load.is_pressure = std::strcmp(keyword, "pressure") == 0;
+  load.is_pressure = keyword == "pressure";
   load.id = words.peek();
   const bool is_region =
       said.lmp->domain->get_region_by_id(load.id) && said.lmp->group->find(load.id) < 0;
@@ -372,16 +324,6 @@ template <int D> void read_load(ScriptWords &words, Said<D> &said, const char *k
   said.settings.tractions.push_back(load);
   said.face = &said.settings.tractions.back().face;
   said.owner = fmt::format("{} {} number {}", keyword, load.id, said.settings.tractions.size());
-}
-
-template <int D> void read_traction(ScriptWords &words, Said<D> &said)
-{
-  read_load<D>(words, said, "traction");
-}
-
-template <int D> void read_pressure(ScriptWords &words, Said<D> &said)
-{
-  read_load<D>(words, said, "pressure");
 }
 
 template <int D> void read_face(ScriptWords &words, Said<D> &said)
@@ -474,7 +416,7 @@ template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
 }
 
 template <int D>
-constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
+const ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
      [](ScriptWords &words, Said<D> &said) {
        for (int a = 0; a < D; a++) {
@@ -484,11 +426,9 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
      }},
     {"shape", "linear | gimp | cpgimp",
      [](ScriptWords &words, Said<D> &said) {
-       said.options.shape =
-           words.choice<mpm::ShapeFunction>("",
-                                            {{"linear", mpm::ShapeFunction::Linear},
-                                             {"gimp", mpm::ShapeFunction::Gimp},
-                                             {"cpgimp", mpm::ShapeFunction::Cpgimp}});
+       using Shape = mpm::ShapeFunction;
+       said.options.shape = words.choice<Shape>(
+           "", {{"linear", Shape::Linear}, {"gimp", Shape::Gimp}, {"cpgimp", Shape::Cpgimp}});
      }},
     {"dilation", "point | cell",
      [](ScriptWords &words, Said<D> &said) {
@@ -504,7 +444,9 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"damping", "value",
      [](ScriptWords &words, Said<D> &said) { said.options.damping = words.number(); }},
     {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Said<D> &said) { said.options.device = read_device(words); }},
+     [](ScriptWords &words, Said<D> &said) {
+       said.options.device = words.choice("", rve::DEVICE_CHOICES);
+     }},
     {"boundary",
      D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed | absorbing cp cs"
             : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed | absorbing cp cs",
@@ -529,8 +471,8 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"spin", D == 2 ? "value | free" : "value | free value | free value | free", read_spin<D>},
     {"pivot", D == 2 ? "x y" : "x y z", read_pivot<D>},
     {"turned", D == 2 ? "angle" : "x y z", read_turned<D>},
-    {"traction", D == 2 ? "ID tx ty" : "ID tx ty tz", read_traction<D>},
-    {"pressure", "ID p", read_pressure<D>},
+    {"traction", D == 2 ? "ID tx ty" : "ID tx ty tz", read_load<D>},
+    {"pressure", "ID p", read_load<D>},
     {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
     {"cfl", "warn error", read_cfl<D>},
     {"wave_speed", "bound | tangent N [every M]", read_wave_speed<D>},
@@ -538,63 +480,7 @@ constexpr ScriptKeyword<Said<D>> KEYWORDS[] = {
        said.settings.progress_interval = read_progress(words);
      }}};
 
-/// The model of a group that fix_modify names; an error if fix_modify cannot change it.
-template <int D> MpmModel<D> &model_to_modify(ScriptWords &words, std::vector<MpmModel<D>> &models)
-{
-  const std::string group = words.next("group");
-  words.about(words.keyword() + " " + group);
-  rve::Words groups;
-  for (MpmModel<D> &model : models) {
-    groups.emplace_back(model.group);
-    if (model.group != group) continue;
-    if (!model.law)
-      words.refuse(fmt::format("the model of group '{}' is the RVEs of fix {}; change these with "
-                               "fix_modify {}",
-                               group, model.fix_rve, model.fix_rve));
-    model.is_modified = true;
-    return model;
-  }
-  words.refuse(fmt::format("the fix has no model of group '{}'{}", group,
-                           rve::did_you_mean(group, groups, "its models are those of")));
-}
-
-template <int D> void modify_model(ScriptWords &words, std::vector<MpmModel<D>> &models)
-{
-  MpmModel<D> &model = model_to_modify(words, models);
-  const std::string law = words.next("law");
-  if (law != model.word)
-    words.refuse(fmt::format(
-        "the model of group '{}' has the law {}, and fix_modify gives this law other parameters, "
-        "not another law, '{}'; a point changes its law when it changes its group: define the fix "
-        "with a model of each law",
-        model.group, model.word, law));
-  words.set_form("group-ID " + law + " " + utils::join_words(entry_of(model).arguments, " "));
-  read_parameters(words, model);
-}
-
-// factors of safety are near 1
-constexpr double LEAST_REDUCTION = 0.01, MOST_REDUCTION = 100.0;
-
-template <int D> void modify_strength(ScriptWords &words, std::vector<MpmModel<D>> &models)
-{
-  MpmModel<D> &model = model_to_modify(words, models);
-  if (!entry_of(model).reduce_strength)
-    words.refuse(fmt::format("the law of group '{}' is {}, which has no strength to be reduced",
-                             model.group, model.word));
-  const double factor = words.number(model.group);
-  if (!(factor >= LEAST_REDUCTION && factor <= MOST_REDUCTION))
-    words.refuse(fmt::format("strength_reduction {} is {} [-]; it must be from {} to {}",
-                             model.group, rve::number(factor), LEAST_REDUCTION, MOST_REDUCTION));
-  model.strength_reduction = factor;
-  model.law = entry_of(model).make(reduced_arguments(model).data());
-}
-
-template <int D>
-constexpr ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
-    {"model", "group-ID law ...", modify_model<D>},
-    {"strength_reduction", "group-ID factor", modify_strength<D>}};
-
-constexpr ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
+const ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
 
 void read_of_space(ScriptWords &, Said<2> &) {}
 void read_of_space(ScriptWords &words, Said<3> &said)
@@ -607,7 +493,7 @@ void read_of_space(ScriptWords &words, Said<3> &said)
 template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, char **arg)
 {
   ScriptWords words(lmp, "Fix mpm", narg, arg, 3);
-  words.limit_numbers(LARGEST);
+  words.limit_numbers(LARGEST_MPM_NUMBER);
   MpmSettings settings;
   mpm::SolverOptions<D> &options = settings.options;
   settings.words.emplace_back("cell size", words.peek());
@@ -648,47 +534,6 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
                                     : given.values);
   return settings;
 }
-
-template <int D>
-std::vector<MpmModel<D>> MpmSettings<D>::modified_models(LAMMPS *lmp, int narg, char **arg) const
-{
-  ScriptWords words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
-  words.limit_numbers(LARGEST);
-  words.set_keywords(names_of(KEYWORDS_OF_MODIFY<D>));
-  std::vector<MpmModel<D>> wanted = models;
-  collectively(lmp, "Fix_modify of fix mpm", [&] {
-    while (words.next_keyword()) words.read(KEYWORDS_OF_MODIFY<D>, wanted);
-  });
-  return wanted;
-}
-
-template <int D> std::string LAMMPS_NS::modification(const MpmModel<D> &model)
-{
-  if (!model.is_modified) return "";
-  std::string text = fmt::format("model {} {}", model.group, model.word);
-  for (const double argument : model.arguments) text += fmt::format(" {:.17g}", argument);
-  if (model.strength_reduction != 1.0)
-    text += fmt::format(" strength_reduction {} {:.17g}", model.group, model.strength_reduction);
-  return text;
-}
-
-template <int D>
-std::string LAMMPS_NS::parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now)
-{
-  if (!now.law) return "";
-  const std::vector<double> then = reduced_arguments(before), after = reduced_arguments(now);
-  std::string text;
-  for (std::size_t k = 0; k < after.size(); k++)
-    if (then[k] != after[k])
-      text += fmt::format("{}{} {} -> {}", text.empty() ? "" : ", ", entry_of(now).arguments[k],
-                          rve::number(then[k]), rve::number(after[k]));
-  return text;
-}
-
-template std::string LAMMPS_NS::modification(const MpmModel<2> &);
-template std::string LAMMPS_NS::modification(const MpmModel<3> &);
-template std::string LAMMPS_NS::parameter_changes(const MpmModel<2> &, const MpmModel<2> &);
-template std::string LAMMPS_NS::parameter_changes(const MpmModel<3> &, const MpmModel<3> &);
 
 template <int D> const char *MpmSettings<D>::name_of_side(int side)
 {
@@ -742,42 +587,3 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
 
 template struct LAMMPS_NS::MpmSettings<2>;
 template struct LAMMPS_NS::MpmSettings<3>;
-
-std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points)
-{
-  // have no influence on results
-  const auto is_aside = [](const std::string &about) {
-    return about == "device" || about == "progress" || about == "cfl" || about == "wave_speed" ||
-        about.rfind("column ", 0) == 0;
-  };
-  const auto is_of_points = [](const std::string &about) {
-    return about == "volume" || about == "density" || about == "stress" || about == "insitu" ||
-        utils::strmatch(about, "^\\S+ \\S+ density$");    // of a model or body
-  };
-  // the values of one keyword, of all loads on the same points together
-  const auto said = [](const MpmWords &words, const std::string &about) {
-    std::string all;
-    for (const auto &[other, values] : words)
-      if (other == about) all += (all.empty() ? "" : ", ") + values;
-    return all.empty() ? std::string("not given") : all;
-  };
-  // word by word, numbers by their value
-  const auto is_same = [](const std::string &one, const std::string &other) {
-    const std::vector<std::string> a = utils::split_words(one), b = utils::split_words(other);
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto &x, const auto &y) {
-      return utils::is_double(x) && utils::is_double(y) ? std::stod(x) == std::stod(y) : x == y;
-    });
-  };
-  std::vector<std::string> keys;
-  for (const MpmWords *words : {&then, &now})
-    for (const auto &one : *words)
-      if (std::find(keys.begin(), keys.end(), one.first) == keys.end()) keys.push_back(one.first);
-  std::string text;
-  for (const std::string &key : keys) {
-    if (is_aside(key) || is_of_points(key) != of_points) continue;
-    const std::string before = said(then, key), after = said(now, key);
-    if (!is_same(before, after))
-      text += (text.empty() ? "" : ", ") + key + " " + before + " -> " + after;
-  }
-  return text;
-}

@@ -4,7 +4,7 @@
 
 #pragma once
 
-#include "lammps/script_words.h"
+#include "lammps/mpm_models.h"
 #include "mpm/mpm_solver.h"
 
 #include <memory>
@@ -34,18 +34,6 @@ template <int D> struct MpmTraction {
   mpm::Face face = D == 2 ? mpm::Face::YHi : mpm::Face::ZHi;
 
   const char *keyword() const { return is_pressure ? "pressure" : "traction"; }
-};
-
-template <int D> struct MpmModel {
-  std::string group;
-  int groupbit;
-  std::string word;                             ///< rve, or that of an analytic law
-  std::string fix_rve;                          ///< whose RVEs are the model, or
-  std::shared_ptr<mpm::Constitutive<D>> law;    ///< an analytic one
-  std::vector<double> arguments;                ///< of the law, without strength_reduction
-  double strength_reduction = 1.0;              ///< factor by which the strength is divided [-]
-  bool is_modified = false;                     ///< by fix_modify
-  std::optional<double> density;                ///< [mass/length^3]; 0 or none: of the RVEs
 };
 
 /// The stress in which ground is found: what its weight and a surcharge demand at rest, or the components of the stress at each point.
@@ -89,9 +77,6 @@ template <int D> struct MpmSettings {
   /// Reads `fix ID group mpm ...`; errors end in error->all.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);
 
-  /// The models with what `fix_modify ID ...` says; errors end in error->all.
-  std::vector<MpmModel<D>> modified_models(LAMMPS *lmp, int narg, char **arg) const;
-
   /// As the keyword *boundary* has it, in the order of mpm::Face.
   static const char *name_of_side(int side);
 
@@ -108,15 +93,5 @@ template <int D> struct MpmSettings {
   /// initialize the fix.
   void check_groups(LAMMPS *lmp) const;
 };
-
-/// Words of a fix_modify that gives a model that is defined by the fix what this one has, or "" if it has no other.
-template <int D> std::string modification(const MpmModel<D> &model);
-
-/// "c 1000 -> 800, phi 30 -> 24.79" for the parameters that the law of a model has now, and "" if all are the same.
-template <int D> std::string parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now);
-
-/// What has another value in `now` than in `then`, as "damping 0.05 -> 0, ...", or "" for nothing: of what points keep that exist (their
-/// volume, mass and stress at the beginning), or of the rest.
-std::string mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points);
 
 }    // namespace LAMMPS_NS

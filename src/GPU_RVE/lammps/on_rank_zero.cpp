@@ -6,10 +6,7 @@
 #include <exception>
 #include <thread>
 
-/* ----------------------------------------------------------------------
-   the others do not wait in a collective call, which would keep their cores busy
-------------------------------------------------------------------------- */
-
+/// The others do not wait in a collective call, which would keep their cores busy.
 std::string LAMMPS_NS::on_rank_zero(MPI_Comm world, const std::function<void()> &work)
 {
   int me, length = 0;

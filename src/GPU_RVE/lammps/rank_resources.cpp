@@ -60,8 +60,6 @@ int RankResources::threads_beside_gpu() const
   return threads_are_given() ? threads() : std::max(1, cores / 2);
 }
 
-/* ---------------------------------------------------------------------- */
-
 std::shared_ptr<void> LAMMPS_NS::memory_in_common(MPI_Comm ranks, std::size_t bytes)
 {
   MPI_Comm neighbours;

@@ -69,8 +69,6 @@ Part part_of_row(const Atom *atom, int row, int nth)
 
 }    // namespace
 
-/* ---------------------------------------------------------------------- */
-
 void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
 {
   buf[0] = size;    // how far other fixes skip
@@ -79,8 +77,6 @@ void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
   lmp->domain->unmap(lmp->atom->x[i], lmp->atom->image[i], buf + 3);
   buf[HEADER - 1] = header_sum(buf);
 }
-
-/* ---------------------------------------------------------------------- */
 
 RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, int nth, double step)
 {
@@ -133,10 +129,8 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   return part.record;
 }
 
-/* ----------------------------------------------------------------------
-   LAMMPS does not say how many rows there are, and arrays of atoms may have grown since: rows follow each other in memory
-------------------------------------------------------------------------- */
-
+/// LAMMPS does not say how many rows there are, and arrays of atoms may have grown since. Rows
+/// follow each other in memory.
 void RestartRecords::count_rows(LAMMPS *lmp)
 {
   const Atom *atom = lmp->atom;
@@ -146,10 +140,8 @@ void RestartRecords::count_rows(LAMMPS *lmp)
     num_rows++;
 }
 
-/* ----------------------------------------------------------------------
-   rows behind those of the atoms that were read have no record, but memory that nobody has written
-------------------------------------------------------------------------- */
-
+/// Rows behind those of the atoms that were read have no record, but memory that nobody has
+/// written.
 void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
 {
   for (int row = 0; row < num_rows; row++) {
@@ -162,10 +154,8 @@ void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
   }
 }
 
-/* ----------------------------------------------------------------------
-   LAMMPS drops what no fix has taken when it is initialized, and does not keep what that was
-------------------------------------------------------------------------- */
-
+/// When LAMMPS is initialized it drops the records that no fix has taken, and does not keep whose
+/// they were.
 void LAMMPS_NS::warn_of_dropped_records(LAMMPS *lmp, const std::string &whose)
 {
   const bool is_initialized = lmp->neighbor->cutneighsq != nullptr;

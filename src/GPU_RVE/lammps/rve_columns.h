@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <type_traits>
@@ -64,6 +65,20 @@ std::vector<EntryOf<Table> *> read_columns(LAMMPS *lmp, const std::string &style
   if (columns.empty()) words.refuse(fmt::format("it needs at least one {}", kind));
   return columns;
 }
+
+/// A column of a table, by what is known of its row in each dimension; null where there is none.
+template <template <int> class Row> struct ColumnOf {
+  std::string name;
+  std::function<double(const Row<2> &)> of_disks;
+  std::function<double(const Row<3> &)> of_spheres;
+
+  bool is_of(int dimension) const
+  {
+    return dimension == 2 ? of_disks != nullptr : of_spheres != nullptr;
+  }
+  double of(const Row<2> &row) const { return of_disks(row); }
+  double of(const Row<3> &row) const { return of_spheres(row); }
+};
 
 /// work(rves) with the RVEs of a fix, which are of 2 or 3 dimensions.
 template <class Work> auto with_rves(const FixRve &fix, const Work &work)

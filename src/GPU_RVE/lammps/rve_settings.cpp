@@ -280,27 +280,24 @@ constexpr const char *OF_ENGINE = "the engine that holds the RVEs is made with i
 constexpr const char *OF_PACKING = "RVEs that are there keep their grains; define another fix rve "
                                    "for other packings";
 
-struct FixRveKeyword {
-  const char *name;
-  const char *values;
-  void (*read)(ScriptWords &, FixRveSettings &);
+using Settings = FixRveSettings;
+using rve::Options;
+
+struct FixRveKeyword : ScriptKeyword<Settings> {
   const char *fixed = nullptr;    ///< null if fix_modify can change it
 };
 
-using Settings = FixRveSettings;
-constexpr FixRveKeyword KEYWORDS[] = {
+constexpr rve::Choice<RvePolicy> POLICIES[] = {
+    {"stop", RvePolicy::Stop}, {"freeze", RvePolicy::Freeze}, {"fresh", RvePolicy::Fresh}};
+const FixRveKeyword KEYWORDS[] = {
     {"drive", "none | mpm | velocity_gradient component rate ...", read_drive},
     {"servo", "none | component stress ...",
      [](ScriptWords &words, Settings &s) {
        s.stress_goal.clear();
        if (!words.take("none")) s.stress_goal = read_components(words, "", s.dimension, true);
      }},
-    {"servo_gain", "gain",
-     [](ScriptWords &words, Settings &s) {
-       s.servo_gain = words.positive("", "[1/(stress time^2)]");
-     }},
-    {"servo_max_rate", "rate",
-     [](ScriptWords &words, Settings &s) { s.servo_max_rate = words.positive("", "[1/time]"); }},
+    {"servo_gain", "gain", into(positive("[1/(stress time^2)]"), &Settings::servo_gain)},
+    {"servo_max_rate", "rate", into(positive("[1/time]"), &Settings::servo_max_rate)},
     {"path", "none | file ... | stage condition ...", read_path},
     {"path_variable", "v_name",
      [](ScriptWords &words, Settings &s) {
@@ -308,12 +305,9 @@ constexpr FixRveKeyword KEYWORDS[] = {
        s.path.number_given = true;
      }},
     {"path_end", "hold | halt",
-     [](ScriptWords &words, Settings &s) {
-       s.path.halts = words.choice<bool>("", {{"hold", false}, {"halt", true}});
-     }},
+     into(one_of<bool>({{"hold", false}, {"halt", true}}), &Settings::path, &PathSettings::halts)},
     {"dt", "time | auto [fraction]", read_dt},
-    {"dt_check", "N",
-     [](ScriptWords &words, Settings &s) { s.dt_check_interval = words.integer("", 0); }},
+    {"dt_check", "N", into(integer(0), &Settings::dt_check_interval)},
     {"substeps", "N | match | adaptive strain inertia [most]", read_substeps},
     {"quiescent", "none | strain",
      [](ScriptWords &words, Settings &s) {
@@ -321,14 +315,8 @@ constexpr FixRveKeyword KEYWORDS[] = {
            words.take("none") ? 0.0 : words.within("strain", "[-]", 0.0, LARGEST_QUIESCENT_STRAIN);
      }},
     {"stress", "end | average samples spacing | regression samples spacing", read_stress},
-    {"mass_scaling", "factor",
-     [](ScriptWords &words, Settings &s) { s.mass_scaling = words.positive("", "[-]"); }},
-    {"policy", "stop | freeze | fresh",
-     [](ScriptWords &words, Settings &s) {
-       s.policy = words.choice<RvePolicy>(
-           "",
-           {{"stop", RvePolicy::Stop}, {"freeze", RvePolicy::Freeze}, {"fresh", RvePolicy::Fresh}});
-     }},
+    {"mass_scaling", "factor", into(positive("[-]"), &Settings::mass_scaling)},
+    {"policy", "stop | freeze | fresh", into(one_of(POLICIES), &Settings::policy)},
     {"copies", "N",
      [](ScriptWords &words, Settings &s) {
        s.macro_step.most_copies = words.integer("", 1);
@@ -337,8 +325,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
                                   "1, 2, 4 ...",
                                   s.macro_step.most_copies));
      }},
-    {"progress", "seconds",
-     [](ScriptWords &words, Settings &s) { s.progress_interval = read_progress(words); }},
+    {"progress", "seconds", into(read_progress, &Settings::progress_interval)},
     {"dump", "none | N prefix atom-ID ...", read_dump},
     {"shadow", "N [refinement]",
      [](ScriptWords &words, Settings &s) {
@@ -353,12 +340,12 @@ constexpr FixRveKeyword KEYWORDS[] = {
        while (!words.empty() && !words.at_keyword()) s.packings.emplace_back(words.next());
      },
      OF_PACKING},
-    {"packing_variable", "v_name",
-     [](ScriptWords &words, Settings &s) { s.choice.number = words.value(); }, OF_PACKING},
-    {"packing_random", "seed",
-     [](ScriptWords &words, Settings &s) { s.choice.seed = words.integer("", 0); }, OF_PACKING},
-    {"packing_stress", "stress",
-     [](ScriptWords &words, Settings &s) { s.choice.stress = words.value(); }, OF_PACKING},
+    {"packing_variable", "v_name", into(any_value, &Settings::choice, &PackingChoice::number),
+     OF_PACKING},
+    {"packing_random", "seed", into(integer(0), &Settings::choice, &PackingChoice::seed),
+     OF_PACKING},
+    {"packing_stress", "stress", into(any_value, &Settings::choice, &PackingChoice::stress),
+     OF_PACKING},
     {"packing_void_ratio", "e tolerance",
      [](ScriptWords &words, Settings &s) {
        s.choice.void_ratio = words.value();
@@ -374,32 +361,20 @@ constexpr FixRveKeyword KEYWORDS[] = {
      },
      OF_PACKING},
     {"format", "fast | mixed | double | single",
-     [](ScriptWords &words, Settings &s) { s.options.format = read_format(words); }, OF_ENGINE},
+     into(one_of(rve::FORMAT_CHOICES), &Settings::options, &Options::format), OF_ENGINE},
     {"arithmetic", "strict | relaxed",
-     [](ScriptWords &words, Settings &s) {
-       s.options.arithmetic = words.choice<rve::Arithmetic>(
-           "", {{"strict", rve::Arithmetic::Strict}, {"relaxed", rve::Arithmetic::Relaxed}});
-     },
-     OF_ENGINE},
+     into(one_of(rve::ARITHMETIC_CHOICES), &Settings::options, &Options::arithmetic), OF_ENGINE},
     {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Settings &s) { s.options.device = read_device(words); }, OF_ENGINE},
+     into(one_of(rve::DEVICE_CHOICES), &Settings::options, &Options::device), OF_ENGINE},
     {"threads", "N",
      [](ScriptWords &words, Settings &s) {
        s.options.threads = words.integer("", 0);
        s.threads_given = true;
      },
      OF_ENGINE},
-    {"skin", "length",
-     [](ScriptWords &words, Settings &s) { s.options.skin = words.positive("", "[length]"); },
-     OF_ENGINE},
-    {"block_size", "N",
-     [](ScriptWords &words, Settings &s) { s.options.block_size = words.integer("", 0); },
-     OF_ENGINE},
-    {"arms", "contact | lammps",
-     [](ScriptWords &words, Settings &s) {
-       s.options.arms = words.choice<rve::Arms>(
-           "", {{"contact", rve::Arms::Contact}, {"lammps", rve::Arms::Lammps}});
-     },
+    {"skin", "length", into(positive("[length]"), &Settings::options, &Options::skin), OF_ENGINE},
+    {"block_size", "N", into(integer(0), &Settings::options, &Options::block_size), OF_ENGINE},
+    {"arms", "contact | lammps", into(one_of(rve::ARM_CHOICES), &Settings::options, &Options::arms),
      OF_ENGINE},
     {"overlap_limit", "fraction",
      [](ScriptWords &words, Settings &s) {
@@ -409,8 +384,7 @@ constexpr FixRveKeyword KEYWORDS[] = {
                                   rve::number(s.options.overlap_limit)));
      },
      OF_ENGINE},
-    {"energy", "yes | no",
-     [](ScriptWords &words, Settings &s) { s.options.track_energy = words.logical(); }, OF_ENGINE}};
+    {"energy", "yes | no", into(yes_or_no, &Settings::options, &Options::track_energy), OF_ENGINE}};
 
 }    // namespace
 
@@ -426,17 +400,6 @@ const char *LAMMPS_NS::rve_component_name(int row, int column)
   return COMPONENTS[row][column];
 }
 
-rve::Format LAMMPS_NS::read_format(ScriptWords &words)
-{
-  return words.choice<rve::Format>("",
-                                   {{"fast", rve::Format::Fast},
-                                    {"mixed", rve::Format::Mixed},
-                                    {"double", rve::Format::Double},
-                                    {"single", rve::Format::Single}});
-}
-
-/* ---------------------------------------------------------------------- */
-
 std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
 {
   const std::string message = e.what();
@@ -444,8 +407,6 @@ std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::Input
   if (!fs::exists(file, unknown) && !unknown) return message + where_packings_come_from(file);
   return (message.find(file) != std::string::npos ? "" : file + ": ") + message;
 }
-
-/* ---------------------------------------------------------------------- */
 
 static int dimension_of(LAMMPS *lmp, const std::string &file)
 {
@@ -472,8 +433,6 @@ void FixRveSettings::require_one_dimension(LAMMPS *lmp) const
                       "must have the same grains",
                       packings.front(), grains(dimension), file, grains(other));
 }
-
-/* ---------------------------------------------------------------------- */
 
 FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 {
@@ -515,8 +474,6 @@ void FixRveSettings::read(ScriptWords &words, bool modifies)
   for (refuse_fixed(); words.next_keyword(); refuse_fixed())
     if (!material.read(words)) words.read(KEYWORDS, *this);
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
 {
@@ -578,21 +535,17 @@ void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
                     rve::number(steps), MAXSMALLINT);
 }
 
-/* ---------------------------------------------------------------------- */
-
 std::map<std::string, std::string> FixRveSettings::account() const
 {
   const auto &steps = macro_step;
   std::map<std::string, std::string> account;
   account["format"] = rve::to_string(options.format);
-  account["arithmetic"] = options.arithmetic == rve::Arithmetic::Strict ? "strict" : "relaxed";
-  account["arms"] = options.arms == rve::Arms::Contact ? "contact" : "lammps";
+  account["arithmetic"] = word_of(rve::ARITHMETIC_CHOICES, options.arithmetic);
+  account["arms"] = word_of(rve::ARM_CHOICES, options.arms);
   account["skin"] = options.skin > 0.0 ? rve::number(options.skin) : "automatic";
   account["overlap_limit"] = rve::number(options.overlap_limit);
   account["energy"] = options.track_energy ? "yes" : "no";
-  account["policy"] = policy == RvePolicy::Stop ? "stop"
-      : policy == RvePolicy::Freeze             ? "freeze"
-                                                : "fresh";
+  account["policy"] = word_of(POLICIES, policy);
   account["copies"] = std::to_string(steps.most_copies);
   account["substeps"] = steps.adaptive
       ? fmt::format("adaptive {} {} {}", rve::number(steps.adaptive->strain_per_step),

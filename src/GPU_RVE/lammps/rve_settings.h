@@ -26,8 +26,6 @@ rve::Words fix_rve_keywords();
 /// What to say of a packing file that could not be read: with its name, and where packings come from if there is none.
 std::string packing_failure(const std::string &file, const rve::InputError &e);
 
-rve::Format read_format(ScriptWords &words);
-
 /// A script value for one component of a tensor.
 struct TensorComponent {
   int row, column;

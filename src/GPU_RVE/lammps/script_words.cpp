@@ -19,8 +19,6 @@
 
 using namespace LAMMPS_NS;
 
-/* ---------------------------------------------------------------------- */
-
 void ScriptValue::find(LAMMPS *lmp, const std::string &command, bool may_be_per_atom)
 {
   if (variable.empty()) return;
@@ -59,8 +57,6 @@ void ScriptValue::evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values)
     std::fill(values.begin(), values.end(), evaluate(lmp));
 }
 
-/* ---------------------------------------------------------------------- */
-
 ScriptWords::ScriptWords(LAMMPS *_lmp, std::string _command, int _narg, char **_arg, int begin) :
     lmp(_lmp), command(std::move(_command)), narg(_narg), arg(_arg), position(begin),
     largest_number(std::numeric_limits<double>::infinity())
@@ -89,8 +85,6 @@ std::string ScriptWords::text_from(int begin) const
   for (int k = begin; k < position; ++k) text += (k > begin ? " " : "") + std::string(arg[k]);
   return text;
 }
-
-/* ---------------------------------------------------------------------- */
 
 void ScriptWords::add_keywords(const rve::Words &keywords)
 {
@@ -147,8 +141,6 @@ bool ScriptWords::next_keyword()
   about(word);
   return true;
 }
-
-/* ---------------------------------------------------------------------- */
 
 bool ScriptWords::take(const char *word)
 {
@@ -291,12 +283,4 @@ int ScriptWords::choice(const std::string &part, const rve::Words &choices)
     allowed += (k == 0 ? "" : k + 1 == choices.size() ? " or " : ", ") + std::string(choices[k]);
   }
   refuse(fmt::format("{} is '{}'; it must be {}", label(part), word, allowed));
-}
-
-/* ---------------------------------------------------------------------- */
-
-rve::Device LAMMPS_NS::read_device(ScriptWords &words)
-{
-  return words.choice<rve::Device>(
-      "", {{"auto", rve::Device::Auto}, {"cpu", rve::Device::Cpu}, {"cuda", rve::Device::Cuda}});
 }

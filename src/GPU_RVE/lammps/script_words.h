@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-// The words of a command of a script: read one after the other, keywords by tables, with the errors that all commands have in common.
+// The words of a command of a script: read one after the other, keywords by tables, with the errors
+// that all commands have in common.
 
 #pragma once
 
-#include "cuda/device.h"
 #include "rve/core/suggestion.h"
+#include "rve/engine/options.h"
 
-#include <initializer_list>
+#include <algorithm>
+#include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -40,15 +43,22 @@ struct ScriptValue {
   int index(LAMMPS *lmp) const;
 };
 
-/// A keyword of a command: how its values are written, for messages, and what reads them into `Target`.
+/// A keyword of a command: how its values are written, for messages, and what reads them into
+/// `Target`.
 template <class Target> struct ScriptKeyword {
   const char *name;
   const char *values;    ///< ends in "..." if there may be any number of them
-  void (*read)(ScriptWords &, Target &);
+  std::function<void(ScriptWords &, Target &)> read;
 };
 
-/// A word among others and what it means.
-template <class T> using ScriptChoices = std::initializer_list<std::pair<const char *, T>>;
+/// The word of a value.
+template <class T, std::size_t N>
+const char *word_of(const rve::Choice<T> (&choices)[N], const T &value)
+{
+  std::size_t k = 0;
+  while (!(choices[k].value == value)) k++;
+  return choices[k].word;
+}
 
 /// Names of the keywords of a table, whatever else its rows have.
 template <class Table> rve::Words names_of(const Table &table)
@@ -58,7 +68,8 @@ template <class Table> rve::Words names_of(const Table &table)
   return names;
 }
 
-/// A cursor over the words of a command. Errors end in error->all and call a value by its keyword and `part`, as in "stress samples".
+/// A cursor over the words of a command. Errors end in error->all and call a value by its keyword
+/// and `part`, as in "stress samples".
 class ScriptWords {
  public:
   /// `command`: how errors call it. The words begin at arg[begin].
@@ -70,8 +81,8 @@ class ScriptWords {
   void set_keywords(rve::Words keywords) { known = std::move(keywords); }
   void add_keywords(const rve::Words &keywords);
 
-  /// Ends the keyword before, and takes the next one; false at the end of the command. Errors: an unknown keyword, and one that is
-  /// given twice.
+  /// Ends the keyword before, and takes the next one; false at the end of the command. Errors: an
+  /// unknown keyword, and one that is given twice.
   bool next_keyword();
   const std::string &keyword() const { return current.keyword; }
   bool at_keyword() const;
@@ -91,7 +102,8 @@ class ScriptWords {
   /// How the values of this keyword are written.
   void set_form(std::string values) { current.form = std::move(values); }
 
-  /// What follows is about `subject`, not about the keyword alone, and only this must not be given twice; or it may.
+  /// What follows is about `subject`, not about the keyword alone, and only this must not be given
+  /// twice; or it may.
   void about(const std::string &subject, bool may_repeat = false);
 
   /// These words would also be possible here, for the message that names similar ones.
@@ -134,11 +146,12 @@ class ScriptWords {
 
   /// Which of the choices it is.
   int choice(const std::string &part, const rve::Words &choices);
-  template <class T> T choice(const std::string &part, ScriptChoices<T> choices)
+  template <class T, std::size_t N>
+  T choice(const std::string &part, const rve::Choice<T> (&choices)[N])
   {
     rve::Words names;
-    for (const auto &[name, meaning] : choices) names.emplace_back(name);
-    return (choices.begin() + choice(part, names))->second;
+    for (const rve::Choice<T> &some : choices) names.emplace_back(some.word);
+    return choices[choice(part, names)].value;
   }
 
   /// Numbers beyond +-largest are errors from here on.
@@ -163,7 +176,8 @@ class ScriptWords {
   int first = 0, values_at = 0;    // word of the keyword, and of its values
 
   std::string label(const std::string &part) const;
-  // what a message ends with: how the keyword must read, always or where a word may stand in place of a number
+  // what a message ends with: how the keyword must read, always or where a word may stand in place
+  // of a number
   std::string form_in_words() const;
   std::string alternatives_in_words() const;
   double limited(const std::string &part, const char *word) const;
@@ -171,7 +185,42 @@ class ScriptWords {
   void end_keyword();
 };
 
-/// auto, cpu or cuda.
-rve::Device read_device(ScriptWords &words);
+// ---- readers of one value, for rows of tables ----
+
+inline double any_number(ScriptWords &words)
+{
+  return words.number();
+}
+inline ScriptValue any_value(ScriptWords &words)
+{
+  return words.value();
+}
+inline bool yes_or_no(ScriptWords &words)
+{
+  return words.logical();
+}
+inline auto positive(const char *unit)
+{
+  return [=](ScriptWords &words) { return words.positive("", unit); };
+}
+inline auto integer(int least)
+{
+  return [=](ScriptWords &words) { return words.integer("", least); };
+}
+template <class T, std::size_t N> auto one_of(const rve::Choice<T> (&choices)[N])
+{
+  struct Table {
+    rve::Choice<T> rows[N];
+  } table;
+  std::copy_n(choices, N, table.rows);
+  return [table](ScriptWords &words) { return words.choice("", table.rows); };
+}
+
+/// Has the value go where the pointers to members lead, the first one of which is a member of the
+/// target of the table.
+template <class Read, class... Members> auto into(const Read &read, Members... members)
+{
+  return [=](ScriptWords &words, auto &target) { (target.*....*members) = read(words); };
+}
 
 }    // namespace LAMMPS_NS

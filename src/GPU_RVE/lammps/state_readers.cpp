@@ -5,19 +5,96 @@
 #include "fix_gravity.h"
 #include "fix_mpm.h"
 #include "fix_rve.h"
-#include "lammps/formulas.h"
 
 #include "fix.h"
+#include "info.h"
+#include "input.h"
 #include "lammps.h"
 #include "modify.h"
 #include "output.h"
 #include "update.h"
+#include "variable.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cstring>
+#include <set>
+#include <string>
 
 using namespace LAMMPS_NS;
 
 namespace {
+
+/// Words of formulas that follow from time, positions and velocities. Not among them: thermo
+/// keywords that are computes (ke, temp, press ...), functions of groups and regions, whose members
+/// may follow from variables, and special functions of fixes and computes.
+bool is_plain(const std::string &word)
+{
+  static const std::set<std::string> PLAIN = {
+      // numbers and keywords of thermo_style
+      "PI", "version", "yes", "no", "on", "off", "true", "false", "step", "elapsed", "elaplong",
+      "dt", "time", "cpu", "atoms", "vol", "lx", "ly", "lz", "xlo", "xhi", "ylo", "yhi", "zlo",
+      "zhi",
+      // functions
+      "sqrt", "exp", "ln", "log", "abs", "sign", "sin", "cos", "tan", "asin", "acos", "atan",
+      "atan2", "random", "normal", "ceil", "floor", "round", "ternary", "ramp", "stagger",
+      "logfreq", "logfreq2", "logfreq3", "stride", "stride2", "vdisplace", "swiggle", "cwiggle",
+      // of atoms
+      "id", "mass", "type", "x", "y", "z", "vx", "vy", "vz"};
+  return PLAIN.count(word) > 0;
+}
+
+class Formulas {
+ public:
+  explicit Formulas(LAMMPS *lmp) : lmp_(lmp), variables_(lmp->input->variable) {}
+
+  bool may_read_results(const std::string &name)
+  {
+    if (!seen_.insert(name).second) return false;    // LAMMPS refuses circles
+    const int index = variables_->find(name.c_str());
+    if (index < 0) return true;
+    if (variables_->internalstyle(index)) return false;
+    const bool is_formula = variables_->equalstyle(index) || variables_->atomstyle(index) ||
+        variables_->vectorstyle(index);
+    // neither python, nor numbers from a file that a step may read on
+    if (!is_formula) return true;
+    return reads(text(index));
+  }
+
+ private:
+  /// The formula itself. LAMMPS shows it to nobody but readers of `info variables`: "... def =
+  /// formula", where the last value follows if the variable has one.
+  std::string text(int index)
+  {
+    std::string info = Info(lmp_).get_variable_info(index);
+    // utils::trim looks for patterns, and this is asked in each step
+    info.erase(info.find_last_not_of(" \t\r\n") + 1);
+    const std::size_t begin = info.find("def =");
+    if (begin == std::string::npos) return "unknown";
+    const bool has_value = variables_->equalstyle(index);
+    return info.substr(begin + 5,
+                       has_value ? info.find_last_of(' ') - begin - 5 : std::string::npos);
+  }
+
+  bool reads(const std::string &formula)
+  {
+    const auto in_word = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.'; };
+    for (auto end = formula.begin(); end != formula.end();) {
+      const auto begin = std::find_if(end, formula.end(), in_word);
+      end = std::find_if_not(begin, formula.end(), in_word);
+      const std::string word(begin, end);
+      // a number, or the digits behind the sign of an exponent
+      if (word.empty() || std::isdigit((unsigned char) word[0]) || word[0] == '.') continue;
+      if (word.compare(0, 2, "v_") == 0 ? may_read_results(word.substr(2)) : !is_plain(word))
+        return true;
+    }
+    return false;
+  }
+
+  LAMMPS *lmp_;
+  Variable *variables_;
+  std::set<std::string> seen_;
+};
 
 /// The variables of a fix gravity, which it keeps for its descendants.
 struct Gravity : FixGravity {
@@ -33,7 +110,8 @@ struct Gravity : FixGravity {
   }
 };
 
-/// Whether a fix that needs nothing but positions and masses of atoms besides reads a variable in each step that needs more.
+/// Whether a fix that needs nothing but positions and masses of atoms besides reads a variable in
+/// each step that needs more.
 bool reads_by_variables(const Fix *fix, LAMMPS *lmp)
 {
   if (const auto *mpm = dynamic_cast<const FixMpm *>(fix)) return mpm->reads_results();
@@ -42,6 +120,11 @@ bool reads_by_variables(const Fix *fix, LAMMPS *lmp)
 }
 
 }    // namespace
+
+bool LAMMPS_NS::may_read_results(LAMMPS *lmp, const std::string &variable)
+{
+  return Formulas(lmp).may_read_results(variable);
+}
 
 bool LAMMPS_NS::state_may_be_read(LAMMPS *lmp)
 {

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "fix_mpm_restart.h"
+
+#include "rve/core/checksum.h"
+
+#include "error.h"
+#include "lammps.h"
+#include "utils.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <sstream>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+// What a line of the head begins with that names the state variables of a law.
+const std::string STATE_OF = "state of ";
+// What comes before the words of a fix_modify of a model that is not as its fix has defined it.
+// Files have it if there is one.
+const std::string MODIFIED = "fix_modify";
+
+constexpr std::size_t HEAD_FIRST = 3;    // numbers before the state
+
+}    // namespace
+
+double LAMMPS_NS::mpm_checksum(const double *numbers, std::size_t count)
+{
+  const std::uint64_t sum = rve::checksum_of(numbers, count * sizeof(double));
+  double bits;
+  static_assert(sizeof(bits) == sizeof(sum));
+  memcpy(&bits, &sum, sizeof(bits));
+  return bits;
+}
+
+bool LAMMPS_NS::is_same_checksum(double a, double b)
+{
+  return memcmp(&a, &b, sizeof(a)) == 0;
+}
+
+/// The head has the version, how many numbers it has, a checksum of these two, the step, and the
+/// number of bodies. For each body follow its displacement, its velocity and the record of one that
+/// can turn, behind its length. Lines of text have the words of the script and the state variables
+/// of each law. A checksum of all is the last number.
+template <int D> void MpmRestartHead<D>::write(FILE *fp) const
+{
+  std::string text;
+  for (const auto &[about, values] : words) text += about + "\n" + values + "\n";
+  for (const auto &[law, names] : laws) text += STATE_OF + law + "\n" + names + "\n";
+  for (const std::string &model : modifications) text += MODIFIED + "\n" + model + "\n";
+  std::vector<double> head(HEAD_FIRST);
+  head.insert(head.end(), {step, (double) bodies.size()});
+  for (const Body &body : bodies) {
+    head.insert(head.end(), body.displacement.component, body.displacement.component + D);
+    head.insert(head.end(), body.velocity.component, body.velocity.component + D);
+    head.push_back((double) body.turning.size());
+    head.insert(head.end(), body.turning.begin(), body.turning.end());
+  }
+  const std::size_t begin = head.size() + 1;
+  head.push_back((double) text.size());
+  head.resize(begin + (text.size() + sizeof(double) - 1) / sizeof(double), 0.0);
+  memcpy(head.data() + begin, text.data(), text.size());
+  head.push_back(0.0);    // the checksum
+  // negative, because files without a version begin with the number of bodies
+  head[0] = -MPM_RESTART_VERSION;
+  head[1] = (double) head.size();
+  head[2] = mpm_checksum(head.data(), 2);
+  head.back() = mpm_checksum(head.data(), head.size() - 1);
+  const int size = (int) (head.size() * sizeof(double));
+  fwrite(&size, sizeof(int), 1, fp);
+  fwrite(head.data(), sizeof(double), head.size(), fp);
+}
+
+/// The numbers of a head; errors end in error->all.
+static std::vector<double> numbers_of_head(Error *error, const char *buf)
+{
+  double version, first[HEAD_FIRST];    // LAMMPS promises no alignment
+  memcpy(&version, buf, sizeof(version));
+  if (version != -MPM_RESTART_VERSION) {
+    // versions before 3 begin with the number of bodies
+    if (version == std::floor(version) && std::fabs(version) < 1000.0)
+      error->all(
+          FLERR,
+          "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
+          version < 0.0 ? std::to_string((int) -version) : "1 or 2, without a number",
+          MPM_RESTART_VERSION);
+    error->all(FLERR,
+               "Fix mpm: the head of the restart file is damaged: it begins with {} instead of the "
+               "version {}. Use an earlier file",
+               version, -MPM_RESTART_VERSION);
+  }
+  memcpy(first, buf, sizeof(first));
+  std::vector<double> head;
+  if (is_same_checksum(first[2], mpm_checksum(first, 2))) head.resize((std::size_t) first[1]);
+  if (!head.empty()) memcpy(head.data(), buf, head.size() * sizeof(double));
+  if (head.empty() || !is_same_checksum(head.back(), mpm_checksum(head.data(), head.size() - 1)))
+    error->all(FLERR,
+               "Fix mpm: the head of the restart file is damaged: its checksum is not that of its "
+               "numbers. Use an earlier file");
+  return head;
+}
+
+template <int D> MpmRestartHead<D> MpmRestartHead<D>::read(LAMMPS *lmp, const char *buf)
+{
+  const std::vector<double> numbers = numbers_of_head(lmp->error, buf);
+  const double *next = numbers.data() + HEAD_FIRST;
+  MpmRestartHead head;
+  head.step = *next++;
+  head.bodies.resize((std::size_t) *next++);
+  for (Body &body : head.bodies) {
+    for (mpm::Vec<D> *vector : {&body.displacement, &body.velocity}) {
+      std::copy_n(next, D, vector->component);
+      next += D;
+    }
+    const auto size = (std::size_t) *next++;
+    body.turning.assign(next, next + size);
+    next += size;
+  }
+  const auto length = (std::size_t) *next++;
+  std::istringstream text(std::string(reinterpret_cast<const char *>(next), length));
+  for (std::string about, values; std::getline(text, about) && std::getline(text, values);) {
+    if (about.rfind(STATE_OF, 0) == 0)
+      head.laws.emplace_back(about.substr(STATE_OF.size()), values);
+    else if (about == MODIFIED)
+      head.modifications.push_back(values);
+    else
+      head.words.emplace_back(about, values);
+  }
+  return head;
+}
+
+template struct LAMMPS_NS::MpmRestartHead<2>;
+template struct LAMMPS_NS::MpmRestartHead<3>;
+
+std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points)
+{
+  // have no influence on results
+  const auto is_aside = [](const std::string &about) {
+    return about == "device" || about == "progress" || about == "cfl" || about == "wave_speed" ||
+        about.rfind("column ", 0) == 0;
+  };
+  const auto is_of_points = [](const std::string &about) {
+    return about == "volume" || about == "density" || about == "stress" || about == "insitu" ||
+        utils::strmatch(about, "^\\S+ \\S+ density$");    // of a model or body
+  };
+  // the values of one keyword, of all loads on the same points together
+  const auto said = [](const MpmWords &words, const std::string &about) {
+    std::string all;
+    for (const auto &[other, values] : words)
+      if (other == about) all += (all.empty() ? "" : ", ") + values;
+    return all.empty() ? std::string("not given") : all;
+  };
+  // word by word, numbers by their value
+  const auto is_same = [](const std::string &one, const std::string &other) {
+    const std::vector<std::string> a = utils::split_words(one), b = utils::split_words(other);
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto &x, const auto &y) {
+      return utils::is_double(x) && utils::is_double(y) ? std::stod(x) == std::stod(y) : x == y;
+    });
+  };
+  std::vector<std::string> keys;
+  for (const MpmWords *words : {&then, &now})
+    for (const auto &one : *words)
+      if (std::find(keys.begin(), keys.end(), one.first) == keys.end()) keys.push_back(one.first);
+  std::string text;
+  for (const std::string &key : keys) {
+    if (is_aside(key) || is_of_points(key) != of_points) continue;
+    const std::string before = said(then, key), after = said(now, key);
+    if (!is_same(before, after))
+      text += (text.empty() ? "" : ", ") + key + " " + before + " -> " + after;
+  }
+  return text;
+}

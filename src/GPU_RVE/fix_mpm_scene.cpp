@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "fix_mpm_jobs.h"
+
+#include "fix_mpm_restart.h"
+
+#include "comm.h"
+#include "error.h"
+#include "modify.h"
+
+#include <utility>
+
+using namespace LAMMPS_NS;
+
+template <int D> void MpmScene<D>::find_models()
+{
+  settings.find(lmp);
+  laws.clear();
+  grains.clear();
+  for (const MpmModel<D> &model : settings.models) {
+    grains.push_back(nullptr);
+    if (!model.law) {
+      auto *found = lmp->modify->get_fix_by_id(model.fix_rve);
+      if (!found) lmp->error->all(FLERR, "Fix mpm model: fix '{}' does not exist", model.fix_rve);
+      grains.back() = dynamic_cast<FixRve *>(found);
+      if (!grains.back())
+        lmp->error->all(FLERR, "Fix mpm model: fix '{}' must be of style rve, got {}",
+                        model.fix_rve, found->style);
+    }
+    laws.push_back(model.law ? model.law.get() : grains.back()->template constitutive<D>());
+  }
+  solver->set_models(laws);
+}
+
+template <int D> void MpmScene<D>::check_sources() const
+{
+  for (std::size_t k = 0; k < grains.size(); k++) {
+    if (!grains[k]) continue;
+    const std::string &name = settings.models[k].fix_rve;
+    const Fix *const found = lmp->modify->get_fix_by_id(name);
+    if (found != grains[k] || !grains[k]->rves().is_material)
+      lmp->error->all(
+          FLERR,
+          "Fix mpm model: fix '{}' has been deleted or defined anew since the last run; run "
+          "without pre no",
+          name);
+  }
+}
+
+template <int D>
+void MpmScene<D>::change_models(const std::vector<MpmModel<D>> &wanted, const std::string &when)
+{
+  const std::vector<MpmModel<D>> before = std::exchange(settings.models, wanted);
+  for (std::size_t k = 0; k < wanted.size(); k++) {
+    if (k < laws.size() && wanted[k].law) laws[k] = wanted[k].law.get();
+    const std::string changes = parameter_changes(before[k], wanted[k]);
+    if (lmp->comm->me == 0 && !changes.empty())
+      utils::logmesg(lmp, "fix mpm {}: {} model {} {} has {}\n", fix->id, when, wanted[k].group,
+                     wanted[k].word, changes);
+  }
+  if (!laws.empty()) solver->set_models(laws);
+}
+
+template <int D>
+void MpmScene<D>::continue_modification(const MpmWords &then, const std::string &words)
+{
+  std::vector<std::string> list = utils::split_words(words);
+  const std::string about = "model " + list.at(1);
+  const auto of_model = [&](const MpmWords &all) {
+    MpmWords one;
+    for (const auto &entry : all)
+      if (entry.first == about) one.push_back(entry);
+    return one;
+  };
+  const MpmWords now = of_model(settings.words);
+  if (now.empty() || !mpm_differences(of_model(then), now, false).empty()) {
+    if (lmp->comm->me == 0)
+      lmp->error->warning(
+          FLERR,
+          "Fix mpm {}: {} is not defined as in the run before, and begins without what "
+          "fix_modify has changed of it, {}",
+          fix->id, about, words);
+    return;
+  }
+  std::vector<char *> arg;
+  for (std::string &word : list) arg.push_back(word.data());
+  change_models(modified_mpm_models(lmp, settings.models, (int) arg.size(), arg.data()),
+                "as fix_modify had it,");
+}
+
+template struct LAMMPS_NS::MpmScene<2>;
+template struct LAMMPS_NS::MpmScene<3>;

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "fix_mpm_jobs.h"
+
+#include "rve/core/error.h"
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+// below it, in a million steps a wave passes a hundred cells at most
+constexpr double COURANT_SMALL = 1e-4;
+
+// Coordinates beyond this multiple of the extent of the grid have bits that a shift of the origin
+// gives back; those of a grid near zero do not.
+constexpr double FAR_FROM_ORIGIN = 10.0;
+constexpr double ROUNDING_WARN = 0.01;    // largest error of a motion in a step, over the motion
+
+// of a side that absorbs waves, over that of its points, or the reverse
+constexpr double WRONG_SPEED = 2.0;
+// the least speed of waves in RVEs over the bound of their contacts: disks prepared with a friction
+// of 0.5 have 0.54 of the modulus
+constexpr double BOUND_OF_GRAINS = 0.73;
+
+}    // namespace
+
+/// Atoms of this rank among the fastest of all ranks, equal ones in the order of their IDs.
+template <int D>
+std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source,
+                                      const mpm::Constitutive<D> &law) const
+{
+  struct Candidate {
+    double slowness, id;
+    bool operator<(const Candidate &other) const
+    {
+      return slowness != other.slowness ? slowness < other.slowness : id < other.id;
+    }
+  };
+  const int count = scene.settings.wave_tests;
+  std::vector<Candidate> mine;
+  for (int i = 0; i < atom->nlocal; i++)
+    if (points.rigid_body[i] < 0 && scene.grains[points.model[i]] == &source)
+      mine.push_back(
+          {points.mass[i] / (law.p_wave_modulus(i) * points.volume[i]), (double) atom->tag[i]});
+  std::sort(mine.begin(), mine.end());
+  mine.resize(count, {std::numeric_limits<double>::infinity(), 0.0});
+  std::vector<Candidate> all((std::size_t) comm->nprocs * count);
+  MPI_Allgather(mine.data(), 2 * count, MPI_DOUBLE, all.data(), 2 * count, MPI_DOUBLE, world);
+  std::sort(all.begin(), all.end());
+  std::vector<int> chosen;
+  for (int k = 0; k < count; k++) {
+    if (std::isinf(all[k].slowness)) break;
+    for (int i = 0; i < atom->nlocal; i++)
+      if (atom->tag[i] == (tagint) all[k].id) chosen.push_back(i);
+  }
+  return chosen;
+}
+
+template <int D> void MpmWaves<D>::measure(const Points &points)
+{
+  for (FixRve *source : scene.sources()) {
+    source->rves().scale_waves(1.0);
+    if (scene.settings.wave_tests == 0) continue;
+    mpm::Constitutive<D> *const law = source->template constitutive<D>();
+    law->expect_questions();
+    const std::vector<int> chosen = fastest(points, *source, *law);
+    double share = source->rves().measured_wave_share(chosen), largest;
+    MPI_Allreduce(&share, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+    if (largest > 0.0) source->rves().scale_waves(largest);
+    if (comm->me != 0) continue;
+    if (largest > 0.0)
+      utils::logmesg(lmp,
+                     "fix mpm {}, step {}: waves in the RVEs of fix {} have {:.3g} times the "
+                     "modulus that their contacts allow, by the tangents of the fastest ones\n",
+                     scene.fix->id, update->ntimestep, source->id, largest);
+    else
+      error->warning(FLERR,
+                     "Fix mpm {}, step {}: no tangent of the RVEs of fix {} could be measured; "
+                     "wave speeds are the bound of their contacts",
+                     scene.fix->id, update->ntimestep, source->id);
+  }
+}
+
+template <int D> void MpmWaves<D>::check_courant(const Points &points, double body_speed)
+{
+  scene.guarded([&] { number = scene.solver->cfl_number(points, update->dt); });
+  const double limit = scene.settings.courant_error;
+  if (number > limit)
+    error->all(FLERR,
+               "Fix mpm, step {}: Courant number {:.4g} from the present stiffness exceeds {}; the "
+               "time step {} must be "
+               "below {:.4g} [time]",
+               update->ntimestep, number, limit, update->dt, update->dt * limit / number);
+  if (number > scene.settings.courant_warn && !warned) {
+    if (comm->me == 0)
+      error->warning(FLERR,
+                     "Fix mpm, step {}: Courant number {:.4g} from the present stiffness, above "
+                     "{}; error above {}",
+                     update->ntimestep, number, scene.settings.courant_warn, limit);
+    warned = true;
+  }
+  check_rounding(points, body_speed);
+}
+
+/// LAMMPS stores coordinates as doubles, which far from the origin are multiples of a large
+/// quantum.
+template <int D> void MpmWaves<D>::check_rounding(const Points &points, double body_speed)
+{
+  if (warned_rounding) return;
+  double quantum = 0.0, coordinate = 0.0;
+  for (int a = 0; a < D; a++) {
+    const double lo = scene.settings.options.lo[a], hi = scene.settings.options.hi[a];
+    const double largest = std::max(std::fabs(lo), std::fabs(hi));
+    if (largest <= FAR_FROM_ORIGIN * (hi - lo) || largest <= coordinate) continue;
+    coordinate = largest;
+    quantum = std::nextafter(largest, HUGE_VAL) - largest;
+  }
+  if (quantum == 0.0) return;
+  scene.solver->fetch(points);
+  double speed = body_speed;
+  for (int i = 0; i < atom->nlocal; i++)
+    for (int a = 0; a < D; a++) speed = std::max(speed, std::fabs(atom->v[i][a]));
+  MPI_Allreduce(MPI_IN_PLACE, &speed, 1, MPI_DOUBLE, MPI_MAX, world);
+  const double motion = speed * update->dt;
+  if (motion == 0.0 || 0.5 * quantum <= ROUNDING_WARN * motion) return;
+  warned_rounding = true;
+  if (comm->me != 0) return;
+  error->warning(FLERR,
+                 "Fix mpm {}, step {}: near the coordinate {} [distance] positions are multiples "
+                 "of {:.3g}, and the largest motion in a step is {:.3g}: rounding changes it by up "
+                 "to {:.0f} %, and motions below {:.3g} are lost. Subtract a constant from the "
+                 "coordinates, so that they are near zero, or use a time step or a velocity with "
+                 "motions of at least {:.3g}",
+                 scene.fix->id, update->ntimestep, rve::number(coordinate), quantum, motion,
+                 std::min(100.0, 50.0 * quantum / motion), 0.5 * quantum,
+                 0.5 * quantum / ROUNDING_WARN);
+}
+
+template <int D> void MpmWaves<D>::check_time_step() const
+{
+  if (comm->me != 0 || update->nsteps == 0 || number >= COURANT_SMALL) return;
+  error->warning(
+      FLERR,
+      "Fix mpm {}: the Courant number is {:.2g}, so that the {} steps of this run take the "
+      "fastest wave through {:.2g} cells. The time step is {} [time]{}; {:.2g} has a Courant "
+      "number of 0.5",
+      scene.fix->id, number, update->nsteps, number * update->nsteps, update->dt,
+      update->dt_default ? ", the default of LAMMPS: set it with the command timestep" : "",
+      number > 0.0 ? 0.5 * update->dt / number : 0.0);
+}
+
+/// Dashpots of n times the impedance send back (n - 1)/(n + 1) of the stress of a wave, which is a
+/// third for n = 2 or 1/2. Smaller reflections are not warned of, since a side may stand for a
+/// material other than that next to it.
+template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
+{
+  const mpm::SolverOptions<D> &options = scene.settings.options;
+  constexpr int KINDS = 2, SPEEDS = KINDS * mpm::FACES<D>;    // of each side compression and shear
+  if (warned_sides ||
+      std::none_of(options.dashpots.begin(), options.dashpots.end(),
+                   [](const mpm::Dashpots &some) { return some.exist(); }))
+    return;
+  scene.solver->fetch(points);
+  for (mpm::Constitutive<D> *law : scene.laws) law->expect_questions();
+  // of the points within a cell of the side: the largest speed and, with its sign changed, the
+  // least
+  double most[2 * SPEEDS], *const least = most + SPEEDS;
+  std::fill_n(most, SPEEDS, 0.0);
+  std::fill_n(least, SPEEDS, -std::numeric_limits<double>::infinity());
+  for (int i = 0; i < atom->nlocal; i++) {
+    if (points.rigid_body[i] >= 0) continue;
+    const mpm::Constitutive<D> &law = *scene.laws[points.model[i]];
+    for (int side = 0; side < mpm::FACES<D>; side++) {
+      if (!options.dashpots[side].exist()) continue;
+      const int axis = side / 2;
+      const double away = side % 2 ? options.hi[axis] - atom->x[i][axis]
+                                   : atom->x[i][axis] - options.lo[axis];
+      if (away > options.cell_size) continue;
+      const double moduli[KINDS] = {law.p_wave_modulus(i), law.shear_modulus(i)};
+      for (int kind = 0; kind < KINDS; kind++) {
+        if (!(moduli[kind] > 0.0)) continue;    // a gas, or not known
+        const double speed = std::sqrt(moduli[kind] * points.volume[i] / points.mass[i]);
+        double &largest = most[KINDS * side + kind], &smallest = least[KINDS * side + kind];
+        largest = std::max(largest, speed);
+        smallest =
+            std::max(smallest, -(scene.grains[points.model[i]] ? BOUND_OF_GRAINS * speed : speed));
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, most, 2 * SPEEDS, MPI_DOUBLE, MPI_MAX, world);
+  for (int k = 0; k < SPEEDS; k++) {
+    const mpm::Dashpots &dashpots = options.dashpots[k / KINDS];
+    const double given = k % KINDS == 0 ? dashpots.normal : dashpots.tangential;
+    if (given == 0.0 || most[k] == 0.0) continue;
+    const double low = -least[k] / WRONG_SPEED, high = WRONG_SPEED * most[k];
+    if (given >= low && given <= high) continue;
+    warned_sides = true;
+    if (comm->me == 0)
+      error->warning(
+          FLERR,
+          "Fix mpm {}: boundary {} absorbing {} is {} [length/time]; expected is a speed between "
+          "{:.4g} and {:.4g}, since {} waves of the points within a cell of that side have {:.4g} "
+          "to {:.4g}: it sends back more than a third of their stress",
+          scene.fix->id, MpmSettings<D>::name_of_side(k / KINDS), k % KINDS == 0 ? "cp" : "cs",
+          rve::number(given), low, high, k % KINDS == 0 ? "compression" : "shear",
+          WRONG_SPEED * low, most[k]);
+  }
+}
+
+template class LAMMPS_NS::MpmWaves<2>;
+template class LAMMPS_NS::MpmWaves<3>;

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-2.0-only
+
+#include "lammps/mpm_models.h"
+
+#include "lammps/collective_error.h"
+#include "mpm/law_table.h"
+#include "rve/core/error.h"
+
+#include "utils.h"
+
+#include <algorithm>
+
+using namespace LAMMPS_NS;
+
+namespace {
+
+template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
+{
+  const auto &table = mpm::law_table<D>();
+  return *std::find_if(table.begin(), table.end(),
+                       [&](const mpm::LawEntry<D> &entry) { return entry.word == model.word; });
+}
+
+/// The arguments of the law of a model, in which its strength is reduced.
+template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
+{
+  std::vector<double> arguments = model.arguments;
+  if (model.strength_reduction != 1.0)
+    entry_of(model).reduce_strength(arguments.data(), model.strength_reduction);
+  return arguments;
+}
+
+template <int D> void read_parameters(ScriptWords &words, MpmModel<D> &model)
+{
+  const mpm::LawEntry<D> &entry = entry_of(model);
+  model.arguments.clear();
+  model.strength_reduction = 1.0;
+  for (const std::string &name : entry.arguments)
+    model.arguments.push_back(words.number(entry.word + " " + name));
+  model.law = entry.make(model.arguments.data());
+}
+
+/// The model of a group that fix_modify names; an error if fix_modify cannot change it.
+template <int D> MpmModel<D> &model_to_modify(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  const std::string group = words.next("group");
+  words.about(words.keyword() + " " + group);
+  rve::Words groups;
+  for (MpmModel<D> &model : models) {
+    groups.emplace_back(model.group);
+    if (model.group != group) continue;
+    if (!model.law)
+      words.refuse(fmt::format("the model of group '{}' is the RVEs of fix {}; change these with "
+                               "fix_modify {}",
+                               group, model.fix_rve, model.fix_rve));
+    model.is_modified = true;
+    return model;
+  }
+  words.refuse(fmt::format("the fix has no model of group '{}'{}", group,
+                           rve::did_you_mean(group, groups, "its models are those of")));
+}
+
+template <int D> void modify_model(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  MpmModel<D> &model = model_to_modify(words, models);
+  const std::string law = words.next("law");
+  if (law != model.word)
+    words.refuse(fmt::format(
+        "the model of group '{}' has the law {}, and fix_modify gives this law other parameters, "
+        "not another law, '{}'; a point changes its law when it changes its group: define the fix "
+        "with a model of each law",
+        model.group, model.word, law));
+  words.set_form("group-ID " + law + " " + utils::join_words(entry_of(model).arguments, " "));
+  read_parameters(words, model);
+}
+
+// factors of safety are near 1
+constexpr double LEAST_REDUCTION = 0.01, MOST_REDUCTION = 100.0;
+
+template <int D> void modify_strength(ScriptWords &words, std::vector<MpmModel<D>> &models)
+{
+  MpmModel<D> &model = model_to_modify(words, models);
+  if (!entry_of(model).reduce_strength)
+    words.refuse(fmt::format("the law of group '{}' is {}, which has no strength to be reduced",
+                             model.group, model.word));
+  const double factor = words.number(model.group);
+  if (!(factor >= LEAST_REDUCTION && factor <= MOST_REDUCTION))
+    words.refuse(fmt::format("strength_reduction {} is {} [-]; it must be from {} to {}",
+                             model.group, rve::number(factor), LEAST_REDUCTION, MOST_REDUCTION));
+  model.strength_reduction = factor;
+  model.law = entry_of(model).make(reduced_arguments(model).data());
+}
+
+template <int D>
+const ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
+    {"model", "group-ID law ...", modify_model<D>},
+    {"strength_reduction", "group-ID factor", modify_strength<D>}};
+
+}    // namespace
+
+template <int D> MpmModel<D> LAMMPS_NS::read_mpm_model(ScriptWords &words)
+{
+  std::string form = "group-ID rve fix-ID";    // or a law of the table
+  rve::Words choices = {"rve"};
+  for (const mpm::LawEntry<D> &entry : mpm::law_table<D>()) {
+    form += " | " + entry.word + " " + utils::join_words(entry.arguments, " ");
+    choices.emplace_back(entry.word);
+  }
+  words.set_form(form);
+  MpmModel<D> model;
+  model.group = words.peek();
+  model.groupbit = words.groupbit("group");
+  words.about("model " + model.group);
+  const int choice = words.choice("law", choices);
+  model.word = choices[choice];
+  if (choice == 0)
+    model.fix_rve = words.next("rve fix ID");
+  else
+    read_parameters(words, model);
+  return model;
+}
+
+template <int D>
+std::vector<MpmModel<D>>
+LAMMPS_NS::modified_mpm_models(LAMMPS *lmp, std::vector<MpmModel<D>> models, int narg, char **arg)
+{
+  ScriptWords words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
+  words.limit_numbers(LARGEST_MPM_NUMBER);
+  words.set_keywords(names_of(KEYWORDS_OF_MODIFY<D>));
+  collectively(lmp, "Fix_modify of fix mpm", [&] {
+    while (words.next_keyword()) words.read(KEYWORDS_OF_MODIFY<D>, models);
+  });
+  return models;
+}
+
+template <int D> std::string LAMMPS_NS::modification(const MpmModel<D> &model)
+{
+  if (!model.is_modified) return "";
+  std::string text = fmt::format("model {} {}", model.group, model.word);
+  for (const double argument : model.arguments) text += fmt::format(" {:.17g}", argument);
+  if (model.strength_reduction != 1.0)
+    text += fmt::format(" strength_reduction {} {:.17g}", model.group, model.strength_reduction);
+  return text;
+}
+
+template <int D>
+std::string LAMMPS_NS::parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now)
+{
+  if (!now.law) return "";
+  const std::vector<double> then = reduced_arguments(before), after = reduced_arguments(now);
+  std::string text;
+  for (std::size_t k = 0; k < after.size(); k++)
+    if (then[k] != after[k])
+      text += fmt::format("{}{} {} -> {}", text.empty() ? "" : ", ", entry_of(now).arguments[k],
+                          rve::number(then[k]), rve::number(after[k]));
+  return text;
+}
+
+#define MODELS(D)                                                    \
+  template MpmModel<D> LAMMPS_NS::read_mpm_model(ScriptWords &);     \
+  template std::vector<MpmModel<D>> LAMMPS_NS::modified_mpm_models(  \
+      LAMMPS *, std::vector<MpmModel<D>>, int, char **);             \
+  template std::string LAMMPS_NS::modification(const MpmModel<D> &); \
+  template std::string LAMMPS_NS::parameter_changes(const MpmModel<D> &, const MpmModel<D> &);
+MODELS(2)
+MODELS(3)
+#undef MODELS
