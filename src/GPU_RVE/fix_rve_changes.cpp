@@ -185,7 +185,6 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
   is_continued = true;
 
   // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
-  const Atom *atom = atom;
   const auto in_group =
       std::count_if(atom->mask, atom->mask + atom->nlocal,
                     [groupbit = rves.fix->groupbit](int mask) { return (mask & groupbit) != 0; });

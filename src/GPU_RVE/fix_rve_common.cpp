@@ -28,7 +28,6 @@ static constexpr std::size_t MOST_NOTES = 8;
 void FixRve::Impl::say_notes()
 {
   const int me = comm->me, ranks = comm->nprocs;
-  const MPI_Comm world = world;
   std::string text;
   for (const Note &note : notes)
     text += fmt::format("{} {} {}\n", note.atom, static_cast<int>(note.kind), note.text);
@@ -110,7 +109,6 @@ void FixRve::Impl::find_variables()
 
 void FixRve::Impl::check_clock() const
 {
-  const Update *update = update;
   clock(update->dt);
   const bool own_time = settings.substeps > 0 && settings.driver != RveDriver::Mpm;
   const bool no_step = update->nsteps == 0;

@@ -51,7 +51,6 @@ template <int D> void RveShadows<D>::remove(int number)
 template <int D> void RveShadows<D>::choose()
 {
   if (rves.settings.num_shadows == 0) return;
-  const Atom *atom = atom;
   std::vector<std::uint64_t> mine;
   int shadows[2] = {0, 0}, all_shadows[2];
   for (const int i : rves.atoms_with_rve()) {

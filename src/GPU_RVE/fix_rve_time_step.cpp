@@ -48,7 +48,6 @@ template <int D>
 typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int> &atoms,
                                                           double enough)
 {
-  const MPI_Comm world = world;
   const tagint *tag = atom->tag;
   const std::vector<int> some = rves.slots_of(atoms);
   std::vector<double> bounds;
