@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // One time step is one call of the solver, in final_integrate(): there atom->f is complete, and
 // nothing else moves a point. setup only makes new points and evaluates, so that `run 0` and a
 // second `run` advance nothing.

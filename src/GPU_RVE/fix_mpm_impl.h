@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // The points of fix mpm: their arrays, exchange, restart and output, and the order of the jobs that
 // LAMMPS' hooks ask for.
 

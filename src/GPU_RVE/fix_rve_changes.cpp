@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
+
 #include "fix_rve_changes.h"
 
 #include "atom.h"
@@ -41,8 +42,6 @@ static_assert(rve::has_no_padding(&RestartHead::version, &RestartHead::step, &Re
                                   &RestartHead::checksum_of_account, &RestartHead::checksum));
 
 }    // namespace
-
-/* ---------------------------------------------------------------------- */
 
 static std::string text_of_dt(bool is_auto, double fraction, double dt)
 {

@@ -21,10 +21,8 @@ using namespace LAMMPS_NS;
 // Lines about RVEs in one step, beyond which their number is said
 static constexpr std::size_t MOST_NOTES = 8;
 
-/* ----------------------------------------------------------------------
-   in the order of the atoms' IDs, whatever rank has them. Most steps have none, which costs a sum over ranks
-------------------------------------------------------------------------- */
-
+/// Prints the notes of all ranks in the order of the IDs of their atoms. Most steps have none,
+/// which costs a sum over ranks.
 void FixRve::Impl::say_notes()
 {
   const int me = comm->me, ranks = comm->nprocs;
@@ -46,10 +44,7 @@ void FixRve::Impl::say_notes()
   error_if_any(lmp, error);
 }
 
-/* ----------------------------------------------------------------------
-   the message of the first note that is an error; empty if there is none
-------------------------------------------------------------------------- */
-
+/// Returns the message of the first note that is an error, or "" if there is none.
 std::string FixRve::Impl::print_all(const std::string &all)
 {
   std::vector<Note> of_all;
@@ -73,8 +68,6 @@ std::string FixRve::Impl::print_all(const std::string &all)
   return "";
 }
 
-/* ---------------------------------------------------------------------- */
-
 void FixRve::Impl::print(const Note &note)
 {
   if (note.kind == NoteKind::Error) return;    // say_notes() ends the run with it
@@ -84,16 +77,12 @@ void FixRve::Impl::print(const Note &note)
     error->warning(FLERR, fmt::format("fix rve {}: {}", fix->id, note.text));
 }
 
-/* ---------------------------------------------------------------------- */
-
 std::string FixRve::Impl::place_of_failure(int atom) const
 {
   return fmt::format("fix rve {}: {}step {}", fix->id,
                      atom >= 0 ? fmt::format("RVE of atom {}, ", this->atom->tag[atom]) : "",
                      reported_step());
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::find_variables()
 {
@@ -103,10 +92,7 @@ void FixRve::Impl::find_variables()
   settings.path.number.find(lmp, "fix rve path_variable");
 }
 
-/* ----------------------------------------------------------------------
-   a LAMMPS of units si that is told nothing makes steps of 1e-8 seconds
-------------------------------------------------------------------------- */
-
+/// With units si the default timestep of LAMMPS is 1e-8 seconds.
 void FixRve::Impl::check_clock() const
 {
   clock(update->dt);
@@ -118,8 +104,6 @@ void FixRve::Impl::check_clock() const
                  "longer than one DEM step of {} [time]; set it with the command timestep",
                  fix->id, rve::number(update->dt), update->unit_style, rve::number(dt));
 }
-
-/* ---------------------------------------------------------------------- */
 
 void FixRve::Impl::check_dump() const
 {
@@ -138,8 +122,6 @@ void FixRve::Impl::check_dump() const
                  fix->id, settings.dump_atoms[k], group->names[fix->igroup]);
 }
 
-/* ---------------------------------------------------------------------- */
-
 std::vector<int> FixRve::Impl::atoms_with_rve() const
 {
   std::vector<int> atoms;
@@ -147,8 +129,6 @@ std::vector<int> FixRve::Impl::atoms_with_rve() const
     if (slot[i] >= 0) atoms.push_back(i);
   return atoms;
 }
-
-/* ---------------------------------------------------------------------- */
 
 macro::RveClock FixRve::Impl::clock(double lammps_dt) const
 {

@@ -1,16 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-/* ----------------------------------------------------------------------
-   LAMMPS - Large-scale Atomic/Molecular Massively Parallel Simulator
-   https://www.lammps.org/, Sandia National Laboratories
-   LAMMPS development team: developers@lammps.org
-
-   Copyright (2003) Sandia Corporation.  Under the terms of Contract
-   DE-AC04-94AL85000 with Sandia Corporation, the U.S. Government retains
-   certain rights in this software.  This software is distributed under
-   the GNU General Public License.
-
-   See the README file in the top-level LAMMPS directory.
-------------------------------------------------------------------------- */
 
 #include "fix_rve_impl.h"
 
@@ -34,15 +22,11 @@
 
 using namespace LAMMPS_NS;
 
-/* ---------------------------------------------------------------------- */
-
 std::unique_ptr<FixRve::Impl> FixRve::Impl::make(FixRve *fix, FixRveSettings settings)
 {
   if (settings.dimension == 3) return std::make_unique<ImplOf<3>>(fix, std::move(settings));
   return std::make_unique<ImplOf<2>>(fix, std::move(settings));
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> void FixRve::ImplOf<D>::read_packings()
 {
@@ -55,8 +39,6 @@ template <int D> void FixRve::ImplOf<D>::read_packings()
   for (int k = 0; k < this->packings.size(); ++k)
     time_step.check(this->dt, bounds[k], this->packings.name(k));
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> void FixRve::ImplOf<D>::make_engine()
 {
@@ -113,8 +95,6 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
         with_notice, this->comm->nprocs);
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D> void FixRve::ImplOf<D>::attach()
 {
   const bool is_continued = changes.continues();
@@ -166,8 +146,6 @@ template <int D> void FixRve::ImplOf<D>::attach()
   this->say_notes();
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D>
 void FixRve::ImplOf<D>::say_how_far_cells_go(const std::vector<const State *> &states) const
 {
@@ -196,11 +174,9 @@ void FixRve::ImplOf<D>::say_how_far_cells_go(const std::vector<const State *> &s
                                                          : "a fresh RVE takes its place");
 }
 
-/* ----------------------------------------------------------------------
-   for the whole run, on all ranks: with maxexchange_dynamic the buffers of comm_style tiled would become too small (LAMMPS of 2025
-   and before; exchange() there gives bufextra the smaller of two values)
-------------------------------------------------------------------------- */
-
+/// Sets the size for the whole run, on all ranks: with maxexchange_dynamic the buffers of
+/// comm_style tiled would become too small (LAMMPS of 2025 and before, whose exchange() gives
+/// bufextra the smaller of two values).
 template <int D> void FixRve::ImplOf<D>::set_exchange_size()
 {
   int mine = RestartRecords::HEADER, most;
@@ -235,8 +211,6 @@ template <int D> void FixRve::ImplOf<D>::run_postponed_checks()
   this->reports_last_advance = false;
 }
 
-/* ---------------------------------------------------------------------- */
-
 template <int D>
 macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &atoms,
                                                        const std::vector<macro::StressGoal> &goals,
@@ -257,14 +231,11 @@ macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &a
   return report;
 }
 
-/* ----------------------------------------------------------------------
-   RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst status,
-   DEM time step, DEM steps per LAMMPS step, wall time per advance,
-   mean and largest deviation from shadows, atom ID of the largest, RVEs that were skipped,
-   RVEs whose path has ended, largest error of a steered stress, RVEs that are copies side by side,
-   fresh RVEs in place of others
-------------------------------------------------------------------------- */
-
+/// Returns component n: RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst
+/// status, DEM time step, DEM steps per LAMMPS step, wall time per advance, mean and largest
+/// deviation from shadows, atom ID of the largest, RVEs that were skipped, RVEs whose path has
+/// ended, largest error of a steered stress, RVEs that are copies side by side, fresh RVEs in place
+/// of others.
 template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
 {
   const auto now = this->clock(this->update->dt);
@@ -307,8 +278,6 @@ template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
   MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, is_largest ? MPI_MAX : MPI_SUM, this->world);
   return all;
 }
-
-/* ---------------------------------------------------------------------- */
 
 template <int D> double FixRve::ImplOf<D>::bytes() const
 {

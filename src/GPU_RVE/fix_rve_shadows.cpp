@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
+
 #include "fix_rve_shadows.h"
 
 #include "atom.h"
@@ -11,10 +12,8 @@
 
 using namespace LAMMPS_NS;
 
-/* ----------------------------------------------------------------------
-   a random choice that is the same on any number of ranks: the atoms whose IDs hash lowest
-------------------------------------------------------------------------- */
-
+/// Returns the lowest numbers of all ranks. With hashes of the IDs of atoms this is a random choice
+/// that is the same on any number of ranks.
 static std::vector<std::uint64_t> lowest_of_all(std::vector<std::uint64_t> mine, int number,
                                                 MPI_Comm world)
 {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // The packings of fix rve, and which of them, and which image of it, an atom gets.
 
 #pragma once

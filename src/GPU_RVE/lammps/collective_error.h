@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Errors that are the same on all ranks, whichever of them found something wrong.
 
 #pragma once

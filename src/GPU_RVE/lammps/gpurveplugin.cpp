@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // The package as a plugin: tells a LAMMPS that has the PLUGIN package how to make each of our styles. Nothing else happens here.
 
 #include "lammpsplugin.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // The only place for differences between LAMMPS versions, 4Feb2025 to the newest. A style that needs one of the calls below
 // includes this header; all other calls that the styles use are the same in every version of that range.
 

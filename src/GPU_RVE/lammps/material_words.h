@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // The material of grains as scripts give it to fix rve and create_rve.
 
 #pragma once

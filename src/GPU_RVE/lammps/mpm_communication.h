@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Sums, largest values and messages of the material point method over the ranks of LAMMPS.
 
 #pragma once

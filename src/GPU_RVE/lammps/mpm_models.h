@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // The constitutive models of fix mpm in the words of a script, and what fix_modify changes of them.
 
 #pragma once

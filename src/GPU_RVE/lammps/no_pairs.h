@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Material points do not act on each other, so a script needs no pair style. What LAMMPS derives from its cutoff must then come from
 // elsewhere, or LAMMPS warns of it in every run.
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Work that one rank does while the others sleep, so that its result is the same on any number of ranks and costs its memory once.
 
 #pragma once

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Whether the LAMMPS that loads the plugin is of the kind that the plugin was built for. Its classes are shared by both, and LAMMPS itself
 // loads any plugin whose symbols it has: with other layouts of classes that ends in wrong numbers or a crash.
 

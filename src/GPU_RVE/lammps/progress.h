@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Lines in the log about a long run: how far it is and when it will end. SIGTERM and SIGINT end a
 // run when its present step is done, with a restart file where the script asks for restart files;
 // the script then ends with an error. The same signal again ends the program at once.

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // This rank among those that share its machine, the threads that are its own, and memory that all have in common.
 
 #pragma once

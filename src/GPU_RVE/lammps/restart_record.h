@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Per-atom records of a fix in a restart file, which are found by the IDs of their atoms.
 //
 // LAMMPS keeps the records in rows of atom->extra, one for each local atom as read_restart left them, and moves no row when a later

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // The columns that a command is asked for by name, and the fix rve that they are of.
 
 #pragma once

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // What a script says to fix rve and create_rve, as plain structs: the words are read here and nowhere else.
 
 #pragma once

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // The words of a command of a script: read one after the other, keywords by tables, with the errors
 // that all commands have in common.
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Who may read the state that a fix keeps up to date for others only, in a step or by the formulas
 // of variables. LAMMPS reads arrays of fixes without asking first.
 

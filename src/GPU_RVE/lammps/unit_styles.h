@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-2.0-only
-
 // Which unit styles of LAMMPS suit styles of mechanics.
 
 #pragma once
