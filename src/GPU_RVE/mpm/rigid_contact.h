@@ -200,7 +200,7 @@ template <int D> struct RigidContactMotion {
       compliance += contact.share[k] * contact.share[k] / m * contact.division(step, options, n);
       velocity = velocity + (contact.share[k] / m) * now[n];
       if (before) velocity_before = velocity_before + (contact.share[k] / m) * before[n];
-      for (int a = 0; a < D; ++a) held[a] = held[a] || step.boundary.held_by_side(n, a);
+      for (int a = 0; a < D; ++a) held[a] = held[a] || step.held_by_side(n, a);
     }
     mass = 1.0 / compliance;
     approach = velocity_at(body.now, contact.arm) - velocity;
@@ -286,7 +286,7 @@ template <int D> struct ContactPass : Pass<D> {
   int axis;
   RigidBodyOptions options;
 
-  int columns() const { return step.boundary.columns_across(axis); }
+  int items() const { return step.grid.lines_along(axis); }
 
  protected:
   /// Whether this rank is the one that counts a contact.
@@ -351,6 +351,7 @@ template <int D> struct SolveContacts : Pass<D> {
   using Pass<D>::step;
   int index;
 
+  int items() const { return 1; }
   template <class Tally> RVE_HD void operator()(int, Tally &) const
   {
     constexpr int S = FREEDOMS<D>;
@@ -398,8 +399,7 @@ template <int D> struct ImposeContacts : ContactPass<D> {
   {
     RigidBodyStep<D> &body = step.rigid[this->index];
     const ContactScales<D> scales(step, body);
-    std::uint16_t *states = step.boundary.contact_states +
-        static_cast<std::size_t>(this->index) * step.grid.node_count();
+    std::uint16_t *states = step.contact_states + step.in_row(this->index, 0);
     each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
       bool is_shared = false;
       for (int k = 0; k < contact.count; ++k)
@@ -435,7 +435,7 @@ template <int D> struct ImposeContacts : ContactPass<D> {
         }
         for (int a = 0; a < D; ++a)
           if (!motion.is_held[a] && (touch == Touch::Sticks || motion.normal[a] != 0.0))
-            step.boundary.on_body[n] = static_cast<std::uint8_t>(step.boundary.on_body[n] | 1 << a);
+            step.on_body[n] = static_cast<std::uint8_t>(step.on_body[n] | 1 << a);
       }
       if (!work.balances || !this->counts(contact)) return;
       const Vec<D> felt = step.flip * impulse_before - impulse;
@@ -453,8 +453,8 @@ template <int D> struct ImposeContacts : ContactPass<D> {
 /// The motion of a body follows from what it felt. Item k is the k-th body that can turn.
 template <int D> struct FinishBodies : Pass<D> {
   using Pass<D>::step;
-  int count;
 
+  int items() const { return step.num_rigid; }
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
     constexpr int S = FREEDOMS<D>;
@@ -488,6 +488,7 @@ template <int D> struct MoveContactSums : Pass<D> {
   static constexpr int OF_ONE = FREEDOMS<D> * (FREEDOMS<D> + 1);
   static constexpr int FELT = 2 * FREEDOMS<D>;
 
+  int items() const { return count; }
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
     constexpr int S = FREEDOMS<D>;
