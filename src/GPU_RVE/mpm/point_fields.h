@@ -64,7 +64,6 @@ template <int D> PointRecord<D> new_point()
 template <int D> struct PointArrays : PointFields<D, Column> {
   using Fields = PointFields<D, Column>;
 
-  std::size_t size() const { return this->mass.size(); }
   void resize(std::size_t count)
   {
     Fields::each([=](const auto &, auto &column) { column.resize(count); }, *this);
