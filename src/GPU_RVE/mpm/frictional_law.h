@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What elastic, perfectly plastic laws of cohesion and friction share: their parameters, and what they remember.
+// What elastic, perfectly plastic laws of cohesion and friction share: their parameters, and what they
+// remember.
 
 #pragma once
 
-#include "mpm/constitutive.h"
+#include "mpm/elastic_law.h"
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
 
 #include <cmath>
+#include <string>
 
 namespace mpm {
 
@@ -16,8 +18,8 @@ inline double sine_of(double degrees)
   return std::sin(degrees * rve::kPi / 180.0);
 }
 
-/// rve::InputError unless young_modulus > 0, cohesion >= 0 [stress]; 0 <= poisson_ratio < 0.5; 0 <= dilation <= friction < 90
-/// [degrees]; cohesion and friction not both 0.
+/// rve::InputError unless young_modulus > 0, cohesion >= 0 [stress]; 0 <= poisson_ratio < 0.5;
+/// 0 <= dilation <= friction < 90 [degrees]; cohesion and friction not both 0.
 inline void require_strength(double young_modulus, double poisson_ratio, double cohesion,
                              double friction_degrees, double dilation_degrees)
 {
@@ -49,13 +51,46 @@ inline void reduce_cohesion_and_friction(double *arguments, double factor)
   arguments[DILATION] = std::fmin(arguments[DILATION], friction);
 }
 
-/// The stress out of a plane, tension positive, and the accumulated plastic strain, sqrt(2/3 dε^p:dε^p) of the deviator.
-inline StateVariables plastic_state_variables(int dimension)
-{
-  StateVariables variables;
-  if (dimension == 2) variables.push_back({"out_of_plane_stress", "stress"});
-  variables.push_back({"plastic_strain", ""});
-  return variables;
-}
+template <int D> class FrictionalLaw : public ElasticLaw<D> {
+  using Tensor = rve::Tensor<double, D>;
+
+ public:
+  /// Places of the state variables. The first one, the stress out of the plane, tension positive, is
+  /// there in the plane only; the other one is the accumulated plastic strain, sqrt(2/3 dε^p:dε^p) of
+  /// the deviator.
+  enum { OutOfPlaneStress = 0, PlasticStrain = D == 2 ? 1 : 0 };
+
+  StateVariables state_variables() const override
+  {
+    if (D == 2) return {{"out_of_plane_stress", "stress"}, {"plastic_strain", ""}};
+    return {{"plastic_strain", ""}};
+  }
+  /// σ_zz is the mean of the principal stresses in the plane: admissible to an isotropic law if they
+  /// are.
+  void begin_memory(const Tensor &stress, double *memory) const override
+  {
+    if (D == 2) memory[OutOfPlaneStress] = 0.5 * trace(stress);
+    memory[PlasticStrain] = 0.0;
+  }
+  std::string doubt_about(const Tensor &stress) const override
+  {
+    if (!(trace(stress) > 0.0)) return "";
+    return "is a tension, which a " + name_ +
+        " material bears by its cohesion only; stresses are negative in compression";
+  }
+
+ protected:
+  /// As require_strength.
+  FrictionalLaw(const std::string &name, double young_modulus, double poisson_ratio,
+                double cohesion, double friction_degrees, double dilation_degrees) :
+      ElasticLaw<D>(young_modulus, poisson_ratio),
+      name_(name)
+  {
+    require_strength(young_modulus, poisson_ratio, cohesion, friction_degrees, dilation_degrees);
+  }
+
+ private:
+  std::string name_;    ///< for messages
+};
 
 }    // namespace mpm
