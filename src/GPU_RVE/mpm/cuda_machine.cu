@@ -222,11 +222,11 @@ namespace {
 
     /// Whether ranks exchange bounds and sums there in this step, without their hosts.
     bool ranks_meet_there() const { return ranks_meet_there_; }
-    void meet_for_sums(ListedSums<D> given, const SharedNodes<D> &shared)
+    void meet_for_sums(MoveSums<D> given, const SharedNodes<D> &shared)
     {
-      ListedSums<D> taken = given;
+      MoveSums<D> taken = given;
       taken.nodes = taken_on_device_;
-      taken.count = static_cast<int>(shared.taken().size());
+      taken.packs = false;
       MailPartners partners = {};
       int given_end = 0, taken_end = 0;
       for (const Neighbour &other : shared.neighbours())

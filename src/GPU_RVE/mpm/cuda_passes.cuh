@@ -158,21 +158,20 @@ __global__ void __launch_bounds__(BLOCK)
 /// Sums over all ranks, for those who touch the nodes: all lists in one block.
 template <int D>
 __global__ void __launch_bounds__(MAIL_BLOCK)
-    meet_for_node_sums(MailPlaces mail, MailPartners partners, ListedSums<D> given,
-                       ListedSums<D> taken, Findings findings)
+    meet_for_node_sums(MailPlaces mail, MailPartners partners, MoveSums<D> given, MoveSums<D> taken,
+                       Findings findings)
 {
   rve::follow();
   if (findings.halt && *findings.halt > 0) return;
   DeviceTally tally(findings, 0);
-  const auto pass_of = [](auto pass, int k, std::int64_t *place) {
-    pass.nodes += k;
-    pass.buffer = place;
-    return pass;
+  const auto move = [&](MoveSums<D> sums, int k, std::int64_t *place) {
+    sums.nodes += k;
+    sums.buffer = place;
+    sums(0, tally);
   };
   meet_for_sums(
-      mail, partners, given.width(),
-      [&](int k, std::int64_t *place) { pass_of(PackSums<D>{given}, k, place)(0, tally); },
-      [&](int k, std::int64_t *place) { pass_of(UnpackSums<D>{taken}, k, place)(0, tally); });
+      mail, partners, given.width(), [&](int k, std::int64_t *place) { move(given, k, place); },
+      [&](int k, std::int64_t *place) { move(taken, k, place); });
 }
 
 static __global__ void __launch_bounds__(BLOCK) set_to_zero(std::int64_t *sums, std::size_t count)

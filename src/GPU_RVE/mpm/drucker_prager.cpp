@@ -45,12 +45,9 @@ void DruckerPrager<D>::update(int count, const int *point_index,
   for (int i = 0; i < count; ++i) {
     const int p = point_index[i];
     double *state = memory[p];
-    const MidpointIncrement<D> increment = midpoint_increment(deformation_increment[p]);
-    const Tensor trial = elastic_stress(stress[p], increment, lame_first_, shear_modulus_);
-    const double trial_out =
-        D == 2 ? state[OutOfPlaneStress] + lame_first_ * trace(increment.strain) : 0.0;
+    const Tensor trial = this->elastic_trial(deformation_increment[p], stress[p], state);
+    const double trial_out = D == 2 ? state[OutOfPlaneStress] : 0.0;
     stress[p] = trial;
-    if (D == 2) state[OutOfPlaneStress] = trial_out;
     const Invariants before = invariants_of(trial, trial_out);
     const double beyond = before.root + friction_ * before.trace - strength_;
     if (!(beyond > 0.0)) continue;

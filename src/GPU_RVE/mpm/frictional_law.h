@@ -89,6 +89,15 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
     require_strength(young_modulus, poisson_ratio, cohesion, friction_degrees, dilation_degrees);
   }
 
+  /// Stress after an elastic increment. The stress out of the plane advances in the memory.
+  Tensor elastic_trial(const Tensor &deformation_increment, const Tensor &stress,
+                       double *memory) const
+  {
+    const MidpointIncrement<D> increment = midpoint_increment(deformation_increment);
+    if (D == 2) memory[OutOfPlaneStress] += this->lame_first_ * trace(increment.strain);
+    return elastic_stress(stress, increment, this->lame_first_, this->shear_modulus_);
+  }
+
  private:
   std::string name_;    ///< for messages
 };

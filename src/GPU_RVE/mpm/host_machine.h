@@ -3,43 +3,8 @@
 //
 // A time step is written once, as a sequence of passes (step_program.h), each of which says what one
 // point, node, column of nodes or load does (*_passes.h, *_contact.h). It runs on CPU threads
-// (HostMachine) or on a CUDA device (CudaMachine in cuda_machine.cu). A Machine owns the arrays of
-// its part of the grid, is made of (options, grid, communication), and offers
-//
-//   begin(input)                a step begins, with these points and loads
-//   take_part(shared, boundary)     the nodes that this rank holds in this step, and what it shares
-//   divide_nodes(divides)       whether contacts of several bodies can be on one node
-//   view()                      what passes work on
-//   over(pass)                  pass(item, tally) for all items; tally.raise(k, value) and
-//                               tally.trouble(point, what) tell what it finds, tally.add(sum, part)
-//                               adds to an integer
-//   scatter(pass)               pass(point, sums) for all points, which adds to sums on nodes: those
-//                               of the kinds that the pass names begin with zero
-//   scatter_loads(pass)         pass(load, sums) for all loads, which adds to those sums
-//   first_trouble(), maxima()   what passes have found: the first point with trouble, and largest
-//                               values, by Maximum
-//   share_maxima(communication, first, count)    takes the largest of all ranks
-//   knows_at_once()             whether findings are known when a pass returns; if not, settle()
-//                               brings them
-//   wait()                      passes are done
-//   ask(), settle()             and findings, increments and rigid bodies are asked for, and known to
-//                               the host; in between others may tell the device more
-//   halt_where(flag)            passes from now on change nothing if it is above zero when their turn
-//                               comes; it lies in the memory of the device. Null: they go. Only where
-//                               findings are not known at once
-//   bring_motion()              and positions and velocities; what others have begun goes on
-//   increments(), stresses_changed()             ΔF of the points, for laws that run on the host; the
-//                               laws are done
-//   device_arrays(), stresses_come()             for laws that run on the device, if there is one;
-//                               they have begun
-//   given_nodes(), taken_nodes(), exchange_buffer(count)    for passes that pack and unpack what
-//                               ranks exchange
-//   host_points(), fetch(points)    brings to the host what only the machine has changed of the points
-//   points_changed()            the host has changed points in another way than by positions,
-//                               velocities, forces, models and bodies
-//   of_nodes(field, row), unbalanced()    of the last step: nodes of the part in a row of a field of
-//                               view(), on the host until it is called again
-//   transfer_time(), description()
+// (HostMachine) or on a CUDA device (CudaMachine in cuda_machine.cu). A Machine owns the arrays of its
+// part of the grid, and has the public members of HostMachine, whose comments say what they do.
 //
 // The contract that gives the same bits on all machines:
 //   1. a pass changes only what belongs to its item;
@@ -136,10 +101,12 @@ template <int D> class HostMachine {
     first_trouble_ = FirstTrouble::NOWHERE;
   }
 
+  /// What passes work on.
   const StepView<D> &view() const { return view_; }
+  /// With all that only the machine has changed.
   const PointView<D> &host_points() const { return view_.points; }
 
-  /// What this rank holds in this step, and what it shares with other ranks.
+  /// The nodes that this rank holds in this step, and what it shares with other ranks.
   void take_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
   {
     if (shared.part_edition() != part_edition_) grid_arrays_.wire(view_, shared.part(), boundary);
@@ -152,8 +119,85 @@ template <int D> class HostMachine {
     shared_ = &shared;
   }
 
+  /// Whether contacts of several bodies can be on one node.
   void divide_nodes(bool divides) { view_.divides_nodes = divides; }
 
+  /// Whether findings are known when a pass returns; if not, settle() brings them.
+  static constexpr bool knows_at_once() { return true; }
+  /// The device begins what it has been told; wait(): passes are done.
+  void hand_over() {}
+  void wait() {}
+  /// Passes from now on change nothing if the flag, in the memory of the device, is above zero when
+  /// their turn comes. Null: they go. Only where findings are not known at once.
+  void halt_where(const std::int32_t *) {}
+  /// Findings, increments and rigid bodies are asked for, and known to the host after settle(). In
+  /// between others may tell the device more.
+  void ask() {}
+  void settle() {}
+  /// Positions and velocities come to the host; what others have begun goes on.
+  void bring_motion() {}
+  /// For laws that run on the device, if there is one; stresses_come(): they have begun.
+  static DeviceArrays<D> device_arrays() { return {}; }
+  void stresses_come() {}
+  /// ΔF of the points for laws that run on the host; stresses_changed(): these are done.
+  const Tensor<D> *increments() const { return increment_.data(); }
+  void stresses_changed() {}
+  /// What passes have found: the first point with trouble, and the largest values by Maximum.
+  std::uint64_t first_trouble() const { return first_trouble_; }
+  const double *maxima() const { return maxima_.data(); }
+  /// Takes the largest of all ranks.
+  void share_maxima(const Communication &communication, int first, int count)
+  {
+    communication.max_over_ranks(maxima_.data() + first, count);
+  }
+  /// Whether ranks exchange bounds and sums without their hosts, by meet_for_sums().
+  static constexpr bool ranks_meet_there() { return false; }
+  void meet_for_sums(const MoveSums<D> &, const SharedNodes<D> &) {}
+  /// Nobody waits for this rank any more.
+  void leave_ranks() {}
+
+  /// Brings fields to the host that only the machine has changed.
+  void fetch(const PointView<D> &) {}
+  /// The host has changed points in another way than by positions, velocities, forces, models and
+  /// bodies.
+  void points_changed() {}
+
+  /// The shared nodes, where passes can read them.
+  const int *given_nodes() const { return shared_->given().data(); }
+  const int *taken_nodes() const { return shared_->taken().data(); }
+  /// Room for what ranks exchange, until it is asked for again.
+  std::int64_t *exchange_buffer(std::size_t count)
+  {
+    exchange_.resize(count);
+    return exchange_.data();
+  }
+
+  /// Nodes of the part in a row of a field of view(), on the host until the next call.
+  template <class T> const T *of_nodes(const T *field, int row = 0) const
+  {
+    return field + view_.in_row(row, 0);
+  }
+  /// In the last step [force].
+  double unbalanced() const { return maxima_.empty() ? 0.0 : maxima_[Unbalanced]; }
+
+  static constexpr double transfer_time() { return 0.0; }
+  std::string description() const
+  {
+    return std::to_string(threads_) + (threads_ == 1 ? " CPU thread" : " CPU threads");
+  }
+
+  /// pass(load, sums) for all loads, which adds to the sums that scatter() has begun.
+  template <class P> void scatter_loads(const P &pass)
+  {
+    const SumsByKind<std::int64_t *> sums = {{view_.sums[InertiaSums], view_.sums[VectorSums]}};
+    P own = pass;
+    own.begin();
+    for (int k = 0; k < pass.items(); ++k) own(k, sums);
+  }
+
+  /// pass(item, tally) for all items. tally.raise(k, value) keeps the largest value,
+  /// tally.trouble(p, what) the first point that cannot be treated, and tally.add(sum, part) adds to an
+  /// integer that other items add to.
   template <class P> void over(const P &pass)
   {
     const int count = pass.items();
@@ -177,51 +221,8 @@ template <int D> class HostMachine {
     }
   }
 
-  /// What passes have found is known when they are done.
-  static constexpr bool knows_at_once()
-  {
-    return true;
-  }
-  void hand_over() {}
-  void wait() {}
-  void halt_where(const std::int32_t *) {}
-  void ask() {}
-  void settle() {}
-  void bring_motion() {}
-  static DeviceArrays<D> device_arrays()
-  {
-    return {};
-  }
-  void stresses_come() {}
-  std::uint64_t first_trouble() const
-  {
-    return first_trouble_;
-  }
-  /// By Maximum.
-  const double *maxima() const
-  {
-    return maxima_.data();
-  }
-  void share_maxima(const Communication &communication, int first, int count)
-  {
-    communication.max_over_ranks(maxima_.data() + first, count);
-  }
-  static constexpr bool ranks_meet_there()
-  {
-    return false;
-  }
-  void meet_for_sums(const ListedSums<D> &, const SharedNodes<D> &) {}
-  void leave_ranks() {}
-
-  const Tensor<D> *increments() const
-  {
-    return increment_.data();
-  }
-  void stresses_changed() {}
-  void fetch(const PointView<D> &) {}
-  void points_changed() {}
-
-  /// Sums of a pass on the nodes; then the passes over loads may add to them.
+  /// pass(point, sums) for all points, which adds to sums on nodes: those of the kinds that the pass
+  /// adds to begin with zero.
   template <class P> void scatter(const P &pass)
   {
     const int count = pass.items();
@@ -245,47 +246,6 @@ template <int D> class HostMachine {
         for (int layer = layers.begin; P::adds_to(kind) && layer < layers.end; ++layer)
           merge(layer, kind);
     }
-  }
-  template <class P> void scatter_loads(const P &pass)
-  {
-    const SumsByKind<std::int64_t *> sums = {{view_.sums[InertiaSums], view_.sums[VectorSums]}};
-    P own = pass;
-    own.begin();
-    for (int k = 0; k < pass.items(); ++k) own(k, sums);
-  }
-
-  /// The shared nodes, where passes can read them.
-  const int *given_nodes() const
-  {
-    return shared_->given().data();
-  }
-  const int *taken_nodes() const
-  {
-    return shared_->taken().data();
-  }
-  /// Room for what ranks exchange, until it is asked for again.
-  std::int64_t *exchange_buffer(std::size_t count)
-  {
-    exchange_.resize(count);
-    return exchange_.data();
-  }
-
-  template <class T> const T *of_nodes(const T *field, int row = 0) const
-  {
-    return field + view_.in_row(row, 0);
-  }
-  double unbalanced() const
-  {
-    return maxima_.empty() ? 0.0 : maxima_[Unbalanced];
-  }
-
-  static constexpr double transfer_time()
-  {
-    return 0.0;
-  }
-  std::string description() const
-  {
-    return std::to_string(threads_) + (threads_ == 1 ? " CPU thread" : " CPU threads");
   }
 
  private:

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "mpm/box_parts.h"
+#include "mpm/point_nodes.h"
 
 namespace mpm {
 

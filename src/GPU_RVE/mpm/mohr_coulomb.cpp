@@ -23,27 +23,9 @@ namespace {
     double shear;
     double radius;    ///< of Mohr's circle in the plane
 
-    PrincipalStress(const Tensor2 &stress, const double *memory) :
-        PrincipalStress(stress, memory[MohrCoulomb<2>::OutOfPlaneStress])
+    PrincipalStress(const Tensor2 &stress, const double *memory)
     {
-    }
-    /// After an elastic increment of that stress.
-    PrincipalStress(const Tensor2 &trial, const double *memory, double lame_first,
-                    const Tensor2 &strain) :
-        PrincipalStress(trial,
-                        memory[MohrCoulomb<2>::OutOfPlaneStress] + lame_first * trace(strain))
-    {
-    }
-
-    void store(const MohrCoulombReturn::Principal &values, Tensor2 &stress, double *memory) const
-    {
-      stress = in_plane(values);
-      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
-    }
-
-   private:
-    PrincipalStress(const Tensor2 &stress, double out_of_plane)
-    {
+      const double out_of_plane = memory[MohrCoulomb<2>::OutOfPlaneStress];
       const double mean = 0.5 * (stress(0, 0) + stress(1, 1));
       half_difference = 0.5 * (stress(0, 0) - stress(1, 1));
       shear = stress(0, 1);
@@ -58,6 +40,13 @@ namespace {
       principal.value[out] = out_of_plane;
     }
 
+    void store(const MohrCoulombReturn::Principal &values, Tensor2 &stress, double *memory) const
+    {
+      stress = in_plane(values);
+      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
+    }
+
+   private:
     /// In the plane, with the directions of before: isotropy keeps them.
     Tensor2 in_plane(const MohrCoulombReturn::Principal &values) const
     {
@@ -77,11 +66,6 @@ namespace {
         stress_(stress), axes_(stress)
     {
       for (int i = 0; i < 3; ++i) principal.value[i] = axes_.value[i];
-    }
-    PrincipalStress(const Tensor3 &trial, const double *memory, double /*lame_first*/,
-                    const Tensor3 & /*strain*/) :
-        PrincipalStress(trial, memory)
-    {
     }
 
     /// What the return takes away, along the axes: a stress that it leaves alone keeps its bits.
@@ -124,10 +108,8 @@ void MohrCoulomb<D>::update(int count, const int *point_index, const Tensor *def
   for (int k = 0; k < count; ++k) {
     const int p = point_index[k];
     double *state = memory[p];
-    const MidpointIncrement<D> increment = midpoint_increment(deformation_increment[p]);
-    const PrincipalStress<D> trial(
-        elastic_stress(stress[p], increment, return_.lame_first, return_.shear_modulus), state,
-        return_.lame_first, increment.strain);
+    const PrincipalStress<D> trial(this->elastic_trial(deformation_increment[p], stress[p], state),
+                                   state);
     const MohrCoulombReturn::Principal after = return_(trial.principal);
     trial.store(after, stress[p], state);
 

@@ -1,83 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Passes over nodes: fields from their sums, and the balance of momentum.
+// Passes over nodes: the balance of momentum, and velocities.
 
 #pragma once
 
 #include "mpm/step_view.h"
 
 namespace mpm {
-
-/// Mass and momentum of a node.
-template <int D> struct InertiaOfNode {
-  rve::FixedScale mass_scale, momentum_scale;
-
-  RVE_HD void begin(const StepView<D> &step)
-  {
-    mass_scale = step.mass_scale();
-    momentum_scale = step.momentum_scale();
-  }
-  RVE_HD void take(const StepView<D> &step, int n) const
-  {
-    const std::int64_t *sums = step.sums_at(InertiaSums, n);
-    step.mass[n] = mass_scale.real(sums[0]);
-    for (int c = 0; c < D; ++c) step.momentum[n][c] = momentum_scale.real(sums[1 + c]);
-  }
-};
-
-/// The momentum at the start of the step is that for the first strains too.
-template <int D> struct StrainsAtStart {
-  RVE_HD void begin(const StepView<D> &) {}
-  RVE_HD void take(const StepView<D> &step, int n) const
-  {
-    step.forget_contacts(n);
-    step.momentum_end[n] = step.momentum[n];
-  }
-};
-
-/// p += f dt; what bodies did in the step before is forgotten.
-template <int D> struct ForceOfNode {
-  rve::FixedScale scale;
-
-  RVE_HD void begin(const StepView<D> &step) { scale = step.force_scale(); }
-  RVE_HD void take(const StepView<D> &step, int n) const
-  {
-    const std::int64_t *sums = step.sums_at(VectorSums, n);
-    for (int c = 0; c < D; ++c) step.force[n][c] = scale.real(sums[c]);
-    step.momentum_end[n] = step.mass[n] > 0.0 ? step.momentum[n] + step.dt * step.force[n]
-                                              : Vec<D>::zero();
-    step.forget_contacts(n);
-    for (int b = 0; b < step.num_bodies; ++b) step.body_impulse[step.in_row(b, n)] = Vec<D>::zero();
-  }
-};
-
-/// The momentum of the second extrapolation.
-template <int D> struct MomentumAgainOfNode {
-  rve::FixedScale scale;
-
-  RVE_HD void begin(const StepView<D> &step) { scale = step.momentum_again_scale(); }
-  RVE_HD void take(const StepView<D> &step, int n) const
-  {
-    const std::int64_t *sums = step.sums_at(VectorSums, n);
-    for (int c = 0; c < D; ++c) step.momentum_end[n][c] = scale.real(sums[c]);
-  }
-};
-
-/// All that the Parts make of the sums of a node, in their order.
-template <int D, class... Parts> struct TakeSums : NodePass<D>, Parts... {
-  using Pass<D>::step;
-  TakeSums(const NodePass<D> &pass) : NodePass<D>(pass) {}
-
-  RVE_HD void begin() { (Parts::begin(step), ...); }
-  template <class Tally> RVE_HD void operator()(int n, Tally &) const
-  {
-    (Parts::take(step, n), ...);
-  }
-};
-
-template <int D> using NodeInertia = TakeSums<D, InertiaOfNode<D>, StrainsAtStart<D>>;
-template <int D> using NodeForce = TakeSums<D, ForceOfNode<D>>;
-template <int D> using NodeInertiaAndForce = TakeSums<D, InertiaOfNode<D>, ForceOfNode<D>>;
-template <int D> using NodeMomentumAgain = TakeSums<D, MomentumAgainOfNode<D>>;
 
 /// Sides, Cundall's local damping, and, unless damping disturbed the conditions, the velocities.
 template <int D> struct NodeBalance : NodePass<D> {
@@ -129,13 +57,10 @@ template <int D> struct NodeDamped : NodePass<D> {
 /// side (Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. ASCE 95, 859). They act on the momenta with the
 /// forces, before bodies and sides; what a side holds has none.
 ///
-/// The share of a node in the area follows from its mass: material whose face is on the side has
-/// m = ρ A ∫ (1 - x/h) dx = ρ A h/2 there, for any points per cell, and half of it where the face ends
-/// or another side begins. So ρ A c v = (2 c/h) m v, without an area or a density. The velocity is
-/// that in the middle of the step, v = (p + p_end)/2m: p_end = p + f dt - β (p + p_end) with
-/// β = c dt/h takes the energy ρ c A v² dt of the node and never gives any. Beyond β = 1 it turns the
-/// velocity of a node over, of which points see a part only: then they gain energy, and cfl_number()
-/// counts these speeds too.
+/// Material whose face is on the side gives its nodes the mass m = ρ A h/2, so ρ A c v = (2 c/h) m v
+/// needs no area or density (doc/src/theory_mpm.rst). With the velocity in the middle of the step
+/// p_end = p + f dt - β (p + p_end), β = c dt/h, which never gives energy. Beyond β = 1 it turns the
+/// velocity of a node over, of which points see a part only: cfl_number() counts these speeds too.
 template <int D> struct AbsorbAtNode : Pass<D> {
   using Pass<D>::step;
 

@@ -4,7 +4,7 @@
 
 #pragma once
 
-#include "mpm/cell_passes.h"
+#include "mpm/point_nodes.h"
 
 namespace mpm {
 
@@ -190,6 +190,18 @@ template <int D> struct AdvancePoint : PointPass<D> {
       x[c] = body.origin[c] + step.dt * linear[c] + arm[c];
       v[c] = velocity[c];
     }
+  }
+};
+
+/// L of a point before its dilation is replaced by that of its cells.
+template <int D> struct GradientOfPoint : PointPass<D> {
+  using Pass<D>::step;
+  template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
+  {
+    if (step.points.rigid_body[p] >= 0) return;
+    const Tensor<D> gradient = gathered_gradient(step, p, step.velocity);
+    step.points.velocity_gradient[p] = gradient;
+    tally.raise(DilationBound, std::abs(trace(gradient)));
   }
 };
 

@@ -9,9 +9,9 @@
 #include "mpm/node_passes.h"
 #include "mpm/point_passes.h"
 #include "mpm/rigid_contact.h"
-#include "mpm/scatter_passes.h"
 #include "mpm/shared_nodes.h"
 #include "mpm/step_runner.h"
+#include "mpm/sum_passes.h"
 #include "rve/core/error.h"
 
 #include <algorithm>
@@ -59,8 +59,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     if (usavg) {
       finish_stress(update);
       prepare(false);
-      scatter<ScatterInertia>();
-      over<NodeInertia>();
+      sum<InertiaForStrains>(false);
       impose_bodies(Contact::Find, false);
       find_strains(part);
       begin_stress(part, update);
@@ -70,9 +69,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2, "with loads");
       share_maxima(VolumeBound, 3 + machine_.view().num_loads);
       if (machine_.knows_at_once()) check_sums();
-      find_cell_means(false);
-      scatter_with_loads<ScatterForces>();
-      over<NodeForce>();
+      find_cell_means<MeanPressure>();
+      sum<Force>(true);
       balance();
       move(part);
     } else {
@@ -268,9 +266,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   void find_forces()
   {
-    find_cell_means(false);
-    scatter_with_loads<ScatterInertiaAndForces>();
-    over<NodeInertiaAndForce>();
+    find_cell_means<MeanPressure>();
+    sum<Inertia, Force>(true);
     balance();
   }
 
@@ -282,18 +279,15 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     static_assert(ContactBound == MomentumAgainBound + 2, "all at once");
     share_maxima(MomentumAgainBound, 3);
     if (machine_.knows_at_once()) check_sums();
-    scatter<ScatterMomentumAgain>();
-    over<NodeMomentumAgain>();
+    sum<MomentumAgain>(false);
     impose_bodies(Contact::Keep, false);
     find_strains(dt);
   }
 
-  /// Means over cells of dilation or pressure, where they are asked for.
-  void find_cell_means(bool of_dilation)
+  /// Means over cells, where they are asked for.
+  template <template <int> class Mean> void find_cell_means()
   {
-    if (!options_.mean_dilation) return;
-    scatter<ScatterToCells>(of_dilation);
-    over<MeanOfCell>(of_dilation);
+    if (options_.mean_dilation) sum<Mean>(false);
   }
 
   /// The momentum balance of the nodes under all conditions, and their velocities.
@@ -315,7 +309,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     if (options_.mean_dilation) {
       over<GradientOfPoint>();
       share_maxima(DilationBound, 1);
-      find_cell_means(true);
+      find_cell_means<MeanDilation>();
     }
     over<StrainPoint>(dt);
   }
@@ -410,27 +404,26 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.over(sums);
   }
 
-  template <template <int> class P, class... Arguments> void scatter(const Arguments &...arguments)
+  /// Sums over all points, and over the forces of loads, on the nodes.
+  template <template <int> class... Sum> void sum(bool with_loads)
   {
-    machine_.scatter(P<D>{{machine_.view()}, arguments...});
-    share_sums<P<D>>();
-  }
-  template <template <int> class P> void scatter_with_loads()
-  {
-    machine_.scatter(P<D>{{machine_.view()}});
-    machine_.scatter_loads(ScatterLoad<D>{{machine_.view()}});
-    share_sums<P<D>>();
+    using Points = Scatter<D, Sum...>;
+    machine_.scatter(Points{{machine_.view()}});
+    if (with_loads) machine_.scatter_loads(ScatterLoad<D>{{machine_.view()}});
+    share_sums<Points>();
+    machine_.over(TakeSums<D, Sum...>{{machine_.view()}});
   }
 
   /// Sums of a pass over all ranks, where that matters to this one.
   template <class P> void share_sums()
   {
     if (communication_.ranks == 1) return;
-    ListedSums<D> sums{{machine_.view()},
-                       machine_.given_nodes(),
-                       static_cast<int>(shared_.given().size()),
-                       {P::adds_to(InertiaSums), P::adds_to(VectorSums)},
-                       nullptr};
+    MoveSums<D> sums{{machine_.view()},
+                     machine_.given_nodes(),
+                     static_cast<int>(shared_.given().size()),
+                     {P::adds_to(InertiaSums), P::adds_to(VectorSums)},
+                     nullptr,
+                     true};
     if (machine_.ranks_meet_there()) {
       machine_.meet_for_sums(sums, shared_);
       return;
@@ -439,7 +432,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     const std::size_t given = shared_.given().size(), taken = shared_.taken().size();
     std::int64_t *buffer = machine_.exchange_buffer(width * (given + taken));
     sums.buffer = buffer;
-    machine_.over(PackSums<D>{sums});
+    machine_.over(sums);
     machine_.wait();
     messages_.clear();
     std::int64_t *sent = buffer, *received = buffer + width * given;
@@ -452,7 +445,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     sums.nodes = machine_.taken_nodes();
     sums.count = static_cast<int>(taken);
     sums.buffer = buffer + width * given;
-    machine_.over(UnpackSums<D>{sums});
+    sums.packs = false;
+    machine_.over(sums);
   }
 
   void share_maxima(int first, int count) { machine_.share_maxima(communication_, first, count); }

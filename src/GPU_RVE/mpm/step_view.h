@@ -129,12 +129,8 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + FACES<D> * body; }
   RVE_HD int num_maxima() const { return body_maximum(num_bodies); }
 
-  RVE_HD rve::FixedScale mass_scale() const { return {maximum[MassBound], point_total}; }
-  RVE_HD rve::FixedScale momentum_scale() const { return {maximum[MomentumBound], point_total}; }
-  RVE_HD rve::FixedScale momentum_again_scale() const
-  {
-    return {maximum[MomentumAgainBound], point_total};
-  }
+  /// For sums over all points with this bound.
+  RVE_HD rve::FixedScale scale(Maximum bound) const { return {maximum[bound], point_total}; }
   /// Bound of all forces that a point can put on a node [force].
   RVE_HD double force_bound() const
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // A point and its nodes: the parts of a box that is larger than a cell, what the point gives to sums
-// on nodes, and what it gathers from fields on nodes.
+// on nodes, what it gathers from fields on nodes, and the cells that its box covers.
 
 #pragma once
 
@@ -79,6 +79,50 @@ RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> 
     sum = sum + part.share() * interpolate_gradient(support, field);
   });
   return sum;
+}
+
+/// visit(node, weight) for the cells that the box of a point covers, by the node below each, with the
+/// part of the box that is in it. With linear shape functions all of a point is in one cell.
+template <int D, class Visit>
+RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
+{
+  const PointBox<D> &box = step.box[p];
+  const bool has_extent = step.shape != ShapeFunction::Linear;
+  int first[D];
+  int count[D];
+  int total = 1;
+  for (int a = 0; a < D; ++a) {
+    const double half = has_extent ? box.half[a] : 0.0;
+    const int last_cell = step.grid.cells(a) - (has_extent ? 0 : 1);
+    int last = static_cast<int>(std::floor(box.place[a] + half));
+    first[a] = static_cast<int>(std::floor(box.place[a] - half));
+    if (last > last_cell) last = last_cell;
+    if (first[a] > last) first[a] = last;
+    count[a] = last - first[a] + 1;
+    total *= count[a];
+  }
+  for (int k = 0; k < total; ++k) {
+    Place<D> cell;
+    double weight = 1.0;
+    for (int a = 0, rest = k; a < D; ++a) {
+      cell[a] = first[a] + rest % count[a];
+      rest /= count[a];
+      if (!has_extent) continue;
+      const double low = box.place[a] - box.half[a], high = box.place[a] + box.half[a];
+      const double from = low > cell[a] ? low : cell[a];
+      const double to = high < cell[a] + 1.0 ? high : cell[a] + 1.0;
+      weight *= to > from ? (to - from) / (high - low) : 0.0;
+    }
+    if (weight > 0.0) visit(step.grid.node(cell), weight);
+  }
+}
+
+/// The mean of the cells of a point.
+template <int D> RVE_HD double mean_of_cells(const StepView<D> &step, int p)
+{
+  double mean = 0.0;
+  each_cell(step, p, [&](int node, double weight) { mean += weight * step.cell_mean[node]; });
+  return mean;
 }
 
 }    // namespace mpm
