@@ -2,11 +2,11 @@
 // Velocity conditions on the sides of the grid, and the arrays of rigid bodies on it. Contact with
 // bodies is in face_contact.h and rigid_contact.h.
 //
-// Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the forces, which gives the
-// velocities of the grid, and on those that the points brought, from which their increments are counted. What is held then gives
-// its points the change of its own velocity, and not the difference between theirs and its own. The wall or body feels the first
-// impulse less the second one, of which points with increments alone (flip 1) keep everything and those with velocities of the
-// grid (flip 0) nothing. Sides are imposed node by node, bodies column by column of nodes: neither looks at what the others change.
+// Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the
+// forces, which gives the velocities of the grid, and on those that the points brought, from which
+// their increments are counted. The wall or body feels the first impulse less flip times the second one
+// (doc/src/theory_mpm.rst). Sides are imposed node by node, bodies column by column of nodes: neither
+// looks at what the others change.
 
 #pragma once
 

@@ -24,8 +24,8 @@ template <int D> class ElasticLaw : public Constitutive<D> {
   {
   }
 
-  const double shear_modulus_;    ///< μ [stress]
-  const double lame_first_;       ///< λ [stress]
+  double shear_modulus_;    ///< μ [stress]
+  double lame_first_;       ///< λ [stress]
 };
 
 }    // namespace mpm

@@ -3,18 +3,10 @@
 //
 // The face of a body generally lies between two rows of nodes, an inner and an outer one. In every
 // column of nodes under the body, the velocity interpolated at the face is that of the body. With w
-// the distance of the face from the inner row in cells,
-//   (1 - w) v_in + w v_out = v_body,     impulses (1 - w) J on the inner, w J on the outer node,
+// the distance of the face from the inner row in cells, the impulses are (1 - w) J and w J with
 //   J = (v_body - (1 - w) v_in - w v_out) / ((1 - w)² / m_in + w² / m_out).
-// This is a projection in the metric of the mass, so it cannot add energy. The force acts on the
-// nodes as a traction at the face does: uniform stress under the body stays in equilibrium wherever
-// the face is, and nothing jumps when the face passes a row. Prescribing whole rows instead leaves
-// either a void or a rigid layer of up to a cell under the face. With linear shape functions, whose
-// points have no extent, w is rounded to 0 or 1.
-//
-// Rows further inside the body move with it. On the lateral faces of the body material can slide
-// and separate. A node on an edge between two lateral faces is held if it moves into both, by the
-// face that has to change its velocity less. A lateral face that a neighboring body covers is none.
+// With linear shape functions w is rounded to 0 or 1. doc/src/theory_mpm.rst has the reasons, and how
+// material slides on the lateral faces of a body. A lateral face that a neighboring body covers is none.
 //
 // Columns are under the body if they are within its width, edges included: edges should lie on
 // columns. Columns of a round body are those within its radius. The nodes of its outermost cell are

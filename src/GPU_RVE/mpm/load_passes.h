@@ -74,16 +74,8 @@ template <int D> struct PrepareLoad : LoadPass<D> {
 };
 
 /// Traction t on the face of a point's box: f_I = t A N_t,I(x_t) H_n,I(x_face), with N the shape
-/// function of the point along the face, and H the hat function at the face itself across it.
-///
-/// Across the face the slope of the averaged shape function is the difference of the hat function
-/// over the box,
-///   ∂S/∂y = [H(y + l) - H(y - l)] / 2l,
-/// so a point with stress σ puts -V σ ∂S/∂y S_x = -A σ S_x [H(y + l) - H(y - l)] on a node
-/// (V = 2 l A). In a column of boxes that touch each other the sum telescopes to
-/// -A σ S_x [H(top) - H(bottom)]: it is balanced to round-off by t = σ on the top face if, and only
-/// if, t is spread with S_x along the face and with H at the place of the face. For linear functions
-/// ∂N/∂y at the centre equals the same difference as long as the box lies within one cell.
+/// function of the point along the face, and H the hat function at the face itself across it. Uniform
+/// stress is then in equilibrium with t = σ to round-off (doc/src/theory_mpm.rst, tractions).
 template <int D> struct ScatterLoad : LoadPass<D> {
   using Pass<D>::step;
   rve::FixedScale scale = {};

@@ -113,12 +113,9 @@ template <int D> struct MomentumAgain {
   }
 };
 
-/// Volume of the points in each cell, and volume times their dilation or pressure, for means.
-///
-/// Many points in a cell ask for more constraints of volume than its nodes have freedoms, and the
-/// material locks. With the mean of the cell it has one (Hughes 1980, Int. J. Numer. Meth. Engng 15,
-/// 1413). With the mean pressure forces do the work of the stresses:
-/// Σ_p V p tr(L)_mean = Σ_c V_c p_c tr(L)_c = Σ_p V p_mean tr(L).
+/// Volume of the points in each cell, and volume times their dilation or pressure, for means: a cell
+/// with many points then has one constraint of volume (Hughes 1980, Int. J. Numer. Meth. Engng 15,
+/// 1413). With the mean pressure in the forces these do the work of the stresses.
 template <int D, bool IS_DILATION> struct CellMean {
   static constexpr SumKind KIND = VectorSums;
   rve::FixedScale volume_scale, product_scale;
