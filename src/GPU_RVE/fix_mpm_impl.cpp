@@ -43,8 +43,6 @@ FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
     Impl(_fix->lmp), Scene(_fix->lmp, _fix, MpmSettings<D>::parse(_fix->lmp, narg, arg)),
     progress(lmp, fmt::format("fix mpm {}", fix->id), settings.progress_interval)
 {
-  static_assert(MPM_RESTART_VERSION == 8 && DOUBLES == (D == 2 ? 20 : 37),
-                "restart files change: raise their version");
   const Tensor &initial = settings.initial_stress;
   std::string doubt;
   for (const MpmModel<D> &model : settings.models)
@@ -82,14 +80,14 @@ template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
         layout.add(model.word, model.law ? model.law->state_variables() : mpm::StateVariables()));
   for (const std::string &name : settings.columns) {
     rve::Words known;
-    std::string unit;
+    auto [field, unit] = Fields::number_field(name);
     for (int law = 0; law < layout.num_laws(); law++)
       for (const mpm::StateVariable &variable : layout.variables(law)) {
         if (std::find(known.begin(), known.end(), variable.name) == known.end())
           known.emplace_back(variable.name);
         if (variable.name == name) unit = variable.unit;
       }
-    if (std::find(known.begin(), known.end(), name) == known.end())
+    if (!field && std::find(known.begin(), known.end(), name) == known.end())
       error->all(FLERR, "Fix mpm column: no model has the state variable '{}'{}", name,
                  known.empty() ? std::string("; the models have none")
                                : rve::did_you_mean(name, known, "there are"));
@@ -98,6 +96,8 @@ template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
       utils::logmesg(lmp, "fix mpm {}: column {} is {}{}\n", fix->id, num_columns(), name,
                      unit.empty() ? unit : " [" + unit + "]");
   }
+  for (const std::string &name : state_columns)
+    field_columns.push_back(Fields::number_field(name).first);
   for (int law = 0; law < layout.num_laws(); law++) {
     place_of_law.emplace_back();
     for (const std::string &name : state_columns)
@@ -114,22 +114,14 @@ template <int D> void FixMpm::ImplOf<D>::begin_memory(int i)
 
 template <int D> int FixMpm::ImplOf<D>::pack(int i, double *buf, int num_memory)
 {
-  int m = 0;
-  for_each_array([&](auto &array) {
-    memcpy(buf + m, &array[i], sizeof(array[i]));
-    m += sizeof(array[i]) / sizeof(double);
-  });
+  const int m = Fields::pack_point(i, buf);
   std::copy_n(memory_of(i), num_memory, buf + m);
   return m + num_memory;
 }
 
 template <int D> int FixMpm::ImplOf<D>::unpack(int i, const double *buf, int num_memory)
 {
-  int m = 0;
-  for_each_array([&](auto &array) {
-    memcpy(&array[i], buf + m, sizeof(array[i]));
-    m += sizeof(array[i]) / sizeof(double);
-  });
+  const int m = Fields::unpack_point(i, buf);
   std::copy_n(buf + m, num_memory, memory_of(i));
   return m + num_memory;
 }
@@ -179,7 +171,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
 #pragma omp parallel for num_threads(rve::team_for(nlocal, settings.options.threads))
   for (int i = 0; i < nlocal; i++)
     failed.guard(i, [&] {
-      if (body[i] < 0 && model[i] >= 0 && volume0[i] > 0.0 &&
+      if (body[i] < 0 && model[i] >= 0 && initial_volume[i] > 0.0 &&
           remembering[i] != law_of_model[model[i]]) {
         const FixRve *const source = grains[model[i]];
         if (source && source->rves().slot[i] >= 0 && update->ntimestep > update->firststep)
@@ -231,14 +223,8 @@ template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
     view.velocity = {&atom->v[0][0]};
     view.body_force = {&atom->f[0][0]};
   }
-  view.mass = mass.data();
-  view.volume = volume.data();
-  view.initial_volume = volume0.data();
-  view.half_size = half_size.data();
-  view.deformation_gradient = deformation_gradient.data();
-  view.stress = stress.data();
+  Fields::show(view);
   view.memory = rows.data();
-  view.velocity_gradient = velocity_gradient.data();
   view.model = model.data();
   view.rigid_body = body.data();
   return view;
@@ -318,7 +304,7 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
     error->one(FLERR, "Fix mpm: atom {} has no constitutive model; see the keyword model",
                atom->tag[i]);
   const FixRve *source = rigid ? nullptr : grains[model[i]];
-  const bool is_new = volume0[i] == 0.0;
+  const bool is_new = initial_volume[i] == 0.0;
   if (is_new && in_run && (rigid || source))
     error->one(FLERR,
                "Fix mpm, step {}: atom {} was created in this run, as a point of {}; this is "
@@ -331,15 +317,14 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
     error->one(FLERR, "Fix mpm: atom {} has no RVE of fix {}; is it in its group?", atom->tag[i],
                source->id);
   if (!is_new) return false;
+  Fields::set_point(i, {});
   const double half = 0.5 * settings.width_of_point();
   for (int a = 0; a < D; a++) {
     reference[i][a] = atom->x[i][a];
     half_size[i][a] = half;
   }
-  volume0[i] = volume[i] = settings.initial_volume;
-  deformation_gradient[i] = Tensor::identity();
-  velocity_gradient[i] = Tensor::zero();
-  stress[i] = rigid ? Tensor::zero() : source ? stress_of<D>(*source, i) : settings.initial_stress;
+  initial_volume[i] = volume[i] = settings.initial_volume;
+  if (!rigid) stress[i] = source ? stress_of<D>(*source, i) : settings.initial_stress;
   if (!rigid) begin_memory(i);
   const double density = this->given_density(points(), i);
   if (density > 0.0)
@@ -467,7 +452,10 @@ template <int D> void FixMpm::ImplOf<D>::fill_output()
     const bool remembers = body[i] < 0 && remembering[i] != NO_LAW;
     for (std::size_t k = 0; k < state_columns.size(); k++) {
       const int place = remembers ? place_of_law[(int) remembering[i]][k] : -1;
-      row[STATE + k] = place < 0 ? 0.0 : memory_of(i)[place];
+      if (place >= 0)
+        row[STATE + k] = memory_of(i)[place];
+      else
+        row[STATE + k] = field_columns[k] ? (*field_columns[k])[i] : 0.0;
     }
   }
   output_is_old = false;
@@ -509,7 +497,7 @@ template <int D> double FixMpm::ImplOf<D>::bytes() const
 template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 {
   if (solver) solver->settle();    // stresses that come go to where the arrays were
-  for_each_array([=](auto &array) { array.resize(nmax); });
+  Fields::resize_fields(nmax);
   rows.resize((std::size_t) nmax * layout.width());
   memory->grow(output, nmax, fix->size_peratom_cols, "fix mpm:output");
   fix->array_atom = output;
@@ -518,7 +506,7 @@ template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 template <int D> void FixMpm::ImplOf<D>::copy_arrays(int i, int j)
 {
   take_over();
-  for_each_array([=](auto &array) { array[j] = array[i]; });
+  Fields::set_point(j, Fields::point(i));
   std::copy_n(memory_of(i), layout.width(), memory_of(j));
   std::copy_n(fix->array_atom[i], fix->size_peratom_cols, fix->array_atom[j]);
 }
@@ -526,9 +514,8 @@ template <int D> void FixMpm::ImplOf<D>::copy_arrays(int i, int j)
 template <int D> void FixMpm::ImplOf<D>::set_arrays(int i)
 {
   take_over();
-  volume0[i] = volume[i] = 0.0;
+  Fields::set_point(i, {});
   has_new = true;
-  remembering[i] = NO_LAW;
   std::fill_n(fix->array_atom[i], fix->size_peratom_cols, 0.0);
 }
 

@@ -4,6 +4,7 @@
 
 #pragma once
 
+#include "fix_mpm_fields.h"
 #include "fix_mpm_jobs.h"
 #include "lammps/progress.h"
 #include "lammps/restart_record.h"
@@ -18,9 +19,13 @@
 namespace LAMMPS_NS {
 
 /// A continuum of D dimensions.
-template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D> {
+template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
   using Scene = MpmScene<D>;
   using Scene::fix, Scene::settings, Scene::solver, Scene::grains, Scene::laws, Scene::turning;
+  using Fields = MpmFields<D>;
+  using Fields::DOUBLES, Fields::NO_LAW, Fields::reference, Fields::half_size, Fields::mass;
+  using Fields::initial_volume, Fields::volume, Fields::deformation_gradient, Fields::stress;
+  using Fields::remembering;
   using Vec = mpm::Vec<D>;
   using Tensor = mpm::Tensor<D>;
 
@@ -80,8 +85,6 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D> {
     PER_TURNING = TORQUE + SPINS
   };
 
-  static constexpr double NO_LAW = -1.0;
-
   MpmLoads<D> loads{*this};
   MpmWaves<D> waves{*this};
   MpmChecks<D> checks{*this};
@@ -94,20 +97,7 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D> {
   bool has_new = false;          // atoms of this rank that are no points yet
   bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
 
-  // what a point carries, besides position and velocity in atom->x and atom->v; initial volume 0:
-  // not yet made
-  std::vector<Vec> reference, half_size;
-  std::vector<double> mass, volume0, volume;
-  std::vector<Tensor> deformation_gradient, stress, velocity_gradient;
-  std::vector<double> remembering;    // whose state variables: a law in `layout`, or NO_LAW
-
-  template <class F> void for_each_array(F &&f)
-  {
-    f(reference), f(half_size), f(mass), f(volume0), f(volume);
-    f(deformation_gradient), f(stress), f(velocity_gradient), f(remembering);
-  }
-
-  // and the state variables, in rows of the same width
+  // the state variables of the points, in rows of the same width
   mpm::MemoryLayout layout;
   std::vector<double> rows;
   std::vector<int> law_of_model;    // in `layout`
@@ -117,6 +107,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D> {
   // row, -1 where a law has none
   std::vector<std::string> state_columns = first_state_columns();
   std::vector<std::vector<int>> place_of_law;
+  // the field of the points that a column shows where a law has no such state variable, or null
+  std::vector<const std::vector<double> *> field_columns;
 
   double *memory_of(int i) { return rows.data() + (std::size_t) i * layout.width(); }
   static std::vector<std::string> first_state_columns()
@@ -153,8 +145,6 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D> {
 
   int unpack(int i, const double *buf, int num_memory);
 
-  // without its row of memory
-  static constexpr int DOUBLES = (2 * sizeof(Vec) + 3 * sizeof(Tensor)) / sizeof(double) + 4;
   // of a restart file: header, the point and a checksum, without its row of memory
   static constexpr int RECORD = RestartRecords::HEADER + DOUBLES + 1;
 

@@ -132,6 +132,25 @@ TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
       }
 }
 
+TEST(FixMpm, ShowsFieldsOfPointsAsColumns)
+{
+  // columns behind x, y, vx, vy; the fields are 18 to 20 of the fix
+  constexpr int EPS_V = 12, RHO = 14, MASS = 21;
+  std::string scene = elastic_footing();
+  scene.insert(scene.size() - 1, " column mass column volume column initial_volume");
+  SoilScript script;
+  script << scene + "run 40\n";
+  double least = 1.0;
+  for (const auto &[id, row] : script.points()) {
+    const double mass = row[MASS], volume = row[MASS + 1], initial_volume = row[MASS + 2];
+    EXPECT_EQ(row[RHO], mass / volume) << id;
+    EXPECT_EQ(initial_volume, 1.0) << id;
+    EXPECT_NEAR(volume, 1.0 + row[EPS_V], 0.01) << id;
+    least = std::min(least, volume);
+  }
+  EXPECT_LT(least, 0.999) << "the footing compresses the ground";
+}
+
 TEST(FixMpm, FreeFallUnderFixGravity)
 {
   SoilScript script;

@@ -21,15 +21,12 @@ using mpm::Vec2;
 using rve::Tensor2;
 
 /// Owns what a PointView points to.
-template <int D> struct SceneOf {
+template <int D> struct SceneOf : mpm::PointArrays<D> {
   using Vec = mpm::Vec<D>;
   using Tensor = mpm::Tensor<D>;
 
   std::vector<std::int64_t> id;
-  std::vector<double> position, velocity, body_force, mass, volume, initial_volume;
-  std::vector<Vec> half_size;
-  std::vector<Tensor> deformation_gradient, stress, velocity_gradient;
-  std::vector<double> memory;
+  std::vector<double> position, velocity, body_force, memory;
   int memory_width = 0;
   std::vector<int> model, rigid_body;
 
@@ -38,21 +35,20 @@ template <int D> struct SceneOf {
   /// In the plane of unit thickness.
   int add(const Vec &place, const Vec &half, double density)
   {
+    mpm::PointRecord<D> point = mpm::new_point<D>();
     double size_of_box = 1.0;
     for (int a = 0; a < D; ++a) size_of_box *= 2.0 * half[a];
+    point.mass = density * size_of_box;
+    point.volume = point.initial_volume = size_of_box;
+    point.half_size = half;
     id.push_back(size() + 1);
+    this->resize(size());
+    this->set_record(size() - 1, point);
     for (int c = 0; c < 3; ++c) {
       position.push_back(c < D ? place[c] : 0.0);
       velocity.push_back(0.0);
       body_force.push_back(0.0);
     }
-    mass.push_back(density * size_of_box);
-    volume.push_back(size_of_box);
-    initial_volume.push_back(size_of_box);
-    half_size.push_back(half);
-    deformation_gradient.push_back(Tensor::identity());
-    stress.push_back(Tensor::zero());
-    velocity_gradient.push_back(Tensor::zero());
     memory.resize(memory.size() + memory_width, 0.0);
     model.push_back(0);
     rigid_body.push_back(-1);
@@ -95,7 +91,7 @@ template <int D> struct SceneOf {
   {
     memory_width = static_cast<int>(law.state_variables().size());
     memory.assign(static_cast<std::size_t>(memory_width) * size(), 0.0);
-    for (int p = 0; p < size(); ++p) law.begin_memory(stress[p], row(p));
+    for (int p = 0; p < size(); ++p) law.begin_memory(this->stress[p], row(p));
   }
   double *row(int p) { return memory.data() + p * memory_width; }
 
@@ -104,20 +100,15 @@ template <int D> struct SceneOf {
   {
     SceneOf scene;
     scene.memory_width = memory_width;
+    scene.resize(order.size());
     for (const int p : order) {
+      scene.set_record(scene.size(), this->record(p));
       scene.id.push_back(id[p]);
       for (int c = 0; c < 3; ++c) {
         scene.position.push_back(position[3 * p + c]);
         scene.velocity.push_back(velocity[3 * p + c]);
         scene.body_force.push_back(body_force[3 * p + c]);
       }
-      scene.mass.push_back(mass[p]);
-      scene.volume.push_back(volume[p]);
-      scene.initial_volume.push_back(initial_volume[p]);
-      scene.half_size.push_back(half_size[p]);
-      scene.deformation_gradient.push_back(deformation_gradient[p]);
-      scene.stress.push_back(stress[p]);
-      scene.velocity_gradient.push_back(velocity_gradient[p]);
       const auto row = memory.begin() + p * memory_width;
       scene.memory.insert(scene.memory.end(), row, row + memory_width);
       scene.model.push_back(model[p]);
@@ -135,13 +126,7 @@ template <int D> struct SceneOf {
     view.position = {position.data()};
     view.velocity = {velocity.data()};
     view.body_force = {body_force.data()};
-    view.mass = mass.data();
-    view.volume = volume.data();
-    view.initial_volume = initial_volume.data();
-    view.half_size = half_size.data();
-    view.deformation_gradient = deformation_gradient.data();
-    view.stress = stress.data();
-    view.velocity_gradient = velocity_gradient.data();
+    this->show(view);
     view.memory = memory.data();
     view.model = model.data();
     view.rigid_body = rigid_body.data();

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What laws remember of points: rows as the layout says, begun by the law, and advanced where they are.
+// What points carry: their fields, and what laws remember, in rows as the layout says, begun by the
+// law, and advanced where they are.
 
 #include "mpm/law_table.h"
 #include "mpm/memory_layout.h"
+#include "mpm/points.h"
 
 #include <gtest/gtest.h>
 #include <set>
@@ -92,4 +94,39 @@ TEST(MemoryRows, ALawTouchesTheRowsOfItsPointsAndInThemItsOwnVariables)
     EXPECT_GT(rows[point][1], 0.0) << "it flows";
     EXPECT_EQ(stress[0](0, 1), 0.0);
   }
+}
+
+TEST(PointFields, MoveFromRecordToRecordAndAreSeenInAView)
+{
+  mpm::PointArrays<2> points;
+  points.resize(2);
+  mpm::PointRecord<2> point = mpm::new_point<2>();
+  EXPECT_EQ(point.deformation_gradient(0, 0), 1.0);
+  EXPECT_EQ(point.deformation_gradient(1, 0), 0.0);
+  EXPECT_EQ(point.volume, 0.0);
+  double number = 1.0;
+  mpm::PointRecord<2>::each(
+      [&](const auto &, auto &value) {
+        auto *first = reinterpret_cast<double *>(&value);
+        for (std::size_t k = 0; k < sizeof(value) / sizeof(double); ++k) first[k] = number++;
+      },
+      point);
+  points.set_record(1, point);
+  points.set_record(0, points.record(1));
+
+  mpm::PointView<2> view;
+  points.show(view);
+  EXPECT_EQ(view.half_size[0][0], 1.0);
+  EXPECT_EQ(view.mass[0], 3.0);
+  EXPECT_EQ(view.volume[0], 5.0);
+  EXPECT_EQ(view.velocity_gradient[0](1, 1), number - 1.0) << "each field has a row in the list";
+  view.volume[0] = 7.0;
+  EXPECT_EQ(points.record(0).volume, 7.0);
+}
+
+TEST(PointFields, HaveDifferentNames)
+{
+  std::set<std::string> names;
+  mpm::PointRecord<3>::each(
+      [&](const auto &field) { EXPECT_TRUE(names.insert(field.name).second) << field.name; });
 }

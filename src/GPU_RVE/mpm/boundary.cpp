@@ -34,20 +34,14 @@ template <int D> std::vector<std::uint8_t> Boundary<D>::sides(const Grid<D> &par
     if (sides_[side] == SideKind::Free) continue;
     const Face face = static_cast<Face>(side);
     const int axis = axis_of(face);
-    int bits = BoundaryView<D>::across(axis);
-    if (sides_[side] == SideKind::Fixed) bits |= BoundaryView<D>::fixed_across(axis);
+    int bits = SideBits::across(axis);
+    if (sides_[side] == SideKind::Fixed) bits |= SideBits::fixed_across(axis);
     common(part.held(), nodes_of(face)).for_each([&](const Place<D> &place) {
       std::uint8_t &of_node = of_nodes[part.node(place)];
       of_node = static_cast<std::uint8_t>(of_node | bits);
     });
   }
   return of_nodes;
-}
-
-template <int D> bool Boundary<D>::absorbs() const
-{
-  return std::any_of(dashpots_.begin(), dashpots_.end(),
-                     [](const Dashpots &dashpots) { return dashpots.exist(); });
 }
 
 template <int D> std::vector<AbsorbingNode<D>> Boundary<D>::absorbing(const Grid<D> &part) const

@@ -2,11 +2,11 @@
 // Velocity conditions on the sides of the grid, and the arrays of rigid bodies on it. Contact with
 // bodies is in face_contact.h and rigid_contact.h.
 //
-// Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the forces, which gives the
-// velocities of the grid, and on those that the points brought, from which their increments are counted. What is held then gives
-// its points the change of its own velocity, and not the difference between theirs and its own. The wall or body feels the first
-// impulse less the second one, of which points with increments alone (flip 1) keep everything and those with velocities of the
-// grid (flip 0) nothing. Sides are imposed node by node, bodies column by column of nodes: neither looks at what the others change.
+// Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the
+// forces, which gives the velocities of the grid, and on those that the points brought, from which
+// their increments are counted. The wall or body feels the first impulse less flip times the second one
+// (doc/src/theory_mpm.rst). Sides are imposed node by node, bodies column by column of nodes: neither
+// looks at what the others change.
 
 #pragma once
 
@@ -62,66 +62,11 @@ template <int D> struct RigidBodyState {
 /// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found.
 enum class Contact { Find, Keep };
 
-/// The conditions as the passes over the nodes see them.
-template <int D> struct BoundaryView {
-  /// Bits of a node: whether it is held by a side across an axis, and whether that side holds all components.
+/// Bits of a node: a side holds it across an axis, and that side holds all components.
+struct SideBits {
   static RVE_HD constexpr int across(int axis) { return 1 << 2 * axis; }
   static RVE_HD constexpr int fixed_across(int axis) { return 2 << 2 * axis; }
   static constexpr int FIXED_ACROSS_ANY = 0xaa;
-
-  Grid<D> grid;
-  ShapeFunction shape;
-  const std::uint8_t *sides = nullptr;    ///< per node, as above
-  std::uint8_t *on_body = nullptr;    ///< per node: bit a if a body has a condition on component a
-  std::uint8_t *closed = nullptr;     ///< per body and column: the face is in contact
-  /// Per body that can turn and node: two bits a contact, as Touch says.
-  std::uint16_t *contact_states = nullptr;
-
-  // Impulses [mass length/time] that the material gave, for the reactions
-  Vec<D> *side_impulse = nullptr;    ///< per axis and node: to the side across that axis
-  Vec<D> *body_impulse = nullptr;    ///< per body and node
-
-  RVE_HD bool held_by_side(int node, int axis) const
-  {
-    return (sides[node] & (across(axis) | FIXED_ACROSS_ANY)) != 0;
-  }
-  /// Whether the last conditions that were imposed had one on this component of the node's velocity.
-  RVE_HD bool constrains(int node, int axis) const
-  {
-    return held_by_side(node, axis) || (on_body[node] >> axis & 1) != 0;
-  }
-  /// Columns of held nodes along an axis, one for each node across it; and along any axis, or more.
-  RVE_HD int columns_across(int axis) const { return grid.lines_along(axis); }
-  RVE_HD int columns() const
-  {
-    int most = 0;
-    for (int a = 0; a < D; ++a) most = columns_across(a) > most ? columns_across(a) : most;
-    return most;
-  }
-
-  /// Takes from the momentum [mass length/time] of a node what the sides hold.
-  RVE_HD void impose_sides(int node, Vec<D> &momentum) const
-  {
-    for (int a = 0; sides[node] != 0 && a < D; ++a)
-      if (held_by_side(node, a)) momentum[a] = 0.0;
-  }
-  /// The same for the two momenta of a balance, with and before the forces; the impulse is recorded.
-  RVE_HD void balance_sides(int node, double flip, Vec<D> &with_forces, Vec<D> &before) const
-  {
-    const int kinds = sides[node];
-    if (kinds == 0) return;
-    for (int axis = 0; axis < D; ++axis) {
-      if (!(kinds & across(axis))) continue;
-      const bool fixed = (kinds & fixed_across(axis)) != 0;
-      Vec<D> felt = Vec<D>::zero();
-      for (int a = 0; a < D; ++a) {
-        if (a != axis && !fixed) continue;
-        felt[a] = with_forces[a] - flip * before[a];
-        with_forces[a] = before[a] = 0.0;
-      }
-      side_impulse[axis * grid.node_count() + node] = felt;
-    }
-  }
 };
 
 /// A node of the whole grid with a value.
@@ -139,17 +84,17 @@ template <int D> class Boundary {
            const std::array<Dashpots, FACES<D>> &dashpots,
            const std::vector<RigidBodyOptions> &bodies);
 
-  /// Per node that is held, for BoundaryView::sides.
+  /// Per node that is held: SideBits.
   std::vector<std::uint8_t> sides(const Grid<D> &part) const;
   /// Those that are held; nodes ascending.
   std::vector<AbsorbingNode<D>> absorbing(const Grid<D> &part) const;
-  bool absorbs() const;
 
   /// The nodes of the whole grid on a side and beyond it.
   NodeBox<D> nodes_of(Face side) const;
 
-  /// Impulse [mass length/time] of the material on a body, or on a side, from what a BoundaryView recorded for that body, or for the
-  /// axis of that side on nodes_of() it. Always summed in the same order; nodes without an impulse may be left out.
+  /// Impulse [mass length/time] of the material on a body, or on a side, from the impulses on nodes
+  /// for that body, or for the axis of that side on nodes_of() it. Always summed in the same order;
+  /// nodes without an impulse may be left out.
   Vec<D> body_impulse(int body, const Impulses &felt) const;
   Vec<D> side_impulse(Face side, const Impulses &felt) const;
 
@@ -161,8 +106,6 @@ template <int D> class Boundary {
   std::array<Dashpots, FACES<D>> dashpots_;
   std::vector<RigidBodyOptions> options_;
 };
-
-// ---- implementation -----------------------------------------------------------------------------------------------------------
 
 namespace face_pair {
 

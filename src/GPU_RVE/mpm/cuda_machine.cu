@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs the passes of a time step (step_passes.h) on a CUDA device, with the arrays of points and grid in its memory.
+// Runs the passes of a time step on a CUDA device, with the arrays of points and grid in its memory.
 //
-// Host and device share the points as follows. Positions and velocities are brought back in every step while the laws are at work, and taken
-// anew when the caller's differ from what was brought back; forces when they differ from those of before. Laws that run on the host get ΔF and
-// give stresses in every step; those of laws that run on the device stay there until fetch(), and so do deformation gradients, volumes
-// and velocity gradients.
+// Host and device share the points as follows. Positions and velocities are brought back in every step
+// while the laws are at work, and taken again when the caller's differ from what was brought back;
+// forces when they differ from those of before. Laws that run on the host get ΔF and give stresses in
+// every step; those of laws that run on the device stay there until fetch(), and so do all other
+// fields that a step changes.
 
 #include "mpm/cuda_machine.h"
 
 #include "cuda/cuda_device.h"
 #include "cuda/device_buffer.cuh"
-#include "cuda/early_launch.cuh"
 #include "cuda/launch_list.cuh"
-#include "mpm/cuda_rank_mail.cuh"
+#include "mpm/cuda_passes.cuh"
 #include "mpm/grid_arrays.h"
 #include "mpm/shared_nodes.h"
 #include "mpm/step_program.h"
@@ -31,194 +31,11 @@ namespace mpm {
 using rve::check_cuda;
 using rve::copy_few;
 using rve::DeviceBuffer;
-using rve::follow;
 using rve::HostBuffer;
 using rve::LaunchList;
 using rve::SideStream;
 
 namespace {
-
-  constexpr int BLOCK = 128;    // threads; a few thousand points do not fill a device anyway
-  constexpr int MAIL_BLOCK = 512;
-  static_assert(MAIL_BLOCK >= MailPlaces::MOST_MAXIMA, "a thread for each");
-
-  /// Sums on nodes that all threads add to.
-  struct SharedSums {
-    std::int64_t *first;
-  };
-
-  RVE_HD inline void add_to(SharedSums sums, std::size_t k, std::int64_t part)
-  {
-#if defined(__CUDA_ARCH__)
-    // in two's complement signed and unsigned sums are the same bits
-    atomicAdd(reinterpret_cast<unsigned long long *>(sums.first + k),
-              static_cast<unsigned long long>(part));
-#else
-    sums.first[k] += part;
-#endif
-  }
-
-  /// *to = max(*to, value), for finite values and a *to that may be -infinity; zeros are positive. Bits of doubles of one sign are
-  /// ordered as integers are.
-  RVE_HD inline void raise_together(double *to, double value)
-  {
-#if defined(__CUDA_ARCH__)
-    if (value >= 0.0)
-      atomicMax(reinterpret_cast<long long *>(to), __double_as_longlong(value));
-    else if (value < 0.0)
-      atomicMin(reinterpret_cast<unsigned long long *>(to),
-                static_cast<unsigned long long>(__double_as_longlong(value)));
-#else
-    if (value > *to) *to = value;
-#endif
-  }
-
-  /// What passes find, in the memory of the device.
-  struct Findings {
-    double *maxima;
-    std::uint64_t *first_trouble;    ///< of each stage
-    const std::int32_t *halt;        ///< of CudaMachine::halt_where()
-  };
-
-  /// What one thread finds: the maxima that all points have part in are kept in registers.
-  class DeviceTally {
-   public:
-    RVE_HD DeviceTally(const Findings &findings, int stage) :
-        maxima_(findings.maxima), first_trouble_(findings.first_trouble + stage)
-    {
-      for (int k = 0; k < NUM_MAXIMA; ++k) best_[k] = 0.0;
-    }
-
-    RVE_HD void raise(int k, double value)
-    {
-      if (k >= NUM_MAXIMA) {
-        raise_together(maxima_ + k, value);
-      } else if (value > best_[k]) {
-        best_[k] = value;
-        has_best_ = true;
-      }
-    }
-
-    RVE_HD void trouble(int p, Trouble what)
-    {
-#if defined(__CUDA_ARCH__)
-      atomicMin(reinterpret_cast<unsigned long long *>(first_trouble_),
-                static_cast<unsigned long long>(FirstTrouble::key(p, what)));
-#else
-      (void) p, (void) what;
-#endif
-    }
-
-    RVE_HD void add(std::int64_t *sum, std::int64_t part)
-    {
-      add_to(SharedSums{sum}, 0, part);
-    }
-
-    /// All threads of a warp at once. Bits of doubles that are not negative are ordered as they are, their halves one after the other.
-    __device__ void flush()
-    {
-      constexpr unsigned all = 0xffffffffu;
-      if (!__any_sync(all, has_best_)) return;
-      for (int k = 0; k < NUM_MAXIMA; ++k) {
-        if (!__any_sync(all, best_[k] > 0.0)) continue;
-        const unsigned mine = __double2hiint(best_[k]), high = __reduce_max_sync(all, mine);
-        const unsigned low = __reduce_max_sync(
-            all, mine == high ? static_cast<unsigned>(__double2loint(best_[k])) : 0u);
-        if (threadIdx.x % 32 == 0)
-          raise_together(maxima_ + k,
-                         __hiloint2double(static_cast<int>(high), static_cast<int>(low)));
-      }
-    }
-
-   private:
-    double *maxima_;
-    std::uint64_t *first_trouble_;
-    double best_[NUM_MAXIMA];
-    bool has_best_ = false;
-  };
-
-  /// A point that cannot begin the step has no weights: nothing that needs them is done any more.
-  template <class P> __device__ bool is_halted(const Findings &findings)
-  {
-    if (findings.halt && *findings.halt > 0) return true;
-    return P::STAGE > 0 && findings.first_trouble[0] != FirstTrouble::NOWHERE;
-  }
-
-  /// Says so to the compiler where points have no boxes but those of fixed size: what the others need takes registers of kernels that are
-  /// run by default.
-  template <bool HasBoxes, class P> __device__ void leave_out_boxes(P &pass)
-  {
-    if constexpr (!HasBoxes) {
-      if (pass.step.shape != ShapeFunction::Linear) pass.step.shape = ShapeFunction::Gimp;
-      pass.step.mean_dilation = false;
-    }
-  }
-
-  template <bool HasBoxes, class P>
-  __global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings findings)
-  {
-    follow();
-    if (is_halted<P>(findings)) return;
-    leave_out_boxes<HasBoxes>(pass);
-    DeviceTally tally(findings, P::STAGE);
-    pass.begin();
-    const int i = blockIdx.x * BLOCK + threadIdx.x;
-    if (i < count) pass(i, tally);
-    tally.flush();
-  }
-
-  template <bool HasBoxes, class P>
-  __global__ void __launch_bounds__(BLOCK)
-      scatter_points(P pass, int count, Findings findings, SharedSums inertia, SharedSums vectors)
-  {
-    follow();
-    if (is_halted<P>(findings)) return;
-    leave_out_boxes<HasBoxes>(pass);
-    const int p = blockIdx.x * BLOCK + threadIdx.x;
-    if (p >= count) return;
-    pass.begin();
-    pass(p, inertia, vectors);
-  }
-
-  template <bool HasBoxes, class P>
-  __global__ void __launch_bounds__(BLOCK)
-      scatter_point_loads(P pass, int count, Findings findings, SharedSums vectors)
-  {
-    follow();
-    if (is_halted<P>(findings)) return;
-    leave_out_boxes<HasBoxes>(pass);
-    const int k = blockIdx.x * BLOCK + threadIdx.x;
-    if (k >= count) return;
-    pass.begin();
-    pass(k, vectors);
-  }
-
-  /// Sums over all ranks, for those who touch the nodes: all lists in one block.
-  template <int D>
-  __global__ void __launch_bounds__(MAIL_BLOCK)
-      meet_for_node_sums(MailPlaces mail, MailPartners partners, ListedSums<D> given,
-                         ListedSums<D> taken, Findings findings)
-  {
-    follow();
-    if (findings.halt && *findings.halt > 0) return;
-    DeviceTally tally(findings, 0);
-    const auto pass_of = [](auto pass, int k, std::int64_t *place) {
-      pass.nodes += k;
-      pass.buffer = place;
-      return pass;
-    };
-    meet_for_sums(
-        mail, partners, given.components(),
-        [&](int k, std::int64_t *place) { pass_of(PackSums<D>{given}, k, place)(0, tally); },
-        [&](int k, std::int64_t *place) { pass_of(UnpackSums<D>{taken}, k, place)(0, tally); });
-  }
-
-  __global__ void __launch_bounds__(BLOCK) set_to_zero(std::int64_t *sums, std::size_t count)
-  {
-    follow();
-    const std::size_t k = blockIdx.x * static_cast<std::size_t>(BLOCK) + threadIdx.x;
-    if (k < count) sums[k] = 0;
-  }
 
   template <int D> class CudaMachine {
    public:
@@ -307,8 +124,7 @@ namespace {
       view_.touched = shared.touched();
       // the same on all ranks
       ranks_meet_there_ = mail_.is_open() && view_.num_maxima() <= MailPlaces::MOST_MAXIMA &&
-          shared.most_given() * (INERTIA_SUMS<D> + VECTOR_SUMS<D>) <=
-              MailPlaces::letter(mail_.places().ranks);
+          shared.most_given() * SUMS_OF_NODE<D> <= MailPlaces::letter(mail_.places().ranks);
       if (view_.num_rigid > 0 && view_.shares_grid) {
         const std::vector<NodeBox<D>> lower = shared.lower_touched();
         view_.num_lower = static_cast<int>(lower.size());
@@ -322,23 +138,15 @@ namespace {
 
     void divide_nodes(bool divides) { view_.divides_nodes = divides; }
 
-    template <class P> void over_points(const P &pass)
+    template <class P> void over(const P &pass)
     {
-      if (view_.has_boxes())
-        run<true>(pass, count_);
-      else
-        run<false>(pass, count_);
+      const int count = pass.items();
+      if (count == 0) return;
+      auto *kernel = over_items<true, P>;
+      if constexpr (P::OVER_POINTS)
+        if (!view_.has_boxes()) kernel = over_items<false, P>;
+      launch(kernel, count, pass, count, findings_);
     }
-    template <class P> void over_nodes(const P &pass)
-    {
-      run<true>(pass, static_cast<int>(num_nodes_));
-    }
-    template <class P> void over_columns(const P &pass) { run<true>(pass, pass.columns()); }
-    template <class P> void over_loads(const P &pass) { run<true>(pass, view_.num_point_loads); }
-    template <class P> void over_shared(const P &pass) { run<true>(pass, pass.count); }
-    template <class P> void over_bodies(const P &pass, int count) { run<true>(pass, count); }
-    template <class P> void over_absorbing(const P &pass) { run<true>(pass, absorbers().count); }
-    const Absorbers<D> &absorbers() const { return grid_arrays_.absorbers; }
 
     /// Nothing is known before settle().
     static constexpr bool knows_at_once() { return false; }
@@ -414,11 +222,11 @@ namespace {
 
     /// Whether ranks exchange bounds and sums there in this step, without their hosts.
     bool ranks_meet_there() const { return ranks_meet_there_; }
-    void meet_for_sums(ListedSums<D> given, const SharedNodes<D> &shared)
+    void meet_for_sums(MoveSums<D> given, const SharedNodes<D> &shared)
     {
-      ListedSums<D> taken = given;
+      MoveSums<D> taken = given;
       taken.nodes = taken_on_device_;
-      taken.count = static_cast<int>(shared.taken().size());
+      taken.packs = false;
       MailPartners partners = {};
       int given_end = 0, taken_end = 0;
       for (const Neighbour &other : shared.neighbours())
@@ -442,20 +250,17 @@ namespace {
 
     template <class P> void scatter(const P &pass)
     {
-      const std::size_t middle = INERTIA_SUMS<D> * num_nodes_;
-      const std::size_t first = P::INERTIA ? 0 : middle;
-      const std::size_t end = P::VECTORS ? middle + VECTOR_SUMS<D> * num_nodes_ : middle;
       if (num_nodes_ == 0 || count_ == 0) return;
-      launch(set_to_zero, end - first, view_.inertia_sums + first, end - first);
-      launch(view_.has_boxes() ? scatter_points<true, P> : scatter_points<false, P>, count_, pass,
-             count_, findings_, SharedSums{view_.inertia_sums}, SharedSums{view_.vector_sums});
+      // the sums of all kinds lie one after the other
+      const std::size_t middle = width_of<D>(InertiaSums) * num_nodes_;
+      const std::size_t first = P::adds_to(InertiaSums) ? 0 : middle;
+      const std::size_t end = P::adds_to(VectorSums) ? SUMS_OF_NODE<D> * num_nodes_ : middle;
+      launch(set_to_zero, end - first, view_.all_sums + first, end - first);
+      add_items(pass);
     }
     template <class P> void scatter_loads(const P &pass)
     {
-      const int count = view_.num_point_loads;
-      if (count == 0) return;
-      launch(view_.has_boxes() ? scatter_point_loads<true, P> : scatter_point_loads<false, P>,
-             count, pass, count, findings_, SharedSums{view_.vector_sums});
+      if (pass.items() > 0) add_items(pass);
     }
     const Tensor<D> *increments()
     {
@@ -474,7 +279,7 @@ namespace {
       use_device();    // the models may have used another one
       const Watch watch(transfer_seconds_);
       stresses_are_ahead_ = false;
-      send_stresses(host_points_);
+      view_.points.stress = send(fields_.stress, host_points_.stress, count_);
     }
 
     void fetch(const PointView<D> &points)
@@ -482,31 +287,29 @@ namespace {
       if (!is_ahead_) return;
       use_device();
       const Watch watch(transfer_seconds_);
-      copy(points.deformation_gradient, deformation_gradient_.receive(count_), count_);
-      copy(points.velocity_gradient, velocity_gradient_.receive(count_), count_);
-      copy(points.volume, volume_.receive(count_), count_);
-      if (stresses_are_ahead_) copy(points.stress, stress_.receive(count_), count_);
+      PointFields<D, Buffer>::each(
+          [&](const auto &, auto *to, auto &buffer) {
+            if constexpr (!std::is_const_v<std::remove_pointer_t<decltype(to)>>)
+              if (stresses_are_ahead_ || static_cast<void *>(to) != points.stress)
+                copy(to, buffer.receive(count_), count_);
+          },
+          points, fields_);
       stresses_are_ahead_ = false;
       is_ahead_ = false;
     }
     void points_changed() { points_are_old_ = true; }
 
-    // of the last step, from the device, per node
-    const Vec<D> *body_impulse(int body)
+    template <class T> const T *of_nodes(const T *field, int row = 0)
     {
-      return receive(grid_arrays_.body_impulse, view_.num_bodies * num_nodes_) + body * num_nodes_;
+      hand_over();
+      use_device();
+      const std::size_t bytes = num_nodes_ * sizeof(T);
+      char *values = of_nodes_.room(bytes);
+      if (bytes > 0)
+        check_cuda(cudaMemcpy(values, field + view_.in_row(row, 0), bytes, cudaMemcpyDeviceToHost),
+                   "download of a field of nodes");
+      return reinterpret_cast<const T *>(values);
     }
-    const Vec<D> *side_impulse(int axis)
-    {
-      return receive(grid_arrays_.side_impulse, D * num_nodes_) + axis * num_nodes_;
-    }
-    const Vec<D> *absorbed_impulse(int axis)
-    {
-      return receive(grid_arrays_.absorbed_impulse, D * num_nodes_) + axis * num_nodes_;
-    }
-    const Vec<D> *damping_impulse() { return receive(grid_arrays_.damping_impulse, num_nodes_); }
-    const Vec<D> *node_force() { return receive(grid_arrays_.force, num_nodes_); }
-    const double *node_mass() { return receive(grid_arrays_.mass, num_nodes_); }
     double unbalanced() { return motion_size() > 0 ? maxima()[Unbalanced] : 0.0; }
 
     double transfer_time() const { return transfer_seconds_; }
@@ -516,6 +319,8 @@ namespace {
     }
 
    private:
+    template <class T> using Buffer = DeviceBuffer<std::remove_const_t<T>>;
+
     // doubles: arrays in one buffer begin at multiples
     static constexpr std::size_t ALIGNMENT = 4;
 
@@ -542,10 +347,12 @@ namespace {
       passes_.add(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK, arguments...);
     }
 
-    template <bool HasBoxes, class P> void run(const P &pass, int count)
+    /// Adds to sums that have begun.
+    template <class P> void add_items(const P &pass)
     {
-      if (count == 0) return;
-      launch(over_items<HasBoxes, P>, count, pass, count, findings_);
+      const SumsByKind<SharedSums> sums = {{{view_.sums[InertiaSums]}, {view_.sums[VectorSums]}}};
+      launch(view_.has_boxes() ? scatter_items<true, P> : scatter_items<false, P>, pass.items(),
+             pass, pass.items(), findings_, sums);
     }
 
     /// Doubles of an array of rows of three, and of all that comes before the motion in its buffer.
@@ -611,17 +418,12 @@ namespace {
       count_ = count;
       view_.points.count = count;
       if (all) {
-        view_.points.mass = send(point_mass_, points.mass, count);
-        view_.points.volume = send(volume_, points.volume, count);
-        view_.points.initial_volume = send(initial_volume_, points.initial_volume, count);
-        view_.points.half_size = send(half_size_, points.half_size, count);
-        view_.points.deformation_gradient =
-            send(deformation_gradient_, points.deformation_gradient, count);
-        view_.points.velocity_gradient = send(velocity_gradient_, points.velocity_gradient, count);
+        PointFields<D, Buffer>::each([&](const auto &, auto &there, auto &buffer,
+                                         auto *here) { there = send(buffer, here, count); },
+                                     view_.points, fields_, points);
         view_.support = support_.reserve(count);
         if (view_.has_boxes()) view_.box = box_.reserve(count);
         view_.increment = increment_.reserve(count);
-        send_stresses(points);
         is_ahead_ = false;
         points_are_old_ = false;
       }
@@ -660,11 +462,6 @@ namespace {
       copy(velocities, points.velocity.first, size);
     }
 
-    void send_stresses(const PointView<D> &points)
-    {
-      view_.points.stress = send(stress_, points.stress, count_);
-    }
-
     void send_loads(const std::vector<PointLoad<D>> &loads)
     {
       view_.num_point_loads = static_cast<int>(loads.size());
@@ -689,6 +486,7 @@ namespace {
     double transfer_seconds_ = 0.0;
 
     GridArrays<D, DeviceBuffer> grid_arrays_;
+    HostBuffer<char> of_nodes_;    ///< the field that was asked for last
 
     // with other ranks
     DeviceBuffer<int> given_nodes_, taken_nodes_;
@@ -713,9 +511,8 @@ namespace {
     rve::Milestone asked_;
     DeviceBuffer<double> motion_;    ///< findings, rigid bodies, positions, velocities
     RigidBodyStep<D> *host_rigid_ = nullptr;
-    DeviceBuffer<double> body_force_, point_mass_, volume_, initial_volume_;
-    DeviceBuffer<Vec<D>> half_size_;
-    DeviceBuffer<Tensor<D>> deformation_gradient_, velocity_gradient_, stress_;
+    PointFields<D, Buffer> fields_;
+    DeviceBuffer<double> body_force_;
     DeviceBuffer<int> model_, body_;
     std::vector<int> model_copy_, body_copy_;
     DeviceBuffer<Support<D>> support_;

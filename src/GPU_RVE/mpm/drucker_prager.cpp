@@ -1,46 +1,24 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/drucker_prager.h"
 
-#include "mpm/midpoint_increment.h"
-#include "mpm/strength_parameters.h"
-
 #include <cmath>
 
 namespace mpm {
 
 template <int D>
 DruckerPrager<D>::DruckerPrager(double young_modulus, double poisson_ratio, double cohesion,
-                                double friction_degrees, double dilation_degrees)
+                                double friction_degrees, double dilation_degrees) :
+    FrictionalLaw<D>("Drucker-Prager", young_modulus, poisson_ratio, cohesion, friction_degrees,
+                     dilation_degrees)
 {
-  require_strength(young_modulus, poisson_ratio, cohesion, friction_degrees, dilation_degrees);
   const auto slope = [](double degrees) {
     const double sine = sine_of(degrees);
     return 2.0 * sine / (std::sqrt(3.0) * (3.0 - sine));
   };
-  shear_modulus_ = young_modulus / (2.0 * (1.0 + poisson_ratio));
-  lame_first_ = 2.0 * shear_modulus_ * poisson_ratio / (1.0 - 2.0 * poisson_ratio);
   friction_ = slope(friction_degrees);
   dilatancy_ = slope(dilation_degrees);
   const double sine = sine_of(friction_degrees);
   strength_ = 6.0 * cohesion * std::sqrt(1.0 - sine * sine) / (std::sqrt(3.0) * (3.0 - sine));
-}
-
-template <int D> StateVariables DruckerPrager<D>::state_variables() const
-{
-  return plastic_state_variables(D);
-}
-
-template <int D> void DruckerPrager<D>::begin_memory(const Tensor &stress, double *memory) const
-{
-  if (D == 2) memory[OutOfPlaneStress] = 0.5 * trace(stress);
-  memory[PlasticStrain] = 0.0;
-}
-
-template <int D> std::string DruckerPrager<D>::doubt_about(const Tensor &stress) const
-{
-  if (!(trace(stress) > 0.0)) return "";
-  return "is a tension, which a Drucker-Prager material bears by its cohesion only; stresses are "
-         "negative in compression";
 }
 
 template <int D>
@@ -67,12 +45,9 @@ void DruckerPrager<D>::update(int count, const int *point_index,
   for (int i = 0; i < count; ++i) {
     const int p = point_index[i];
     double *state = memory[p];
-    const MidpointIncrement<D> increment = midpoint_increment(deformation_increment[p]);
-    const Tensor trial = elastic_stress(stress[p], increment, lame_first_, shear_modulus_);
-    const double trial_out =
-        D == 2 ? state[OutOfPlaneStress] + lame_first_ * trace(increment.strain) : 0.0;
+    const Tensor trial = this->elastic_trial(deformation_increment[p], stress[p], state);
+    const double trial_out = D == 2 ? state[OutOfPlaneStress] : 0.0;
     stress[p] = trial;
-    if (D == 2) state[OutOfPlaneStress] = trial_out;
     const Invariants before = invariants_of(trial, trial_out);
     const double beyond = before.root + friction_ * before.trace - strength_;
     if (!(beyond > 0.0)) continue;
@@ -95,11 +70,6 @@ void DruckerPrager<D>::update(int count, const int *point_index,
     // deviator of the plastic strain: s_t - s over 2 μ, with |s| = sqrt(2 J2), times sqrt(2/3)
     state[PlasticStrain] += (before.root - root) / (std::sqrt(3.0) * shear_modulus_);
   }
-}
-
-template <int D> double DruckerPrager<D>::p_wave_modulus(int /*point_index*/) const
-{
-  return lame_first_ + 2.0 * shear_modulus_;
 }
 
 template <int D> double DruckerPrager<D>::yield(const Tensor &stress, const double *memory) const

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include "mpm/constitutive.h"
+#include "mpm/frictional_law.h"
 
 namespace mpm {
 
@@ -16,12 +16,11 @@ namespace mpm {
 /// 157; de Souza Neto, Peric & Owen 2008, Computational Methods for Plasticity, section 8.3). The elastic trial is Hughes-Winget's, as in
 /// LinearElastic; the implicit step goes back to the cone along a line, as nothing hardens, or to its apex, the tension c cot φ in all
 /// directions. In the plane that is plane strain.
-template <int D> class DruckerPrager : public Constitutive<D> {
+template <int D> class DruckerPrager : public FrictionalLaw<D> {
   using Tensor = rve::Tensor<double, D>;
 
  public:
-  /// Places of the state variables; the first one is there in the plane only.
-  enum { OutOfPlaneStress = 0, PlasticStrain = D == 2 ? 1 : 0 };
+  using FrictionalLaw<D>::OutOfPlaneStress, FrictionalLaw<D>::PlasticStrain;
 
   /// young_modulus > 0, cohesion >= 0 [stress]; 0 <= poisson_ratio < 0.5; 0 <= dilation <= friction < 90 [degrees];
   /// cohesion and friction not both 0. rve::InputError otherwise.
@@ -30,13 +29,6 @@ template <int D> class DruckerPrager : public Constitutive<D> {
 
   void update(int count, const int *point_index, const Tensor *deformation_increment, double dt,
               Tensor *stress, MemoryRows memory) override;
-  bool takes_parts() const override { return true; }
-  StateVariables state_variables() const override;
-  /// σ_zz is the mean of the principal stresses in the plane.
-  void begin_memory(const Tensor &stress, double *memory) const override;
-  std::string doubt_about(const Tensor &stress) const override;
-  double p_wave_modulus(int point_index) const override;
-  double shear_modulus(int /*point_index*/) const override { return shear_modulus_; }
 
   /// f of a point's stress [stress]; positive outside.
   double yield(const Tensor &stress, const double *memory) const;
@@ -48,9 +40,9 @@ template <int D> class DruckerPrager : public Constitutive<D> {
   };
   static Invariants invariants_of(const Tensor &stress, double out_of_plane);
 
-  double lame_first_, shear_modulus_;    ///< λ, μ [stress]
-  double friction_, dilatancy_;          ///< α, β
-  double strength_;                      ///< k [stress]
+  using ElasticLaw<D>::lame_first_, ElasticLaw<D>::shear_modulus_;
+  double friction_, dilatancy_;    ///< α, β
+  double strength_;                ///< k [stress]
 };
 
 }    // namespace mpm

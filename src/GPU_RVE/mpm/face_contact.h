@@ -3,18 +3,10 @@
 //
 // The face of a body generally lies between two rows of nodes, an inner and an outer one. In every
 // column of nodes under the body, the velocity interpolated at the face is that of the body. With w
-// the distance of the face from the inner row in cells,
-//   (1 - w) v_in + w v_out = v_body,     impulses (1 - w) J on the inner, w J on the outer node,
+// the distance of the face from the inner row in cells, the impulses are (1 - w) J and w J with
 //   J = (v_body - (1 - w) v_in - w v_out) / ((1 - w)² / m_in + w² / m_out).
-// This is a projection in the metric of the mass, so it cannot add energy. The force acts on the
-// nodes as a traction at the face does: uniform stress under the body stays in equilibrium wherever
-// the face is, and nothing jumps when the face passes a row. Prescribing whole rows instead leaves
-// either a void or a rigid layer of up to a cell under the face. With linear shape functions, whose
-// points have no extent, w is rounded to 0 or 1.
-//
-// Rows further inside the body move with it. On the lateral faces of the body material can slide
-// and separate. A node on an edge between two lateral faces is held if it moves into both, by the
-// face that has to change its velocity less. A lateral face that a neighboring body covers is none.
+// With linear shape functions w is rounded to 0 or 1. doc/src/theory_mpm.rst has the reasons, and how
+// material slides on the lateral faces of a body. A lateral face that a neighboring body covers is none.
 //
 // Columns are under the body if they are within its width, edges included: edges should lie on
 // columns. Columns of a round body are those within its radius. The nodes of its outermost cell are
@@ -205,7 +197,7 @@ template <int D> struct ImposeBody : Pass<D> {
   std::uint64_t plates;    ///< bit b: body b presses with one face and is not round
   ContactWork work;
 
-  int columns() const { return step.boundary.columns_across(axis_of(options.face)); }
+  int items() const { return step.grid.lines_along(axis_of(options.face)); }
 
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
@@ -225,7 +217,7 @@ template <int D> struct ImposeBody : Pass<D> {
   {
     if (column.has_pair) find_pair(column, k);
     column.each_inside(step, [&](int row, int n) {
-      const auto free_of_sides = [&](int a) { return !step.boundary.held_by_side(n, a); };
+      const auto free_of_sides = [&](int a) { return !step.held_by_side(n, a); };
       if (!column.is_lateral)
         step.mark_contacts(body, n, column.weight, free_of_sides);
       else if (column.is_round)
@@ -247,8 +239,7 @@ template <int D> struct ImposeBody : Pass<D> {
       touches = touches && m > 0.0;
       velocity += column.share[i] * step.momentum_end[n][column.normal] / m;
     }
-    std::uint8_t &is_closed =
-        step.boundary.closed[static_cast<std::size_t>(body) * step.boundary.columns() + k];
+    std::uint8_t &is_closed = step.closed[step.in_row(body, k)];
     const double entry =
         (step.body_velocity[body][column.normal] - velocity) * outward(options.face);
     if (work.how == Contact::Keep)
@@ -259,7 +250,7 @@ template <int D> struct ImposeBody : Pass<D> {
     const auto holds = [&](int a) {
       if (!touches || !(a == column.normal || options.rough)) return false;
       for (int i = 0; i < 2; ++i)
-        if (column.used[i] && step.boundary.held_by_side(column.node[i], a)) return false;
+        if (column.used[i] && step.held_by_side(column.node[i], a)) return false;
       return true;
     };
     for (int i = 0; i < 2; ++i)
@@ -277,21 +268,21 @@ template <int D> struct ImposeBody : Pass<D> {
     int only = -1;    // the axis along which material moves into the body slowest
     double slowest = 0.0;
     for (int a = 0; a < D; ++a) {
-      if (open.lateral[a] == 0 || step.boundary.held_by_side(n, a)) continue;
+      if (open.lateral[a] == 0 || step.held_by_side(n, a)) continue;
       const double speed = entry(n, a, open.lateral[a]);
       if (only >= 0 && !(speed < slowest)) continue;
       only = a;
       slowest = speed;
     }
     step.mark_contacts(body, n, weight, [&](int a) {
-      if (!open.any) return !step.boundary.held_by_side(n, a);
+      if (!open.any) return !step.held_by_side(n, a);
       return a == only && slowest > 0.0;
     });
   }
 
   RVE_HD bool is_radial(const FaceColumn<D> &column, int n, int a) const
   {
-    return column.from_axis[a] != 0.0 && !step.boundary.held_by_side(n, a);
+    return column.from_axis[a] != 0.0 && !step.held_by_side(n, a);
   }
   RVE_HD void find_on_round(const FaceColumn<D> &column, int n) const
   {
@@ -368,10 +359,7 @@ template <int D> struct ImposeBody : Pass<D> {
     }
   }
 
-  RVE_HD Vec<D> &felt_at(int n) const
-  {
-    return step.boundary.body_impulse[static_cast<std::size_t>(body) * step.grid.node_count() + n];
-  }
+  RVE_HD Vec<D> &felt_at(int n) const { return step.body_impulse[step.in_row(body, n)]; }
   RVE_HD void give(const ContactMomenta<D> &momenta, int n, int a, double impulse,
                    double felt_share) const
   {

@@ -29,10 +29,6 @@ using Vec2 = Vec<2>;
 /// Of a node: its number along each axis.
 template <int D> using Place = rve::Vec<int, D>;
 
-/// Integers that are summed on a node: its mass and momentum, or a vector.
-template <int D> constexpr int INERTIA_SUMS = 1 + rve::Space<D>::axes;
-template <int D> constexpr int VECTOR_SUMS = rve::Space<D>::axes;
-
 /// Sides of the grid and faces of a point's or body's box: low and high of each axis in turn.
 enum class Face { XLo, XHi, YLo, YHi, ZLo, ZHi };
 

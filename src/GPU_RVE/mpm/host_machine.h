@@ -1,50 +1,24 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The machine that runs the passes of a time step, and its implementation by CPU threads.
 //
-// A time step is written once, as a sequence of passes (step_program.h), each of which says what one point, node, column of nodes or load
-// does (step_passes.h). It runs on CPU threads (HostMachine) or on a CUDA device (CudaMachine in cuda_machine.cu). A Machine owns the
-// arrays of its part of the grid, is made of (options, grid, number of ranks), and offers
-//
-//   begin(input)                a step begins, with these points and loads
-//   take_part(shared, boundary)     the nodes that this rank holds in this step, and what it shares with other ranks
-//   divide_nodes(divides)       whether contacts of several bodies can be on one node
-//   view()                      what passes work on
-//   over_points(pass), over_nodes, over_columns, over_loads, over_shared, over_absorbing, over_bodies(pass, count)
-//                               pass(item, tally) for all items; tally.raise(k, value) and tally.trouble(point, what) tell what it finds,
-//                               tally.add(sum, part) adds to an integer
-//   absorbers()                 the nodes with dashpots
-//   scatter(pass)               pass(point, inertia, vectors) for all points, which adds to sums on nodes that begin with zero
-//   scatter_loads(pass)         pass(load, vectors) for all loads, which adds to those sums
-//   first_trouble(), maxima()   what passes have found: the first point with trouble, and largest values, by Maximum
-//   share_maxima(communication, first, count)    takes the largest of all ranks
-//   knows_at_once()             whether findings are known when a pass returns; if not, settle() brings them
-//   wait()                      passes are done
-//   ask(), settle()             and findings, increments and rigid bodies are asked for, and known to the host; in between others may tell the
-//                               device more
-//   halt_where(flag)            passes from now on change nothing if it is above zero when their turn comes; it lies in the memory of the
-//                               device. Null: they go. Only where findings are not known at once
-//   bring_motion()              and positions and velocities; what others have begun on the device goes on
-//   increments(), stresses_changed()             ΔF of the points, for laws that run on the host; the laws are done
-//   device_arrays(), stresses_come()             for laws that run on the device, if there is one; they have begun
-//   given_nodes(), taken_nodes(), exchange_buffer(count)    for passes that pack and unpack what ranks exchange
-//   host_points(), fetch(points)                 brings to the host what only the machine has changed of the points
-//   points_changed()            the host has changed points in another way than by positions, velocities, forces, models and bodies
-//   body_impulse(body), side_impulse(axis), absorbed_impulse(axis), damping_impulse(), node_force(), node_mass(), unbalanced()
-//                               of the last step; the arrays are per node of the part
-//   transfer_time(), description()
+// A time step is written once, as a sequence of passes (step_program.h), each of which says what one
+// point, node, column of nodes or load does (*_passes.h, *_contact.h). It runs on CPU threads
+// (HostMachine) or on a CUDA device (CudaMachine in cuda_machine.cu). A Machine owns the arrays of its
+// part of the grid, and has the public members of HostMachine, whose comments say what they do.
 //
 // The contract that gives the same bits on all machines:
 //   1. a pass changes only what belongs to its item;
-//   2. what it tells beyond the item has no order: integer sums, largest values, the least of the points with trouble;
+//   2. what it tells beyond the item has no order: integer sums, largest values, the least of the
+//      points with trouble;
 //   3. passes take effect in the order of the calls.
 
 #pragma once
 
+#include "mpm/exchange_passes.h"
 #include "mpm/grid_arrays.h"
 #include "mpm/rank_devices.h"
 #include "mpm/shared_nodes.h"
 #include "mpm/solver_options.h"
-#include "mpm/step_passes.h"
 #include "mpm/step_runner.h"
 #include "rve/core/threads.h"
 
@@ -127,10 +101,12 @@ template <int D> class HostMachine {
     first_trouble_ = FirstTrouble::NOWHERE;
   }
 
+  /// What passes work on.
   const StepView<D> &view() const { return view_; }
+  /// With all that only the machine has changed.
   const PointView<D> &host_points() const { return view_.points; }
 
-  /// What this rank holds in this step, and what it shares with other ranks.
+  /// The nodes that this rank holds in this step, and what it shares with other ranks.
   void take_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
   {
     if (shared.part_edition() != part_edition_) grid_arrays_.wire(view_, shared.part(), boundary);
@@ -143,86 +119,52 @@ template <int D> class HostMachine {
     shared_ = &shared;
   }
 
+  /// Whether contacts of several bodies can be on one node.
   void divide_nodes(bool divides) { view_.divides_nodes = divides; }
 
-  template <class P> void over_points(const P &pass) { run(pass, view_.points.count); }
-  template <class P> void over_nodes(const P &pass) { run(pass, view_.grid.node_count()); }
-  template <class P> void over_columns(const P &pass) { run(pass, pass.columns()); }
-  template <class P> void over_loads(const P &pass) { run(pass, view_.num_point_loads); }
-  template <class P> void over_shared(const P &pass) { run(pass, pass.count); }
-  template <class P> void over_bodies(const P &pass, int count) { run(pass, count); }
-  template <class P> void over_absorbing(const P &pass) { run(pass, absorbers().count); }
-  const Absorbers<D> &absorbers() const { return grid_arrays_.absorbers; }
-
-  /// What passes have found is known when they are done.
+  /// Whether findings are known when a pass returns; if not, settle() brings them.
   static constexpr bool knows_at_once() { return true; }
+  /// The device begins what it has been told; wait(): passes are done.
   void hand_over() {}
   void wait() {}
+  /// Passes from now on change nothing if the flag, in the memory of the device, is above zero when
+  /// their turn comes. Null: they go. Only where findings are not known at once.
   void halt_where(const std::int32_t *) {}
+  /// Findings, increments and rigid bodies are asked for, and known to the host after settle(). In
+  /// between others may tell the device more.
   void ask() {}
   void settle() {}
+  /// Positions and velocities come to the host; what others have begun goes on.
   void bring_motion() {}
+  /// For laws that run on the device, if there is one; stresses_come(): they have begun.
   static DeviceArrays<D> device_arrays() { return {}; }
   void stresses_come() {}
+  /// ΔF of the points for laws that run on the host; stresses_changed(): these are done.
+  const Tensor<D> *increments() const { return increment_.data(); }
+  void stresses_changed() {}
+  /// What passes have found: the first point with trouble, and the largest values by Maximum.
   std::uint64_t first_trouble() const { return first_trouble_; }
-  /// By Maximum.
   const double *maxima() const { return maxima_.data(); }
+  /// Takes the largest of all ranks.
   void share_maxima(const Communication &communication, int first, int count)
   {
     communication.max_over_ranks(maxima_.data() + first, count);
   }
+  /// Whether ranks exchange bounds and sums without their hosts, by meet_for_sums().
   static constexpr bool ranks_meet_there() { return false; }
-  void meet_for_sums(const ListedSums<D> &, const SharedNodes<D> &) {}
+  void meet_for_sums(const MoveSums<D> &, const SharedNodes<D> &) {}
+  /// Nobody waits for this rank any more.
   void leave_ranks() {}
 
-  const Tensor<D> *increments() const { return increment_.data(); }
-  void stresses_changed() {}
+  /// Brings fields to the host that only the machine has changed.
   void fetch(const PointView<D> &) {}
+  /// The host has changed points in another way than by positions, velocities, forces, models and
+  /// bodies.
   void points_changed() {}
 
-  /// Sums of a pass on the nodes; then the passes over loads may add to them.
-  template <class P> void scatter(const P &pass)
-  {
-    const int count = view_.points.count;
-    // a team may be smaller
-    for (Partial &part : partial_) part.first_layer = part.end_layer = 0;
-    const rve::LightWork work(count, threads_);
-#pragma omp parallel num_threads(work.team)
-    {
-      const rve::ThreadShare mine(count);
-      Partial &part = partial_[rve::this_thread()];
-      make_room(part, mine, P::INERTIA, P::VECTORS);
-      P own = pass;
-      own.begin();
-      const std::size_t offset =
-          static_cast<std::size_t>(part.first_layer) * view_.grid.layer_size();
-      const PartialSums inertia{part.inertia.data(), INERTIA_SUMS<D> * offset};
-      const PartialSums vectors{part.vectors.data(), VECTOR_SUMS<D> * offset};
-      for (int p = mine.begin; p < mine.end; ++p) own(p, inertia, vectors);
-#pragma omp barrier
-      const rve::ThreadShare layers(view_.grid.layers());
-      for (int layer = layers.begin; layer < layers.end; ++layer) {
-        if (P::INERTIA) merge(layer, INERTIA_SUMS<D>, &Partial::inertia, view_.inertia_sums);
-        if (P::VECTORS) merge(layer, VECTOR_SUMS<D>, &Partial::vectors, view_.vector_sums);
-      }
-    }
-  }
-  template <class P> void scatter_loads(const P &pass)
-  {
-    P own = pass;
-    own.begin();
-    for (int k = 0; k < view_.num_point_loads; ++k) own(k, view_.vector_sums);
-  }
-
   /// The shared nodes, where passes can read them.
-  const int *given_nodes() const
-  {
-    return shared_->given().data();
-  }
-  const int *taken_nodes() const
-  {
-    return shared_->taken().data();
-  }
+  const int *given_nodes() const { return shared_->given().data(); }
+  const int *taken_nodes() const { return shared_->taken().data(); }
   /// Room for what ranks exchange, until it is asked for again.
   std::int64_t *exchange_buffer(std::size_t count)
   {
@@ -230,43 +172,80 @@ template <int D> class HostMachine {
     return exchange_.data();
   }
 
-  // of the last step, per node
-  const Vec<D> *body_impulse(int body) const
+  /// Nodes of the part in a row of a field of view(), on the host until the next call.
+  template <class T> const T *of_nodes(const T *field, int row = 0) const
   {
-    return view_.boundary.body_impulse + static_cast<std::size_t>(body) * view_.grid.node_count();
+    return field + view_.in_row(row, 0);
   }
-  const Vec<D> *side_impulse(int axis) const
-  {
-    return view_.boundary.side_impulse + static_cast<std::size_t>(axis) * view_.grid.node_count();
-  }
-  const Vec<D> *absorbed_impulse(int axis) const
-  {
-    return absorbers().impulse + static_cast<std::size_t>(axis) * view_.grid.node_count();
-  }
-  const Vec<D> *damping_impulse() const
-  {
-    return view_.damping_impulse;
-  }
-  const Vec<D> *node_force() const
-  {
-    return view_.force;
-  }
-  const double *node_mass() const
-  {
-    return view_.mass;
-  }
-  double unbalanced() const
-  {
-    return maxima_.empty() ? 0.0 : maxima_[Unbalanced];
-  }
+  /// In the last step [force].
+  double unbalanced() const { return maxima_.empty() ? 0.0 : maxima_[Unbalanced]; }
 
-  static constexpr double transfer_time()
-  {
-    return 0.0;
-  }
+  static constexpr double transfer_time() { return 0.0; }
   std::string description() const
   {
     return std::to_string(threads_) + (threads_ == 1 ? " CPU thread" : " CPU threads");
+  }
+
+  /// pass(load, sums) for all loads, which adds to the sums that scatter() has begun.
+  template <class P> void scatter_loads(const P &pass)
+  {
+    const SumsByKind<std::int64_t *> sums = {{view_.sums[InertiaSums], view_.sums[VectorSums]}};
+    P own = pass;
+    own.begin();
+    for (int k = 0; k < pass.items(); ++k) own(k, sums);
+  }
+
+  /// pass(item, tally) for all items. tally.raise(k, value) keeps the largest value,
+  /// tally.trouble(p, what) the first point that cannot be treated, and tally.add(sum, part) adds to an
+  /// integer that other items add to.
+  template <class P> void over(const P &pass)
+  {
+    const int count = pass.items();
+    int team = 1;
+    const rve::LightWork work(count, threads_);
+#pragma omp parallel num_threads(work.team)
+    {
+      const rve::ThreadShare mine(count);
+      Tally &tally = tallies_[rve::this_thread()];
+      tally.best = maxima_;
+      tally.first = FirstTrouble::NOWHERE;
+      if (rve::this_thread() == 0) team = rve::team_size();
+      P own = pass;
+      own.begin();
+      for (int i = mine.begin; i < mine.end; ++i) own(i, tally);
+    }
+    for (int t = 0; t < team; ++t) {
+      for (std::size_t k = 0; k < maxima_.size(); ++k)
+        maxima_[k] = std::max(maxima_[k], tallies_[t].best[k]);
+      first_trouble_ = std::min(first_trouble_, tallies_[t].first);
+    }
+  }
+
+  /// pass(point, sums) for all points, which adds to sums on nodes: those of the kinds that the pass
+  /// adds to begin with zero.
+  template <class P> void scatter(const P &pass)
+  {
+    const int count = pass.items();
+    // a team may be smaller
+    for (Partial &part : partial_) part.first_layer = part.end_layer = 0;
+    const rve::LightWork work(count, threads_);
+#pragma omp parallel num_threads(work.team)
+    {
+      const rve::ThreadShare mine(count);
+      Partial &part = partial_[rve::this_thread()];
+      find_layers(part, mine);
+      SumsByKind<PartialSums> sums = {};
+      for (const SumKind kind : {InertiaSums, VectorSums})
+        if (P::adds_to(kind)) sums.of[kind] = part.begin_sums(kind, view_.grid);
+      P own = pass;
+      own.begin();
+      for (int p = mine.begin; p < mine.end; ++p) own(p, sums);
+#pragma omp barrier
+      const rve::ThreadShare layers(view_.grid.layers());
+      for (const SumKind kind : {InertiaSums, VectorSums})
+        for (int layer = layers.begin; P::adds_to(kind) && layer < layers.end; ++layer)
+          merge(layer, kind);
+    }
   }
 
  private:
@@ -290,32 +269,17 @@ template <int D> class HostMachine {
   /// Sums of the layers of nodes that one thread's points reach.
   struct alignas(128) Partial {
     int first_layer, end_layer;
-    std::vector<std::int64_t> inertia, vectors;
+    std::vector<std::int64_t> sums[NUM_SUM_KINDS];
+
+    PartialSums begin_sums(SumKind kind, const Grid<D> &grid)
+    {
+      const std::size_t layer = static_cast<std::size_t>(width_of<D>(kind)) * grid.layer_size();
+      sums[kind].assign((end_layer - first_layer) * layer, 0);
+      return {sums[kind].data(), first_layer * layer};
+    }
   };
 
-  template <class P> void run(const P &pass, int count)
-  {
-    int team = 1;
-    const rve::LightWork work(count, threads_);
-#pragma omp parallel num_threads(work.team)
-    {
-      const rve::ThreadShare mine(count);
-      Tally &tally = tallies_[rve::this_thread()];
-      tally.best = maxima_;
-      tally.first = FirstTrouble::NOWHERE;
-      if (rve::this_thread() == 0) team = rve::team_size();
-      P own = pass;
-      own.begin();
-      for (int i = mine.begin; i < mine.end; ++i) own(i, tally);
-    }
-    for (int t = 0; t < team; ++t) {
-      for (std::size_t k = 0; k < maxima_.size(); ++k)
-        maxima_[k] = std::max(maxima_[k], tallies_[t].best[k]);
-      first_trouble_ = std::min(first_trouble_, tallies_[t].first);
-    }
-  }
-
-  void make_room(Partial &part, const rve::ThreadShare &mine, bool inertia, bool vectors)
+  void find_layers(Partial &part, const rve::ThreadShare &mine) const
   {
     part.first_layer = view_.grid.layers();
     part.end_layer = 0;
@@ -335,22 +299,17 @@ template <int D> class HostMachine {
       part.end_layer = std::max(part.end_layer, end);
     }
     part.first_layer = std::min(part.first_layer, part.end_layer);
-    const std::size_t nodes =
-        static_cast<std::size_t>(part.end_layer - part.first_layer) * view_.grid.layer_size();
-    if (inertia) part.inertia.assign(INERTIA_SUMS<D> * nodes, 0);
-    if (vectors) part.vectors.assign(VECTOR_SUMS<D> * nodes, 0);
   }
 
   /// Adds up what the threads have on a layer.
-  void merge(int layer, int components, std::vector<std::int64_t> Partial::*sums,
-             std::int64_t *total) const
+  void merge(int layer, SumKind kind) const
   {
-    const std::size_t size = static_cast<std::size_t>(components) * view_.grid.layer_size();
-    std::int64_t *into = total + layer * size;
+    const std::size_t size = static_cast<std::size_t>(width_of<D>(kind)) * view_.grid.layer_size();
+    std::int64_t *into = view_.sums[kind] + layer * size;
     std::fill_n(into, size, 0);
     for (const Partial &part : partial_) {
       if (layer < part.first_layer || layer >= part.end_layer) continue;
-      const std::int64_t *from = (part.*sums).data() + (layer - part.first_layer) * size;
+      const std::int64_t *from = part.sums[kind].data() + (layer - part.first_layer) * size;
       for (std::size_t k = 0; k < size; ++k) into[k] += from[k];
     }
   }

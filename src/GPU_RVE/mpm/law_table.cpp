@@ -4,7 +4,6 @@
 #include "mpm/drucker_prager.h"
 #include "mpm/linear_elastic.h"
 #include "mpm/mohr_coulomb.h"
-#include "mpm/strength_parameters.h"
 
 namespace mpm {
 

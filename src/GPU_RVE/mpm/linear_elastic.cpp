@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/linear_elastic.h"
 
-#include "mpm/midpoint_increment.h"
 #include "rve/core/error.h"
 
 namespace mpm {
@@ -10,14 +9,14 @@ using rve::number;
 using rve::require;
 using rve::Tensor;
 
-template <int D> LinearElastic<D>::LinearElastic(double young_modulus, double poisson_ratio)
+template <int D>
+LinearElastic<D>::LinearElastic(double young_modulus, double poisson_ratio) :
+    ElasticLaw<D>(young_modulus, poisson_ratio)
 {
   require(young_modulus > 0.0,
           "Young's modulus must be positive, got " + number(young_modulus) + " [stress]");
   require(poisson_ratio > -1.0 && poisson_ratio < 0.5,
           "Poisson's ratio must be in (-1, 0.5), got " + number(poisson_ratio));
-  shear_modulus_ = young_modulus / (2.0 * (1.0 + poisson_ratio));
-  lame_first_ = 2.0 * shear_modulus_ * poisson_ratio / (1.0 - 2.0 * poisson_ratio);
 }
 
 template <int D>
@@ -30,11 +29,6 @@ void LinearElastic<D>::update(int count, const int *point_index,
     const MidpointIncrement<D> increment = midpoint_increment(deformation_increment[p]);
     stress[p] = elastic_stress(stress[p], increment, lame_first_, shear_modulus_);
   }
-}
-
-template <int D> double LinearElastic<D>::p_wave_modulus(int /*point_index*/) const
-{
-  return lame_first_ + 2.0 * shear_modulus_;
 }
 
 template class LinearElastic<2>;

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "mpm/constitutive.h"
+#include "mpm/elastic_law.h"
 
 namespace mpm {
 
@@ -14,7 +14,7 @@ namespace mpm {
 /// Chosen because it needs no memory but the stress, starts from any initial stress, and is exact for a rigid rotation
 /// of any size and for small strains. It is not the derivative of an energy: over closed cycles of large strain it gains
 /// or loses work of the order (σ/E)².
-template <int D> class LinearElastic : public Constitutive<D> {
+template <int D> class LinearElastic : public ElasticLaw<D> {
  public:
   /// young_modulus > 0 [stress], -1 < poisson_ratio < 0.5; rve::InputError otherwise.
   LinearElastic(double young_modulus, double poisson_ratio);
@@ -22,13 +22,9 @@ template <int D> class LinearElastic : public Constitutive<D> {
   void update(int count, const int *point_index,
               const rve::Tensor<double, D> *deformation_increment, double dt,
               rve::Tensor<double, D> *stress, MemoryRows memory) override;
-  bool takes_parts() const override { return true; }
-  double p_wave_modulus(int point_index) const override;
-  double shear_modulus(int /*point_index*/) const override { return shear_modulus_; }
 
  private:
-  double lame_first_;       ///< λ [stress]
-  double shear_modulus_;    ///< μ [stress]
+  using ElasticLaw<D>::lame_first_, ElasticLaw<D>::shear_modulus_;
 };
 
 }    // namespace mpm

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/mohr_coulomb.h"
 
-#include "mpm/midpoint_increment.h"
-#include "mpm/strength_parameters.h"
 #include "rve/core/eigenvalues.h"
 
 #include <cmath>
@@ -25,27 +23,9 @@ namespace {
     double shear;
     double radius;    ///< of Mohr's circle in the plane
 
-    PrincipalStress(const Tensor2 &stress, const double *memory) :
-        PrincipalStress(stress, memory[MohrCoulomb<2>::OutOfPlaneStress])
+    PrincipalStress(const Tensor2 &stress, const double *memory)
     {
-    }
-    /// After an elastic increment of that stress.
-    PrincipalStress(const Tensor2 &trial, const double *memory, double lame_first,
-                    const Tensor2 &strain) :
-        PrincipalStress(trial,
-                        memory[MohrCoulomb<2>::OutOfPlaneStress] + lame_first * trace(strain))
-    {
-    }
-
-    void store(const MohrCoulombReturn::Principal &values, Tensor2 &stress, double *memory) const
-    {
-      stress = in_plane(values);
-      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
-    }
-
-   private:
-    PrincipalStress(const Tensor2 &stress, double out_of_plane)
-    {
+      const double out_of_plane = memory[MohrCoulomb<2>::OutOfPlaneStress];
       const double mean = 0.5 * (stress(0, 0) + stress(1, 1));
       half_difference = 0.5 * (stress(0, 0) - stress(1, 1));
       shear = stress(0, 1);
@@ -60,6 +40,13 @@ namespace {
       principal.value[out] = out_of_plane;
     }
 
+    void store(const MohrCoulombReturn::Principal &values, Tensor2 &stress, double *memory) const
+    {
+      stress = in_plane(values);
+      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
+    }
+
+   private:
     /// In the plane, with the directions of before: isotropy keeps them.
     Tensor2 in_plane(const MohrCoulombReturn::Principal &values) const
     {
@@ -80,11 +67,6 @@ namespace {
     {
       for (int i = 0; i < 3; ++i) principal.value[i] = axes_.value[i];
     }
-    PrincipalStress(const Tensor3 &trial, const double *memory, double /*lame_first*/,
-                    const Tensor3 & /*strain*/) :
-        PrincipalStress(trial, memory)
-    {
-    }
 
     /// What the return takes away, along the axes: a stress that it leaves alone keeps its bits.
     void store(const MohrCoulombReturn::Principal &values, Tensor3 &stress, double *) const
@@ -104,36 +86,19 @@ namespace {
 
 template <int D>
 MohrCoulomb<D>::MohrCoulomb(double young_modulus, double poisson_ratio, double cohesion,
-                            double friction_degrees, double dilation_degrees)
+                            double friction_degrees, double dilation_degrees) :
+    FrictionalLaw<D>("Mohr-Coulomb", young_modulus, poisson_ratio, cohesion, friction_degrees,
+                     dilation_degrees)
 {
-  require_strength(young_modulus, poisson_ratio, cohesion, friction_degrees, dilation_degrees);
   const auto ratio = [](double degrees) {
     const double sine = sine_of(degrees);
     return (1.0 + sine) / (1.0 - sine);
   };
-  return_.shear_modulus = young_modulus / (2.0 * (1.0 + poisson_ratio));
-  return_.lame_first = 2.0 * return_.shear_modulus * poisson_ratio / (1.0 - 2.0 * poisson_ratio);
+  return_.shear_modulus = this->shear_modulus_;
+  return_.lame_first = this->lame_first_;
   return_.friction_ratio = ratio(friction_degrees);
   return_.dilatancy_ratio = ratio(dilation_degrees);
   return_.uniaxial_strength = 2.0 * cohesion * std::sqrt(return_.friction_ratio);
-}
-
-template <int D> StateVariables MohrCoulomb<D>::state_variables() const
-{
-  return plastic_state_variables(D);
-}
-
-template <int D> void MohrCoulomb<D>::begin_memory(const Tensor &stress, double *memory) const
-{
-  if (D == 2) memory[OutOfPlaneStress] = 0.5 * (stress(0, 0) + stress(1, 1));
-  memory[PlasticStrain] = 0.0;
-}
-
-template <int D> std::string MohrCoulomb<D>::doubt_about(const Tensor &stress) const
-{
-  if (!(trace(stress) > 0.0)) return "";
-  return "is a tension, which a Mohr-Coulomb material bears by its cohesion only; stresses are "
-         "negative in compression";
 }
 
 template <int D>
@@ -143,10 +108,8 @@ void MohrCoulomb<D>::update(int count, const int *point_index, const Tensor *def
   for (int k = 0; k < count; ++k) {
     const int p = point_index[k];
     double *state = memory[p];
-    const MidpointIncrement<D> increment = midpoint_increment(deformation_increment[p]);
-    const PrincipalStress<D> trial(
-        elastic_stress(stress[p], increment, return_.lame_first, return_.shear_modulus), state,
-        return_.lame_first, increment.strain);
+    const PrincipalStress<D> trial(this->elastic_trial(deformation_increment[p], stress[p], state),
+                                   state);
     const MohrCoulombReturn::Principal after = return_(trial.principal);
     trial.store(after, stress[p], state);
 
@@ -158,11 +121,6 @@ void MohrCoulomb<D>::update(int count, const int *point_index, const Tensor *def
     for (const double r : relaxed) square += (r - mean) * (r - mean);
     state[PlasticStrain] += std::sqrt(2.0 / 3.0 * square) / (2.0 * return_.shear_modulus);
   }
-}
-
-template <int D> double MohrCoulomb<D>::p_wave_modulus(int /*point_index*/) const
-{
-  return return_.lame_first + 2.0 * return_.shear_modulus;
 }
 
 template <int D> double MohrCoulomb<D>::yield(const Tensor &stress, const double *memory) const

@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include "mpm/constitutive.h"
+#include "mpm/frictional_law.h"
 #include "rve/core/config.h"
 
 namespace mpm {
@@ -80,12 +80,11 @@ struct MohrCoulombReturn {
 /// Elastic, perfectly plastic: Hughes-Winget's elastic trial as in LinearElastic, and the return above in its principal axes. In the
 /// plane that is plane strain, and the stress out of the plane is the third principal one. Flow at the apex and on the edges is
 /// included; there is no tension cut-off below the apex.
-template <int D> class MohrCoulomb : public Constitutive<D> {
+template <int D> class MohrCoulomb : public FrictionalLaw<D> {
   using Tensor = rve::Tensor<double, D>;
 
  public:
-  /// Places of the state variables; the first one is there in the plane only.
-  enum { OutOfPlaneStress = 0, PlasticStrain = D == 2 ? 1 : 0 };
+  using FrictionalLaw<D>::OutOfPlaneStress, FrictionalLaw<D>::PlasticStrain;
 
   /// young_modulus > 0, cohesion >= 0 [stress]; 0 <= poisson_ratio < 0.5; 0 <= dilation <= friction < 90 [degrees];
   /// cohesion and friction not both 0. rve::InputError otherwise.
@@ -94,13 +93,6 @@ template <int D> class MohrCoulomb : public Constitutive<D> {
 
   void update(int count, const int *point_index, const Tensor *deformation_increment, double dt,
               Tensor *stress, MemoryRows memory) override;
-  bool takes_parts() const override { return true; }
-  StateVariables state_variables() const override;
-  /// σ_zz is between the principal stresses in the plane: admissible to an isotropic law if they are.
-  void begin_memory(const Tensor &stress, double *memory) const override;
-  std::string doubt_about(const Tensor &stress) const override;
-  double p_wave_modulus(int point_index) const override;
-  double shear_modulus(int /*point_index*/) const override { return return_.shear_modulus; }
 
   /// The yield function k σ1 - σ3 - s of a point's stress [stress]; positive outside.
   double yield(const Tensor &stress, const double *memory) const;

@@ -3,6 +3,7 @@
 
 #include "cuda/cuda_required.h"
 #include "mpm/host_machine.h"
+#include "mpm/point_sums.h"
 #include "mpm/step_program.h"
 #include "rve/core/error.h"
 #include "rve/core/first_error.h"
@@ -20,7 +21,6 @@
 
 namespace mpm {
 
-using rve::FixedScale;
 using rve::number;
 using rve::require;
 
@@ -348,30 +348,12 @@ template <int D> Totals<D> MpmSolver<D>::totals(const PointView<D> &points) cons
   };
 
   check_points(points);
-  std::int64_t count = 0;
-  double bound[QUANTITIES] = {};
-  for (int p = 0; p < points.count; ++p) {
-    if (points.rigid_body[p] >= 0) continue;
-    ++count;
-    for (int q = 0; q < QUANTITIES; ++q) bound[q] = std::max(bound[q], std::abs(value(p, q)));
-  }
-  communication_.sum_over_ranks(&count, 1);
-  communication_.max_over_ranks(bound, QUANTITIES);
-
-  std::int64_t sums[QUANTITIES] = {};
-  FixedScale scale[QUANTITIES];
-  for (int q = 0; q < QUANTITIES; ++q) {
-    check_bound(bound[q], count, "mass, momentum or energy");
-    scale[q] = FixedScale(bound[q], count);
-  }
-  for (int p = 0; p < points.count; ++p) {
-    if (points.rigid_body[p] >= 0) continue;
-    for (int q = 0; q < QUANTITIES; ++q) sums[q] += scale[q].integer(value(p, q));
-  }
-  communication_.sum_over_ranks(sums, QUANTITIES);
-  Vec<D> momentum;
-  for (int a = 0; a < D; ++a) momentum[a] = scale[1 + a].real(sums[1 + a]);
-  return {count, scale[0].real(sums[0]), momentum, scale[ENERGY].real(sums[ENERGY])};
+  const PointSums all = sum_over_points(
+      points, communication_, QUANTITIES, [&](int p) { return points.rigid_body[p] < 0; }, value,
+      [](double largest, std::int64_t terms) {
+        check_bound(largest, terms, "mass, momentum or energy");
+      });
+  return {all.points, all.sums[0], first_of<D>(&all.sums[1]), all.sums[ENERGY]};
 }
 
 template class MpmSolver<2>;

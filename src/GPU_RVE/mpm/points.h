@@ -4,9 +4,10 @@
 #pragma once
 
 #include "mpm/constitutive.h"
-#include "mpm/grid.h"
-#include "rve/core/tensor.h"
+#include "mpm/point_fields.h"
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -20,25 +21,48 @@ struct Rows3 {
   RVE_HD double *operator[](int i) const { return first + 3 * static_cast<std::ptrdiff_t>(i); }
 };
 
-/// The points of this rank. Arrays have `count` entries; only those without `const` and the first D components of
-/// position and velocity are changed.
-template <int D> struct PointView {
+/// Not rve::larger, which wants numbers: a `b` that is not a number is passed over.
+RVE_HD inline double larger(double a, double b)
+{
+  return a < b ? b : a;
+}
+
+/// The largest magnitude of D components.
+template <int D> RVE_HD double largest(const double *component)
+{
+  double result = std::abs(component[0]);
+  for (int a = 1; a < D; ++a) result = larger(result, std::abs(component[a]));
+  return result;
+}
+
+/// A vector of its D components.
+template <int D> RVE_HD Vec<D> first_of(const double *component)
+{
+  Vec<D> vector;
+  for (int a = 0; a < D; ++a) vector[a] = component[a];
+  return vector;
+}
+
+/// Whether D components are finite numbers.
+template <int D> RVE_HD bool are_finite(const double *component)
+{
+  for (int a = 0; a < D; ++a)
+    if (!std::isfinite(component[a])) return false;
+  return true;
+}
+
+/// The points of this rank. Arrays have `count` entries; a step changes fields that are not const, the
+/// memory of the laws and the first D components of position and velocity.
+template <int D> struct PointView : PointFields<D, Pointer> {
   int count = 0;
-  int memory_width = 0;                         ///< doubles in a row of `memory`
-  const std::int64_t *id = nullptr;             ///< for messages
-  Rows3 position;                               ///< centre [length]
-  Rows3 velocity;                               ///< [length/time]
-  Rows3 body_force;                             ///< [force]; read only
-  const double *mass = nullptr;                 ///< > 0 [mass]
-  double *volume = nullptr;                     ///< in the plane area times thickness [length³]
-  const double *initial_volume = nullptr;       ///< volume at F = I [length³]
-  const Vec<D> *half_size = nullptr;            ///< of the point's box [length]
-  Tensor<D> *deformation_gradient = nullptr;    ///< F
-  Tensor<D> *stress = nullptr;                  ///< Cauchy, tension positive [stress]
-  double *memory = nullptr;                     ///< rows of what the laws remember
-  Tensor<D> *velocity_gradient = nullptr;       ///< L, output [1/time]
-  const int *model = nullptr;                   ///< index of the constitutive model
-  const int *rigid_body = nullptr;    ///< index of the rigid body, or -1 for a deformable point
+  int memory_width = 0;                ///< doubles in a row of `memory`
+  const std::int64_t *id = nullptr;    ///< for messages
+  Rows3 position;                      ///< centre [length]
+  Rows3 velocity;                      ///< [length/time]
+  Rows3 body_force;                    ///< [force]; read only
+  double *memory = nullptr;            ///< rows of what the laws remember
+  const int *model = nullptr;          ///< index of the constitutive model
+  const int *rigid_body = nullptr;     ///< index of the rigid body, or -1 for a deformable point
 };
 
 /// A traction vector [stress] on one face of the boxes of some local points.

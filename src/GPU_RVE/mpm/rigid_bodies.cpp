@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "mpm/rigid_bodies.h"
 
+#include "mpm/point_sums.h"
 #include "rve/core/error.h"
-#include "rve/core/exact_sum.h"
 
 #include <algorithm>
 #include <cmath>
@@ -35,40 +35,16 @@ namespace {
     return Tensor<D>::identity() + std::sin(angle) * spin + (1.0 - std::cos(angle)) * (spin * spin);
   }
 
-  /// The largest over all ranks, or the sum: `count` numbers of each point of the bodies that `takes` accepts.
+  /// Of numbers of the points that `takes` accepts (sum_over_points).
   template <int D, class Takes, class Value>
   std::vector<double> sums(const PointView<D> &points, const Communication &communication,
                            int count, const Takes &takes, const Value &value)
   {
-    std::vector<double> bound(count, 0.0);
-    std::int64_t terms = 0;
-    for (int p = 0; p < points.count; ++p) {
-      if (!takes(p)) continue;
-      ++terms;
-      for (int q = 0; q < count; ++q) bound[q] = std::max(bound[q], std::abs(value(p, q)));
-    }
-    communication.max_over_ranks(bound.data(), bound.size());
-    communication.sum_over_ranks(&terms, 1);
-    std::vector<rve::FixedScale> scale;
-    for (const double largest : bound) {
+    const auto check = [](double largest, std::int64_t terms) {
       require(largest * static_cast<double>(terms) < 1e300,
               "a point of a rigid body has a position, mass, velocity or force that is too large");
-      scale.emplace_back(largest, terms);
-    }
-    std::vector<std::int64_t> integers(count, 0);
-    for (int p = 0; p < points.count; ++p)
-      for (int q = 0; takes(p) && q < count; ++q) integers[q] += scale[q].integer(value(p, q));
-    communication.sum_over_ranks(integers.data(), integers.size());
-    std::vector<double> result;
-    for (int q = 0; q < count; ++q) result.push_back(scale[q].real(integers[q]));
-    return result;
-  }
-
-  template <int D> Vec<D> row(const Rows3 &rows, int p)
-  {
-    Vec<D> vector;
-    std::copy_n(rows[p], D, vector.component);
-    return vector;
+    };
+    return sum_over_points(points, communication, count, takes, value, check).sums;
   }
 
   /// M for the present axes of a body whose M along its own axes is given: both blocks of freedoms turn with it.
@@ -161,21 +137,30 @@ template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
   std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
 }
 
-/// The form fits the boxes of the points along the axes of the body, or has its vertices.
 template <int D>
 void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication &communication)
 {
-  const int b = bodies_[k];
-  const RigidBodyOptions &options = options_.rigid_bodies[b];
   State &body = states_[k];
-  const auto is_own = [&](int p) { return points.rigid_body[p] == b; };
-  body.orientation = rotation_by<D>(options.turned);
+  body.orientation = rotation_by<D>(options_.rigid_bodies[bodies_[k]].turned);
+  fit_form(k, points, communication);
+  place_origin(k, points, communication);
+  find_inertia(k, points, communication);
+  body.is_made = true;
+}
+
+/// The form fits the boxes of the points along the axes of the body, or has its vertices. The centre is
+/// that of the form, from the origin of the coordinates.
+template <int D>
+void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communication &communication)
+{
+  const int b = bodies_[k];
+  State &body = states_[k];
   const Tensor<D> to_body = transpose(body.orientation);
   double extent[2 * D];
   std::fill_n(extent, 2 * D, -std::numeric_limits<double>::infinity());
   for (int p = 0; p < points.count; ++p) {
-    if (!is_own(p)) continue;
-    const Vec<D> place = to_body * row<D>(points.position, p);
+    if (points.rigid_body[p] != b) continue;
+    const Vec<D> place = to_body * first_of<D>(points.position[p]);
     for (int a = 0; a < D; ++a) {
       extent[a] = std::max(extent[a], points.half_size[p][a] - place[a]);
       extent[D + a] = std::max(extent[D + a], points.half_size[p][a] + place[a]);
@@ -188,7 +173,7 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
     middle[a] = 0.5 * (extent[D + a] - extent[a]);
     body.half[a] = 0.5 * (extent[D + a] + extent[a]);
   }
-  if (options.form == BodyForm::Convex) {
+  if (options_.rigid_bodies[b].form == BodyForm::Convex) {
     middle = hulls_[k].middle;
     body.half = hulls_[k].half;
   }
@@ -198,9 +183,22 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
       return options_.name_of_body(b) + " must be as wide as a cell at least, " + number(cell) +
           ", got " + number(2.0 * body.half[a]) + " [length]";
     });
-  middle = body.orientation * middle;
+  body.centre = body.orientation * middle;
+}
 
-  // mass and its centre, then everything about the origin
+/// The origin is the centre of mass or the pivot. The centre of the form is given from there, along the
+/// axes of the body.
+template <int D>
+void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
+                                  const Communication &communication)
+{
+  const int b = bodies_[k];
+  const RigidBodyOptions &options = options_.rigid_bodies[b];
+  State &body = states_[k];
+  const auto is_own = [&](int p) { return points.rigid_body[p] == b; };
+  const Tensor<D> to_body = transpose(body.orientation);
+  const Vec<D> middle = body.centre;
+  const double allowed = 0.5 * options_.cell_size;
   const std::vector<double> moments = sums(points, communication, 1 + D, is_own, [&](int p, int q) {
     return q == 0 ? points.mass[p] : points.mass[p] * (points.position[p][q - 1] - middle[q - 1]);
   });
@@ -210,12 +208,12 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
   for (const auto &side : hulls_[k].sides) {
     const double outside =
         dot(side.plane.normal, to_body * (mass_centre - middle)) - side.plane.distance;
-    require(outside <= 0.5 * cell, [&] {
+    require(outside <= allowed, [&] {
       std::string place;
       for (int a = 0; a < D; ++a) place += (a == 0 ? "" : " ") + number(mass_centre[a]);
       return options_.name_of_body(b) + " has points whose center of mass, " + place + ", is " +
-          number(outside) + " outside of its vertices; allowed is half a cell, " +
-          number(0.5 * cell) + " [length]";
+          number(outside) + " outside of its vertices; allowed is half a cell, " + number(allowed) +
+          " [length]";
     });
   }
   require(options.free == 0 || moments[0] > 0.0, [&] {
@@ -225,8 +223,19 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
   if (options.has_pivot) std::copy_n(options.pivot, D, body.origin.component);
   body.centre = to_body * (middle - body.origin);
   body.mass_centre = to_body * (mass_centre - body.origin);
+}
 
-  const auto arm = [&](int p) { return to_body * (row<D>(points.position, p) - body.origin); };
+/// Of the points and their boxes, about the origin; and the rates with which a body begins.
+template <int D>
+void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
+                                  const Communication &communication)
+{
+  const int b = bodies_[k];
+  const RigidBodyOptions &options = options_.rigid_bodies[b];
+  State &body = states_[k];
+  const auto is_own = [&](int p) { return points.rigid_body[p] == b; };
+  const Tensor<D> to_body = transpose(body.orientation);
+  const auto arm = [&](int p) { return to_body * (first_of<D>(points.position[p]) - body.origin); };
   // what a point's own box adds about an axis: m/3 (l² + l'²) of the half sizes across it
   const auto own_inertia = [&](int p, int i, int j) {
     if (i != j || i < D) return 0.0;
@@ -245,19 +254,18 @@ void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication
   for (int q = 0; q < S * S; ++q) body.inertia[q] = of_places[q] + of_boxes[q];
 
   std::copy(prescribed_[k].begin(), prescribed_[k].end(), body.rates);
-  if (options.free != 0) {
-    const std::vector<double> momentum = sums(points, communication, S, is_own, [&](int p, int q) {
-      const Vec<D> world_arm = row<D>(points.position, p) - body.origin;
-      return points.mass[p] * dot(row<D>(points.velocity, p), unit_motion(q, world_arm));
-    });
-    // velocities of points say nothing of the spin of their boxes; points in a row, nothing of that about it
-    constexpr double NOTHING = 1e-9;
-    double own[S * S], world[S * S];
-    for (int q = 0; q < S * S; ++q) own[q] = of_places[q] + NOTHING * of_boxes[q];
-    turn_inertia(body.orientation, own, world);
-    solve_free<D>(world, momentum.data(), options.free, body.rates);
-  }
-  body.is_made = true;
+  if (options.free == 0) return;
+  const std::vector<double> momentum = sums(points, communication, S, is_own, [&](int p, int q) {
+    const Vec<D> world_arm = first_of<D>(points.position[p]) - body.origin;
+    return points.mass[p] * dot(first_of<D>(points.velocity[p]), unit_motion(q, world_arm));
+  });
+  // velocities of points say nothing of the spin of their boxes; points in a row, nothing of the spin
+  // about it
+  constexpr double NOTHING = 1e-9;
+  double own[S * S], world[S * S];
+  for (int q = 0; q < S * S; ++q) own[q] = of_places[q] + NOTHING * of_boxes[q];
+  turn_inertia(body.orientation, own, world);
+  solve_free<D>(world, momentum.data(), options.free, body.rates);
 }
 
 template <int D>
@@ -306,7 +314,8 @@ template <int D> int RigidBodies<D>::num_enclosed(int body, const PointView<D> &
   int count = 0;
   for (int p = 0; p < points.count; ++p) {
     typename RigidShape<D>::Crossing crossing;
-    if (points.rigid_body[p] != body && shape.cross(row<D>(points.position, p), 0, 0.0, crossing) &&
+    if (points.rigid_body[p] != body &&
+        shape.cross(first_of<D>(points.position[p]), 0, 0.0, crossing) &&
         crossing.place[0] < -least && crossing.place[1] > least)
       ++count;
   }
@@ -366,8 +375,8 @@ void RigidBodies<D>::add_forces(const PointView<D> &points, double dt,
   const std::vector<double> forces = sums(points, communication, count, takes, [&](int p, int q) {
     const RigidBodyStep<D> &step = steps_[free[q / S]];
     if (points.rigid_body[p] != step.body) return 0.0;
-    return dot(row<D>(points.body_force, p),
-               unit_motion(q % S, row<D>(points.position, p) - step.origin));
+    return dot(first_of<D>(points.body_force[p]),
+               unit_motion(q % S, first_of<D>(points.position[p]) - step.origin));
   });
   for (std::size_t n = 0; n < free.size(); ++n) {
     RigidBodyStep<D> &step = steps_[free[n]];
@@ -408,34 +417,37 @@ template <int D> void RigidBodies<D>::advance(double dt)
   }
 }
 
+/// visit(numbers, count) for the numbers of a body in its record behind the first two.
+template <int D>
+template <class Body, class Visit>
+void RigidBodies<D>::each_number(Body &body, const Visit &visit)
+{
+  for (auto *vector : {&body.origin, &body.centre, &body.half, &body.mass_centre})
+    visit(vector->component, D);
+  visit(body.orientation.component, D * D);
+  visit(body.rates, S);
+  visit(body.turned, rve::Space<D>::spins);
+  visit(body.inertia, S * S);
+}
+
 template <int D> std::vector<double> RigidBodies<D>::record(int number) const
 {
   const State &body = state(number);
   std::vector<double> all = {body.is_made ? 1.0 : 0.0, body.has_moved ? 1.0 : 0.0};
-  for (const Vec<D> *vector : {&body.origin, &body.centre, &body.half, &body.mass_centre})
-    all.insert(all.end(), vector->component, vector->component + D);
-  all.insert(all.end(), body.orientation.component, body.orientation.component + D * D);
-  all.insert(all.end(), body.rates, body.rates + S);
-  all.insert(all.end(), body.turned, body.turned + rve::Space<D>::spins);
-  all.insert(all.end(), body.inertia, body.inertia + S * S);
+  each_number(body,
+              [&](const double *from, int count) { all.insert(all.end(), from, from + count); });
   return all;
 }
 
 template <int D> void RigidBodies<D>::set_record(int number, const double *record)
 {
   State &body = states_.at(index_.at(number));
-  const auto take = [&record](double *to, int count) {
-    std::copy_n(record, count, to);
-    record += count;
-  };
   body.is_made = *record++ != 0.0;
   body.has_moved = *record++ != 0.0;
-  for (Vec<D> *vector : {&body.origin, &body.centre, &body.half, &body.mass_centre})
-    take(vector->component, D);
-  take(body.orientation.component, D * D);
-  take(body.rates, S);
-  take(body.turned, rve::Space<D>::spins);
-  take(body.inertia, S * S);
+  each_number(body, [&](double *to, int count) {
+    std::copy_n(record, count, to);
+    record += count;
+  });
 }
 
 template class RigidBodies<2>;

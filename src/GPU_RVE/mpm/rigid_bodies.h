@@ -67,7 +67,11 @@ template <int D> class RigidBodies {
   };
 
   const State &state(int body) const { return states_.at(index_.at(body)); }
+  template <class Body, class Visit> static void each_number(Body &body, const Visit &visit);
   void make(int k, const PointView<D> &points, const Communication &communication);
+  void fit_form(int k, const PointView<D> &points, const Communication &communication);
+  void place_origin(int k, const PointView<D> &points, const Communication &communication);
+  void find_inertia(int k, const PointView<D> &points, const Communication &communication);
   void widen_at_sides(RigidShape<D> &shape) const;
   void set_half_spaces(int k, RigidShape<D> &shape) const;
   ConvexHull<D> hull_of(int body) const;

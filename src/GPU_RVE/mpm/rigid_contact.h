@@ -50,6 +50,29 @@ constexpr double LEAST_DEPTH = 0.25;
 /// Of the sum of the normals of two faces, from which on they enclose a tip and are not opposite faces.
 constexpr double TIP = 1e-3;
 
+/// Near a tip both faces would take the same nodes, one after the other: they have one contact between
+/// them, which a wedge feels as its tip.
+enum class Tip { None, Reachable, OutOfReach };
+
+/// Normal of a tip, and its place on the line, in rows.
+template <int axis, int D>
+RVE_HD Tip find_tip(const Grid<D> &grid, const typename RigidShape<D>::Crossing &crossing,
+                    Vec<D> &normal, double &row)
+{
+  const double cell = grid.cell_size();
+  const Vec<D> both = crossing.normal[0] + crossing.normal[1];
+  const double length = std::sqrt(dot(both, both));
+  const bool shares_nodes =
+      std::ceil(crossing.place[0] / cell) >= std::floor(crossing.place[1] / cell);
+  if (!shares_nodes || !(length > TIP)) return Tip::None;
+  normal = (1.0 / length) * both;
+  row = 0.5 * (crossing.place[0] + crossing.place[1]) / cell;
+  const double least = (LEAST_DEPTH - face_pair::SAME_PLACE) * cell;
+  const bool is_reachable = row > grid.first(axis) && row < grid.last(axis) &&
+      !(crossing.depth[0] < least) && !(crossing.depth[1] < least);
+  return is_reachable ? Tip::Reachable : Tip::OutOfReach;
+}
+
 /// visit(contact) for the contacts of a body on one line of nodes along an axis, in their order.
 template <int axis, int D, class Visit>
 RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &body, int column,
@@ -97,26 +120,19 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
 
   if (body.shape.form == BodyForm::Convex && is_steepest(crossing.normal[0]) &&
       is_steepest(crossing.normal[1])) {
-    // near a tip both faces would take the same nodes, one after the other: they have one contact, which a wedge feels as its tip
-    const Vec<D> both = crossing.normal[0] + crossing.normal[1];
-    const double length = std::sqrt(dot(both, both));
-    const bool shares_nodes =
-        std::ceil(crossing.place[0] / cell) >= std::floor(crossing.place[1] / cell);
-    if (shares_nodes && length > TIP) {
-      const double middle = 0.5 * (crossing.place[0] + crossing.place[1]) / cell;
-      if (!(middle > first_row && middle < last_row) ||
-          crossing.depth[0] < (LEAST_DEPTH - SAME_PLACE) * cell ||
-          crossing.depth[1] < (LEAST_DEPTH - SAME_PLACE) * cell)
-        return;
-      RigidContact<D> contact = {0, {}, {}, 2 * axis, (1.0 / length) * both, Vec<D>::zero()};
-      const int row = static_cast<int>(std::floor(middle));
-      double share = middle - row;
+    Vec<D> normal;
+    double row;
+    const Tip tip = find_tip<axis>(step.grid, crossing, normal, row);
+    if (tip == Tip::Reachable) {
+      RigidContact<D> contact = {0, {}, {}, 2 * axis, normal, Vec<D>::zero()};
+      const int first = static_cast<int>(std::floor(row));
+      double share = row - first;
       if (step.shape == ShapeFunction::Linear) share = share < 0.5 ? 0.0 : 1.0;
-      if (1.0 - share > SAME_PLACE) add_node(contact, row, 1.0 - share);
-      if (share > SAME_PLACE) add_node(contact, row + 1, share);
+      if (1.0 - share > SAME_PLACE) add_node(contact, first, 1.0 - share);
+      if (share > SAME_PLACE) add_node(contact, first + 1, share);
       visit(contact);
-      return;
     }
+    if (tip != Tip::None) return;
   }
 
   int inside[2];    // rows of the nodes inside that are on no other contact
@@ -200,7 +216,7 @@ template <int D> struct RigidContactMotion {
       compliance += contact.share[k] * contact.share[k] / m * contact.division(step, options, n);
       velocity = velocity + (contact.share[k] / m) * now[n];
       if (before) velocity_before = velocity_before + (contact.share[k] / m) * before[n];
-      for (int a = 0; a < D; ++a) held[a] = held[a] || step.boundary.held_by_side(n, a);
+      for (int a = 0; a < D; ++a) held[a] = held[a] || step.held_by_side(n, a);
     }
     mass = 1.0 / compliance;
     approach = velocity_at(body.now, contact.arm) - velocity;
@@ -286,7 +302,7 @@ template <int D> struct ContactPass : Pass<D> {
   int axis;
   RigidBodyOptions options;
 
-  int columns() const { return step.boundary.columns_across(axis); }
+  int items() const { return step.grid.lines_along(axis); }
 
  protected:
   /// Whether this rank is the one that counts a contact.
@@ -351,6 +367,7 @@ template <int D> struct SolveContacts : Pass<D> {
   using Pass<D>::step;
   int index;
 
+  int items() const { return 1; }
   template <class Tally> RVE_HD void operator()(int, Tally &) const
   {
     constexpr int S = FREEDOMS<D>;
@@ -398,8 +415,7 @@ template <int D> struct ImposeContacts : ContactPass<D> {
   {
     RigidBodyStep<D> &body = step.rigid[this->index];
     const ContactScales<D> scales(step, body);
-    std::uint16_t *states = step.boundary.contact_states +
-        static_cast<std::size_t>(this->index) * step.grid.node_count();
+    std::uint16_t *states = step.contact_states + step.in_row(this->index, 0);
     each_contact(step, body, this->axis, column, [&](const RigidContact<D> &contact) {
       bool is_shared = false;
       for (int k = 0; k < contact.count; ++k)
@@ -435,7 +451,7 @@ template <int D> struct ImposeContacts : ContactPass<D> {
         }
         for (int a = 0; a < D; ++a)
           if (!motion.is_held[a] && (touch == Touch::Sticks || motion.normal[a] != 0.0))
-            step.boundary.on_body[n] = static_cast<std::uint8_t>(step.boundary.on_body[n] | 1 << a);
+            step.on_body[n] = static_cast<std::uint8_t>(step.on_body[n] | 1 << a);
       }
       if (!work.balances || !this->counts(contact)) return;
       const Vec<D> felt = step.flip * impulse_before - impulse;
@@ -453,8 +469,8 @@ template <int D> struct ImposeContacts : ContactPass<D> {
 /// The motion of a body follows from what it felt. Item k is the k-th body that can turn.
 template <int D> struct FinishBodies : Pass<D> {
   using Pass<D>::step;
-  int count;
 
+  int items() const { return step.num_rigid; }
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
     constexpr int S = FREEDOMS<D>;
@@ -488,6 +504,7 @@ template <int D> struct MoveContactSums : Pass<D> {
   static constexpr int OF_ONE = FREEDOMS<D> * (FREEDOMS<D> + 1);
   static constexpr int FELT = 2 * FREEDOMS<D>;
 
+  int items() const { return count; }
   template <class Tally> RVE_HD void operator()(int k, Tally &) const
   {
     constexpr int S = FREEDOMS<D>;

@@ -39,7 +39,7 @@ struct ContactWork {
 };
 
 /// Divides nodes among the contacts that have been found.
-template <int D> struct DivideNodes : Pass<D> {
+template <int D> struct DivideNodes : NodePass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
   {
@@ -58,7 +58,7 @@ template <int D> struct DivideNodes : Pass<D> {
 };
 
 /// Adds the gathered impulses to the momenta of divided nodes.
-template <int D> struct JoinNodes : Pass<D> {
+template <int D> struct JoinNodes : NodePass<D> {
   using Pass<D>::step;
   bool balances;
 

@@ -83,7 +83,13 @@ template <int D> class SharedNodes {
   template <class T>
   std::vector<NodeValue<D, T>> everywhere(const T *own, const NodeBox<D> &where) const;
   /// Of one node; zero bits if no rank has touched it.
-  template <class T> T at(const T *own, const Place<D> &place) const;
+  template <class T> T at(const T *own, const Place<D> &place) const
+  {
+    NodeBox<D> box = {place, place};
+    for (int a = 0; a < D; ++a) ++box.end[a];
+    const std::vector<NodeValue<D, T>> found = everywhere(own, box);
+    return found.empty() ? T{} : found.front().value;
+  }
 
   /// visit(box) for boxes one after the other, in the order of Grid::id(), which hold all that any rank has touched and are small enough
   /// to ask for all their values at once.
@@ -161,18 +167,6 @@ std::vector<NodeValue<D, T>> SharedNodes<D>::everywhere(const T *own, const Node
     std::memcpy(&all[k].value, order[k] + 1, sizeof(T));
   }
   return all;
-}
-
-template <int D> template <class T> T SharedNodes<D>::at(const T *own, const Place<D> &place) const
-{
-  constexpr std::size_t WORDS = sizeof(T) / sizeof(std::int64_t);
-  T value{};
-  if (touched().contains(place) && is_first_to_touch(place)) value = own[part_.node(place)];
-  std::int64_t words[WORDS];
-  std::memcpy(words, &value, sizeof(T));
-  communication_.sum_over_ranks(words, WORDS);
-  std::memcpy(&value, words, sizeof(T));
-  return value;
 }
 
 template <int D> template <class Visit> void SharedNodes<D>::each_layer(const Visit &visit) const

@@ -9,6 +9,7 @@
 #include "mpm/shape_functions.h"
 #include "rve/core/error.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -52,6 +53,11 @@ template <int D> struct SolverOptions {
     int count = 0;
     for (const RigidBodyOptions &body : rigid_bodies) count += body.form != BodyForm::Face;
     return count;
+  }
+  bool absorbs() const
+  {
+    return std::any_of(dashpots.begin(), dashpots.end(),
+                       [](const Dashpots &of_side) { return of_side.exist(); });
   }
   std::string name_of_body(int body) const
   {

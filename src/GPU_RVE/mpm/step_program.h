@@ -3,9 +3,15 @@
 
 #pragma once
 
+#include "mpm/exchange_passes.h"
+#include "mpm/face_contact.h"
+#include "mpm/load_passes.h"
+#include "mpm/node_passes.h"
+#include "mpm/point_passes.h"
+#include "mpm/rigid_contact.h"
 #include "mpm/shared_nodes.h"
-#include "mpm/step_passes.h"
 #include "mpm/step_runner.h"
+#include "mpm/sum_passes.h"
 #include "rve/core/error.h"
 
 #include <algorithm>
@@ -53,20 +59,18 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     if (usavg) {
       finish_stress(update);
       prepare(false);
-      scatter(ScatterInertia<D>{machine_.view()});
-      machine_.over_nodes(NodeInertia<D>{machine_.view()});
+      sum<InertiaForStrains>(false);
       impose_bodies(Contact::Find, false);
       find_strains(part);
       begin_stress(part, update);
       finish_stress(update);
-      machine_.over_points(BoundForces<D>{machine_.view()});
-      machine_.over_loads(PrepareLoad<D>{machine_.view(), true});
+      over<BoundForces>();
+      over<PrepareLoad>(true);
       static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2, "with loads");
       share_maxima(VolumeBound, 3 + machine_.view().num_loads);
       if (machine_.knows_at_once()) check_sums();
-      find_cell_means(false);
-      scatter_with_loads(ScatterForces<D>{machine_.view()});
-      machine_.over_nodes(NodeForce<D>{machine_.view()});
+      find_cell_means<MeanPressure>();
+      sum<Force>(true);
       balance();
       move(part);
     } else {
@@ -108,7 +112,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
     return known_in(body_reactions_, body, [&] {
       return per_time(boundary_.body_impulse(
-          body, shared_.everywhere(machine_.body_impulse(body), whole_.all())));
+          body, everywhere(machine_.view().body_impulse, body, whole_.all())));
     });
   }
   Vec<D> side_reaction(Face side) override
@@ -120,7 +124,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
     Vec<D> sum = Vec<D>::zero();
     if (!(options_.damping > 0.0)) return sum;
-    const Vec<D> *impulse = machine_.damping_impulse();
+    const Vec<D> *impulse = machine_.of_nodes(machine_.view().damping_impulse);
     shared_.each_layer([&](const NodeBox<D> &layer) {
       for (const auto &at : shared_.everywhere(impulse, layer)) sum = sum + at.value;
     });
@@ -129,17 +133,29 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   double max_unbalanced_force() override { return machine_.unbalanced(); }
   Vec<D> node_force(const Place<D> &place) override
   {
-    return shared_.at(machine_.node_force(), place);
+    return shared_.at(machine_.of_nodes(machine_.view().force), place);
   }
   double node_mass(const Place<D> &place) override
   {
-    return shared_.at(machine_.node_mass(), place);
+    return shared_.at(machine_.of_nodes(machine_.view().mass), place);
   }
   int held_nodes() const override { return shared_.part().node_count(); }
   double transfer_time() const override { return machine_.transfer_time(); }
   std::string description() const override { return machine_.description(); }
 
  private:
+  /// Runs a pass over its items.
+  template <template <int> class P, class... Arguments> void over(const Arguments &...arguments)
+  {
+    machine_.over(P<D>{{machine_.view()}, arguments...});
+  }
+  /// Values of a row of a node field on all ranks, after a step.
+  template <class T>
+  std::vector<NodeValue<D, T>> everywhere(const T *field, int row, const NodeBox<D> &where)
+  {
+    return shared_.everywhere(machine_.of_nodes(field, row), where);
+  }
+
   /// Asked for component by component, and by several who write them.
   template <class Find>
   static Vec<D> known_in(std::map<int, Vec<D>> &known, int which, const Find &find)
@@ -152,11 +168,11 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
     const int axis = axis_of(side);
     const NodeBox<D> nodes = boundary_.nodes_of(side);
-    Vec<D> impulse =
-        boundary_.side_impulse(side, shared_.everywhere(machine_.side_impulse(axis), nodes));
+    const StepView<D> &view = machine_.view();
+    Vec<D> impulse = boundary_.side_impulse(side, everywhere(view.side_impulse, axis, nodes));
     if (options_.dashpots[static_cast<int>(side)].exist())
-      impulse = impulse +
-          boundary_.side_impulse(side, shared_.everywhere(machine_.absorbed_impulse(axis), nodes));
+      impulse =
+          impulse + boundary_.side_impulse(side, everywhere(view.absorbed_impulse, axis, nodes));
     return per_time(impulse);
   }
 
@@ -239,8 +255,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   /// Checks, weights and bounds of all points.
   void prepare(bool bounds_forces)
   {
-    machine_.over_points(PreparePoint<D>{machine_.view(), bounds_forces});
-    machine_.over_loads(PrepareLoad<D>{machine_.view(), bounds_forces});
+    over<PreparePoint>(bounds_forces);
+    over<PrepareLoad>(bounds_forces);
     if (machine_.knows_at_once()) fail_on_trouble();
     share_maxima(0, machine_.view().num_maxima());
     if (!machine_.knows_at_once()) return;
@@ -250,58 +266,52 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   void find_forces()
   {
-    find_cell_means(false);
-    scatter_with_loads(ScatterInertiaAndForces<D>{machine_.view()});
-    machine_.over_nodes(NodeInertiaAndForce<D>{machine_.view()});
+    find_cell_means<MeanPressure>();
+    sum<Inertia, Force>(true);
     balance();
   }
 
   /// Points move with the grid, and the strains of the end follow from their momenta.
   void move(double dt)
   {
-    machine_.over_points(AdvancePoint<D>{machine_.view()});
+    over<AdvancePoint>();
     if (machine_.knows_at_once()) fail_on_trouble();
     static_assert(ContactBound == MomentumAgainBound + 2, "all at once");
     share_maxima(MomentumAgainBound, 3);
     if (machine_.knows_at_once()) check_sums();
-    scatter(ScatterMomentumAgain<D>{machine_.view()});
-    machine_.over_nodes(NodeMomentumAgain<D>{machine_.view()});
+    sum<MomentumAgain>(false);
     impose_bodies(Contact::Keep, false);
     find_strains(dt);
   }
 
-  /// Means over cells of dilation or pressure, where they are asked for.
-  void find_cell_means(bool of_dilation)
+  /// Means over cells, where they are asked for.
+  template <template <int> class Mean> void find_cell_means()
   {
-    if (!options_.mean_dilation) return;
-    const ScatterToCells<D> sums{{machine_.view()}, of_dilation};
-    scatter(sums);
-    machine_.over_nodes(MeanOfCell<D>{{machine_.view()}, sums});
+    if (options_.mean_dilation) sum<Mean>(false);
   }
 
   /// The momentum balance of the nodes under all conditions, and their velocities.
   void balance()
   {
-    if (machine_.absorbers().count > 0)
-      machine_.over_absorbing(AbsorbAtNode<D>{{machine_.view()}, machine_.absorbers()});
+    if (machine_.view().num_absorbing > 0) over<AbsorbAtNode>();
     impose_bodies(Contact::Find, true);
     finish_bodies();
-    machine_.over_nodes(NodeBalance<D>{machine_.view()});
+    over<NodeBalance>();
     if (!(options_.damping > 0.0)) return;
     impose_bodies(Contact::Keep, false);
-    machine_.over_nodes(NodeDamped<D>{machine_.view()});
+    over<NodeDamped>();
   }
 
   /// Strains from momenta that bodies have been imposed on.
   void find_strains(double dt)
   {
-    machine_.over_nodes(NodeVelocity<D>{machine_.view()});
+    over<NodeVelocity>();
     if (options_.mean_dilation) {
-      machine_.over_points(GradientOfPoint<D>{machine_.view()});
+      over<GradientOfPoint>();
       share_maxima(DilationBound, 1);
-      find_cell_means(true);
+      find_cell_means<MeanDilation>();
     }
-    machine_.over_points(StrainPoint<D>{machine_.view(), dt});
+    over<StrainPoint>(dt);
   }
   /// Begins the update of the stresses by strains over dt [time].
   void begin_stress(double dt, StressUpdate<D> &update)
@@ -344,10 +354,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       return;
     }
     impose_all({how, true, false, balances, false});
-    machine_.over_nodes(DivideNodes<D>{machine_.view()});
+    over<DivideNodes>();
     for (int sweep = 0; sweep < SHARED_SWEEPS; ++sweep) {
       impose_all({sweep == 0 ? how : Contact::Keep, false, true, balances, sweep > 0});
-      machine_.over_nodes(JoinNodes<D>{{machine_.view()}, balances});
+      over<JoinNodes>(balances);
     }
   }
   void impose_all(const ContactWork &work)
@@ -355,7 +365,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     for (const Ordered &next : order_) {
       const RigidBodyOptions &options = options_.rigid_bodies[next.body];
       if (next.turning < 0)
-        machine_.over_columns(ImposeBody<D>{{machine_.view()}, next.body, options, plates_, work});
+        over<ImposeBody>(next.body, options, plates_, work);
       else
         impose_contacts(next.turning, options, work);
     }
@@ -366,66 +376,63 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       return ContactPass<D>{{machine_.view()}, index, axis, options};
     };
     if (work.finds && machine_.view().divides_nodes)
-      for (int axis = 0; axis < D; ++axis) machine_.over_columns(FindContacts<D>{along(axis)});
+      for (int axis = 0; axis < D; ++axis) machine_.over(FindContacts<D>{along(axis)});
     if (!work.imposes) return;
     if (work.balances && options.free != 0 && !work.again) {
-      for (int axis = 0; axis < D; ++axis) machine_.over_columns(GatherContacts<D>{along(axis)});
+      for (int axis = 0; axis < D; ++axis) machine_.over(GatherContacts<D>{along(axis)});
       share_contacts(index, MoveContactSums<D>::OF_ONE);
-      machine_.over_bodies(SolveContacts<D>{{machine_.view()}, index}, 1);
+      over<SolveContacts>(index);
     }
-    for (int axis = 0; axis < D; ++axis)
-      machine_.over_columns(ImposeContacts<D>{along(axis), work});
+    for (int axis = 0; axis < D; ++axis) machine_.over(ImposeContacts<D>{along(axis), work});
   }
   void finish_bodies()
   {
     const int count = machine_.view().num_rigid;
     if (count == 0) return;
     share_contacts(-1, MoveContactSums<D>::FELT * count);
-    machine_.over_bodies(FinishBodies<D>{{machine_.view()}, count}, count);
+    over<FinishBodies>();
   }
   /// Sums of a body over its contacts, or what all feel (-1), over all ranks.
   void share_contacts(int index, int count)
   {
     if (communication_.ranks == 1) return;
     MoveContactSums<D> sums{{machine_.view()}, index, true, machine_.exchange_buffer(count), count};
-    machine_.over_bodies(sums, count);
+    machine_.over(sums);
     machine_.wait();
     communication_.sum_over_ranks(sums.buffer, count);
     sums.packs = false;
-    machine_.over_bodies(sums, count);
+    machine_.over(sums);
   }
 
-  template <class P> void scatter(const P &pass)
+  /// Sums over all points, and over the forces of loads, on the nodes.
+  template <template <int> class... Sum> void sum(bool with_loads)
   {
-    machine_.scatter(pass);
-    share_sums(P::INERTIA, P::VECTORS);
-  }
-  template <class P> void scatter_with_loads(const P &pass)
-  {
-    machine_.scatter(pass);
-    machine_.scatter_loads(ScatterLoad<D>{machine_.view()});
-    share_sums(P::INERTIA, true);
+    using Points = Scatter<D, Sum...>;
+    machine_.scatter(Points{{machine_.view()}});
+    if (with_loads) machine_.scatter_loads(ScatterLoad<D>{{machine_.view()}});
+    share_sums<Points>();
+    machine_.over(TakeSums<D, Sum...>{{machine_.view()}});
   }
 
-  /// Sums over all ranks, where that matters to this one.
-  void share_sums(bool inertia, bool vectors)
+  /// Sums of a pass over all ranks, where that matters to this one.
+  template <class P> void share_sums()
   {
     if (communication_.ranks == 1) return;
-    ListedSums<D> sums{machine_.view(),
-                       machine_.given_nodes(),
-                       static_cast<int>(shared_.given().size()),
-                       inertia,
-                       vectors,
-                       nullptr};
+    MoveSums<D> sums{{machine_.view()},
+                     machine_.given_nodes(),
+                     static_cast<int>(shared_.given().size()),
+                     {P::adds_to(InertiaSums), P::adds_to(VectorSums)},
+                     nullptr,
+                     true};
     if (machine_.ranks_meet_there()) {
       machine_.meet_for_sums(sums, shared_);
       return;
     }
-    const std::size_t width = sums.components();
+    const std::size_t width = sums.width();
     const std::size_t given = shared_.given().size(), taken = shared_.taken().size();
     std::int64_t *buffer = machine_.exchange_buffer(width * (given + taken));
     sums.buffer = buffer;
-    machine_.over_shared(PackSums<D>{sums});
+    machine_.over(sums);
     machine_.wait();
     messages_.clear();
     std::int64_t *sent = buffer, *received = buffer + width * given;
@@ -438,7 +445,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     sums.nodes = machine_.taken_nodes();
     sums.count = static_cast<int>(taken);
     sums.buffer = buffer + width * given;
-    machine_.over_shared(UnpackSums<D>{sums});
+    sums.packs = false;
+    machine_.over(sums);
   }
 
   void share_maxima(int first, int count) { machine_.share_maxima(communication_, first, count); }

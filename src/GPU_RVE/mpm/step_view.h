@@ -6,6 +6,7 @@
 
 #include "mpm/boundary.h"
 #include "mpm/grid_transfer.h"
+#include "mpm/node_fields.h"
 #include "mpm/points.h"
 #include "mpm/solver_options.h"
 
@@ -71,27 +72,18 @@ template <int D> struct PointLoad {
   Vec<D> traction;    ///< [stress]
 };
 
-/// The nodes with dashpots, and what they take. Beside the view, of which every pass has a copy: most scenes have none.
-template <int D> struct Absorbers {
-  const AbsorbingNode<D> *nodes = nullptr;
-  int count = 0;
-  /// Per axis and node: to the side across that axis [mass length/time].
-  Vec<D> *impulse = nullptr;
-};
-
 /// Momenta that contacts change, and the impulses on divided nodes that are not added yet.
 template <int D> struct ContactMomenta {
   Vec<D> *momentum, *gathered;
 };
 
-template <int D> struct StepView {
-  /// Without any array.
+/// What the passes of a step see. A step has no arrays before a machine gives it some.
+template <int D> struct StepView : NodeFields<D, Pointer> {
   StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
       grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
-      thickness(options.thickness),
-      mean_dilation(options.mean_dilation), boundary{grid_in, options.shape},
-      num_bodies(static_cast<int>(options.rigid_bodies.size())), num_rigid(options.num_turning()),
-      shares_grid(shares_grid_in)
+      thickness(options.thickness), mean_dilation(options.mean_dilation),
+      absorbs(options.absorbs()), num_bodies(static_cast<int>(options.rigid_bodies.size())),
+      num_rigid(options.num_turning()), shares_grid(shares_grid_in)
   {
   }
 
@@ -99,11 +91,12 @@ template <int D> struct StepView {
   ShapeFunction shape;
   double flip, damping, thickness;
   bool mean_dilation;    ///< then there are boxes of points and means of cells
+  bool absorbs;          ///< some sides have dashpots
   double dt = 0.0;
-  BoundaryView<D> boundary;
   int num_bodies, num_models = 0, num_loads = 0;
   int num_rigid;    ///< of the bodies, those that can turn
-  /// Bodies can hold the same nodes in this step, which are divided then. Without it they are imposed one by one, to the same bits.
+  /// Bodies can hold the same nodes in this step, which are divided then. Without it they are
+  /// imposed one by one, to the same bits.
   bool divides_nodes = false;
   RigidBodyStep<D> *rigid = nullptr;
   const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]
@@ -124,24 +117,10 @@ template <int D> struct StepView {
   const PointLoad<D> *loads = nullptr;    ///< of this rank
   int num_point_loads = 0;
 
-  // per node
-  std::int64_t *inertia_sums = nullptr;    ///< mass, momentum
-  std::int64_t *vector_sums = nullptr;     ///< forces; momentum of the second extrapolation
-  double *mass = nullptr;                  ///< [mass]
-  Vec<D> *momentum = nullptr;              ///< at the start of the step [mass length/time]
-  Vec<D> *momentum_end = nullptr;
-  Vec<D> *damping_impulse = nullptr;    ///< what damping added to the momentum [mass length/time]
-  Vec<D> *force = nullptr;              ///< [force]
-  Vec<D> *velocity = nullptr;           ///< that the points see next [length/time]
-  Vec<D> *velocity_change = nullptr;    ///< [length/time]
-  double *cell_mean = nullptr;          ///< of the cell above the node, if mean_dilation
-  /// Per body and node: weight of its contacts on each component, four bits a component.
-  std::uint16_t *contacts_of_body = nullptr;
-  // where there are several bodies
-  /// Per node: sum of the weights of contacts that divide it (shared_contacts.h), eight bits a
-  /// component; 0: it is not divided.
-  std::uint32_t *parts = nullptr;
-  Vec<D> *gathered_end = nullptr, *gathered = nullptr;    ///< for momentum_end and momentum
+  std::int64_t *sums[NUM_SUM_KINDS] = {};    ///< in all_sums, per node
+  const std::uint8_t *sides = nullptr;       ///< per node: SideBits
+  const AbsorbingNode<D> *absorbing = nullptr;
+  int num_absorbing = 0;
 
   RVE_HD bool follows() const { return shape == ShapeFunction::Cpgimp; }
   RVE_HD bool has_boxes() const { return follows() || mean_dilation; }
@@ -150,12 +129,8 @@ template <int D> struct StepView {
   RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + FACES<D> * body; }
   RVE_HD int num_maxima() const { return body_maximum(num_bodies); }
 
-  RVE_HD rve::FixedScale mass_scale() const { return {maximum[MassBound], point_total}; }
-  RVE_HD rve::FixedScale momentum_scale() const { return {maximum[MomentumBound], point_total}; }
-  RVE_HD rve::FixedScale momentum_again_scale() const
-  {
-    return {maximum[MomentumAgainBound], point_total};
-  }
+  /// For sums over all points with this bound.
+  RVE_HD rve::FixedScale scale(Maximum bound) const { return {maximum[bound], point_total}; }
   /// Bound of all forces that a point can put on a node [force].
   RVE_HD double force_bound() const
   {
@@ -167,10 +142,53 @@ template <int D> struct StepView {
   }
   RVE_HD rve::FixedScale force_scale() const { return {force_bound(), point_total}; }
 
+  RVE_HD const std::int64_t *sums_at(SumKind kind, int n) const
+  {
+    return sums[kind] + width_of<D>(kind) * static_cast<std::size_t>(n);
+  }
+  /// Index of a node in a field with several rows of nodes, per body or axis.
+  RVE_HD std::size_t in_row(int row, int n) const
+  {
+    return static_cast<std::size_t>(row) * grid.node_count() + n;
+  }
+
+  RVE_HD bool held_by_side(int n, int axis) const
+  {
+    return (sides[n] & (SideBits::across(axis) | SideBits::FIXED_ACROSS_ANY)) != 0;
+  }
+  /// Whether the last conditions that were imposed had one on this component of the velocity.
+  RVE_HD bool constrains(int n, int axis) const
+  {
+    return held_by_side(n, axis) || (this->on_body[n] >> axis & 1) != 0;
+  }
+  /// Takes from the momentum [mass length/time] of a node what the sides hold.
+  RVE_HD void impose_sides(int n, Vec<D> &momentum) const
+  {
+    for (int a = 0; sides[n] != 0 && a < D; ++a)
+      if (held_by_side(n, a)) momentum[a] = 0.0;
+  }
+  /// The same for the two momenta of a balance, with and before the forces; the impulse is recorded.
+  RVE_HD void balance_sides(int n, Vec<D> &with_forces, Vec<D> &before) const
+  {
+    const int kinds = sides[n];
+    if (kinds == 0) return;
+    for (int axis = 0; axis < D; ++axis) {
+      if (!(kinds & SideBits::across(axis))) continue;
+      const bool fixed = (kinds & SideBits::fixed_across(axis)) != 0;
+      Vec<D> felt = Vec<D>::zero();
+      for (int a = 0; a < D; ++a) {
+        if (a != axis && !fixed) continue;
+        felt[a] = with_forces[a] - flip * before[a];
+        with_forces[a] = before[a] = 0.0;
+      }
+      this->side_impulse[in_row(axis, n)] = felt;
+    }
+  }
+
   RVE_HD bool has_several_bodies() const { return num_bodies > 1; }
   RVE_HD std::uint16_t &contacts_at(int body, int n) const
   {
-    return contacts_of_body[static_cast<std::size_t>(body) * grid.node_count() + n];
+    return this->contacts_of_body[in_row(body, n)];
   }
   RVE_HD int contacts(int body, int n, int axis) const
   {
@@ -187,26 +205,27 @@ template <int D> struct StepView {
       bits |= 1 << a;
     }
     contacts_at(body, n) = static_cast<std::uint16_t>(marks);
-    boundary.on_body[n] = static_cast<std::uint8_t>(boundary.on_body[n] | bits);
+    this->on_body[n] = static_cast<std::uint8_t>(this->on_body[n] | bits);
   }
   RVE_HD void forget_contacts(int n) const
   {
-    boundary.on_body[n] = 0;
+    this->on_body[n] = 0;
     for (int b = 0; b < num_bodies; ++b) contacts_at(b, n) = 0;
   }
   RVE_HD bool is_shared(int n, int axis) const
   {
-    return divides_nodes && (parts[n] >> 8 * axis & 255) != 0;
+    return divides_nodes && (this->parts[n] >> 8 * axis & 255) != 0;
   }
   /// Weight of a contact that has the whole surroundings of a node: the sectors along its face.
   static constexpr int WHOLE_CONTACT = 1 << (D - 1);
   /// Mass of a node over the part that a contact with this weight acts on.
   RVE_HD double division(int n, int axis, int weight) const
   {
-    return is_shared(n, axis) ? static_cast<double>(parts[n] >> 8 * axis & 255) / weight : 1.0;
+    return is_shared(n, axis) ? static_cast<double>(this->parts[n] >> 8 * axis & 255) / weight
+                              : 1.0;
   }
-  RVE_HD ContactMomenta<D> with_forces() const { return {momentum_end, gathered_end}; }
-  RVE_HD ContactMomenta<D> before_forces() const { return {momentum, gathered}; }
+  RVE_HD ContactMomenta<D> with_forces() const { return {this->momentum_end, this->gathered_end}; }
+  RVE_HD ContactMomenta<D> before_forces() const { return {this->momentum, this->gathered}; }
   RVE_HD void add_impulse(const ContactMomenta<D> &momenta, int n, int axis, double impulse) const
   {
     (is_shared(n, axis) ? momenta.gathered : momenta.momentum)[n][axis] += impulse;
@@ -225,12 +244,28 @@ template <int D> struct StepView {
   }
 };
 
+/// Of passes, by which the first point with trouble is found.
+constexpr int NUM_STAGES = 3;
+
 /// What all passes have. A thread calls begin() on a copy of its own before its items.
 template <int D> struct Pass {
-  /// Trouble of a lower stage is told first; points that have trouble in stage 0 have no weights.
+  /// Trouble of a lower stage is reported first; points with trouble in stage 0 have no weights.
   static constexpr int STAGE = 1;
+  static constexpr bool OVER_POINTS = false;
   StepView<D> step;
   RVE_HD void begin() {}
+};
+
+template <int D> struct PointPass : Pass<D> {
+  static constexpr bool OVER_POINTS = true;
+  int items() const { return this->step.points.count; }
+};
+template <int D> struct NodePass : Pass<D> {
+  int items() const { return this->step.grid.node_count(); }
+};
+/// Item k is the k-th load of a point.
+template <int D> struct LoadPass : Pass<D> {
+  int items() const { return this->step.num_point_loads; }
 };
 
 }    // namespace mpm

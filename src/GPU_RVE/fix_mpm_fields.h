@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// What each point of fix mpm carries between steps besides position and velocity, which are in
+// atom->x and atom->v: the fields of the solver (mpm/point_fields.h) and those of the fix.
+
+#pragma once
+
+#include "fix_mpm_restart.h"
+#include "mpm/point_fields.h"
+
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+template <int D> struct MpmFields : mpm::PointArrays<D> {
+  static constexpr double NO_LAW = -1.0;
+
+  std::vector<mpm::Vec<D>> reference;    // where the point was made [length]
+  std::vector<double> remembering;       // a law in a mpm::MemoryLayout, or NO_LAW
+
+  /// A point in messages between ranks and in restart files. Its state variables follow. An initial
+  /// volume of 0: it is not made yet.
+  struct Record {
+    mpm::Vec<D> reference = mpm::Vec<D>::zero();
+    mpm::PointRecord<D> fields = mpm::new_point<D>();
+    double remembering = NO_LAW;
+  };
+  static constexpr int DOUBLES = sizeof(Record) / sizeof(double);
+  static_assert(MPM_RESTART_VERSION == 8 && DOUBLES == (D == 2 ? 20 : 37),
+                "restart files change: raise their version");
+
+  void resize_fields(int count)
+  {
+    this->resize(count);
+    reference.resize(count);
+    remembering.resize(count);
+  }
+  void set_point(int i, const Record &record)
+  {
+    reference[i] = record.reference;
+    this->set_record(i, record.fields);
+    remembering[i] = record.remembering;
+  }
+  Record point(int i) const { return {reference[i], this->record(i), remembering[i]}; }
+
+  /// Return how many numbers they have written or read.
+  int pack_point(int i, double *buf) const
+  {
+    const Record record = point(i);
+    memcpy(buf, &record, sizeof(record));
+    return DOUBLES;
+  }
+  int unpack_point(int i, const double *buf)
+  {
+    Record record;
+    memcpy(static_cast<void *>(&record), buf, sizeof(record));
+    set_point(i, record);
+    return DOUBLES;
+  }
+
+  /// A field of one number by its name, and its unit; null: there is none.
+  std::pair<const std::vector<double> *, std::string> number_field(const std::string &name) const
+  {
+    std::pair<const std::vector<double> *, std::string> found;
+    mpm::PointArrays<D>::each(
+        [&](const auto &field, const auto &column) {
+          if constexpr (std::is_same_v<decltype(column), const std::vector<double> &>)
+            if (name == field.name) found = {&column, field.unit};
+        },
+        *this);
+    return found;
+  }
+};
+
+}    // namespace LAMMPS_NS

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Kernels that run a pass over its items, and where threads leave what they find.
+
+#pragma once
+
+#include "cuda/early_launch.cuh"
+#include "mpm/cuda_rank_mail.cuh"
+#include "mpm/exchange_passes.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace mpm {
+
+constexpr int BLOCK = 128;    // threads; a few thousand points do not fill a device anyway
+constexpr int MAIL_BLOCK = 512;
+static_assert(MAIL_BLOCK >= MailPlaces::MOST_MAXIMA, "a thread for each");
+
+/// Sums on nodes that all threads add to.
+struct SharedSums {
+  std::int64_t *first;
+};
+
+RVE_HD inline void add_to(SharedSums sums, std::size_t k, std::int64_t part)
+{
+#if defined(__CUDA_ARCH__)
+  // in two's complement signed and unsigned sums are the same bits
+  atomicAdd(reinterpret_cast<unsigned long long *>(sums.first + k),
+            static_cast<unsigned long long>(part));
+#else
+  sums.first[k] += part;
+#endif
+}
+
+/// *to = max(*to, value), for finite values and a *to that may be -infinity; zeros are positive. Bits
+/// of doubles of one sign are ordered as integers are.
+RVE_HD inline void raise_together(double *to, double value)
+{
+#if defined(__CUDA_ARCH__)
+  if (value >= 0.0)
+    atomicMax(reinterpret_cast<long long *>(to), __double_as_longlong(value));
+  else if (value < 0.0)
+    atomicMin(reinterpret_cast<unsigned long long *>(to),
+              static_cast<unsigned long long>(__double_as_longlong(value)));
+#else
+  if (value > *to) *to = value;
+#endif
+}
+
+/// What passes find, in the memory of the device.
+struct Findings {
+  double *maxima;
+  std::uint64_t *first_trouble;    ///< of each stage
+  const std::int32_t *halt;        ///< of CudaMachine::halt_where()
+};
+
+/// What one thread finds: the maxima that all points have part in are kept in registers.
+class DeviceTally {
+ public:
+  RVE_HD DeviceTally(const Findings &findings, int stage) :
+      maxima_(findings.maxima), first_trouble_(findings.first_trouble + stage)
+  {
+    for (int k = 0; k < NUM_MAXIMA; ++k) best_[k] = 0.0;
+  }
+
+  RVE_HD void raise(int k, double value)
+  {
+    if (k >= NUM_MAXIMA) {
+      raise_together(maxima_ + k, value);
+    } else if (value > best_[k]) {
+      best_[k] = value;
+      has_best_ = true;
+    }
+  }
+
+  RVE_HD void trouble(int p, Trouble what)
+  {
+#if defined(__CUDA_ARCH__)
+    atomicMin(reinterpret_cast<unsigned long long *>(first_trouble_),
+              static_cast<unsigned long long>(FirstTrouble::key(p, what)));
+#else
+    (void) p, (void) what;
+#endif
+  }
+
+  RVE_HD void add(std::int64_t *sum, std::int64_t part)
+  {
+    add_to(SharedSums{sum}, 0, part);
+  }
+
+  /// All threads of a warp at once. Bits of doubles that are not negative are ordered as they are,
+  /// their halves one after the other.
+  __device__ void flush()
+  {
+    constexpr unsigned all = 0xffffffffu;
+    if (!__any_sync(all, has_best_)) return;
+    for (int k = 0; k < NUM_MAXIMA; ++k) {
+      if (!__any_sync(all, best_[k] > 0.0)) continue;
+      const unsigned mine = __double2hiint(best_[k]), high = __reduce_max_sync(all, mine);
+      const unsigned low = __reduce_max_sync(
+          all, mine == high ? static_cast<unsigned>(__double2loint(best_[k])) : 0u);
+      if (threadIdx.x % 32 == 0)
+        raise_together(maxima_ + k,
+                       __hiloint2double(static_cast<int>(high), static_cast<int>(low)));
+    }
+  }
+
+ private:
+  double *maxima_;
+  std::uint64_t *first_trouble_;
+  double best_[NUM_MAXIMA];
+  bool has_best_ = false;
+};
+
+/// A point that cannot begin the step has no weights: nothing that needs them is done any more.
+template <class P> __device__ bool is_halted(const Findings &findings)
+{
+  if (findings.halt && *findings.halt > 0) return true;
+  return P::STAGE > 0 && findings.first_trouble[0] != FirstTrouble::NOWHERE;
+}
+
+/// Says so to the compiler where points have no boxes but those of fixed size: what the others need
+/// takes registers of kernels that are run by default.
+template <bool HasBoxes, class P> __device__ void leave_out_boxes(P &pass)
+{
+  if constexpr (!HasBoxes) {
+    if (pass.step.shape != ShapeFunction::Linear) pass.step.shape = ShapeFunction::Gimp;
+    pass.step.mean_dilation = false;
+  }
+}
+
+template <bool HasBoxes, class P>
+__global__ void __launch_bounds__(BLOCK) over_items(P pass, int count, Findings findings)
+{
+  rve::follow();
+  if (is_halted<P>(findings)) return;
+  leave_out_boxes<HasBoxes>(pass);
+  DeviceTally tally(findings, P::STAGE);
+  pass.begin();
+  const int i = blockIdx.x * BLOCK + threadIdx.x;
+  if (i < count) pass(i, tally);
+  tally.flush();
+}
+
+template <bool HasBoxes, class P>
+__global__ void __launch_bounds__(BLOCK)
+    scatter_items(P pass, int count, Findings findings, SumsByKind<SharedSums> sums)
+{
+  rve::follow();
+  if (is_halted<P>(findings)) return;
+  leave_out_boxes<HasBoxes>(pass);
+  const int i = blockIdx.x * BLOCK + threadIdx.x;
+  if (i >= count) return;
+  pass.begin();
+  pass(i, sums);
+}
+
+/// Sums over all ranks, for those who touch the nodes: all lists in one block.
+template <int D>
+__global__ void __launch_bounds__(MAIL_BLOCK)
+    meet_for_node_sums(MailPlaces mail, MailPartners partners, MoveSums<D> given, MoveSums<D> taken,
+                       Findings findings)
+{
+  rve::follow();
+  if (findings.halt && *findings.halt > 0) return;
+  DeviceTally tally(findings, 0);
+  const auto move = [&](MoveSums<D> sums, int k, std::int64_t *place) {
+    sums.nodes += k;
+    sums.buffer = place;
+    sums(0, tally);
+  };
+  meet_for_sums(
+      mail, partners, given.width(), [&](int k, std::int64_t *place) { move(given, k, place); },
+      [&](int k, std::int64_t *place) { move(taken, k, place); });
+}
+
+static __global__ void __launch_bounds__(BLOCK) set_to_zero(std::int64_t *sums, std::size_t count)
+{
+  rve::follow();
+  const std::size_t k = blockIdx.x * static_cast<std::size_t>(BLOCK) + threadIdx.x;
+  if (k < count) sums[k] = 0;
+}
+
+}    // namespace mpm

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Passes over tractions on faces of points.
+
+#pragma once
+
+#include "mpm/point_nodes.h"
+
+namespace mpm {
+
+/// Area on which the traction acts [length²]: that of the face as it is seen along its own direction
+/// before the deformation. In the plane a face has a length |F_tt| times the initial one, and a
+/// thickness; in space the area is that of the parallelogram of its two edges.
+template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointLoad<D> &load)
+{
+  static_assert(D == 2 || D == 3, "a face has one axis or two axes along it");
+  const int normal = axis_of(load.face);
+  const Vec<D> &half = step.points.half_size[load.point];
+  const Tensor<D> &F = step.points.deformation_gradient[load.point];
+  if constexpr (D == 2) {
+    const int tangent = 1 - normal;
+    return 2.0 * half[tangent] * std::abs(F(tangent, tangent)) * step.thickness;
+  } else {
+    const int s = (normal + 1) % 3, t = (normal + 2) % 3;
+    return 4.0 * half[s] * half[t] * std::abs(F(s, s) * F(t, t) - F(s, t) * F(t, s));
+  }
+}
+
+/// Force of a load [force]. One that follows acts on the present area vector of the face,
+/// A det(F) F^-T N of the initial one A N (Nanson): the column of cofactors of F for the normal.
+template <int D> RVE_HD Vec<D> load_force(const StepView<D> &step, const PointLoad<D> &load)
+{
+  Vec<D> force;
+  if (!load.follows) {
+    const double extent = load_extent(step, load);
+    for (int c = 0; c < D; ++c) force[c] = load.traction[c] * extent;
+    return force;
+  }
+  const int normal = axis_of(load.face);
+  const Vec<D> &half = step.points.half_size[load.point];
+  const Tensor<D> &F = step.points.deformation_gradient[load.point];
+  if constexpr (D == 2) {
+    const int tangent = 1 - normal;
+    const double length = 2.0 * half[tangent] * step.thickness;
+    force[normal] = load.traction[normal] * length * F(tangent, tangent);
+    force[tangent] = -(load.traction[normal] * length * F(normal, tangent));
+  } else {
+    const int s = (normal + 1) % 3, t = (normal + 2) % 3;
+    const double area = 4.0 * half[s] * half[t];
+    for (int c = 0; c < 3; ++c) {
+      const int a = (c + 1) % 3, b = (c + 2) % 3;
+      force[c] = load.traction[normal] * area * (F(a, s) * F(b, t) - F(b, s) * F(a, t));
+    }
+  }
+  return force;
+}
+
+/// Checks a load and bounds its force.
+template <int D> struct PrepareLoad : LoadPass<D> {
+  using Pass<D>::step;
+  static constexpr int STAGE = 0;
+  bool bounds_forces;
+
+  template <class Tally> RVE_HD void operator()(int k, Tally &tally) const
+  {
+    const PointLoad<D> &load = step.loads[k];
+    if (step.points.rigid_body[load.point] >= 0) {
+      tally.trouble(load.point, Trouble::RigidTraction);
+    } else if (!are_finite<D>(load.traction.component)) {
+      tally.trouble(load.point, Trouble::Traction);
+    } else if (bounds_forces) {
+      tally.raise(step.load_maximum(load.load), largest<D>(load_force(step, load).component));
+    }
+  }
+};
+
+/// Traction t on the face of a point's box: f_I = t A N_t,I(x_t) H_n,I(x_face), with N the shape
+/// function of the point along the face, and H the hat function at the face itself across it. Uniform
+/// stress is then in equilibrium with t = σ to round-off (doc/src/theory_mpm.rst, tractions).
+template <int D> struct ScatterLoad : LoadPass<D> {
+  using Pass<D>::step;
+  rve::FixedScale scale = {};
+
+  RVE_HD void begin() { scale = step.force_scale(); }
+  template <class Sums> RVE_HD void operator()(int k, const Sums &sums) const
+  {
+    const PointLoad<D> &load = step.loads[k];
+    const int p = load.point;
+    const int normal = axis_of(load.face);
+    const double face =
+        step.points.position[p][normal] + outward(load.face) * step.points.half_size[p][normal];
+    const double xi = step.follows()
+        ? step.box[p].place[normal] + outward(load.face) * step.box[p].half[normal]
+        : step.grid.scaled(face, normal);
+
+    // three rows that contain the face and lie within the ghost layer
+    const int row = static_cast<int>(std::floor(xi));
+    const int highest = step.grid.cells(normal) - 1;
+    AxisWeights across = {row < -1 ? -1 : row > highest ? highest : row, {}, {}};
+    for (int b = 0; b < 3; ++b)
+      across.value[b] = larger(0.0, 1.0 - std::abs(xi - (across.first + b)));
+    const Vec<D> whole = load_force(step, load);
+    each_part(step, p, [&](const Support<D> &of_part, const BoxPart<D> &part) {
+      if (part.place[normal] != 0) return;    // only one of the parts in a row has the face
+      Support<D> support = of_part;
+      for (int a = 0; a < D; ++a)
+        if (a == normal) support.axis[a] = across;
+      support.locate(step.grid);
+      const double share = part.count == 1 ? 1.0 : part.share() * step.box[p].parts(normal);
+      for (int c = 0; c < D; ++c) {
+        const double force = whole[c] * share;
+        scatter<width_of<D>(VectorSums)>(
+            support, scale, force,
+            [&](const Place<D> &place) { return force * support.value(place); }, sums[VectorSums],
+            c);
+      }
+    });
+  }
+};
+
+}    // namespace mpm

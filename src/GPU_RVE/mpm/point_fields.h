@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// The fields of the material points, in one list. The pointers of a PointView, the arrays of a
+// caller, the copies on a device, messages between ranks, records of restart files and columns of
+// output follow from it. A new field is a member of PointFields and its row in each().
+
+#pragma once
+
+#include "mpm/grid.h"
+
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
+namespace mpm {
+
+/// Row of the list for a field of type T, which consists of doubles.
+template <class T> struct PointField {
+  using Value = T;
+  const char *name;    ///< a word, by which scripts ask for the field
+  const char *unit;    ///< "stress", ..., or "" for a plain number
+};
+
+/// `Array<T>` holds a field of all points: a pointer, a vector or a buffer. A step changes the
+/// fields that are not const.
+template <int D, template <class> class Array> struct PointFields {
+  Array<const Vec<D>> half_size{};            ///< of the point's box [length]
+  Array<const double> mass{};                 ///< > 0 [mass]
+  Array<const double> initial_volume{};       ///< at F = I [length³]
+  Array<double> volume{};                     ///< in the plane area times thickness [length³]
+  Array<Tensor<D>> deformation_gradient{};    ///< F
+  Array<Tensor<D>> stress{};                  ///< Cauchy, tension positive [stress]
+  Array<Tensor<D>> velocity_gradient{};       ///< L [1/time]
+
+  /// visit(row, the field in each set...) for all fields, in the order of the members.
+  template <class Visit, class... Sets>
+  static constexpr void each(const Visit &visit, Sets &...sets)
+  {
+    visit(PointField<Vec<D>>{"half_size", "length"}, sets.half_size...);
+    visit(PointField<double>{"mass", "mass"}, sets.mass...);
+    visit(PointField<double>{"initial_volume", "length^3"}, sets.initial_volume...);
+    visit(PointField<double>{"volume", "length^3"}, sets.volume...);
+    visit(PointField<Tensor<D>>{"deformation_gradient", ""}, sets.deformation_gradient...);
+    visit(PointField<Tensor<D>>{"stress", "stress"}, sets.stress...);
+    visit(PointField<Tensor<D>>{"velocity_gradient", "1/time"}, sets.velocity_gradient...);
+  }
+};
+
+template <class T> using Pointer = T *;
+template <class T> using Column = std::vector<std::remove_const_t<T>>;
+template <class T> using Single = std::remove_const_t<T>;
+
+/// The fields of one point.
+template <int D> using PointRecord = PointFields<D, Single>;
+
+/// The fields of a new point. Those that are not named begin with zeros.
+template <int D> PointRecord<D> new_point()
+{
+  PointRecord<D> point;
+  point.deformation_gradient = Tensor<D>::identity();
+  return point;
+}
+
+/// The fields of the points of a caller.
+template <int D> struct PointArrays : PointFields<D, Column> {
+  using Fields = PointFields<D, Column>;
+
+  void resize(std::size_t count)
+  {
+    Fields::each([=](const auto &, auto &column) { column.resize(count); }, *this);
+  }
+  PointRecord<D> record(std::size_t i) const
+  {
+    PointRecord<D> point;
+    Fields::each([=](const auto &, auto &value, auto &column) { value = column[i]; }, point, *this);
+    return point;
+  }
+  void set_record(std::size_t i, const PointRecord<D> &point)
+  {
+    Fields::each([=](const auto &, auto &value, auto &column) { column[i] = value; }, point, *this);
+  }
+  /// Gives a view the addresses of the fields.
+  void show(PointFields<D, Pointer> &view)
+  {
+    Fields::each([](const auto &, auto &pointer, auto &column) { pointer = column.data(); }, view,
+                 *this);
+  }
+};
+
+/// Bytes of a point by the rows of each().
+template <int D> constexpr std::size_t listed_bytes()
+{
+  std::size_t bytes = 0;
+  PointRecord<D>::each([&](auto field) { bytes += sizeof(typename decltype(field)::Value); });
+  return bytes;
+}
+static_assert(listed_bytes<2>() == sizeof(PointRecord<2>) &&
+                  listed_bytes<3>() == sizeof(PointRecord<3>),
+              "a member of PointFields has no row in each(), or a row of another type");
+
+}    // namespace mpm

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// A point and its nodes: the parts of a box that is larger than a cell, what the point gives to sums
+// on nodes, what it gathers from fields on nodes, and the cells that its box covers.
+
+#pragma once
+
+#include "mpm/step_view.h"
+
+namespace mpm {
+
+/// One of the boxes that the box of a point consists of.
+template <int D> struct BoxPart {
+  int number = 0, count = 1;
+  int place[D] = {};    ///< along the axes
+
+  RVE_HD double share() const { return 1.0 / count; }
+  /// Of a total that all parts together have to the last bit.
+  RVE_HD std::int64_t integer(const rve::FixedScale &scale, double total) const
+  {
+    if (count == 1) return scale.integer(total);
+    return scale.integer(total * ((number + 1.0) / count)) -
+        scale.integer(total * (double(number) / count));
+  }
+};
+
+/// visit(support, part): once with the weights of the point, unless its box is larger than a cell.
+template <int D, class Visit>
+RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
+{
+  BoxPart<D> part;
+  if (step.follows())
+    for (int a = 0; a < D; ++a) part.count *= step.box[p].parts(a);
+  if (part.count == 1) {
+    // a copy: after each addition to memory a thread of a GPU would read the weights again
+    const Support<D> support = step.support[p];
+    visit(support, part);
+    return;
+  }
+  const PointBox<D> box = step.box[p];
+  for (; part.number < part.count; ++part.number) {
+    for (int a = 0, rest = part.number; a < D; ++a) {
+      part.place[a] = rest % box.parts(a);
+      rest /= box.parts(a);
+    }
+    visit(support_of(step.grid, box, part.place), part);
+  }
+}
+
+/// Adds a number of a point to component c of the sums of a kind on its nodes. All parts of its box
+/// together give the rounded number to the last bit.
+template <SumKind KIND, int D, class Sums>
+RVE_HD void give(const Support<D> &support, const BoxPart<D> &part, const rve::FixedScale &scale,
+                 double whole, Sums sums, int c)
+{
+  const double value = whole * part.share();
+  scatter_integer<width_of<D>(KIND)>(
+      support, scale, part.integer(scale, whole),
+      [&](const Place<D> &place) { return value * support.value(place); }, sums, c);
+}
+
+/// Σ_I N_I(x_p) field_I
+template <int D> RVE_HD Vec<D> gathered(const StepView<D> &step, int p, const Vec<D> *field)
+{
+  if (!step.follows()) return interpolate(step.support[p], field);
+  Vec<D> sum = Vec<D>::zero();
+  each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+    sum = sum + part.share() * interpolate(support, field);
+  });
+  return sum;
+}
+
+/// Σ_I field_I ⊗ ∇N_I(x_p)
+template <int D>
+RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> *field)
+{
+  if (!step.follows()) return interpolate_gradient(step.support[p], field);
+  Tensor<D> sum = Tensor<D>::zero();
+  each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+    sum = sum + part.share() * interpolate_gradient(support, field);
+  });
+  return sum;
+}
+
+/// visit(node, weight) for the cells that the box of a point covers, by the node below each, with the
+/// part of the box that is in it. With linear shape functions all of a point is in one cell.
+template <int D, class Visit>
+RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
+{
+  const PointBox<D> &box = step.box[p];
+  const bool has_extent = step.shape != ShapeFunction::Linear;
+  int first[D];
+  int count[D];
+  int total = 1;
+  for (int a = 0; a < D; ++a) {
+    const double half = has_extent ? box.half[a] : 0.0;
+    const int last_cell = step.grid.cells(a) - (has_extent ? 0 : 1);
+    int last = static_cast<int>(std::floor(box.place[a] + half));
+    first[a] = static_cast<int>(std::floor(box.place[a] - half));
+    if (last > last_cell) last = last_cell;
+    if (first[a] > last) first[a] = last;
+    count[a] = last - first[a] + 1;
+    total *= count[a];
+  }
+  for (int k = 0; k < total; ++k) {
+    Place<D> cell;
+    double weight = 1.0;
+    for (int a = 0, rest = k; a < D; ++a) {
+      cell[a] = first[a] + rest % count[a];
+      rest /= count[a];
+      if (!has_extent) continue;
+      const double low = box.place[a] - box.half[a], high = box.place[a] + box.half[a];
+      const double from = low > cell[a] ? low : cell[a];
+      const double to = high < cell[a] + 1.0 ? high : cell[a] + 1.0;
+      weight *= to > from ? (to - from) / (high - low) : 0.0;
+    }
+    if (weight > 0.0) visit(step.grid.node(cell), weight);
+  }
+}
+
+/// The mean of the cells of a point.
+template <int D> RVE_HD double mean_of_cells(const StepView<D> &step, int p)
+{
+  double mean = 0.0;
+  each_cell(step, p, [&](int node, double weight) { mean += weight * step.cell_mean[node]; });
+  return mean;
+}
+
+}    // namespace mpm

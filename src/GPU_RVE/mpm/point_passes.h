@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Passes over points: checks, weights and bounds at the start of a step, motion and strains at its
+// end.
+
+#pragma once
+
+#include "mpm/point_nodes.h"
+
+namespace mpm {
+
+/// What a step begins with at a point, read at once: a thread of a GPU waits for memory once.
+template <int D> struct PointAtStart {
+  Vec<D> position, velocity, half_size, body_force;
+  Tensor<D> stress;
+  double mass, volume;
+  int rigid_body, model;
+
+  RVE_HD PointAtStart(const PointView<D> &points, int p) :
+      position(first_of<D>(points.position[p])), velocity(first_of<D>(points.velocity[p])),
+      half_size(points.half_size[p]), body_force(first_of<D>(points.body_force[p])),
+      stress(points.stress[p]), mass(points.mass[p]), volume(points.volume[p]),
+      rigid_body(points.rigid_body[p]), model(points.model[p])
+  {
+  }
+};
+
+/// What would be undefined behaviour or nonsense further on, before a step or after it. The last
+/// assignment wins, and there is no branch: a GPU would read no further number before it.
+template <int D>
+RVE_HD Trouble state_trouble(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
+                             const Tensor<D> &stress, bool is_rigid)
+{
+  Trouble trouble = finite(stress) ? Trouble::None : Trouble::Stress;
+  trouble = are_finite<D>(velocity.component) ? trouble : Trouble::Velocity;
+  trouble = grid.contains(position.component) ? trouble : Trouble::Outside;
+  trouble = is_rigid ? Trouble::None : trouble;
+  return are_finite<D>(position.component) ? trouble : Trouble::Position;
+}
+
+constexpr double SIZE_TOLERANCE = 1e-6;    // of a half size that should be at most h/2, relative
+
+/// Trouble of a point at the start of a step. As in state_trouble, the last assignment wins.
+template <int D>
+RVE_HD Trouble input_trouble(const Grid<D> &grid, const PointAtStart<D> &point, int num_bodies,
+                             int num_models)
+{
+  const bool is_rigid = point.rigid_body >= 0;
+  const auto is_positive = [](double x) { return x > 0.0 && std::isfinite(x); };
+  Trouble trouble = are_finite<D>(point.body_force.component) ? Trouble::None : Trouble::BodyForce;
+  trouble = is_positive(point.volume) ? trouble : Trouble::Volume;
+  trouble = is_positive(point.mass) ? trouble : Trouble::Mass;
+  trouble = point.model >= 0 && point.model < num_models ? trouble : Trouble::UnknownModel;
+  trouble = is_rigid ? Trouble::None : trouble;
+  trouble = point.rigid_body < num_bodies ? trouble : Trouble::UnknownBody;
+  bool has_size = true;
+  for (int a = 0; a < D; ++a)
+    has_size = has_size && point.half_size[a] > 0.0 &&
+        point.half_size[a] <= 0.5 * grid.cell_size() * (1.0 + SIZE_TOLERANCE);
+  trouble = has_size ? trouble : Trouble::HalfSize;
+  const Trouble of_state =
+      state_trouble(grid, point.position, point.velocity, point.stress, is_rigid);
+  return of_state == Trouble::None ? trouble : of_state;
+}
+
+/// Bound of the internal force components of a point on a node: |V σ·∇N| with |∂N| <= 1/h [force].
+template <int D>
+RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, double cell_size)
+{
+  double largest_row = 0.0;
+  for (int a = 0; a < D; ++a) {
+    double row = std::abs(stress(a, 0));
+    for (int b = 1; b < D; ++b) row += std::abs(stress(a, b));
+    largest_row = a == 0 ? row : larger(largest_row, row);
+  }
+  return volume / cell_size * largest_row;
+}
+
+/// Bounds of the forces of a point on a node, and of its pressure, which neighbours can get.
+template <int D, class Tally>
+RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress, double volume,
+                               const double *body_force, Tally &tally)
+{
+  // without its mean the stress is no larger than twice as much
+  const double factor = step.mean_dilation ? 2.0 : 1.0;
+  tally.raise(
+      ForceBound,
+      factor *
+          (internal_force_bound(stress, volume, step.grid.cell_size()) + largest<D>(body_force)));
+  if (!step.mean_dilation) return;
+  tally.raise(VolumeBound, volume);
+  tally.raise(PressureBound, std::abs(trace(stress)) / D);
+}
+
+/// Checks, weights, bounds of what goes to the nodes, and the extents of rigid bodies.
+template <int D> struct PreparePoint : PointPass<D> {
+  using Pass<D>::step;
+  static constexpr int STAGE = 0;
+  bool bounds_forces;    ///< stresses do not change before the forces are summed
+
+  template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
+  {
+    const PointAtStart<D> point(step.points, p);
+    const Trouble trouble = input_trouble(step.grid, point, step.num_bodies, step.num_models);
+    if (trouble != Trouble::None) {
+      tally.trouble(p, trouble);
+      return;
+    }
+    const double *x = point.position.component;
+    const Vec<D> &half = point.half_size;
+    const int body = point.rigid_body;
+    if (body >= 0) {
+      for (int a = 0; a < D; ++a) {
+        tally.raise(step.body_maximum(body) + a, half[a] - x[a]);
+        tally.raise(step.body_maximum(body) + D + a, x[a] + half[a]);
+      }
+      return;
+    }
+    if (step.has_boxes()) {
+      const Tensor<D> &F = step.points.deformation_gradient[p];
+      step.box[p] = deformed_box(step.grid, x, half, step.follows() ? F : Tensor<D>::identity());
+    }
+    if (step.follows()) {
+      const int whole[D] = {};
+      step.support[p] = support_of(step.grid, step.box[p], whole);
+    } else {
+      step.support[p] = support_of(step.grid, step.shape, x, half);
+    }
+    tally.raise(MassBound, point.mass);
+    tally.raise(MomentumBound, point.mass * largest<D>(point.velocity.component));
+    if (bounds_forces)
+      raise_force_bounds(step, point.stress, point.volume, point.body_force.component, tally);
+    if (step.mean_dilation) tally.raise(VolumeBound, point.volume);
+  }
+};
+
+/// The bound of forces after stresses have changed within a step.
+template <int D> struct BoundForces : PointPass<D> {
+  using Pass<D>::step;
+  template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
+  {
+    const PointView<D> &points = step.points;
+    if (points.rigid_body[p] < 0)
+      raise_force_bounds(step, points.stress[p], points.volume[p], points.body_force[p], tally);
+  }
+};
+
+/// x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v; rigid points move with their body.
+template <int D> struct AdvancePoint : PointPass<D> {
+  using Pass<D>::step;
+  template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
+  {
+    const PointView<D> &points = step.points;
+    double *x = points.position[p];
+    double *v = points.velocity[p];
+    if (points.rigid_body[p] >= 0) {
+      for (int k = 0; k < step.num_rigid; ++k)
+        if (step.rigid[k].body == points.rigid_body[p]) {
+          turn_with(step.rigid[k], x, v);
+          return;
+        }
+      const Vec<D> &prescribed = step.body_velocity[points.rigid_body[p]];
+      for (int c = 0; c < D; ++c) {
+        v[c] = prescribed[c];
+        x[c] += step.dt * prescribed[c];
+      }
+      return;
+    }
+    const Vec<D> grid_velocity = gathered(step, p, step.velocity);
+    const Vec<D> change = gathered(step, p, step.velocity_change);
+    for (int c = 0; c < D; ++c) {
+      x[c] += step.dt * grid_velocity[c];
+      v[c] = step.flip * (v[c] + change[c]) + (1.0 - step.flip) * grid_velocity[c];
+    }
+    if (!are_finite<D>(v)) tally.trouble(p, Trouble::Velocity);
+    tally.raise(MomentumAgainBound, points.mass[p] * largest<D>(v));
+  }
+
+ private:
+  /// Positions stay on the body to round-off; velocities are those at the end.
+  RVE_HD void turn_with(const RigidBodyStep<D> &body, double *x, double *v) const
+  {
+    Vec<D> arm, linear;
+    for (int c = 0; c < D; ++c) {
+      arm[c] = x[c] - body.origin[c];
+      linear[c] = body.now[c];
+    }
+    arm = turn_of<D>(body.now, step.dt) * arm;
+    const Vec<D> velocity = velocity_at(body.now, arm);
+    for (int c = 0; c < D; ++c) {
+      x[c] = body.origin[c] + step.dt * linear[c] + arm[c];
+      v[c] = velocity[c];
+    }
+  }
+};
+
+/// L of a point before its dilation is replaced by that of its cells.
+template <int D> struct GradientOfPoint : PointPass<D> {
+  using Pass<D>::step;
+  template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
+  {
+    if (step.points.rigid_body[p] >= 0) return;
+    const Tensor<D> gradient = gathered_gradient(step, p, step.velocity);
+    step.points.velocity_gradient[p] = gradient;
+    tally.raise(DilationBound, std::abs(trace(gradient)));
+  }
+};
+
+/// L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F.
+template <int D> struct StrainPoint : PointPass<D> {
+  using Pass<D>::step;
+  static constexpr int STAGE = 2;
+  double dt;    ///< of the whole step or of a part
+
+  template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
+  {
+    const PointView<D> &points = step.points;
+    if (points.rigid_body[p] >= 0) {
+      points.velocity_gradient[p] = Tensor<D>::zero();
+      return;
+    }
+    Tensor<D> gradient;
+    if (step.mean_dilation) {
+      gradient = points.velocity_gradient[p];
+      const double change = (mean_of_cells(step, p) - trace(gradient)) / D;
+      for (int a = 0; a < D; ++a) gradient(a, a) += change;
+    } else {
+      gradient = gathered_gradient(step, p, step.velocity);
+    }
+    const Tensor<D> increment = Tensor<D>::identity() + dt * gradient;
+    const Tensor<D> deformation = increment * points.deformation_gradient[p];
+    const double volume = points.initial_volume[p] * determinant(deformation);
+    points.velocity_gradient[p] = gradient;
+    points.deformation_gradient[p] = deformation;
+    points.volume[p] = volume;
+    step.increment[p] = increment;
+    if (!(determinant(increment) > 0.0 && volume > 0.0 && std::isfinite(volume)))
+      tally.trouble(p, Trouble::Inverted);
+    if (step.follows())
+      for (int a = 0; a < D; ++a)
+        tally.raise(BoxBound, deformed_half(step.grid, points.half_size[p], deformation, a));
+  }
+};
+
+}    // namespace mpm

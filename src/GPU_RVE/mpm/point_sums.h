@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Exact sums over points of all ranks: the same bits for any order of the points and any ranks.
+
+#pragma once
+
+#include "mpm/points.h"
+#include "mpm/solver_options.h"
+#include "rve/core/exact_sum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace mpm {
+
+struct PointSums {
+  std::int64_t points;
+  std::vector<double> sums;
+};
+
+/// Sums of `count` numbers value(p, q) of each point that takes(p) accepts. check(largest, points)
+/// refuses numbers that are too large. Collective.
+template <int D, class Takes, class Value, class Check>
+PointSums sum_over_points(const PointView<D> &points, const Communication &communication, int count,
+                          const Takes &takes, const Value &value, const Check &check)
+{
+  std::vector<double> largest(count, 0.0);
+  std::int64_t terms = 0;
+  for (int p = 0; p < points.count; ++p) {
+    if (!takes(p)) continue;
+    ++terms;
+    for (int q = 0; q < count; ++q) largest[q] = std::max(largest[q], std::abs(value(p, q)));
+  }
+  communication.max_over_ranks(largest.data(), largest.size());
+  communication.sum_over_ranks(&terms, 1);
+  std::vector<rve::FixedScale> scale;
+  for (const double bound : largest) {
+    check(bound, terms);
+    scale.emplace_back(bound, terms);
+  }
+  std::vector<std::int64_t> integers(count, 0);
+  for (int p = 0; p < points.count; ++p)
+    for (int q = 0; takes(p) && q < count; ++q) integers[q] += scale[q].integer(value(p, q));
+  communication.sum_over_ranks(integers.data(), integers.size());
+  PointSums result = {terms, {}};
+  for (int q = 0; q < count; ++q) result.sums.push_back(scale[q].real(integers[q]));
+  return result;
+}
+
+}    // namespace mpm

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Sums on nodes. A sum is a struct with the kind of its integers (KIND), their scale (begin), what a
+// point adds to its nodes (to_nodes) and what a node makes of the sum (take). Scatter and TakeSums run
+// several of them in one pass.
+
+#pragma once
+
+#include "mpm/point_nodes.h"
+
+namespace mpm {
+
+/// Mass and momentum.
+template <int D> struct Inertia {
+  static constexpr SumKind KIND = InertiaSums;
+  rve::FixedScale mass_scale, momentum_scale;
+
+  RVE_HD void begin(const StepView<D> &step)
+  {
+    mass_scale = step.scale(MassBound);
+    momentum_scale = step.scale(MomentumBound);
+  }
+  template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
+  {
+    const double mass = step.points.mass[p];
+    const Vec<D> velocity = first_of<D>(step.points.velocity[p]);
+    each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+      give<KIND>(support, part, mass_scale, mass, sums, 0);
+      for (int c = 0; c < D; ++c)
+        give<KIND>(support, part, momentum_scale, mass * velocity[c], sums, 1 + c);
+    });
+  }
+  RVE_HD void take(const StepView<D> &step, int n) const
+  {
+    const std::int64_t *sums = step.sums_at(KIND, n);
+    step.mass[n] = mass_scale.real(sums[0]);
+    for (int c = 0; c < D; ++c) step.momentum[n][c] = momentum_scale.real(sums[1 + c]);
+  }
+};
+
+/// Inertia for strains from the momentum at the start of the step.
+template <int D> struct InertiaForStrains : Inertia<D> {
+  RVE_HD void take(const StepView<D> &step, int n) const
+  {
+    Inertia<D>::take(step, n);
+    step.forget_contacts(n);
+    step.momentum_end[n] = step.momentum[n];
+  }
+};
+
+/// f_I = - Σ V σ·∇N_I + Σ f N_I
+/// (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl. Mech. Eng. 118, 179), and p += f dt.
+template <int D> struct Force {
+  static constexpr SumKind KIND = VectorSums;
+  rve::FixedScale scale;
+
+  RVE_HD void begin(const StepView<D> &step) { scale = step.force_scale(); }
+  template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
+  {
+    Tensor<D> stress = step.points.stress[p];
+    if (step.mean_dilation) {
+      const double change = mean_of_cells(step, p) - trace(stress) / D;
+      for (int a = 0; a < D; ++a) stress(a, a) += change;
+    }
+    const double volume = step.points.volume[p];
+    const Vec<D> body_force = first_of<D>(step.points.body_force[p]);
+    each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+      const Tensor<D> stress_volume = (-volume * part.share()) * stress;
+      for (int c = 0; c < D; ++c) {
+        // Σ∇N = 0: the shares of the internal force add up to nothing, to the last bit
+        scatter_integer<width_of<D>(KIND)>(
+            support, scale, 0,
+            [&](const Place<D> &place) {
+              const Vec<D> gradient = support.gradient(place);
+              double force = stress_volume(c, 0) * gradient[0];
+              for (int a = 1; a < D; ++a) force += stress_volume(c, a) * gradient[a];
+              return force;
+            },
+            sums, c);
+        if (body_force[c] != 0.0) give<KIND>(support, part, scale, body_force[c], sums, c);
+      }
+    });
+  }
+  /// Forgets what bodies did in the step before.
+  RVE_HD void take(const StepView<D> &step, int n) const
+  {
+    const std::int64_t *sums = step.sums_at(KIND, n);
+    for (int c = 0; c < D; ++c) step.force[n][c] = scale.real(sums[c]);
+    step.momentum_end[n] = step.mass[n] > 0.0 ? step.momentum[n] + step.dt * step.force[n]
+                                              : Vec<D>::zero();
+    step.forget_contacts(n);
+    for (int b = 0; b < step.num_bodies; ++b) step.body_impulse[step.in_row(b, n)] = Vec<D>::zero();
+  }
+};
+
+/// The momentum after the motion of the points.
+template <int D> struct MomentumAgain {
+  static constexpr SumKind KIND = VectorSums;
+  rve::FixedScale scale;
+
+  RVE_HD void begin(const StepView<D> &step) { scale = step.scale(MomentumAgainBound); }
+  template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
+  {
+    const double mass = step.points.mass[p];
+    const Vec<D> velocity = first_of<D>(step.points.velocity[p]);
+    each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
+      for (int c = 0; c < D; ++c) give<KIND>(support, part, scale, mass * velocity[c], sums, c);
+    });
+  }
+  RVE_HD void take(const StepView<D> &step, int n) const
+  {
+    const std::int64_t *sums = step.sums_at(KIND, n);
+    for (int c = 0; c < D; ++c) step.momentum_end[n][c] = scale.real(sums[c]);
+  }
+};
+
+/// Volume of the points in each cell, and volume times their dilation or pressure, for means: a cell
+/// with many points then has one constraint of volume (Hughes 1980, Int. J. Numer. Meth. Engng 15,
+/// 1413). With the mean pressure in the forces these do the work of the stresses.
+template <int D, bool IS_DILATION> struct CellMean {
+  static constexpr SumKind KIND = VectorSums;
+  rve::FixedScale volume_scale, product_scale;
+
+  RVE_HD void begin(const StepView<D> &step)
+  {
+    const double volume = step.maximum[VolumeBound];
+    volume_scale = rve::FixedScale(volume, step.point_total);
+    product_scale = rve::FixedScale(
+        volume * step.maximum[IS_DILATION ? DilationBound : PressureBound], step.point_total);
+  }
+  template <class Sums> RVE_HD void to_nodes(const StepView<D> &step, int p, Sums sums) const
+  {
+    const double volume = step.points.volume[p];
+    const double value = IS_DILATION ? trace(step.points.velocity_gradient[p])
+                                     : trace(step.points.stress[p]) / D;
+    each_cell(step, p, [&](int node, double weight) {
+      const std::size_t k = width_of<D>(KIND) * static_cast<std::size_t>(node);
+      add_to(sums, k, volume_scale.integer(weight * volume));
+      add_to(sums, k + 1, product_scale.integer(weight * volume * value));
+    });
+  }
+  RVE_HD void take(const StepView<D> &step, int n) const
+  {
+    const std::int64_t *of_cell = step.sums_at(KIND, n);
+    const double volume = volume_scale.real(of_cell[0]);
+    step.cell_mean[n] = volume > 0.0 ? product_scale.real(of_cell[1]) / volume : 0.0;
+  }
+};
+template <int D> using MeanDilation = CellMean<D, true>;
+template <int D> using MeanPressure = CellMean<D, false>;
+
+/// What deformable points add to sums.
+template <int D, template <int> class... Sum> struct Scatter : PointPass<D>, Sum<D>... {
+  using Pass<D>::step;
+  Scatter(const PointPass<D> &pass) : PointPass<D>(pass) {}
+
+  static constexpr bool adds_to(SumKind kind) { return ((Sum<D>::KIND == kind) || ...); }
+  RVE_HD void begin() { (Sum<D>::begin(step), ...); }
+  template <class Sums> RVE_HD void operator()(int p, const Sums &sums) const
+  {
+    if (step.points.rigid_body[p] < 0) (Sum<D>::to_nodes(step, p, sums[Sum<D>::KIND]), ...);
+  }
+};
+
+/// What nodes make of sums, in the order of these.
+template <int D, template <int> class... Sum> struct TakeSums : NodePass<D>, Sum<D>... {
+  using Pass<D>::step;
+  TakeSums(const NodePass<D> &pass) : NodePass<D>(pass) {}
+
+  RVE_HD void begin() { (Sum<D>::begin(step), ...); }
+  template <class Tally> RVE_HD void operator()(int n, Tally &) const
+  {
+    (Sum<D>::take(step, n), ...);
+  }
+};
+
+}    // namespace mpm
