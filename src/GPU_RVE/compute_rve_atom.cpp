@@ -65,10 +65,10 @@ const std::vector<Column> &columns()
 {
   static const std::vector<Column> all = [] {
     std::vector<Column> list(std::begin(OF_ATOMS), std::end(OF_ATOMS));
-    for (const macro::Quantity &quantity : macro::quantities::ALL)
-      list.push_back({quantity.name, &quantity, nullptr, nullptr});
-    for (const macro::ContactQuantity &quantity : macro::quantities::OF_CONTACTS)
-      list.push_back({quantity.name, nullptr, &quantity, nullptr});
+    for (const macro::Quantity &quantity : macro::quantities::all())
+      list.push_back({quantity.name.c_str(), &quantity, nullptr, nullptr});
+    for (const macro::ContactQuantity &quantity : macro::quantities::of_contacts())
+      list.push_back({quantity.name.c_str(), nullptr, &quantity, nullptr});
     return list;
   }();
   return all;

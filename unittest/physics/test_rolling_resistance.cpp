@@ -28,7 +28,7 @@ constexpr double DT = 1e-4;
 auto roll(double force, const DiskMotion<double> &i, const DiskMotion<double> &j,
           double normal_force)
 {
-  const TurningResistance<double, double, 2> resistance{{STIFFNESS, FRICTION, 0.0}};
+  const TurningResistance<double, double, 2> resistance{{STIFFNESS, FRICTION, 0.0}, {}};
   return resistance.advance(0, 0, {force}, {}, {}, i, j, normal_force, DT);
 }
 

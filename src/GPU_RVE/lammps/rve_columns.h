@@ -7,13 +7,13 @@
 #include "fix_rve_impl.h"
 #include "lammps.h"
 #include "lammps/script_words.h"
+#include "macro/quantities.h"
 #include "rve/core/suggestion.h"
 
 #include "fmt/format.h"
 
 #include <algorithm>
 #include <cstddef>
-#include <functional>
 #include <iterator>
 #include <string>
 #include <type_traits>
@@ -66,18 +66,7 @@ std::vector<EntryOf<Table> *> read_columns(LAMMPS *lmp, const std::string &style
 }
 
 /// A column of a table, by what is known of its row in each dimension; null where there is none.
-template <template <int> class Row> struct ColumnOf {
-  std::string name;
-  std::function<double(const Row<2> &)> of_disks;
-  std::function<double(const Row<3> &)> of_spheres;
-
-  bool is_of(int dimension) const
-  {
-    return dimension == 2 ? of_disks != nullptr : of_spheres != nullptr;
-  }
-  double of(const Row<2> &row) const { return of_disks(row); }
-  double of(const Row<3> &row) const { return of_spheres(row); }
-};
+template <template <int> class Row> using ColumnOf = macro::QuantityOf<Row>;
 
 /// work(rves) with the RVEs of a fix, which are of 2 or 3 dimensions.
 template <class Work> auto with_rves(const FixRve &fix, const Work &work)

@@ -8,7 +8,10 @@
 #include "rve/engine/contact_measures.h"
 #include "rve/engine/engine.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -42,13 +45,16 @@ inline double deviatoric_strain(const rve::ResultOf<3> &r)
   return std::sqrt(squares * 2.0 / 3.0);
 }
 
-/// A number that is known when `Known` is: of disks, of spheres, or of both.
+/// A number by its name, from what is known in each dimension; null where there is none.
 template <template <int> class Known> struct QuantityOf {
-  const char *name;
-  double (*of_disks)(const Known<2> &);
-  double (*of_spheres)(const Known<3> &);
+  std::string name;
+  std::function<double(const Known<2> &)> of_disks;
+  std::function<double(const Known<3> &)> of_spheres;
 
-  bool is_of(int dimension) const { return dimension == 3 || of_disks; }
+  bool is_of(int dimension) const
+  {
+    return dimension == 2 ? of_disks != nullptr : of_spheres != nullptr;
+  }
   double of(const Known<2> &known) const { return of_disks(known); }
   double of(const Known<3> &known) const { return of_spheres(known); }
 };
@@ -59,135 +65,84 @@ using Quantity = QuantityOf<rve::ResultOf>;
 using ContactQuantity = QuantityOf<rve::ContactMeasuresOf>;
 
 namespace quantities {
-  /// What becomes a quantity of either kind.
-  template <class Of> struct OfBoth {
-    const char *name;
-    Of of;
-    template <template <int> class Known> constexpr operator QuantityOf<Known>() const
+  template <template <int> class Known> struct Table : std::vector<QuantityOf<Known>> {
+    template <class Of> void add(const char *name, Of of) { this->push_back({name, of, of}); }
+    /// Components of a tensor: those along z are of spheres.
+    template <class Of> void add(const std::string &name, const char *components, Of of)
     {
-      return {name, of, of};
+      std::istringstream words(components);
+      for (std::string word; words >> word;) {
+        const int a = word[0] - 'x', b = word[1] - 'x';
+        const auto component = [=](const auto &known) { return of(known)(a, b); };
+        this->push_back({name + word, component, component});
+        if (std::max(a, b) == 2) this->back().of_disks = nullptr;
+      }
     }
   };
-  template <class Of> constexpr OfBoth<Of> of_both(const char *name, Of of)
+
+  inline const Table<rve::ResultOf> &all()
   {
-    return {name, of};
-  }
-  constexpr Quantity of_spheres(const char *name, double (*of)(const rve::ResultOf<3> &))
-  {
-    return {name, nullptr, of};
-  }
-  constexpr ContactQuantity of_spheres(const char *name,
-                                       double (*of)(const rve::ContactMeasuresOf<3> &))
-  {
-    return {name, nullptr, of};
+    static const Table<rve::ResultOf> table = [] {
+      Table<rve::ResultOf> t;
+      t.add("s", "xx yy xy yx zz xz zx yz zy", [](const auto &r) { return r.stress; });
+      t.add("p", [](const auto &r) { return r.mean_stress(); });
+      t.add("q", [](const auto &r) { return r.deviatoric_stress(); });
+      t.add("eps_v", [](const auto &r) { return volumetric_strain(r); });
+      t.add("eps_q", [](const auto &r) { return deviatoric_strain(r); });
+      t.add("void_ratio", [](const auto &r) { return r.void_ratio; });
+      t.add("coordination", [](const auto &r) { return r.coordination_number; });
+      t.add("coordination_mech", [](const auto &r) { return r.mechanical_coordination_number; });
+      t.add("fabric_", "xx yy xy zz xz yz", [](const auto &r) { return r.fabric; });
+      t.add("def_", "xx xy yx yy xz yz zx zy zz", [](const auto &r) { return r.deformation; });
+      t.add("cell_", "xx xy yx yy xz yz zx zy zz", [](const auto &r) { return r.cell; });
+      t.add("servo_", "xx yy xy zz xz yz", [](const auto &r) { return r.servo_velocity_gradient; });
+      t.add("sliding", [](const auto &r) { return r.sliding_fraction; });
+      t.add("unbalanced", [](const auto &r) { return r.unbalanced_ratio; });
+      t.add("kinetic", [](const auto &r) { return r.kinetic_energy; });
+      t.add("elastic", [](const auto &r) { return r.elastic_energy; });
+      t.add("work", [](const auto &r) { return r.energy.work; });
+      t.add("loss_friction", [](const auto &r) { return r.energy.friction; });
+      t.add("loss_damping", [](const auto &r) { return r.energy.local_damping; });
+      t.add("loss_viscous", [](const auto &r) { return r.energy.viscous; });
+      t.add("overlap", [](const auto &r) { return r.largest_overlap; });
+      t.add("overlap_mean", [](const auto &r) { return r.mean_overlap; });
+      t.add("force_max", [](const auto &r) { return r.largest_contact_force; });
+      t.add("grains", [](const auto &r) { return double(r.num_grains); });
+      t.add("contacts", [](const auto &r) { return double(r.num_contacts); });
+      t.add("pairs", [](const auto &r) { return double(r.num_pairs); });
+      t.add("rattlers", [](const auto &r) { return double(r.num_rattlers); });
+      t.add("substeps", [](const auto &r) { return double(r.counters.steps); });
+      t.add("rebuilds", [](const auto &r) { return double(r.counters.rebuilds); });
+      t.add("reductions", [](const auto &r) { return double(r.counters.lattice_reductions); });
+      t.add("repeats", [](const auto &r) { return double(r.counters.repeats); });
+      t.add("status", [](const auto &r) { return double(r.status); });
+      return t;
+    }();
+    return table;
   }
 
-  // clang-format off
-  inline constexpr Quantity ALL[] = {
-      of_both("sxx", [](const auto &r) { return r.stress(0, 0); }),
-      of_both("syy", [](const auto &r) { return r.stress(1, 1); }),
-      of_both("sxy", [](const auto &r) { return r.stress(0, 1); }),
-      of_both("syx", [](const auto &r) { return r.stress(1, 0); }),
-      of_spheres("szz", [](const rve::ResultOf<3> &r) { return r.stress(2, 2); }),
-      of_spheres("sxz", [](const rve::ResultOf<3> &r) { return r.stress(0, 2); }),
-      of_spheres("szx", [](const rve::ResultOf<3> &r) { return r.stress(2, 0); }),
-      of_spheres("syz", [](const rve::ResultOf<3> &r) { return r.stress(1, 2); }),
-      of_spheres("szy", [](const rve::ResultOf<3> &r) { return r.stress(2, 1); }),
-      of_both("p", [](const auto &r) { return r.mean_stress(); }),
-      of_both("q", [](const auto &r) { return r.deviatoric_stress(); }),
-      of_both("eps_v", [](const auto &r) { return volumetric_strain(r); }),
-      of_both("eps_q", [](const auto &r) { return deviatoric_strain(r); }),
-      of_both("void_ratio", [](const auto &r) { return r.void_ratio; }),
-      of_both("coordination", [](const auto &r) { return r.coordination_number; }),
-      of_both("coordination_mech", [](const auto &r) { return r.mechanical_coordination_number; }),
-      of_both("fabric_xx", [](const auto &r) { return r.fabric(0, 0); }),
-      of_both("fabric_yy", [](const auto &r) { return r.fabric(1, 1); }),
-      of_both("fabric_xy", [](const auto &r) { return r.fabric(0, 1); }),
-      of_spheres("fabric_zz", [](const rve::ResultOf<3> &r) { return r.fabric(2, 2); }),
-      of_spheres("fabric_xz", [](const rve::ResultOf<3> &r) { return r.fabric(0, 2); }),
-      of_spheres("fabric_yz", [](const rve::ResultOf<3> &r) { return r.fabric(1, 2); }),
-      of_both("def_xx", [](const auto &r) { return r.deformation(0, 0); }),
-      of_both("def_xy", [](const auto &r) { return r.deformation(0, 1); }),
-      of_both("def_yx", [](const auto &r) { return r.deformation(1, 0); }),
-      of_both("def_yy", [](const auto &r) { return r.deformation(1, 1); }),
-      of_spheres("def_xz", [](const rve::ResultOf<3> &r) { return r.deformation(0, 2); }),
-      of_spheres("def_yz", [](const rve::ResultOf<3> &r) { return r.deformation(1, 2); }),
-      of_spheres("def_zx", [](const rve::ResultOf<3> &r) { return r.deformation(2, 0); }),
-      of_spheres("def_zy", [](const rve::ResultOf<3> &r) { return r.deformation(2, 1); }),
-      of_spheres("def_zz", [](const rve::ResultOf<3> &r) { return r.deformation(2, 2); }),
-      of_both("cell_xx", [](const auto &r) { return r.cell(0, 0); }),
-      of_both("cell_xy", [](const auto &r) { return r.cell(0, 1); }),
-      of_both("cell_yx", [](const auto &r) { return r.cell(1, 0); }),
-      of_both("cell_yy", [](const auto &r) { return r.cell(1, 1); }),
-      of_spheres("cell_xz", [](const rve::ResultOf<3> &r) { return r.cell(0, 2); }),
-      of_spheres("cell_yz", [](const rve::ResultOf<3> &r) { return r.cell(1, 2); }),
-      of_spheres("cell_zx", [](const rve::ResultOf<3> &r) { return r.cell(2, 0); }),
-      of_spheres("cell_zy", [](const rve::ResultOf<3> &r) { return r.cell(2, 1); }),
-      of_spheres("cell_zz", [](const rve::ResultOf<3> &r) { return r.cell(2, 2); }),
-      of_both("servo_xx", [](const auto &r) { return r.servo_velocity_gradient(0, 0); }),
-      of_both("servo_yy", [](const auto &r) { return r.servo_velocity_gradient(1, 1); }),
-      of_both("servo_xy", [](const auto &r) { return r.servo_velocity_gradient(0, 1); }),
-      of_spheres("servo_zz", [](const rve::ResultOf<3> &r) { return r.servo_velocity_gradient(2, 2); }),
-      of_spheres("servo_xz", [](const rve::ResultOf<3> &r) { return r.servo_velocity_gradient(0, 2); }),
-      of_spheres("servo_yz", [](const rve::ResultOf<3> &r) { return r.servo_velocity_gradient(1, 2); }),
-      of_both("sliding", [](const auto &r) { return r.sliding_fraction; }),
-      of_both("unbalanced", [](const auto &r) { return r.unbalanced_ratio; }),
-      of_both("kinetic", [](const auto &r) { return r.kinetic_energy; }),
-      of_both("elastic", [](const auto &r) { return r.elastic_energy; }),
-      of_both("work", [](const auto &r) { return r.energy.work; }),
-      of_both("loss_friction", [](const auto &r) { return r.energy.friction; }),
-      of_both("loss_damping", [](const auto &r) { return r.energy.local_damping; }),
-      of_both("loss_viscous", [](const auto &r) { return r.energy.viscous; }),
-      of_both("overlap", [](const auto &r) { return r.largest_overlap; }),
-      of_both("overlap_mean", [](const auto &r) { return r.mean_overlap; }),
-      of_both("force_max", [](const auto &r) { return r.largest_contact_force; }),
-      of_both("grains", [](const auto &r) { return double(r.num_grains); }),
-      of_both("contacts", [](const auto &r) { return double(r.num_contacts); }),
-      of_both("pairs", [](const auto &r) { return double(r.num_pairs); }),
-      of_both("rattlers", [](const auto &r) { return double(r.num_rattlers); }),
-      of_both("substeps", [](const auto &r) { return double(r.counters.steps); }),
-      of_both("rebuilds", [](const auto &r) { return double(r.counters.rebuilds); }),
-      of_both("reductions", [](const auto &r) { return double(r.counters.lattice_reductions); }),
-      of_both("repeats", [](const auto &r) { return double(r.counters.repeats); }),
-      of_both("status", [](const auto &r) { return double(r.status); }),
-  };
-
-  inline constexpr ContactQuantity OF_CONTACTS[] = {
-      of_both("contact_fabric_xx", [](const auto &c) { return c.contact(0, 0); }),
-      of_both("contact_fabric_yy", [](const auto &c) { return c.contact(1, 1); }),
-      of_both("contact_fabric_xy", [](const auto &c) { return c.contact(0, 1); }),
-      of_spheres("contact_fabric_zz", [](const rve::ContactMeasuresOf<3> &c) { return c.contact(2, 2); }),
-      of_spheres("contact_fabric_xz", [](const rve::ContactMeasuresOf<3> &c) { return c.contact(0, 2); }),
-      of_spheres("contact_fabric_yz", [](const rve::ContactMeasuresOf<3> &c) { return c.contact(1, 2); }),
-      of_both("branch_fabric_xx", [](const auto &c) { return c.branch(0, 0); }),
-      of_both("branch_fabric_yy", [](const auto &c) { return c.branch(1, 1); }),
-      of_both("branch_fabric_xy", [](const auto &c) { return c.branch(0, 1); }),
-      of_spheres("branch_fabric_zz", [](const rve::ContactMeasuresOf<3> &c) { return c.branch(2, 2); }),
-      of_spheres("branch_fabric_xz", [](const rve::ContactMeasuresOf<3> &c) { return c.branch(0, 2); }),
-      of_spheres("branch_fabric_yz", [](const rve::ContactMeasuresOf<3> &c) { return c.branch(1, 2); }),
-      of_both("fn_fabric_xx", [](const auto &c) { return c.normal_force(0, 0); }),
-      of_both("fn_fabric_yy", [](const auto &c) { return c.normal_force(1, 1); }),
-      of_both("fn_fabric_xy", [](const auto &c) { return c.normal_force(0, 1); }),
-      of_spheres("fn_fabric_zz", [](const rve::ContactMeasuresOf<3> &c) { return c.normal_force(2, 2); }),
-      of_spheres("fn_fabric_xz", [](const rve::ContactMeasuresOf<3> &c) { return c.normal_force(0, 2); }),
-      of_spheres("fn_fabric_yz", [](const rve::ContactMeasuresOf<3> &c) { return c.normal_force(1, 2); }),
-      of_both("ft_fabric_xx", [](const auto &c) { return c.tangential_force(0, 0); }),
-      of_both("ft_fabric_yy", [](const auto &c) { return c.tangential_force(1, 1); }),
-      of_both("ft_fabric_xy", [](const auto &c) { return c.tangential_force(0, 1); }),
-      of_spheres("ft_fabric_zz", [](const rve::ContactMeasuresOf<3> &c) { return c.tangential_force(2, 2); }),
-      of_spheres("ft_fabric_xz", [](const rve::ContactMeasuresOf<3> &c) { return c.tangential_force(0, 2); }),
-      of_spheres("ft_fabric_yz", [](const rve::ContactMeasuresOf<3> &c) { return c.tangential_force(1, 2); }),
-      of_both("branch_mean", [](const auto &c) { return c.mean_branch; }),
-      of_both("fn_mean", [](const auto &c) { return c.mean_normal_force; }),
-      of_both("strong", [](const auto &c) { return c.strong; }),
-      of_both("sliding_strong", [](const auto &c) { return c.sliding_strong; }),
-      of_both("sliding_weak", [](const auto &c) { return c.sliding_weak; }),
-      of_both("elastic_normal", [](const auto &c) { return c.elastic_normal; }),
-      of_both("elastic_tangential", [](const auto &c) { return c.elastic_tangential; }),
-      of_both("elastic_rolling", [](const auto &c) { return c.elastic_rolling; }),
-      of_spheres("elastic_twisting", [](const rve::ContactMeasuresOf<3> &c) { return c.elastic_twisting; }),
-  };
-  // clang-format on
+  inline const Table<rve::ContactMeasuresOf> &of_contacts()
+  {
+    static const Table<rve::ContactMeasuresOf> table = [] {
+      Table<rve::ContactMeasuresOf> t;
+      t.add("contact_fabric_", "xx yy xy zz xz yz", [](const auto &c) { return c.contact; });
+      t.add("branch_fabric_", "xx yy xy zz xz yz", [](const auto &c) { return c.branch; });
+      t.add("fn_fabric_", "xx yy xy zz xz yz", [](const auto &c) { return c.normal_force; });
+      t.add("ft_fabric_", "xx yy xy zz xz yz", [](const auto &c) { return c.tangential_force; });
+      t.add("branch_mean", [](const auto &c) { return c.mean_branch; });
+      t.add("fn_mean", [](const auto &c) { return c.mean_normal_force; });
+      t.add("strong", [](const auto &c) { return c.strong; });
+      t.add("sliding_strong", [](const auto &c) { return c.sliding_strong; });
+      t.add("sliding_weak", [](const auto &c) { return c.sliding_weak; });
+      t.add("elastic_normal", [](const auto &c) { return c.elastic_normal; });
+      t.add("elastic_tangential", [](const auto &c) { return c.elastic_tangential; });
+      t.add("elastic_rolling", [](const auto &c) { return c.elastic_rolling; });
+      t.push_back({"elastic_twisting", nullptr,
+                   [](const rve::ContactMeasuresOf<3> &c) { return c.elastic_twisting; }});
+      return t;
+    }();
+    return table;
+  }
 }    // namespace quantities
 
 /// Those of grains of this dimension, in the order of the tables.
@@ -197,10 +152,10 @@ inline const std::vector<const char *> &quantity_names(int dimension)
     std::vector<const char *> names;
     const auto add = [&](const auto &table) {
       for (const auto &quantity : table)
-        if (quantity.is_of(d)) names.push_back(quantity.name);
+        if (quantity.is_of(d)) names.push_back(quantity.name.c_str());
     };
-    add(quantities::ALL);
-    add(quantities::OF_CONTACTS);
+    add(quantities::all());
+    add(quantities::of_contacts());
     return names;
   };
   static const std::vector<const char *> of_disks = names_of(2), of_spheres = names_of(3);
@@ -220,7 +175,7 @@ void with_quantity_named(const std::string &name, int dimension, const Read &rea
       }
     return false;
   };
-  if (find(quantities::ALL) || find(quantities::OF_CONTACTS)) return;
+  if (find(quantities::all()) || find(quantities::of_contacts())) return;
   const std::vector<const char *> &names = quantity_names(dimension);
   throw rve::InputError(
       "there is no quantity '" + name + "' of " + (dimension == 2 ? "disks" : "spheres") +
