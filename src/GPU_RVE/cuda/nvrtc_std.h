@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // What the kernels need of the standard library, for NVRTC: it has no headers of the host, and those of libcu++ are not there where a
 // program runs without the toolkit. It takes the place of each standard header that the kernels include (cmake/EmbedKernelText.cmake).
-// Nothing else compiles it.
+// Nothing else compiles it. It has an include guard, since NVRTC reads it under several names, and #pragma once
+// knows names only.
 
-#pragma once
+#ifndef CUDA_NVRTC_STD_H
+#define CUDA_NVRTC_STD_H
 
 #ifdef __CUDACC_RTC__
 
@@ -96,4 +98,5 @@ __device__ __forceinline__ void cudaGridDependencySynchronize()
 }
 #endif
 
+#endif
 #endif
