@@ -3,7 +3,7 @@
 // ranks.
 
 #include "engine/test_states.h"
-#include "fix_rve.h"
+#include "fix_rve_impl.h"
 #include "rve/core/threads.h"
 #include "rve/engine/packing_io.h"
 #include "rve/engine/stability.h"
@@ -67,7 +67,9 @@ class TimeStepScript : public Script {
 
   rve::RveState state(tagint id)
   {
-    return dynamic_cast<FixRve *>(lmp->modify->get_fix_by_id("grains"))->state<2>(local(id));
+    return dynamic_cast<FixRve *>(lmp->modify->get_fix_by_id("grains"))
+        ->rves_of<2>()
+        .state(local(id));
   }
   /// Of an RVE, on every rank.
   double bound(tagint id)
