@@ -202,7 +202,7 @@ template <int D> void RveChanges<D>::adopt_restart()
     drives.resume_paths(*rves.settings.path.template of<D>());
   if (comm->me == 0 && !changes.empty())
     utils::logmesg(
-        lmp, "fix rve {}: is_continued the run that wrote the restart file with changes: {}\n",
+        lmp, "fix rve {}: continues the run that wrote the restart file with changes: {}\n",
         rves.fix->id, joined(changes));
   changes.clear();
 }
