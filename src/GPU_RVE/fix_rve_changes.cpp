@@ -347,7 +347,7 @@ template <int D> void RveChanges<D>::warn_of_loss() const
   if (!update || comm->me != 0 || !rves.has_run) return;
   error->warning(FLERR,
                  "fix rve {} is deleted, and with it its RVEs, which have advanced: a new fix rve "
-                 "begins with rves.packings. To change drive, servo, time step or material of "
+                 "begins with packings. To change drive, servo, time step or material of "
                  "RVEs and keep them, use fix_modify {}",
                  rves.fix->id, rves.fix->id);
 }
