@@ -303,9 +303,8 @@ inline namespace RVE_ISA {
     const int n = call.num_grains;
     Carver spare(spare_of(call.work));
     BoundArrays arrays;
-    arrays.block = spare.template take<std::int64_t>((Scene::D == 2 ? 6 : 12) * n);
-    arrays.weight = spare.template take<double>(n);
-    arrays.value = spare.template take<double>(n);
+    spare.take(arrays.block, (Scene::D == 2 ? 6 : 12) * n);
+    take_each(spare, n, arrays.weight, arrays.value);
     const double length = call.units.length;
     const double per_mass = 1.0 / times_power<Scene::D>(call.mass_factor, length);
     const double gain = 1.0 + header.material.local_damping, enough = call.drive.dt;
