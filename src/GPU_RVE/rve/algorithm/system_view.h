@@ -5,6 +5,7 @@
 #pragma once
 
 #include "rve/algorithm/image.h"
+#include "rve/algorithm/kernel_traits.h"
 #include "rve/core/fixed_point.h"
 
 #include <cstddef>
@@ -293,7 +294,7 @@ inline namespace RVE_ISA {
     /// (Scene::owned_pairs, N) minus the own one: slot is free, it never touches. Not used where it is in registers.
     typename Scene::Wide *partner_radius;
     typename Scene::History *history;    ///< (Scene::owned_pairs, N)
-    /// With kHistoryPasses or InMemory: (numbers of a History, Scene::owned_pairs, capacity) what the steps have of it.
+    /// With streams_history or InMemory: (numbers of a History, Scene::owned_pairs, capacity) what the steps have of it.
     typename Scene::Spring *passing;
     int capacity;    ///< in grains
   };
@@ -330,31 +331,6 @@ inline namespace RVE_ISA {
       shared.list_position[i] = response.list_position;
     }
   }
-
-  /// Whether the threads of a GPU keep in registers only what they alone need: two grains in space are too much for them. They add what a grain
-  /// gets from its own pairs to what it gets from others at once, on chip.
-  template <class Block, class Scene>
-  constexpr bool kFewRegisters = Block::kInRegisters &&Scene::D == 3;
-  /// Whether they read what is the same for all pairs again for each: it costs less than that fewer RVEs share a multiprocessor, or than what is
-  /// spilled when they do.
-  template <class Block, class Scene>
-  constexpr bool kRereads = kFewRegisters<Block, Scene> && sizeof(typename Scene::Wide) == 4;
-  /// Whether what is the same for all pairs of a step is read once for a warp instead. Where it is, kernels must be small (BlockCuda::uniform):
-  /// the end of a call takes the grains of a thread in turn, and details are for another residency.
-  template <class Block, class Scene>
-  constexpr bool kHoldsUniforms =
-      kFewRegisters<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
-
-  /// Whether what pairs remember passes by their threads: each step reads it from memory and writes it back, since registers are too few.
-  template <class Scene>
-  constexpr bool kHistoryIsTooLong = Scene::D == 3 && sizeof(typename Scene::Real) == 8;
-  template <class Block, class Scene>
-  constexpr bool kHistoryPasses = Block::kInRegisters &&kHistoryIsTooLong<Scene>;
-
-  /// Whether threads without a grain take part in the steps, as nobody: then no phase is in a branch, at whose end the registers of both ways
-  /// would have to be made the same ones.
-  template <class Block, class Scene>
-  constexpr bool kFillsPlaces = Block::kInRegisters &&Scene::D == 2;
 
   /// With it no grain is in anyone's reach: radii are below 1/2 and laws reach no farther than one [internal length].
   template <class Scene>
@@ -411,7 +387,7 @@ inline namespace RVE_ISA {
     beside.take(view.partner, Scene::owned_pairs * num_grains);
     if constexpr (Scene::in_memory) beside.take(view.partner_word, Scene::owned_pairs * num_grains);
     view.passing = nullptr;
-    if (Scene::in_memory || (kHistoryIsTooLong<Scene> && in_registers))
+    if (Scene::in_memory || (kHasLongHistory<Scene> && in_registers))
       beside.take(view.passing,
                   sizeof(typename Scene::History) / sizeof(typename Scene::Spring) *
                       Scene::owned_pairs * capacity);
