@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Performance check: kernels that keep what all pairs share in uniform registers, one for a whole warp (BlockCuda::uniform), have it there, and
+# Performance check: kernels that keep what all pairs share in uniform registers, one for a whole warp (CudaHints::uniform), have it there, and
 # products read it from them. If such a kernel grows, the compiler silently takes the registers of threads instead, and spills others, which
 # costs a sixth of the speed. Results do not depend on it. Run by .ci/nightly and tools/gpu_check.sh; needs no GPU.
 #

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The execution vocabulary: every collective against a plain loop, for any number of threads.
 
+#include "rve/algorithm/reorder.h"
 #include "support/block_runner.h"
 #include "support/random.h"
 
@@ -200,8 +201,8 @@ struct OrderByKey {
           places[i] = place;
           order[place] = i;
         });
-    block.reorder(
-        count, [&](int i) { return places[i]; }, room, triples, numbers);
+    rve::reorder(
+        block, count, [&](int i) { return places[i]; }, room, triples, numbers);
   }
 };
 
@@ -324,28 +325,28 @@ struct CollectFromItems {
   int count;
   const float *sizes;    // not negative
   const std::int64_t *numbers;
-  float *largest;                 // (count + 1)
-  std::int64_t *sums;             // (count + 1, 2)
-  int *any_above, *any_at_all;    // (count + 1) whether a size is above 1e3, or above -1
-  rve::Survey<2> *survey;         // where all threads can read it
-  std::int64_t *added;            // (3) sums, and what one thread makes of them
+  float *largest;                  // (count + 1)
+  std::int64_t *sums;              // (count + 1, 2)
+  int *any_above, *any_at_all;     // (count + 1) whether a size is above 1e3, or above -1
+  rve::Reduction<2> *reduction;    // where all threads can read it
+  std::int64_t *added;             // (3) sums, and what one thread makes of them
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
     auto size = block.resident(const_cast<float *>(sizes));
     block.own_items(count, [&](Item i) { size.load(i); });
     for (int round = 0; round < 2; ++round) {    // twice: the scratch memory is used again
-      block.template survey_items<2, std::int64_t>(
+      block.template reduce_items<2, std::int64_t>(
           count,
           [&](Item i, std::int64_t *term, float &most) {
             term[0] += numbers[i];
             term[1] += size[i] > 1e3f ? -i : 1;
             most = size[i] > most ? size[i] : most;
           },
-          *survey);
+          *reduction);
       const bool above = block.any_item(count, [&](Item i) { return size[i] > 1e3f; });
       const bool at_all = block.any_item(count, [&](Item i) { return size[i] > -1.0f; });
-      const auto total = block.template sum_items<2>(count, [&](Item i, std::int64_t *term) {
+      const auto total = block.template sum_integers<2>(count, [&](Item i, std::int64_t *term) {
         term[0] += numbers[i];
         term[1] += size[i] > 1e3f ? -i : 1;
       });
@@ -359,13 +360,13 @@ struct CollectFromItems {
           },
           added, [&] { added[2] += added[0] - added[1]; });
       block.for_each(count + 1, [&](Item i) {
-        largest[i] = survey->largest;
+        largest[i] = reduction->largest;
         any_above[i] = above ? 1 : 0;
         any_at_all[i] = at_all ? 1 : 0;
         const bool same = added[2] == (round + 1) * (total[0] - total[1]);
         for (int m = 0; m < 2; ++m)
-          sums[2 * i + m] = same && total[m] == survey->sum[m] && total[m] == added[m] ? total[m]
-                                                                                       : -1;
+          sums[2 * i + m] = same && total[m] == reduction->sum[m] && total[m] == added[m] ? total[m]
+                                                                                          : -1;
       });
     }
   }
@@ -719,13 +720,13 @@ TEST_F(Block, CollectivesOverResidentItemsTellEveryThreadTheSame)
           sums(std::vector<std::int64_t>(2 * (count + 1), -77));
       BlockArray<int> above(std::vector<int>(count + 1, -1)),
           at_all(std::vector<int>(count + 1, -1));
-      BlockArray<rve::Survey<2>> survey(
-          std::vector<rve::Survey<2>>{rve::Survey<2>{{-1, -1}, -1.0f}});
+      BlockArray<rve::Reduction<2>> reduction(
+          std::vector<rve::Reduction<2>>{rve::Reduction<2>{{-1, -1}, -1.0f}});
       BlockArray<std::int64_t> added(std::vector<std::int64_t>(3, 0));
 
       run_block(threads,
                 CollectFromItems{count, size_array.data(), number_array.data(), maxima.data(),
-                                 sums.data(), above.data(), at_all.data(), survey.data(),
+                                 sums.data(), above.data(), at_all.data(), reduction.data(),
                                  added.data()},
                 in_registers);
 

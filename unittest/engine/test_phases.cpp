@@ -74,7 +74,7 @@ TYPED_TEST(Phases, OfDisksWithAllBooksMayBeDoneInThreads)
 TYPED_TEST(Phases, OfSpheresMayBeDoneInThreads)
 {
   using Scene = ProgramScene<Program::Spheres, TypeParam>;
-  using Threads = std::conditional_t<kHistoryIsTooLong<Scene>, ArraysInThreads, RegistersInThreads>;
+  using Threads = std::conditional_t<kHasLongHistory<Scene>, ArraysInThreads, RegistersInThreads>;
   const Spheres grains = disordered_spheres(spheres_material(), 6, 2);
   const double wide = 2.0 * *std::min_element(grains.radius.begin(), grains.radius.end());
   const auto begin = run_of<TypeParam>(grains, Program::Spheres);

@@ -119,7 +119,7 @@ TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
 TYPED_TEST(SpheresInRegisters, OfThreadsThatTakeThemInTurnGiveTheBitsOfArrays)
 {
   using Scene = ProgramScene<Program::PlainSpheres, TypeParam>;
-  static_assert(kHoldsUniforms<BlockOfUniforms, Scene>);
+  static_assert(KernelTraits<BlockOfUniforms, Scene>::uniform_constants);
   RveRun<3> arrays =
                 run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1), Program::Spheres),
             uniforms = arrays;

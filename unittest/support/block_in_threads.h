@@ -138,18 +138,15 @@ template <class Base> class InThreads : public Base {
       for (int m = 0; m < M; ++m) sums.value[m] += of_one[m];
     return sums;
   }
-  template <int M, class F> rve::IntegerSums<M> sum_items(int n, F f)
+  template <int M, class Term, class F> void reduce_items(int n, F f, rve::Reduction<M> &reduction)
   {
-    return sum_integers<M>(n, f);
-  }
-  template <int M, class Term, class F> void survey_items(int n, F f, rve::Survey<M> &survey)
-  {
-    rve::Survey<M> of_thread[Team::SIZE] = {};
-    share(n, [&](int i, int t) { Base::template add_to_survey<M, Term>(i, f, of_thread[t]); });
-    survey = rve::Survey<M>{};
-    for (const rve::Survey<M> &of_one : of_thread) {
-      for (int m = 0; m < M; ++m) survey.sum[m] = rve::wrapping_sum(survey.sum[m], of_one.sum[m]);
-      survey.largest = of_one.largest > survey.largest ? of_one.largest : survey.largest;
+    rve::Reduction<M> of_thread[Team::SIZE] = {};
+    share(n, [&](int i, int t) { Base::template add_to_reduction<M, Term>(i, f, of_thread[t]); });
+    reduction = rve::Reduction<M>{};
+    for (const rve::Reduction<M> &of_one : of_thread) {
+      for (int m = 0; m < M; ++m)
+        reduction.sum[m] = rve::wrapping_sum(reduction.sum[m], of_one.sum[m]);
+      reduction.largest = of_one.largest > reduction.largest ? of_one.largest : reduction.largest;
     }
   }
   template <int M, class Term, class F, class Then>
@@ -163,10 +160,6 @@ template <class Base> class InThreads : public Base {
     for (const auto &of_one : of_thread)
       for (int m = 0; m < M; ++m) sum[m] = rve::wrapping_sum(sum[m], of_one[m]);
     then();
-  }
-  template <class Place, class... T> void reorder(int n, Place place, void *room, T *...array)
-  {
-    rve::reorder_by_room(*this, n, place, room, array...);
   }
 
   // what items may add to at the same time

@@ -81,11 +81,9 @@ class BlockOfTwo : public BlockInRegisters {
   }
 };
 
-/// Of kernels that hold in uniform registers what is the same for all pairs: one thread, which takes the grains in turn.
+/// A block of kernels with the constants of a step in uniform registers: one thread, which takes the grains in turn.
 struct BlockOfUniforms : BlockInRegisters {
   static constexpr bool kHasUniforms = true;
-  static bool is_first(int i) { return i == 0; }
-  static void assume(bool) {}
 };
 
 /// An RVE under one program.

@@ -9,46 +9,49 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Judges the last forces, and writes answers.
+  /// Checks the last forces, and writes results.
   template <class Block, class Scene> struct CallEnd {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
 
-    /// One number tells that all is well with the grains, as it nearly always is.
+    /// One number shows that nothing is wrong with the grains, as is nearly always the case.
     static RVE_INLINE bool is_sound(const CallState<Scene> &call)
     {
-      return call.survey.largest < call.sound_force;
+      return call.totals.largest < call.sound_force;
     }
 
-    /// Status of a call whose steps are done, but for troubles of grains.
-    static RVE_INLINE std::uint32_t judge(const CallState<Scene> &call)
+    /// Returns the status of a call whose steps are done, without errors of single grains.
+    static RVE_INLINE std::uint32_t check(const CallState<Scene> &call)
     {
       std::uint32_t word = call.status;
-      if (call.survey.sum[StressSums<Scene::D>::crushed] > 0) word |= status::OverlapTooLarge;
-      if (call.survey.sum[StressSums<Scene::D>::contacts] == 0) word |= status::NoContacts;
+      if (call.totals.sum[StressSums<Scene::D>::over_limit] > 0) word |= status::OverlapTooLarge;
+      if (call.totals.sum[StressSums<Scene::D>::contacts] == 0) word |= status::NoContacts;
       if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
       if (!(call.end_per_volume > 0.0)) word |= status::NonFinite;
       return word;
     }
 
-    /// Whether the grains are to be asked. Not after other troubles; but what seems crushed may be a force beyond the range.
-    static RVE_INLINE bool needs_look(const CallState<Scene> &call, std::uint32_t word)
+    /// Returns the status with errors of single grains. They are looked for unless there are other errors:
+    /// an overlap that seems too large may be a force beyond the range of the sums.
+    static RVE_INLINE std::uint32_t
+    with_errors_of_grains(Block &block, const CallState<Scene> &call, std::uint32_t word)
     {
-      return (word & status::Fatal & ~status::OverlapTooLarge) == 0 && !is_sound(call);
+      if ((word & status::Fatal & ~status::OverlapTooLarge) != 0 || is_sound(call)) return word;
+      return find_errors(block, call, word);
     }
 
-    /// The status of a call with what is known of it, and troubles of grains, exactly. After a force beyond the range overlaps are wrong, too:
-    /// the call is repeated.
-    static RVE_COLD std::uint32_t find_trouble(Block block, const CallState<Scene> &call,
-                                               std::uint32_t word)
+    /// After a force beyond the range of the sums overlaps are wrong, too: the call is repeated.
+    static RVE_COLD std::uint32_t find_errors(Block block, const CallState<Scene> &call,
+                                              std::uint32_t word)
     {
       const SharedView<Scene> &shared = call.shared;
-      const Real crushing = static_cast<Real>(ForceUnits<Block, Scene>::crushing_force(call));
+      const Real limiting =
+          static_cast<Real>(ForceUnits<Block, Scene>::force_at_overlap_limit(call));
       // the largest force is then that of a normal spring
       const bool springs_only = !Scene::Law::has_normal_dashpot(call.header.material) &&
           !(Scene::books && call.header.all_forces_count);
       if (block.any(call.num_grains,
-                    [&](Item i) { return springs_only && shared.largest_force[i] > crushing; }))
+                    [&](Item i) { return springs_only && shared.largest_force[i] > limiting; }))
         word |= status::OverlapTooLarge;
       if (block.any(call.num_grains, [&](Item i) {
             return !moves_soundly<Scene::D>(shared.motion[i].velocity, shared.spin[i]);
@@ -62,17 +65,17 @@ inline namespace RVE_ISA {
     /// Largest contact force of the call [force].
     static RVE_INLINE double peak_force(const CallState<Scene> &call)
     {
-      return call.units.force * static_cast<double>(call.survey.largest);
+      return call.units.force * static_cast<double>(call.totals.largest);
     }
 
-    /// What is to be written in the end beside the grains of a sound call: the words of its progress, the components of the
-    /// stress, and the rest of the answer.
+    /// What is written at the end of a sound call beside its grains: the words of its progress, the
+    /// components of the stress, and the rest of the answer.
     static constexpr int kProgressWords = sizeof(ImageProgress<Scene::D>) / sizeof(std::int64_t);
-    static constexpr int kConclusions = kProgressWords + Scene::components + 1;
+    static constexpr int kResults = kProgressWords + Scene::components + 1;
 
-    /// One of these.
-    static RVE_INLINE void conclude(const CallState<Scene> &call, std::uint32_t word, int part,
-                                    AnswerRecord<Scene::D> &answer)
+    /// Writes one of the kResults parts.
+    static RVE_INLINE void write_result(const CallState<Scene> &call, std::uint32_t word, int part,
+                                        AnswerRecord<Scene::D> &answer)
     {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
@@ -93,13 +96,13 @@ inline namespace RVE_ISA {
         answer.expected_force = call.expected_force;
         answer.peak_force = peak_force(call);
         answer.num_contacts =
-            static_cast<std::int32_t>(call.survey.sum[StressSums<Scene::D>::contacts]);
+            static_cast<std::int32_t>(call.totals.sum[StressSums<Scene::D>::contacts]);
       }
     }
 
-    /// The answer of a call that failed. By one thread.
-    static RVE_COLD void answer_failure(const CallState<Scene> &call, std::uint32_t word,
-                                        AnswerRecord<Scene::D> &answer)
+    /// Writes the answer of a call that failed. By one thread.
+    static RVE_COLD void write_failure(const CallState<Scene> &call, std::uint32_t word,
+                                       AnswerRecord<Scene::D> &answer)
     {
       answer.status = word;
       answer.needed_extra = call.num_extra;

@@ -31,7 +31,7 @@ inline namespace RVE_ISA {
   RVE_INLINE double stress_component(const CallState<Scene> &call, double per_volume, int k)
   {
     const double unit = call.units.force * call.units.length * per_volume;
-    return static_cast<double>(call.survey.sum[k]) * unit;
+    return static_cast<double>(call.totals.sum[k]) * unit;
   }
 
   /// Prepared ahead, as far as it is known.

@@ -169,14 +169,14 @@ inline namespace RVE_ISA {
 
   /// Love sums, row by row, in internal units, the number of contacts, and of those whose overlap is beyond the limit.
   template <int D> struct StressSums {
-    static constexpr int contacts = Space<D>::components, crushed = contacts + 1,
-                         count = crushed + 1;
+    static constexpr int contacts = Space<D>::components, over_limit = contacts + 1,
+                         count = over_limit + 1;
   };
 
   template <class Scene> struct CallState : PreparedCall<Scene> {
     /// Of the last forces for which it was wanted: Love sums, and the largest force that counted in the call [internal force], infinite
     /// where a number is not finite.
-    Survey<StressSums<Scene::D>::count> survey;
+    Reduction<StressSums<Scene::D>::count> totals;
     Tensor<double, Scene::D> list_inverse;    ///< of list_cell, for a servo
     SharedView<Scene> shared;
     WorkspaceView<Scene> work;

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "rve/algorithm/contact_forces.h"
+#include "rve/algorithm/pair_force.h"
 
 namespace rve {
 inline namespace RVE_ISA {

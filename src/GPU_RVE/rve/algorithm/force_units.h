@@ -49,11 +49,9 @@ inline namespace RVE_ISA {
       call.alpha = static_cast<Real>(header.material.objective_damping > 0.0
                                          ? -header.material.local_damping
                                          : header.material.local_damping);
-      const double crushing = crushing_force(call);
-      const double least_trouble = crushing < call.units.force_limit ? crushing
-                                                                     : call.units.force_limit;
       // a little less covers the rounding of forces to float
-      call.sound_force = static_cast<float>((1.0 - 1e-6) * least_trouble);
+      call.sound_force = static_cast<float>(
+          (1.0 - 1e-6) * smaller(force_at_overlap_limit(call), call.units.force_limit));
       const double per_length = call.units.per_length;
       call.velocity_factor = call.drive.dt * (call.units.force * per_length) *
           times_power<Scene::D>(1.0, per_length) / call.mass_factor;
@@ -91,9 +89,9 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// An overlap that is beyond the limit even for two of the largest grains gives at least this force, with springs only; the
-    /// others are looked at in the end [internal force].
-    static RVE_INLINE double crushing_force(const PreparedCall<Scene> &call)
+    /// Least force of an overlap that is beyond the limit even for two of the largest grains, with springs
+    /// only; all other overlaps are checked at the end of a call [internal force].
+    static RVE_INLINE double force_at_overlap_limit(const PreparedCall<Scene> &call)
     {
       const double largest = call.header.largest_radius;
       const ContactPlace deep{call.batch.overlap_limit * largest, largest, largest};

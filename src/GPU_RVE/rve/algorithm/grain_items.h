@@ -91,7 +91,7 @@ inline namespace RVE_ISA {
     }
 
     /// The addresses of what is seen of a partner, kept through all steps, would take more registers than there are.
-    RVE_INLINE void forget_addresses(int k, Item i) { slot[k].keep(i, Block::anew(slot[k][i])); }
+    RVE_INLINE void forget_addresses(int k, Item i) { slot[k].keep(i, Block::opaque(slot[k][i])); }
 
     /// Own number: the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, Item i) { return slot[k][i]; }
@@ -167,45 +167,18 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// What partners see of spheres: their records serve their owners too.
-  template <class Scene, class T> class SeenMember {
-    SeenArray<Scene, T> member;
-
-   public:
-    RVE_INLINE explicit SeenMember(SeenArray<Scene, T> array) : member(array) {}
-    RVE_INLINE T &operator[](int i) { return member[i]; }
-    RVE_INLINE void load(int) {}
-    RVE_INLINE void keep(int i, const T &x) { member[i] = x; }
-    RVE_INLINE void publish(int i, const T &x) { member[i] = x; }
-  };
-  template <class Scene> struct SeenSpheres {
-    SeenMotion<Scene> *array;
-
-    RVE_INLINE explicit SeenSpheres(SeenMotion<Scene> *records) : array(records) {}
-    RVE_INLINE SeenMotion<Scene> &operator[](int i) { return array[i]; }
-    RVE_INLINE void load(int) {}
-    RVE_INLINE void keep(int i, const MotionOf<Scene> &x) { array[i] = x; }
-    RVE_INLINE void publish(int i, const MotionOf<Scene> &x) { array[i] = x; }
+  /// An array whose elements other items read as well; a thread keeps no copy of its own.
+  template <class T, class Array> struct SharedItems {
+    Array array;
+    RVE_INLINE decltype(auto) operator[](int i) const { return array[i]; }
+    RVE_INLINE void load(int) const {}
+    RVE_INLINE void keep(int i, const T &x) const { array[i] = x; }
+    RVE_INLINE void publish(int i, const T &x) const { array[i] = x; }
   };
 
-  /// The largest force on any grain of a thread, in one register: nobody asks for that on a single one.
-  template <class Block, class Real> struct LargestOfThread {
-    Real largest;
-    Real *array;
-
-    RVE_INLINE LargestOfThread(Block &, Real *of_grains) : largest(0), array(of_grains) {}
-    RVE_INLINE Real &operator[](typename Block::Item) { return largest; }
-    RVE_INLINE void load(typename Block::Item i)
-    {
-      largest = Block::is_first(i) ? array[i] : larger(largest, array[i]);
-    }
-    RVE_INLINE void save(typename Block::Item i) { array[i] = largest; }
-    RVE_INLINE void keep(typename Block::Item, const Real &x) { largest = x; }
-  };
-
-  /// What the pairs of one slot remember, where it passes by the threads of a GPU: each number in a row of its own, of which a warp reads
-  /// whole lines.
-  template <class History, class Number> class PassingHistory {
+  /// Histories of the pairs of one slot that stay in memory: each number in a row of its own, of which a
+  /// warp reads whole lines.
+  template <class History, class Number> class StreamedHistory {
     static constexpr int kNumbers = sizeof(History) / sizeof(Number);
     static_assert(kNumbers * sizeof(Number) == sizeof(History), "numbers and nothing else");
     Number *first;
@@ -213,10 +186,10 @@ inline namespace RVE_ISA {
     History *array;
 
    public:
-    PassingHistory() = default;
+    StreamedHistory() = default;
     /// Of slot k of so many grains.
     template <class Scene>
-    RVE_INLINE PassingHistory(const SharedView<Scene> &shared, int k, int num_grains) :
+    RVE_INLINE StreamedHistory(const SharedView<Scene> &shared, int k, int num_grains) :
         first(shared.passing + k * shared.capacity), next(Scene::owned_pairs * shared.capacity),
         array(shared.history + k * num_grains)
     {
@@ -245,10 +218,10 @@ inline namespace RVE_ISA {
     RVE_INLINE void save_whole(int i) { array[i] = (*this)[i]; }
   };
 
-  /// Of one pair, read ahead: to be read and written, and then to be read as it was written.
-  template <class History, class Number> struct PassingPair {
+  /// Streamed history of one pair, read ahead: can be read and written, and then read as it was written.
+  template <class History, class Number> struct StreamedPair {
     History &before;
-    PassingHistory<History, Number> &rows;
+    StreamedHistory<History, Number> &rows;
     int i;
 
     RVE_INLINE operator const History &() const { return before; }
@@ -264,65 +237,53 @@ inline namespace RVE_ISA {
     template <class T> using Resident = typename Block::template Resident<T>;
     using Item = typename Block::Item;
     using Numbers = typename Scene::Numbers;
+    using Traits = KernelTraits<Block, Scene>;
     using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
-    /// What others see of a grain.
-    template <class T>
-    using Seen = std::conditional_t<Scene::D == 2, Resident<T>, SeenMember<Scene, T>>;
-    template <class T> static RVE_INLINE Resident<T> seen(Block &block, T *array)
+    using History = typename Scene::History;
+    /// What other grains read of a grain: of disks a thread has a copy.
+    template <class T, class Array>
+    using Seen = std::conditional_t<Scene::D == 2, Resident<T>, SharedItems<T, Array>>;
+    template <class T, class Array> static RVE_INLINE Seen<T, Array> seen(Block &block, Array array)
     {
-      return block.resident(array);
-    }
-    template <class T, std::size_t Stride>
-    static RVE_INLINE SeenMember<Scene, T> seen(Block &, MemberArray<T, Stride> array)
-    {
-      return SeenMember<Scene, T>(array);
-    }
-    static RVE_INLINE SeenSpheres<Scene> seen(Block &, SphereRecord<Numbers> *records)
-    {
-      return SeenSpheres<Scene>(records);
-    }
-    static RVE_INLINE auto largest_of_each(Block &block, typename Scene::Real *array)
-    {
-      if constexpr (kHoldsUniforms<Block, Scene>)
-        return LargestOfThread<Block, typename Scene::Real>(block, array);
-      else
+      if constexpr (Scene::D == 2)
         return block.resident(array);
+      else
+        return {array};
     }
     /// The scene in the numbers of an item of a phase: here an item is one grain.
     template <class SomeItem> using SceneOf = Scene;
 
-    /// Published.
-    std::conditional_t<Scene::D == 2, Resident<MotionOf<Scene>>, SeenSpheres<Scene>> motion;
-    Seen<Spin<typename Scene::Real, Scene::D>> spin;    ///< published
-    Seen<typename Scene::Wide> radius;
+    Seen<MotionOf<Scene>, SeenMotion<Scene> *> motion;    ///< published
+    Seen<Spin<typename Scene::Real, Scene::D>,
+         SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>>
+        spin;    ///< published
+    Seen<typename Scene::Wide, SeenArray<Scene, typename Scene::Wide>> radius;
     Resident<Sums> own;
-    std::conditional_t<kHoldsUniforms<Block, Scene>, LargestOfThread<Block, typename Scene::Real>,
-                       Resident<typename Scene::Real>>
-        largest_force;
-    std::conditional_t<kFewRegisters<Block, Scene>, PackedPartners<Block, Scene>,
+    Resident<typename Scene::Real> largest_force;
+    std::conditional_t<Traits::spheres_in_registers, PackedPartners<Block, Scene>,
                        PartnersInSlots<Block, Scene>>
         partners;
-    using ItsHistory =
-        std::conditional_t<kHistoryPasses<Block, Scene>,
-                           PassingHistory<typename Scene::History, typename Scene::Spring>,
-                           Resident<typename Scene::History>>;
-    ItsHistory history[Scene::owned_pairs];
-    /// Of the slot that is computed, with kHistoryPasses.
-    typename Scene::History read_ahead;
+    using HistoryOfSlot =
+        std::conditional_t<Traits::streams_history,
+                           StreamedHistory<History, typename Scene::Spring>, Resident<History>>;
+    HistoryOfSlot history[Scene::owned_pairs];
+    /// Of the slot that is computed, with streams_history.
+    History read_ahead;
 
     RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
-        motion(seen(block, shared.motion)), spin(seen(block, shared.spin)),
-        radius(seen(block, shared.radius)), own(block.resident(shared.own)),
-        largest_force(largest_of_each(block, shared.largest_force)), partners(block, shared, n)
+        motion(seen<MotionOf<Scene>>(block, shared.motion)),
+        spin(seen<Spin<typename Scene::Real, Scene::D>>(block, shared.spin)),
+        radius(seen<typename Scene::Wide>(block, shared.radius)), own(block.resident(shared.own)),
+        largest_force(block.resident(shared.largest_force)), partners(block, shared, n)
     {
       for (int k = 0; k < Scene::owned_pairs; ++k)
-        if constexpr (kHistoryPasses<Block, Scene>)
-          history[k] = ItsHistory(shared, k, n);
+        if constexpr (Traits::streams_history)
+          history[k] = HistoryOfSlot(shared, k, n);
         else
           history[k] = block.resident(shared.history + k * n);
     }
 
-    /// With room that only packs of grains need.
+    /// The workspace is for packs of grains.
     RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared,
                           const WorkspaceView<Scene> &, int n) :
         GrainItems(block, shared, n)
@@ -342,7 +303,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void load_for_steps(const SharedView<Scene> &shared, Item i)
     {
       load(shared, i);
-      if constexpr (Scene::has_friction && !kHistoryPasses<Block, Scene>)
+      if constexpr (Scene::has_friction && !Traits::streams_history)
         for (int k = 0; k < Scene::owned_pairs; ++k)
           history[k].keep(i, Scene::Law::between_looks(history[k][i]));
     }
@@ -372,7 +333,7 @@ inline namespace RVE_ISA {
       own.keep(i, Sums());
       largest_force.keep(i, typename Scene::Real(0));
       partners.have_none(i);
-      for (int k = 0; k < Scene::owned_pairs; ++k) history[k].keep(i, typename Scene::History());
+      for (int k = 0; k < Scene::owned_pairs; ++k) history[k].keep(i, History());
       clear_sums<Block>(shared, i);
       set_response(shared, i, GrainResponseOf<Scene>());
     }
@@ -399,7 +360,7 @@ inline namespace RVE_ISA {
     /// Where they are not on chip.
     RVE_INLINE void load_forces(Item i)
     {
-      if constexpr (kHoldsUniforms<Block, Scene>)
+      if constexpr (Traits::uniform_constants)
         own.keep(i, Sums());
       else
         own.load(i);
@@ -419,7 +380,7 @@ inline namespace RVE_ISA {
     /// The partner in slot k.
     RVE_INLINE ViewOf<Scene> view_partner(const SharedView<Scene> &shared, int k, Item i)
     {
-      if constexpr (kFillsPlaces<Block, Scene>) partners.forget_addresses(k, i);
+      if constexpr (Traits::disks_in_registers) partners.forget_addresses(k, i);
       const int j = partners.seen(k, i);
       return {shared.motion[j], shared.spin[j], partners.radius(shared, k, i)};
     }
@@ -432,16 +393,15 @@ inline namespace RVE_ISA {
     /// What the pair in slot k remembers: can be read and written.
     RVE_INLINE decltype(auto) history_of(int k, Item i)
     {
-      if constexpr (kHistoryPasses<Block, Scene>)
-        return PassingPair<typename Scene::History, typename Scene::Spring>{read_ahead, history[k],
-                                                                            i};
+      if constexpr (Traits::streams_history)
+        return StreamedPair<History, typename Scene::Spring>{read_ahead, history[k], i};
       else
         return history[k][i];
     }
 
-    RVE_INLINE typename Scene::History remembered(int k, Item i) { return history[k][i]; }
-    /// Of a free slot: nothing is remembered.
-    RVE_INLINE void forget_pair(int k, Item i) { history[k].keep(i, typename Scene::History()); }
+    RVE_INLINE History remembered(int k, Item i) { return history[k][i]; }
+    /// A free slot remembers nothing.
+    RVE_INLINE void forget_pair(int k, Item i) { history[k].keep(i, History()); }
     RVE_INLINE std::int32_t partner_in_slot(int k, Item i) { return partners.in_slot(k, i); }
     RVE_INLINE bool is_taken(int k, Item i) { return partner_in_slot(k, i) != i; }
 
@@ -451,37 +411,36 @@ inline namespace RVE_ISA {
       largest_force.keep(i, force);
     }
 
-    /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them; step() reads what is the same for
-    /// all pairs. Once for each pair: read for all, it would occupy registers; read after the branch of pairs that touch, it would be
-    /// waited for. Without friction there are registers for it, and on a GPU for disks in numbers of 32 bits. The last slot is left out where
-    /// is_taken(slot) says no: in the steps of disks for whole warps, whose numbers are in that order (ListRenewal). The others seldom are
-    /// free, and asking costs more than it spares.
+    /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them;
+    /// step() reads what all pairs of the step have in common, once for disks in registers and else for each
+    /// pair: read for all pairs it would occupy registers; read after the branch of pairs that touch it would
+    /// be waited for. The last slot is left out if is_taken(slot) is false: that of
+    /// disks is free in whole warps, which are numbered in that order (ListRenewal). Other slots are free
+    /// seldom, and asking costs more than it saves.
     template <class Step, class View, class Look, class Act, class IsTaken>
     RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken is_taken)
     {
-      constexpr bool once = kFillsPlaces<Block, Scene> && sizeof(typename Scene::Real) == 4;
-      constexpr bool passes = kHistoryPasses<Block, Scene>;
-      if constexpr (Scene::has_friction && !once) {
-        // what a pair remembers is asked for while the one before is computed
-        [[maybe_unused]] typename Scene::History next;
-        if constexpr (passes) next = history[0][i];
-        RVE_UNROLL
-        for (int k = 0; k < Scene::owned_pairs; ++k) {
-          if (k + 1 == Scene::owned_pairs && !is_taken(k)) continue;
-          if constexpr (passes) {
-            read_ahead = next;
-            if (k + 1 < Scene::owned_pairs) next = history[k + 1][i];
-          }
-          const auto other = view(k);
-          const auto here = step();
-          act(k, here, other, look(here, other));
-        }
-      } else {
+      if constexpr (Traits::disks_in_registers) {
         const auto here = step();
         RVE_UNROLL
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           if (k + 1 == Scene::owned_pairs && !is_taken(k)) continue;
           const auto other = view(k);
+          act(k, here, other, look(here, other));
+        }
+      } else {
+        // a streamed history is read while the pair before is computed
+        [[maybe_unused]] History next;
+        if constexpr (Traits::streams_history) next = history[0][i];
+        RVE_UNROLL
+        for (int k = 0; k < Scene::owned_pairs; ++k) {
+          if (k + 1 == Scene::owned_pairs && !is_taken(k)) continue;
+          if constexpr (Traits::streams_history) {
+            read_ahead = next;
+            if (k + 1 < Scene::owned_pairs) next = history[k + 1][i];
+          }
+          const auto other = view(k);
+          const auto here = step();
           act(k, here, other, look(here, other));
         }
       }
@@ -506,7 +465,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void keep_forces(Block &block, const SharedView<Scene> &shared, Item i,
                                 const Sums &force, typename Scene::Real largest)
     {
-      if constexpr (kFewRegisters<Block, Scene>) {
+      if constexpr (Traits::spheres_in_registers) {
         add_force(block, shared, i, force);
         own.keep(i, Sums());
       } else {
@@ -521,18 +480,14 @@ inline namespace RVE_ISA {
       return collect_force(block, shared, own[i], i);
     }
 
-    /// With kFewRegisters, after a kick and a drift: the whole record, in the pieces that it is read in. What is as it was is written, too: a
-    /// compiler that sees that leaves gaps in a piece, and has to write its parts.
+    /// Writes the record of a sphere after a kick and a drift, in the pieces that it is read in.
     RVE_INLINE void publish(const SharedView<Scene> &shared, Item i, const ViewOf<Scene> &grain,
                             const GrainResponseOf<Scene> &response)
     {
       SpherePieces<Numbers> &pieces = shared.motion[i];
-      pieces = SpherePieces<Numbers>{grain.motion.position,
-                                     Block::anew(grain.radius),
-                                     grain.motion.velocity,
-                                     grain.spin,
-                                     Block::anew(response.velocity_unit),
-                                     Block::anew(response.spin_unit)};
+      pieces = SpherePieces<Numbers>{grain.motion.position,  grain.radius,
+                                     grain.motion.velocity,  grain.spin,
+                                     response.velocity_unit, response.spin_unit};
     }
 
     RVE_INLINE void publish_motion(Item i, const MotionOf<Scene> &x) { motion.publish(i, x); }
@@ -540,7 +495,7 @@ inline namespace RVE_ISA {
     /// Without friction no other grain asks for it.
     RVE_INLINE void publish_spin(Item i, const Spin<typename Scene::Real, Scene::D> &x)
     {
-      if constexpr (kFewRegisters<Block, Scene>) return;    // with all else
+      if constexpr (Traits::spheres_in_registers) return;    // with all else
       if constexpr (Scene::has_friction)
         spin.publish(i, x);
       else

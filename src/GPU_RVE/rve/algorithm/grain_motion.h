@@ -63,7 +63,7 @@ inline namespace RVE_ISA {
         return increment;
       }
     }
-    constexpr bool by_sign = kIsRelaxed && D == 3;
+    constexpr bool by_sign = kRelaxedSpheres<D>;
     for (int a = 0; a < D; ++a) {
       increment.velocity[a] = static_cast<Real>(force[a]) * response.velocity_unit;
       grain.motion.velocity[a] =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// From contacts to the numbers of a continuum: fabric, coordination, energies. On demand, on the configuration that the last
-// forces belong to.
+// From contacts to the numbers of a continuum: fabric, coordination, energies, affine stiffness. On demand,
+// on the configuration that the last forces belong to.
 
 #pragma once
 
@@ -12,7 +12,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Number e of an AffineStiffness: one on the diagonal, or both of a pair off it.
+  /// Strain number e of an AffineStiffness: one on the diagonal, or both of a pair off it.
   template <int D> RVE_INLINE Tensor<double, D> unit_strain(int e)
   {
     auto strain = Tensor<double, D>::zero();
@@ -27,12 +27,98 @@ inline namespace RVE_ISA {
     return strain;
   }
 
-  /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers over the contacts.
+  /// Unit of the sums of an affine stiffness.
   ///
-  /// Their unit is 2^-40 K L^2: K the power of two above k_n and k_t where the largest grains overlap wholly, L the internal length, which
-  /// branches and overlaps do not reach. A term is below 3 K L^2 + 2 |f_t| L. With forces cut at 8 K L, where a spring is stretched by
-  /// more than four of the largest grains, that is less than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit does not depend on
-  /// forces, and neither do the bits of the result depend on the force unit: they are the configuration's, whichever call asks for them.
+  /// It is 2^-40 K L^2: K the power of two above k_n and k_t where the largest grains overlap wholly, L the
+  /// internal length, which branches and overlaps do not reach. A term is below 3 K L^2 + 2 |f_t| L. With
+  /// forces cut at 8 K L, where a spring is stretched by more than four of the largest grains, that is less
+  /// than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit does not depend on forces, and neither do
+  /// the bits of the result depend on the force unit: they are the configuration's, whichever call asks for
+  /// them.
+  struct StiffnessUnit {
+    double per_unit, largest_force;
+
+    template <class Scene>
+    RVE_INLINE StiffnessUnit(const CallState<Scene> &call, const typename Scene::Law &law)
+    {
+      const double largest = call.header.largest_radius * call.units.per_length;
+      const ContactModuli most = law.stiffness({2.0 * largest, largest, largest});
+      const int bits = floor_log2(larger(most.normal, most.tangential)) + 1;    // of K, with L = 1
+      per_unit = power_of_two(40 - bits);
+      largest_force = power_of_two(bits + 3);
+    }
+    RVE_INLINE double bounded(double force) const
+    {
+      const double cut = force < largest_force ? force : largest_force;
+      return cut > -largest_force ? cut : -largest_force;
+    }
+  };
+
+  /// Adds a number in units of an integer sum.
+  RVE_INLINE void add_rounded(double x, std::int64_t &sum)
+  {
+    std::int64_t units;
+    round_to(x, units);
+    sum = wrapping_sum(sum, units);
+  }
+
+  /// Sums of a contact of disks for all strains.
+  template <class Scene, class Contact>
+  RVE_INLINE void add_stiffness_of_disks(const StepConstants<Scene> &step,
+                                         const StiffnessUnit &unit, const ContactPlace &place,
+                                         const Contact &contact, typename Scene::History history,
+                                         std::int64_t *sum)
+  {
+    const ContactModuli moduli = step.law.stiffness(place);
+    const double nx = static_cast<double>(contact.normal[0]),
+                 ny = static_cast<double>(contact.normal[1]);
+    const double l = unit.per_unit * static_cast<double>(contact.distance);
+    const double k_l = moduli.normal * static_cast<double>(contact.distance);
+    const double f_n = unit.bounded(step.law.spring_force(place));
+    const double f_t = unit.bounded(static_cast<double>(Scene::Law::tangential_force(history)));
+    const double turned = moduli.tangential * static_cast<double>(contact.distance) - f_n;
+    // on the first grain, with t = (-n_y, n_x)
+    const double fx = -(f_n * nx) - f_t * ny, fy = f_t * nx - f_n * ny;
+    // l (df (x) n + f (x) (eps n - tr(eps) n)), with (eps n - tr(eps) n) = (sx, sy)
+    const auto add = [&](int e, double eps_nn, double eps_nt, double sx, double sy) {
+      const double along_n = k_l * eps_nn - f_t * eps_nt, along_t = turned * eps_nt;
+      const double dx = along_n * nx - along_t * ny, dy = along_n * ny + along_t * nx;
+      const double term[4] = {l * (dx * nx + fx * sx), l * (dx * ny + fx * sy),
+                              l * (dy * nx + fy * sx), l * (dy * ny + fy * sy)};
+      for (int c = 0; c < 4; ++c) add_rounded(term[c], sum[3 * c + e]);
+    };
+    add(0, nx * nx, -(nx * ny), 0.0, -ny);
+    add(1, ny * ny, nx * ny, -nx, 0.0);
+    add(2, 2.0 * (nx * ny), nx * nx - ny * ny, ny, nx);
+  }
+
+  /// Sums of a contact of spheres for one strain.
+  template <class Scene, class Contact>
+  RVE_INLINE void add_stiffness_of_spheres(const StepConstants<Scene> &step,
+                                           const StiffnessUnit &unit, const ContactPlace &place,
+                                           const Contact &contact, typename Scene::History history,
+                                           const Tensor<double, 3> &strain, std::int64_t *sum)
+  {
+    const ContactModuli moduli = step.law.stiffness(place);
+    const auto n = contact.normal.template as<double>();
+    const double l = static_cast<double>(contact.distance);
+    const double f_n = unit.bounded(step.law.spring_force(place));
+    auto f_t = in_numbers<double>(Scene::Law::tangential_force(history));
+    for (int a = 0; a < 3; ++a) f_t[a] = unit.bounded(f_t[a]);
+    // dn = w and the branch's change are those of the strain alone: eps n = eps_nn n + w
+    const auto moved = strain * n;
+    const double along = dot(n, moved);
+    const auto w = moved - along * n;
+    const auto force = f_t - f_n * n;    // on the first grain
+    const auto change =
+        (moduli.normal * l * along - dot(f_t, w)) * n + (moduli.tangential * l - f_n) * w;
+    const auto term = dyad(change, n) + dyad(force, moved - trace(strain) * n);
+    for (int c = 0; c < Scene::components; ++c)
+      add_rounded(unit.per_unit * l * term.component[c], sum[c]);
+  }
+
+  /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers over the
+  /// contacts.
   template <class Block, class Scene>
   RVE_COLD void sum_stiffness(Block block, const CallState<Scene> &call, int step_number,
                               DetailRecord<Scene::D> &detail)
@@ -40,54 +126,18 @@ inline namespace RVE_ISA {
     using Item = typename Block::Item;
     const PlanOf<Scene> &plan = call.planned(step_number);
     const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
-    const ImageHeader<Scene::D> &header = call.header;
-    const double largest = header.largest_radius * call.units.per_length;
-    const ContactModuli most = step.law.stiffness({2.0 * largest, largest, largest});
-    const int bits = floor_log2(larger(most.normal, most.tangential)) + 1;    // of K, with L = 1
-    const double per_unit = power_of_two(40 - bits), largest_force = power_of_two(bits + 3);
-    const auto bounded = [&](double force) {
-      const double cut = force < largest_force ? force : largest_force;
-      return cut > -largest_force ? cut : -largest_force;
-    };
-
-    const double to_stress =
-        call.units.force * call.units.length / per_unit / (plan.volume * header.material.thickness);
+    const StiffnessUnit unit(call, step.law);
+    const double to_stress = call.units.force * call.units.length / unit.per_unit /
+        (plan.volume * call.header.material.thickness);
     if constexpr (Scene::D == 2) {
-      const auto sums =
-          block.template sum_items<kStiffness<2>>(call.num_grains, [&](Item i, std::int64_t *sum) {
-            visit_contacts(
-                call, step, i,
-                [&](int, int, const auto &one, const auto &other, const auto &contact,
-                    typename Scene::History history) {
-                  const ContactPlace place = place_of(contact, one, other);
-                  const ContactModuli moduli = step.law.stiffness(place);
-                  const double nx = static_cast<double>(contact.normal[0]),
-                               ny = static_cast<double>(contact.normal[1]);
-                  const double l = per_unit * static_cast<double>(contact.distance);
-                  const double k_l = moduli.normal * static_cast<double>(contact.distance);
-                  const double f_n = bounded(step.law.spring_force(place));
-                  const double f_t =
-                      bounded(static_cast<double>(Scene::Law::tangential_force(history)));
-                  const double turned =
-                      moduli.tangential * static_cast<double>(contact.distance) - f_n;
-                  // on the first grain, with t = (-n_y, n_x)
-                  const double fx = -(f_n * nx) - f_t * ny, fy = f_t * nx - f_n * ny;
-                  // l (df (x) n + f (x) (eps n - tr(eps) n)), with (eps n - tr(eps) n) = (sx, sy)
-                  const auto add = [&](int e, double eps_nn, double eps_nt, double sx, double sy) {
-                    const double along_n = k_l * eps_nn - f_t * eps_nt, along_t = turned * eps_nt;
-                    const double dx = along_n * nx - along_t * ny, dy = along_n * ny + along_t * nx;
-                    const double term[4] = {l * (dx * nx + fx * sx), l * (dx * ny + fx * sy),
-                                            l * (dy * nx + fy * sx), l * (dy * ny + fy * sy)};
-                    for (int c = 0; c < 4; ++c) {
-                      std::int64_t units_of_term;
-                      round_to(term[c], units_of_term);
-                      sum[3 * c + e] = wrapping_sum(sum[3 * c + e], units_of_term);
-                    }
-                  };
-                  add(0, nx * nx, -(nx * ny), 0.0, -ny);
-                  add(1, ny * ny, nx * ny, -nx, 0.0);
-                  add(2, 2.0 * (nx * ny), nx * nx - ny * ny, ny, nx);
-                });
+      const auto sums = block.template sum_integers<kStiffness<2>>(
+          call.num_grains, [&](Item i, std::int64_t *sum) {
+            visit_contacts(call, step, i,
+                           [&](int, int, const auto &one, const auto &other, const auto &contact,
+                               typename Scene::History history) {
+                             add_stiffness_of_disks(step, unit, place_of(contact, one, other),
+                                                    contact, history, sum);
+                           });
           });
       block.once([&] {
         for (int m = 0; m < kStiffness<2>; ++m)
@@ -98,32 +148,13 @@ inline namespace RVE_ISA {
       constexpr int components = Scene::components, strains = Scene::strains;
       for (int e = 0; e < strains; ++e) {
         const Tensor<double, Scene::D> strain = unit_strain<Scene::D>(e);
-        const auto sums =
-            block.template sum_items<components>(call.num_grains, [&](Item i, std::int64_t *sum) {
+        const auto sums = block.template sum_integers<components>(
+            call.num_grains, [&](Item i, std::int64_t *sum) {
               visit_contacts(call, step, i,
                              [&](int, int, const auto &one, const auto &other, const auto &contact,
                                  typename Scene::History history) {
-                               const ContactPlace place = place_of(contact, one, other);
-                               const ContactModuli moduli = step.law.stiffness(place);
-                               const auto n = contact.normal.template as<double>();
-                               const double l = static_cast<double>(contact.distance);
-                               const double f_n = bounded(step.law.spring_force(place));
-                               auto f_t = in_numbers<double>(Scene::Law::tangential_force(history));
-                               for (int a = 0; a < Scene::D; ++a) f_t[a] = bounded(f_t[a]);
-                               // dn = w and the branch's change are those of the strain alone: eps n = eps_nn n + w
-                               const auto moved = strain * n;
-                               const double along = dot(n, moved);
-                               const auto w = moved - along * n;
-                               const auto force = f_t - f_n * n;    // on the first grain
-                               const auto change = (moduli.normal * l * along - dot(f_t, w)) * n +
-                                   (moduli.tangential * l - f_n) * w;
-                               const auto term =
-                                   dyad(change, n) + dyad(force, moved - trace(strain) * n);
-                               for (int c = 0; c < components; ++c) {
-                                 std::int64_t units_of_term;
-                                 round_to(per_unit * l * term.component[c], units_of_term);
-                                 sum[c] = wrapping_sum(sum[c], units_of_term);
-                               }
+                               add_stiffness_of_spheres(step, unit, place_of(contact, one, other),
+                                                        contact, history, strain, sum);
                              });
             });
         block.once([&] {
@@ -147,9 +178,148 @@ inline namespace RVE_ISA {
     for_strains_among<D>(f, std::make_index_sequence<Space<D>::components>());
   }
 
-  /// Fills `detail` but for its progress. Sums over contacts are integers, so they do not depend on who owns a pair.
-  /// The law is evaluated again, with the cell of step `step_number`, without advancing the history. The pairs are in call.pairs;
-  /// work.scratch[3 N + i] holds the size of the force on grain i [internal force].
+  /// Details of a configuration. Sums over contacts are integers, so they do not depend on who owns a pair.
+  template <class Block, class Scene> struct Homogenization {
+    using Item = typename Block::Item;
+    /// Sums over contacts.
+    enum Sums {
+      Fabric,
+      Contacts = Fabric + Scene::strains,
+      Sliding,
+      Pairs,
+      ForceSize,
+      Overlap,
+      Elastic,
+      kNumSums
+    };
+    static constexpr double kUnit = 0x1p40;    ///< of fabric and overlap terms, which are at most 1
+
+    /// Adds up the contacts. Leaves the largest force and overlap / sum of radii at each grain in
+    /// work.scratch, and the number of contacts of a grain in work.contact_count.
+    static RVE_INLINE IntegerSums<kNumSums> sum_contacts(Block &block, const CallState<Scene> &call,
+                                                         const StepConstants<Scene> &step)
+    {
+      const WorkspaceView<Scene> &work = call.work;
+      const int n = call.num_grains;
+      block.for_each(n, [&](Item i) { work.contact_count[i] = 0; });
+      return block.template sum_integers<kNumSums>(n, [&](Item i, std::int64_t *sum) {
+        double most[2] = {0.0, 0.0};
+        for (int k = 0; k < Scene::owned_pairs; ++k)
+          sum[Pairs] += call.pairs.partner[k * n + i] != i ? 1 : 0;
+        for (int m = i; m < call.num_extra; m += n) ++sum[Pairs];
+        visit_contacts(call, step, i,
+                       [&](int first, int second, const auto &one, const auto &other,
+                           const auto &contact, typename Scene::History history) {
+                         block.add(&work.contact_count[first], 1);
+                         block.add(&work.contact_count[second], 1);
+                         add_contact(call, step, first, second, contact,
+                                     pair_force(step, contact, one, other, history), sum, most);
+                       });
+        for (int k = 0; k < 2; ++k) work.scratch[k * n + i] = most[k];
+      });
+    }
+
+    template <class Contact, class Force>
+    static RVE_INLINE void add_contact(const CallState<Scene> &call,
+                                       const StepConstants<Scene> &step, int first, int second,
+                                       const Contact &contact, const Force &law, std::int64_t *sum,
+                                       double (&most)[2])
+    {
+      const double contact_force = call.units.contact_force;
+      const auto force = law.force.template as<double>();
+      const auto normal = contact.normal.template as<double>();
+      // grains that reach each other without touching have no overlap
+      const double overlap = larger(static_cast<double>(contact.overlap), 0.0);
+      for_strains<Scene::D>([&](int m, int a, int b) {
+        add_rounded(kUnit * normal[a] * normal[b], sum[Fabric + m]);
+      });
+      sum[Contacts] += 1;
+      sum[Sliding] += law.sliding ? 1 : 0;
+      const double size = std::sqrt(dot(force, force));
+      const double ri = static_cast<double>(call.shared.radius[first]),
+                   rj = static_cast<double>(call.shared.radius[second]);
+      add_rounded(contact_force * size, sum[ForceSize]);
+      add_rounded(kUnit * (overlap / (ri + rj)), sum[Overlap]);
+      most[0] = size > most[0] ? size : most[0];
+      most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
+      add_rounded(contact_force * step.law.elastic_energy(contact, law), sum[Elastic]);
+    }
+
+    /// Sums over grains: size of the force, grains with fewer than two contacts, and with one.
+    static RVE_INLINE IntegerSums<3> sum_grains(Block &block, const CallState<Scene> &call)
+    {
+      const WorkspaceView<Scene> &work = call.work;
+      const int n = call.num_grains;
+      return block.template sum_integers<3>(n, [&](Item i, std::int64_t *sum) {
+        add_rounded(call.units.contact_force * work.scratch[3 * n + i], sum[0]);
+        sum[1] += work.contact_count[i] < 2 ? 1 : 0;
+        sum[2] += work.contact_count[i] == 1 ? 1 : 0;
+      });
+    }
+
+    /// In the order of the RveState: the sum must not depend on how the grains are stored.
+    static RVE_INLINE double kinetic_energy(Block &block, const CallState<Scene> &call)
+    {
+      const SharedView<Scene> shared = call.shared;
+      const double length = call.units.length;
+      block.for_each(call.num_grains, [&](Item i) {
+        const double r = static_cast<double>(shared.radius[i]) * length;
+        const auto spin = [&](int k) {
+          return static_cast<double>(spin_component(shared.spin[i], k));
+        };
+        double ww = spin(0) * spin(0);
+        for (int k = 1; k < Scene::spins; ++k) ww += spin(k) * spin(k);
+        const auto c = length * shared.motion[i].velocity.template as<double>();
+        const double mass = call.mass_of(r);
+        call.work.scratch[call.number_of(i)] =
+            0.5 * mass * (dot(c, c) + GrainShape<Scene::D>::inertia * r * r * ww);
+      });
+      return block.sum_array(call.num_grains, call.work.scratch);
+    }
+
+    static RVE_INLINE void write(Block &block, const CallState<Scene> &call, int step_number,
+                                 DetailRecord<Scene::D> &detail)
+    {
+      StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
+      step.dt = typename Scene::Real(0);
+      const int n = call.num_grains;
+      const CallUnits units = call.units;
+      const double force_unit = units.force, energy_unit = units.force * units.length;
+      const auto sums = sum_contacts(block, call, step);
+      const double largest_contact_force = block.max_array(n, call.work.scratch);
+      const double largest_overlap = block.max_array(n, call.work.scratch + n);
+      const auto grains = sum_grains(block, call);
+      const double energy = kinetic_energy(block, call);
+      block.once([&] {
+        detail.num_grains = n;
+        detail.solid_volume = call.header.solid_volume;
+        const double contacts = sums[Contacts] > 0 ? static_cast<double>(sums[Contacts]) : 1.0;
+        for_strains<Scene::D>([&](int m, int a, int b) {
+          detail.fabric[a * Scene::D + b] = detail.fabric[b * Scene::D + a] =
+              static_cast<double>(sums[Fabric + m]) / kUnit / contacts;
+        });
+        detail.num_contacts = static_cast<std::int32_t>(sums[Contacts]);
+        detail.num_sliding = static_cast<std::int32_t>(sums[Sliding]);
+        detail.num_pairs = static_cast<std::int32_t>(sums[Pairs]);
+        detail.num_rattlers = static_cast<std::int32_t>(grains[1]);
+        detail.num_single = static_cast<std::int32_t>(grains[2]);
+        detail.grain_force_sum =
+            force_unit * (static_cast<double>(grains[0]) / units.contact_force);
+        detail.contact_force_sum =
+            force_unit * (static_cast<double>(sums[ForceSize]) / units.contact_force);
+        detail.largest_overlap = largest_overlap;
+        detail.overlap_sum = static_cast<double>(sums[Overlap]) / kUnit;
+        detail.kinetic_energy = energy;
+        detail.elastic_energy =
+            energy_unit * (static_cast<double>(sums[Elastic]) / units.contact_force);
+        detail.largest_contact_force = force_unit * largest_contact_force;
+      });
+    }
+  };
+
+  /// Fills `detail` but for its progress. The law is evaluated again, with the cell of step `step_number`,
+  /// without advancing the history. The pairs are in call.pairs; work.scratch[3 N + i] holds the size of the
+  /// force on grain i [internal force].
   template <class Block, class Scene>
   RVE_COLD void homogenize(Block block, const CallState<Scene> &call, int step_number,
                            DetailRecord<Scene::D> &detail)
@@ -160,115 +330,8 @@ inline namespace RVE_ISA {
         return;
       }
     }
-    using Item = typename Block::Item;
-    enum Sums {
-      Fabric,
-      Contacts = Fabric + Scene::strains,
-      Sliding,
-      Pairs,
-      Force,
-      Overlap,
-      Elastic,
-      kNumSums
-    };
-    const double unit = power_of_two(40);    // of fabric and overlap terms, which are at most 1
-    const SharedView<Scene> shared = call.shared;
-    const WorkspaceView<Scene> &work = call.work;
-    const int num_grains = call.num_grains;
-    const CallUnits units = call.units;
-    StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
-    step.dt = typename Scene::Real(0);
-    const double force_unit = units.force, energy_unit = units.force * units.length;
-
-    block.for_each(num_grains, [&](Item i) { work.contact_count[i] = 0; });
-
-    const auto sums =
-        block.template sum_items<kNumSums>(num_grains, [&](Item i, std::int64_t *sum) {
-          double most[2] = {0.0, 0.0};    // force, overlap / sum of radii
-          for (int k = 0; k < Scene::owned_pairs; ++k)
-            sum[Pairs] += call.pairs.partner[k * num_grains + i] != i ? 1 : 0;
-          for (int m = i; m < call.num_extra; m += num_grains) ++sum[Pairs];
-          visit_contacts(call, step, i,
-                         [&](int first, int second, const auto &one, const auto &other,
-                             const auto &contact, typename Scene::History history) {
-                           const auto law = pair_force(step, contact, one, other, history);
-                           block.add(&work.contact_count[first], 1);
-                           block.add(&work.contact_count[second], 1);
-                           const auto force = law.force.template as<double>();
-                           const auto normal = contact.normal.template as<double>();
-                           // of those that reach each other without touching none
-                           const double overlap = larger(static_cast<double>(contact.overlap), 0.0);
-                           const auto term = [&](int m, double x) {
-                             std::int64_t units_of_x;
-                             round_to(x, units_of_x);
-                             sum[m] = wrapping_sum(sum[m], units_of_x);
-                           };
-                           for_strains<Scene::D>([&](int m, int a, int b) {
-                             term(Fabric + m, unit * normal[a] * normal[b]);
-                           });
-                           sum[Contacts] += 1;
-                           sum[Sliding] += law.sliding ? 1 : 0;
-                           const double size = std::sqrt(dot(force, force));
-                           const double ri = static_cast<double>(shared.radius[first]),
-                                        rj = static_cast<double>(shared.radius[second]);
-                           term(Force, units.contact_force * size);
-                           term(Overlap, unit * (overlap / (ri + rj)));
-                           most[0] = size > most[0] ? size : most[0];
-                           most[1] = overlap / (ri + rj) > most[1] ? overlap / (ri + rj) : most[1];
-                           term(Elastic,
-                                units.contact_force * step.law.elastic_energy(contact, law));
-                         });
-          for (int k = 0; k < 2; ++k) work.scratch[k * num_grains + i] = most[k];
-        });
-    const double largest_contact_force = block.max_array(num_grains, work.scratch);
-    const double largest_overlap = block.max_array(num_grains, work.scratch + num_grains);
-
-    const auto grains = block.template sum_items<3>(num_grains, [&](Item i, std::int64_t *sum) {
-      std::int64_t size;
-      round_to(units.contact_force * work.scratch[3 * num_grains + i], size);
-      sum[0] = wrapping_sum(sum[0], size);
-      sum[1] += work.contact_count[i] < 2 ? 1 : 0;
-      sum[2] += work.contact_count[i] == 1 ? 1 : 0;
-    });
-    block.for_each(num_grains, [&](Item i) {
-      const double r = static_cast<double>(shared.radius[i]) * units.length;
-      const auto spin = [&](int k) {
-        return static_cast<double>(spin_component(shared.spin[i], k));
-      };
-      double ww = spin(0) * spin(0);
-      for (int k = 1; k < Scene::spins; ++k) ww += spin(k) * spin(k);
-      const auto c = units.length * shared.motion[i].velocity.template as<double>();
-      const double mass = call.mass_of(r);
-      // in the order of the RveState: the sum shall not depend on how the grains are stored
-      work.scratch[call.number_of(i)] =
-          0.5 * mass * (dot(c, c) + GrainShape<Scene::D>::inertia * r * r * ww);
-    });
-    const double kinetic_energy = block.sum_array(num_grains, work.scratch);
-
-    block.once([&] {
-      detail.num_grains = num_grains;
-      detail.solid_volume = call.header.solid_volume;
-      const double contacts = sums[Contacts] > 0 ? static_cast<double>(sums[Contacts]) : 1.0;
-      for_strains<Scene::D>([&](int m, int a, int b) {
-        detail.fabric[a * Scene::D + b] = detail.fabric[b * Scene::D + a] =
-            static_cast<double>(sums[Fabric + m]) / unit / contacts;
-      });
-      detail.num_contacts = static_cast<std::int32_t>(sums[Contacts]);
-      detail.num_sliding = static_cast<std::int32_t>(sums[Sliding]);
-      detail.num_pairs = static_cast<std::int32_t>(sums[Pairs]);
-      detail.num_rattlers = static_cast<std::int32_t>(grains[1]);
-      detail.num_single = static_cast<std::int32_t>(grains[2]);
-      detail.grain_force_sum = force_unit * (static_cast<double>(grains[0]) / units.contact_force);
-      detail.contact_force_sum =
-          force_unit * (static_cast<double>(sums[Force]) / units.contact_force);
-      detail.largest_overlap = largest_overlap;
-      detail.overlap_sum = static_cast<double>(sums[Overlap]) / unit;
-      detail.kinetic_energy = kinetic_energy;
-      detail.elastic_energy =
-          energy_unit * (static_cast<double>(sums[Elastic]) / units.contact_force);
-      detail.largest_contact_force = force_unit * largest_contact_force;
-    });
-    // from here, not from the steps: a call more there takes registers from them
+    Homogenization<Block, Scene>::write(block, call, step_number, detail);
+    // called here, not from the steps: a call more there takes registers from them
     if (call.batch.extra_detail) sum_stiffness(block, call, step_number, detail);
   }
 

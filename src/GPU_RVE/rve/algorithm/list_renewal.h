@@ -5,6 +5,7 @@
 
 #include "rve/algorithm/call_progress.h"
 #include "rve/algorithm/force_units.h"
+#include "rve/algorithm/reorder.h"
 #include "rve/algorithm/step_planning.h"
 #include "rve/algorithm/stored_grain.h"
 #include "rve/algorithm/verlet_list.h"
@@ -150,11 +151,12 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Numbers the grains anew: those that own most pairs first, of spheres most pairs that touch. The threads of a warp, or the lanes of a
-    /// pack, then have nothing to do in the same slots, and skip them together: a quarter of all contacts of spheres, a sixth of those of
-    /// disks. Disks that own as many pairs are numbered row by row of the search grid, so that neighbouring threads still read neighbouring
-    /// grains after many lists. work.proposal has the new places; the pairs are still to be moved. The image keeps its order until the call
-    /// ends soundly.
+    /// Renumbers the grains: those that own most pairs first, of spheres most pairs that touch. The threads
+    /// of a warp, or the lanes of a pack, then have nothing to do in the same slots and skip them together:
+    /// a quarter of all contacts of spheres, a sixth of those of disks. Disks that own as many pairs are
+    /// numbered row by row of the search grid, so that neighbouring threads still read neighbouring grains
+    /// after many lists. work.proposal has the new numbers; the pairs are still to be moved. The memory of
+    /// the RVE keeps its order until the call ends soundly.
     static RVE_INLINE void order_grains(Block &block, CallState<Scene> &call,
                                         const SharedView<Scene> &shared,
                                         const WorkspaceView<Scene> &work)
@@ -164,30 +166,30 @@ inline namespace RVE_ISA {
       const std::int32_t *number = call.num_rebuilds == 1 ? call.image.number : work.number;
       block.template order_by_class<Scene::owned_pairs + 1>(
           n, [&](int m) { return Scene::owned_pairs - work.load[m]; },
-          [&](int m, int place) {
+          [&](int m, int index) {
             const int i = grain_at(m);
-            work.proposal[i] = place;
-            work.excess_start[place] = number[i];    // nobody needs that any more
+            work.proposal[i] = index;
+            work.excess_start[index] = number[i];    // not needed any more
           });
-      const auto reorder = [&](auto *...array) {
+      const auto move = [&](auto *...array) {
         static_assert((sizeof(*array) + ...) <= kScratch<Scene::D> * sizeof(double) &&
                           ((alignof(std::decay_t<decltype(*array)>) <= 16) && ...),
-                      "room");
-        block.reorder(
-            n, [&](int i) { return work.proposal[i]; }, work.scratch, array...);
+                      "capacity");
+        reorder(
+            block, n, [&](int i) { return work.proposal[i]; }, work.scratch, array...);
       };
       if constexpr (Scene::D == 2) {
-        reorder(shared.response, shared.motion);
-        reorder(shared.radius, shared.spin, shared.largest_force);
+        move(shared.response, shared.motion);
+        move(shared.radius, shared.spin, shared.largest_force);
       } else {
         if constexpr (Scene::in_memory) {
-          reorder(shared.motion.place);
-          reorder(shared.motion.course);
+          move(shared.motion.place);
+          move(shared.motion.course);
         } else {
-          reorder(shared.motion);
+          move(shared.motion);
         }
-        reorder(shared.list_position);
-        reorder(shared.largest_force);
+        move(shared.list_position);
+        move(shared.largest_force);
       }
     }
   };

@@ -16,7 +16,7 @@ inline namespace RVE_ISA {
   template <class Scene> class PassingPairs {
     static_assert(Scene::has_friction, "pairs remember something");
     using History = typename Scene::History;
-    using Rows = PassingHistory<History, typename Scene::Spring>;
+    using Rows = StreamedHistory<History, typename Scene::Spring>;
     static constexpr int kSlots = Scene::owned_pairs;
     static constexpr std::int32_t kRemembers = 1 << 30;
 

@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How long a DEM step an RVE bears, found where the RVE lives: a lower bound of stable_time_step() (engine/stability.h), within a
-// few percent of it, so that thousands of RVEs can be looked at and the exact answer is needed of few.
+// Lower bound of the stable time step of an RVE, found where the RVE is: a few percent below
+// stable_time_step() (engine/stability.h), so that thousands of RVEs can be checked and few need the exact
+// result.
 //
 // In coordinates u scaled by the roots of the masses, a contact couples u_i and u_j by a 3x3 matrix C, and
 //     2 u_i.C u_j <= g u_i.|C| u_i + (1/g) u_j.|C^T| u_j,    |C| = (C C^T)^1/2, for any g > 0.
-// So in the plane M^-1/2 K M^-1/2 is below a matrix of one 3x3 block per grain, whose largest eigenvalue is a bound, whatever the weights w in
-// g = w_j/w_i are. w = 1/m gives that of a single contact exactly; then grains with larger eigenvalues get larger weights, which are
-// shares of their contacts that partners carry. Each sweep is a bound. After some, all grains of the fastest mode have the same
-// eigenvalue: that of the mode, but for signs that its motion cannot have where contacts form odd rings.
+// So in the plane M^-1/2 K M^-1/2 is below a matrix of one 3x3 block per grain, whose largest eigenvalue is
+// a bound for any weights w in g = w_j/w_i. w = 1/m gives that of a single contact exactly; then grains with
+// larger eigenvalues get larger weights, which are shares of their contacts that partners carry. Each sweep
+// is a bound. After some, all grains of the fastest mode have the same eigenvalue: that of the mode, but for
+// signs that its motion cannot have where contacts form odd rings.
+//
+// In space there are no weights. The energy of a contact is at most twice what it would be if each of its
+// grains moved alone, so that the network is bounded by twice the largest eigenvalue of a grain's own
+// blocks: T of its translation, R of its rotation, and of both together no more than the sum of the largest
+// of each. One contact alone has exactly that sum. The largest eigenvalue of a symmetric matrix with mean q
+// and p^2 = tr((A - q I)^2)/6 is at most q + 2 p.
 
 #pragma once
 
@@ -39,38 +47,11 @@ inline namespace RVE_ISA {
     return x;
   }
 
-  /// Arrays of a search for a bound, over grains.
-  struct BoundArrays {
-    std::int64_t *block;    ///< (6, N)
-    double *weight, *value;
-  };
-
-  /// Overlap of a contact that may come any time [internal length]: as deep as the deepest one that is there, or as in a gas.
-  template <class Block, class Scene>
-  RVE_COLD double coming_overlap(Block block, const CallState<Scene> &call,
-                                 const StepConstants<Scene> &step, double *value)
-  {
-    using Item = typename Block::Item;
-    if constexpr (Scene::Law::has_constant_moduli) return 0.0;
-    block.for_each(call.num_grains, [&](Item i) {
-      double most = 0.0;
-      visit_contacts(
-          call, step, i,
-          [&](int, int, const auto &, const auto &, const auto &contact, typename Scene::History) {
-            most = larger(most, static_cast<double>(contact.overlap));
-          });
-      value[i] = most;
-    });
-    const double deepest = block.max_array(call.num_grains, value);
-    return deepest > 0.0 ? deepest
-                         : kGasOverlapShare * call.header.mean_radius * call.units.per_length;
-  }
-
   /// Springs or dashpots: both are quadratic forms of the same stretches.
   enum class ModuliKind { Springs, Dashpots };
 
-  /// Of a contact in units of the script, at a place in lengths that are so many of the script's. A spring that pulls less the longer it is
-  /// makes no frequency larger, and counts as none.
+  /// Moduli of a contact in units of the script, at a place in lengths that are so many of the script's. A
+  /// spring that pulls less the longer it is makes no frequency larger, and counts as none.
   template <class Law>
   RVE_INLINE ContactModuli moduli_at(const Law &law, ModuliKind kind, double length,
                                      const ContactPlace &place)
@@ -83,218 +64,291 @@ inline namespace RVE_ISA {
     return moduli;
   }
 
-  /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact that may come, in units of `largest` over the mass of a
-  /// disk of radius one, all in internal lengths. `largest` is no less than any modulus of K. Stops when it is below `sufficient`.
+  /// Arrays of a search for a bound, over grains.
+  struct BoundArrays {
+    std::int64_t *block;    ///< (6, N), in space (12, N)
+    double *weight, *value;
+  };
+
+  /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact that may come, in units of
+  /// `largest` over the mass of a grain of radius one, all in internal lengths. `largest` is no less than
+  /// any modulus of K.
+  template <class Block, class Scene> struct EigenvalueBound {
+    using Item = typename Block::Item;
+    using ScriptLaw = typename Scene::Law::template In<DoubleNumbers>;
+
+    Block &block;
+    const CallState<Scene> &call;
+    StepConstants<Scene> step;
+    ScriptLaw law;
+    ModuliKind kind;
+    double largest;
+    BoundArrays arrays;
+
+    RVE_INLINE ContactModuli relative_moduli(const ContactPlace &place) const
+    {
+      const ContactModuli moduli = moduli_at(law, kind, call.units.length, place);
+      return {moduli.normal / largest, moduli.tangential / largest, moduli.rolling / largest,
+              moduli.twisting / largest};
+    }
+
+    RVE_INLINE double radius(int i) const { return static_cast<double>(call.shared.radius[i]); }
+
+    /// Overlap of a contact that may come any time [internal length]: as deep as the deepest one that is
+    /// there, or as that of a packing without contacts.
+    RVE_INLINE double coming_overlap() const
+    {
+      if constexpr (Scene::Law::has_constant_moduli) return 0.0;
+      block.for_each(call.num_grains, [&](Item i) {
+        double most = 0.0;
+        visit_contacts(call, step, i,
+                       [&](int, int, const auto &, const auto &, const auto &contact,
+                           typename Scene::History) {
+                         most = larger(most, static_cast<double>(contact.overlap));
+                       });
+        arrays.value[i] = most;
+      });
+      const double deepest = block.max_array(call.num_grains, arrays.value);
+      return deepest > 0.0 ? deepest
+                           : kGasOverlapShare * call.header.mean_radius * call.units.per_length;
+    }
+
+    // ---- in the plane -----------------------------------------------------------------------------
+
+    /// Stops when the bound is below `sufficient`.
+    RVE_INLINE double in_plane(double sufficient) const
+    {
+      // more gain little; six leave three percent of a time step in dense and loose packings, these one
+      constexpr int kSweeps = 16;
+      constexpr double kLeastShare = 0.05;    // of the largest value, for a change of weights
+      const int n = call.num_grains;
+      block.for_each(n, [&](Item i) {
+        const double r = radius(i);
+        arrays.weight[i] = arrays.value[i] = 1.0 / (r * r);
+        for (int k = 0; k < 6; ++k) Block::begin_sum(arrays.block + k * n, n, i);
+      });
+      const double of_pair = of_lightest_disks();
+      double least = 0.0;
+      for (int sweep = 0; sweep < kSweeps; ++sweep) {
+        const double most = sweep_over_disks();
+        const double bound = larger(most, of_pair);
+        least = sweep == 0 ? bound : smaller(least, bound);
+        if (least <= sufficient || most <= of_pair) break;
+        block.for_each(n, [&](Item i) {
+          const double relative = arrays.value[i] / most;
+          arrays.weight[i] =
+              arrays.weight[i] * std::sqrt(relative > kLeastShare ? relative : kLeastShare);
+        });
+      }
+      return least;
+    }
+
+    /// Bound of a contact between the two lightest grains, or of the lightest that rolls on any other.
+    /// arrays.value has 1/r^2.
+    RVE_INLINE double of_lightest_disks() const
+    {
+      const int n = call.num_grains;
+      const double lightest = block.max_array(n, arrays.value);
+      const auto as_light = block.template sum_integers<1>(
+          n, [&](Item i, std::int64_t *sum) { sum[0] += arrays.value[i] == lightest ? 1 : 0; });
+      double second = lightest;
+      if (as_light[0] == 1) {
+        block.for_each(n, [&](Item i) {
+          if (arrays.value[i] == lightest) arrays.value[i] = 0.0;
+        });
+        second = block.max_array(n, arrays.value);
+      }
+      const ContactModuli coming =
+          relative_moduli({coming_overlap(), 1.0 / std::sqrt(lightest), 1.0 / std::sqrt(second)});
+      return larger(coming.normal * (lightest + second),
+                    3.0 * coming.tangential * (lightest + second) +
+                        2.0 * coming.rolling * lightest);
+    }
+
+    /// Largest eigenvalue of the blocks of all grains, with the present weights.
+    RVE_INLINE double sweep_over_disks() const
+    {
+      const int n = call.num_grains;
+      block.for_each(n, [&](Item item) {
+        visit_contacts(call, step, item,
+                       [&](int first, int second, const auto &one, const auto &other,
+                           const auto &contact, typename Scene::History) {
+                         add_contact_of_disks(first, second, contact,
+                                              relative_moduli(place_of(contact, one, other)));
+                       });
+      });
+      block.for_each(n, [&](Item i) {
+        double a[6];
+        for (int k = 0; k < 6; ++k)
+          a[k] = kDiskUnit * static_cast<double>(block.collect(arrays.block + k * n, n, i));
+        const double r = radius(i);
+        arrays.value[i] = largest_eigenvalue(a) / (r * r);
+      });
+      return block.max_array(n, arrays.value);
+    }
+
+    /// 256 terms of less than 2^18 units stay below the 2^55 of a sum.
+    static constexpr double kDiskUnit = 0x1p-29, kLargestRatio = 0x1p14;
+
+    template <class Contact>
+    RVE_INLINE void add_contact_of_disks(int first, int second, const Contact &contact,
+                                         const ContactModuli &moduli) const
+    {
+      constexpr double kRoot2 = 1.4142135623730951;
+      const double nx = static_cast<double>(contact.normal[0]),
+                   ny = static_cast<double>(contact.normal[1]);
+      const double overlap = static_cast<double>(contact.overlap);
+      const int grain[2] = {first, second};
+      const double r[2] = {radius(first), radius(second)};
+      // of a grain's rotation, whose mass is m/2, in stretches along the contact and against rolling
+      double arm[2], share[2];
+      for (int side = 0; side < 2; ++side) {
+        arm[side] = kRoot2 * (1.0 - 0.5 * (overlap / r[side]));
+        share[side] = kRoot2 * (r[1 - side] / (r[0] + r[1]));
+      }
+      // C along the contact and of the rotations; along the normal it is -k_n. det C = -k_t k_r share share
+      const double k_n = moduli.normal, k_t = moduli.tangential, k_r = moduli.rolling;
+      const double across[2] = {k_t * arm[1], k_t * arm[0]},
+                   turning = k_t * (arm[0] * arm[1]) - k_r * (share[0] * share[1]);
+      const double determinant = k_t * (k_r * (share[0] * share[1]));
+      const double size =
+          std::sqrt((k_t * k_t + turning * turning) +
+                    (across[0] * across[0] + across[1] * across[1]) + 2.0 * determinant);
+      const double per_size = size > 0.0 ? 1.0 / size : 0.0;
+      const int n = call.num_grains;
+      for (int side = 0; side < 2; ++side) {
+        const double sign = side == 0 ? 1.0 : -1.0;
+        double ratio = arrays.weight[grain[1 - side]] / arrays.weight[grain[side]];
+        ratio = ratio < kLargestRatio ? ratio : kLargestRatio;
+        ratio = ratio * kLargestRatio > 1.0 ? ratio : 1.0 / kLargestRatio;
+        const double g = ratio * per_size, mine = across[side], other = across[1 - side];
+        const double along = k_n + ratio * k_n;
+        const double tt = k_t + g * (k_t * k_t + mine * mine + determinant);
+        const double tw = k_t * arm[side] + g * (k_t * other + mine * turning);
+        const double ww = k_t * (arm[side] * arm[side]) + k_r * (share[side] * share[side]) +
+            g * (other * other + turning * turning + determinant);
+        const double term[6] = {along * (nx * nx) + tt * (ny * ny),
+                                along * (ny * ny) + tt * (nx * nx),
+                                ww,
+                                (along - tt) * (nx * ny),
+                                -tw * (sign * ny),
+                                tw * (sign * nx)};
+        for (int k = 0; k < 6; ++k) {
+          std::int64_t units;
+          round_to(term[k] / kDiskUnit, units);
+          block.accumulate(arrays.block + k * n, n, grain[side], units);
+        }
+      }
+    }
+
+    // ---- in space ---------------------------------------------------------------------------------
+
+    static constexpr double kSphereUnit = 0x1p-40, kInertia = GrainShape<Scene::D>::inertia;
+
+    RVE_INLINE double in_space() const
+    {
+      const int n = call.num_grains;
+      const double of_pair = of_lightest_spheres();
+      block.for_each(n, [&](Item item) {
+        visit_contacts(call, step, item,
+                       [&](int first, int second, const auto &one, const auto &other,
+                           const auto &contact, typename Scene::History) {
+                         add_contact_of_spheres(first, second, contact,
+                                                relative_moduli(place_of(contact, one, other)));
+                       });
+      });
+      block.for_each(n, [&](Item i) {
+        double sum[2];
+        for (int part = 0; part < 2; ++part) {
+          double a[6];
+          for (int k = 0; k < 6; ++k)
+            a[k] = kSphereUnit *
+                static_cast<double>(block.collect(arrays.block + (6 * part + k) * n, n, i));
+          // xx, xy, xz, yy, yz, zz
+          const double q = (a[0] + a[3] + a[5]) * (1.0 / 3.0);
+          const double x = a[0] - q, y = a[3] - q, z = a[5] - q;
+          const double squares =
+              (x * x + y * y + z * z) + 2.0 * (a[1] * a[1] + a[2] * a[2] + a[4] * a[4]);
+          sum[part] = q + 2.0 * std::sqrt(squares * (1.0 / 6.0));
+        }
+        arrays.value[i] = 2.0 * (sum[0] + sum[1] / kInertia) * inverse_mass(radius(i));
+      });
+      return larger(block.max_array(n, arrays.value), of_pair);
+    }
+
+    /// In units of the inverse mass of a grain of radius one.
+    static RVE_INLINE double inverse_mass(double r) { return 1.0 / times_power<Scene::D>(1.0, r); }
+
+    /// Bound of a contact of two of the lightest grains: along the normal, and along the contact with arms
+    /// of a radius. What rolls is fastest where it rolls on a large partner, and then on its own; twisting
+    /// has the angles of both. Clears the sums.
+    RVE_INLINE double of_lightest_spheres() const
+    {
+      const int n = call.num_grains;
+      const double coming_deep = coming_overlap();
+      block.for_each(n, [&](Item i) {
+        arrays.value[i] = inverse_mass(radius(i));
+        for (int k = 0; k < 12; ++k) Block::begin_sum(arrays.block + k * n, n, i);
+      });
+      const double lightest = block.max_array(n, arrays.value);
+      block.for_each(n, [&](Item i) { arrays.value[i] = 1.0 / radius(i); });
+      const double smallest = 1.0 / block.max_array(n, arrays.value);
+      const ContactModuli coming = relative_moduli({coming_deep, smallest, smallest});
+      const double turning =
+          larger(2.0 * (1.0 + 1.0 / kInertia) * coming.tangential + coming.rolling / kInertia,
+                 0.5 / kInertia * coming.twisting);
+      return lightest * larger(2.0 * coming.normal, turning);
+    }
+
+    template <class Contact>
+    RVE_INLINE void add_contact_of_spheres(int first, int second, const Contact &contact,
+                                           const ContactModuli &moduli) const
+    {
+      const auto normal = contact.normal.template as<double>();
+      const double overlap = static_cast<double>(contact.overlap);
+      const int grain[2] = {first, second}, n = call.num_grains;
+      for (int side = 0; side < 2; ++side) {
+        const double r = radius(grain[side]), other_r = radius(grain[1 - side]);
+        // in lengths of surfaces: arms and the reduced radius, over the radius
+        const double arm = 1.0 - 0.5 * (overlap / r), share = other_r / (r + other_r);
+        const double turning = arm * arm * moduli.tangential + share * share * moduli.rolling;
+        const double twisting = share * share * moduli.twisting;
+        int k = 0;
+        for (int a = 0; a < 3; ++a)
+          for (int b = a; b < 3; ++b, ++k) {
+            const double nn = normal[a] * normal[b], across = (a == b ? 1.0 : 0.0) - nn;
+            std::int64_t translation, rotation;
+            round_to((moduli.normal * nn + moduli.tangential * across) / kSphereUnit, translation);
+            round_to((turning * across + twisting * nn) / kSphereUnit, rotation);
+            block.accumulate(arrays.block + k * n, n, grain[side], translation);
+            block.accumulate(arrays.block + (6 + k) * n, n, grain[side], rotation);
+          }
+      }
+    }
+  };
+
+  /// A bound in the plane need not be sharp where it is below `sufficient`.
   template <class Block, class Scene>
   RVE_COLD double bound_eigenvalue(Block block, const CallState<Scene> &call, int step_number,
                                    ModuliKind kind, double largest, BoundArrays arrays,
                                    double sufficient)
   {
-    using Item = typename Block::Item;
-    // more gain little; six leave three percent of a time step in dense and loose packings, these one
-    constexpr int kSweeps = 16;
-    constexpr double kLeastShare = 0.05;    // of the largest value, for a change of weights
-    constexpr double kRoot2 = 1.4142135623730951;
-    const int n = call.num_grains;
-    const SharedView<Scene> &shared = call.shared;
-    const StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
-    // 256 terms of less than 2^18 units stay below the 2^55 of a sum
-    const double unit = power_of_two(-29), per_unit = power_of_two(29),
-                 largest_ratio = power_of_two(14);
-
-    block.for_each(n, [&](Item i) {
-      const double r = static_cast<double>(shared.radius[i]);
-      arrays.weight[i] = arrays.value[i] = 1.0 / (r * r);
-      for (int k = 0; k < 6; ++k) Block::begin_sum(arrays.block + k * n, n, i);
-    });
-    // of a contact between the two lightest grains, or of the lightest that rolls on any other
-    const double lightest = block.max_array(n, arrays.value);
-    const auto as_light = block.template sum_integers<1>(
-        n, [&](Item i, std::int64_t *sum) { sum[0] += arrays.value[i] == lightest ? 1 : 0; });
-    double second = lightest;
-    if (as_light[0] == 1) {
-      block.for_each(n, [&](Item i) {
-        if (arrays.value[i] == lightest) arrays.value[i] = 0.0;
-      });
-      second = block.max_array(n, arrays.value);
-    }
-    const auto law = law_of_script(call);
-    const auto relative_moduli = [&](const ContactPlace &place) {
-      const ContactModuli moduli = moduli_at(law, kind, call.units.length, place);
-      return ContactModuli{moduli.normal / largest, moduli.tangential / largest,
-                           moduli.rolling / largest};
-    };
-    const ContactModuli coming =
-        relative_moduli({coming_overlap(block, call, step, arrays.value), 1.0 / std::sqrt(lightest),
-                         1.0 / std::sqrt(second)});
-    const double of_pair =
-        larger(coming.normal * (lightest + second),
-               3.0 * coming.tangential * (lightest + second) + 2.0 * coming.rolling * lightest);
-    double least = 0.0;
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      block.for_each(n, [&](Item item) {
-        visit_contacts(
-            call, step, item,
-            [&](int first, int second, const auto &one, const auto &other, const auto &contact,
-                typename Scene::History) {
-              const ContactModuli moduli = relative_moduli(place_of(contact, one, other));
-              const double nx = static_cast<double>(contact.normal[0]),
-                           ny = static_cast<double>(contact.normal[1]);
-              const double overlap = static_cast<double>(contact.overlap);
-              const int grain[2] = {first, second};
-              const double radius[2] = {static_cast<double>(shared.radius[first]),
-                                        static_cast<double>(shared.radius[second])};
-              // of a grain's rotation, whose mass is m/2, in stretches along the contact and against rolling
-              double arm[2], share[2];
-              for (int side = 0; side < 2; ++side) {
-                arm[side] = kRoot2 * (1.0 - 0.5 * (overlap / radius[side]));
-                share[side] = kRoot2 * (radius[1 - side] / (radius[0] + radius[1]));
-              }
-              // C along the contact and of the rotations; along the normal it is -k_n. det C = -k_t k_r share share
-              const double k_n = moduli.normal, k_t = moduli.tangential, k_r = moduli.rolling;
-              const double across[2] = {k_t * arm[1], k_t * arm[0]},
-                           turning = k_t * (arm[0] * arm[1]) - k_r * (share[0] * share[1]);
-              const double determinant = k_t * (k_r * (share[0] * share[1]));
-              const double size =
-                  std::sqrt((k_t * k_t + turning * turning) +
-                            (across[0] * across[0] + across[1] * across[1]) + 2.0 * determinant);
-              const double per_size = size > 0.0 ? 1.0 / size : 0.0;
-              for (int side = 0; side < 2; ++side) {
-                const double sign = side == 0 ? 1.0 : -1.0;
-                double ratio = arrays.weight[grain[1 - side]] / arrays.weight[grain[side]];
-                ratio = ratio < largest_ratio ? ratio : largest_ratio;
-                ratio = ratio * largest_ratio > 1.0 ? ratio : 1.0 / largest_ratio;
-                const double g = ratio * per_size, mine = across[side], other = across[1 - side];
-                const double along = k_n + ratio * k_n;
-                const double tt = k_t + g * (k_t * k_t + mine * mine + determinant);
-                const double tw = k_t * arm[side] + g * (k_t * other + mine * turning);
-                const double ww = k_t * (arm[side] * arm[side]) +
-                    k_r * (share[side] * share[side]) +
-                    g * (other * other + turning * turning + determinant);
-                const double term[6] = {along * (nx * nx) + tt * (ny * ny),
-                                        along * (ny * ny) + tt * (nx * nx),
-                                        ww,
-                                        (along - tt) * (nx * ny),
-                                        -tw * (sign * ny),
-                                        tw * (sign * nx)};
-                for (int k = 0; k < 6; ++k) {
-                  std::int64_t units;
-                  round_to(per_unit * term[k], units);
-                  block.accumulate(arrays.block + k * n, n, grain[side], units);
-                }
-              }
-            });
-      });
-      block.for_each(n, [&](Item i) {
-        double a[6];
-        for (int k = 0; k < 6; ++k)
-          a[k] = unit * static_cast<double>(block.collect(arrays.block + k * n, n, i));
-        const double r = static_cast<double>(shared.radius[i]);
-        arrays.value[i] = largest_eigenvalue(a) / (r * r);
-      });
-      const double most = block.max_array(n, arrays.value);
-      const double bound = larger(most, of_pair);
-      least = sweep == 0 ? bound : smaller(least, bound);
-      if (least <= sufficient || most <= of_pair) break;
-      block.for_each(n, [&](Item i) {
-        const double relative = arrays.value[i] / most;
-        arrays.weight[i] =
-            arrays.weight[i] * std::sqrt(relative > kLeastShare ? relative : kLeastShare);
-      });
-    }
-    return least;
+    const EigenvalueBound<Block, Scene> bound{
+        block,
+        call,
+        step_constants<Scene>(call.law, call.planned(step_number)),
+        law_of_script(call),
+        kind,
+        largest,
+        arrays};
+    if constexpr (Scene::D == 2)
+      return bound.in_plane(sufficient);
+    else
+      return bound.in_space();
   }
 
-  /// The same in space, without weights. The energy of a contact is at most twice what it would be if each of its grains moved alone, so
-  /// that the network is bounded by twice the largest eigenvalue of a grain's own blocks: T of its translation, R of its rotation, and of
-  /// both together no more than the sum of the largest of each. One contact alone has exactly that sum. The largest eigenvalue of a
-  /// symmetric matrix with mean q and p^2 = tr((A - q I)^2)/6 is at most q + 2 p.
-  template <class Block, class Scene>
-  RVE_COLD double bound_eigenvalue_in_space(Block block, const CallState<Scene> &call,
-                                            int step_number, ModuliKind kind, double largest,
-                                            BoundArrays arrays)
-  {
-    using Item = typename Block::Item;
-    constexpr double kInertia = GrainShape<Scene::D>::inertia;
-    const int n = call.num_grains;
-    const SharedView<Scene> &shared = call.shared;
-    const StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
-    const double unit = power_of_two(-40), per_unit = power_of_two(40);
-    const auto law = law_of_script(call);
-    const auto relative_moduli = [&](const ContactPlace &place) {
-      const ContactModuli moduli = moduli_at(law, kind, call.units.length, place);
-      return ContactModuli{moduli.normal / largest, moduli.tangential / largest,
-                           moduli.rolling / largest, moduli.twisting / largest};
-    };
-    // of a mass in units of that of a grain of radius one
-    const auto inverse_mass = [](double r) { return 1.0 / times_power<Scene::D>(1.0, r); };
-    const double coming_deep = coming_overlap(block, call, step, arrays.value);
-    block.for_each(n, [&](Item i) {
-      arrays.value[i] = inverse_mass(static_cast<double>(shared.radius[i]));
-      for (int k = 0; k < 12; ++k) Block::begin_sum(arrays.block + k * n, n, i);
-    });
-    const double lightest = block.max_array(n, arrays.value);
-    block.for_each(n,
-                   [&](Item i) { arrays.value[i] = 1.0 / static_cast<double>(shared.radius[i]); });
-    const double smallest = 1.0 / block.max_array(n, arrays.value);
-    const ContactModuli coming = relative_moduli({coming_deep, smallest, smallest});
-    // of two of the lightest grains: along the normal, and along the contact with arms of a radius. What rolls is fastest where it rolls on
-    // a large partner, and then on its own; twisting has the angles of both.
-    const double turning =
-        larger(2.0 * (1.0 + 1.0 / kInertia) * coming.tangential + coming.rolling / kInertia,
-               0.5 / kInertia * coming.twisting);
-    const double of_pair = lightest * larger(2.0 * coming.normal, turning);
-    block.for_each(n, [&](Item item) {
-      visit_contacts(
-          call, step, item,
-          [&](int first, int second, const auto &one, const auto &other, const auto &contact,
-              typename Scene::History) {
-            const ContactModuli moduli = relative_moduli(place_of(contact, one, other));
-            const auto normal = contact.normal.template as<double>();
-            const double overlap = static_cast<double>(contact.overlap);
-            const int grain[2] = {first, second};
-            for (int side = 0; side < 2; ++side) {
-              const double r = static_cast<double>(shared.radius[grain[side]]),
-                           other_r = static_cast<double>(shared.radius[grain[1 - side]]);
-              // in lengths of surfaces: arms and the reduced radius, over the radius
-              const double arm = 1.0 - 0.5 * (overlap / r), share = other_r / (r + other_r);
-              const double turning = arm * arm * moduli.tangential + share * share * moduli.rolling;
-              const double twisting = share * share * moduli.twisting;
-              int k = 0;
-              for (int a = 0; a < 3; ++a)
-                for (int b = a; b < 3; ++b, ++k) {
-                  const double nn = normal[a] * normal[b], across = (a == b ? 1.0 : 0.0) - nn;
-                  std::int64_t translation, rotation;
-                  round_to(per_unit * (moduli.normal * nn + moduli.tangential * across),
-                           translation);
-                  round_to(per_unit * (turning * across + twisting * nn), rotation);
-                  block.accumulate(arrays.block + k * n, n, grain[side], translation);
-                  block.accumulate(arrays.block + (6 + k) * n, n, grain[side], rotation);
-                }
-            }
-          });
-    });
-    block.for_each(n, [&](Item i) {
-      double sum[2];
-      for (int part = 0; part < 2; ++part) {
-        double a[6];
-        for (int k = 0; k < 6; ++k)
-          a[k] = unit * static_cast<double>(block.collect(arrays.block + (6 * part + k) * n, n, i));
-        // xx, xy, xz, yy, yz, zz
-        const double q = (a[0] + a[3] + a[5]) * (1.0 / 3.0);
-        const double x = a[0] - q, y = a[3] - q, z = a[5] - q;
-        const double squares =
-            (x * x + y * y + z * z) + 2.0 * (a[1] * a[1] + a[2] * a[2] + a[4] * a[4]);
-        sum[part] = q + 2.0 * std::sqrt(squares * (1.0 / 6.0));
-      }
-      arrays.value[i] =
-          2.0 * (sum[0] + sum[1] / kInertia) * inverse_mass(static_cast<double>(shared.radius[i]));
-    });
-    return larger(block.max_array(n, arrays.value), of_pair);
-  }
-
-  /// Leaves a lower bound of the stable time step, which need not be sharp where it is above the dt of the drive, as the first number of
-  /// detail.stiffness.
+  /// Leaves a lower bound of the stable time step as the first number of detail.stiffness. It need not be
+  /// sharp where it is above the dt of the drive.
   template <class Block, class Scene>
   RVE_COLD void bound_time_step(Block block, const CallState<Scene> &call, int step_number,
                                 DetailRecord<Scene::D> &detail)
@@ -303,9 +357,8 @@ inline namespace RVE_ISA {
     const int n = call.num_grains;
     Carver spare(spare_of(call.work));
     BoundArrays arrays;
-    arrays.block = spare.template take<std::int64_t>((Scene::D == 2 ? 6 : 12) * n);
-    arrays.weight = spare.template take<double>(n);
-    arrays.value = spare.template take<double>(n);
+    spare.take(arrays.block, (Scene::D == 2 ? 6 : 12) * n);
+    take_each(spare, n, arrays.weight, arrays.value);
     const double length = call.units.length;
     const double per_mass = 1.0 / times_power<Scene::D>(call.mass_factor, length);
     const double gain = 1.0 + header.material.local_damping, enough = call.drive.dt;
@@ -318,11 +371,8 @@ inline namespace RVE_ISA {
           moduli_at(law_of_script(call), kind, 1.0, {2.0 * radius, radius, radius}).largest();
       if (!(largest > 0.0)) return 0.0;
       const double unit = kMargin * (largest * per_mass);
-      if constexpr (Scene::D == 2)
-        return unit *
-            bound_eigenvalue(block, call, step_number, kind, largest, arrays, sufficient / unit);
-      else
-        return unit * bound_eigenvalue_in_space(block, call, step_number, kind, largest, arrays);
+      return unit *
+          bound_eigenvalue(block, call, step_number, kind, largest, arrays, sufficient / unit);
     };
     const double dashpot_rate = eigenvalue(ModuliKind::Dashpots, 0.0);
     // what `enough` asks for: 4/enough >= b + sqrt(b^2 + 4 gain w^2)

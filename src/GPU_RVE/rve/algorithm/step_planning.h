@@ -94,7 +94,7 @@ inline namespace RVE_ISA {
     static RVE_INLINE Tensor<double, Scene::D> cell_on(CellPath<Scene::D> &path, int step)
     {
       // else it would take more registers than anything else in the kernel
-      if constexpr (kHoldsUniforms<Block, Scene>)
+      if constexpr (KernelTraits<Block, Scene>::uniform_constants)
         return path.cell_apart(step);
       else
         return path.cell(step);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "rve/algorithm/image.h"
+#include "rve/algorithm/kernel_traits.h"
 #include "rve/core/fixed_point.h"
 
 #include <cstddef>
@@ -19,12 +20,11 @@ inline namespace RVE_ISA {
    public:
     RVE_INLINE explicit Carver(char *memory) : base(memory), used(0) {}
 
-    template <class T> RVE_INLINE T *take(std::size_t count)
+    template <class T> RVE_INLINE void take(T *&array, std::size_t count)
     {
       used = (used + 15) / 16 * 16;
-      T *array = reinterpret_cast<T *>(base + used);
+      array = reinterpret_cast<T *>(base + used);
       used += count * sizeof(T);
-      return array;
     }
 
    private:
@@ -32,7 +32,8 @@ inline namespace RVE_ISA {
     std::size_t used;
   };
 
-  /// Hands out arrays from the chip while they fit there, and from memory what does not fit: ask for what matters most first.
+  /// Hands out arrays from the chip while they fit there, and from memory what does not fit: take first what
+  /// matters most.
   class ChipFirst {
    public:
     RVE_INLINE ChipFirst(char *chip, std::size_t chip_size, char *memory) :
@@ -40,12 +41,15 @@ inline namespace RVE_ISA {
     {
     }
 
-    template <class T> RVE_INLINE T *take(std::size_t count)
+    template <class T> RVE_INLINE void take(T *&array, std::size_t count)
     {
       const std::size_t size = (count * sizeof(T) + 15) / 16 * 16;
-      if (size > left) return in_memory.template take<T>(count);
-      left -= size;
-      return on_chip.template take<T>(count);
+      if (size > left) {
+        in_memory.take(array, count);
+      } else {
+        left -= size;
+        on_chip.take(array, count);
+      }
     }
 
    private:
@@ -56,10 +60,10 @@ inline namespace RVE_ISA {
   /// Measures what a Carver would hand out.
   class Measure {
    public:
-    template <class T> RVE_INLINE T *take(std::size_t count)
+    template <class T> RVE_INLINE void take(T *&array, std::size_t count)
     {
       used = (used + 15) / 16 * 16 + count * sizeof(T);
-      return nullptr;
+      array = nullptr;
     }
 
     RVE_INLINE std::size_t size() const { return (used + 15) / 16 * 16; }
@@ -67,6 +71,13 @@ inline namespace RVE_ISA {
    private:
     std::size_t used = 0;
   };
+
+  /// Takes arrays of as many elements, in this order.
+  template <class Carving, class... T>
+  RVE_INLINE void take_each(Carving &carver, std::size_t count, T *&...array)
+  {
+    (carver.take(array, count), ...);
+  }
 
   /// Image of an RVE: what lives between calls. Arrays of N grains; owned pairs as [slot * N + grain].
   template <class Scene> struct ImageView {
@@ -88,18 +99,11 @@ inline namespace RVE_ISA {
   RVE_INLINE ImageView<Scene> lay_out_image(Carving &carver, int num_grains, int extra_capacity)
   {
     ImageView<Scene> view;
-    view.header = carver.template take<ImageHeader<Scene::D>>(1);
-    view.position = carver.template take<Vec<typename Scene::Coordinate, Scene::D>>(num_grains);
-    view.list_position = carver.template take<Vec<std::uint32_t, Scene::D>>(num_grains);
-    view.velocity = carver.template take<Vec<typename Scene::Real, Scene::D>>(num_grains);
-    view.spin = carver.template take<Spin<typename Scene::Real, Scene::D>>(num_grains);
-    view.radius = carver.template take<typename Scene::Wide>(num_grains);
-    view.number = carver.template take<std::int32_t>(num_grains);
-    view.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
-    view.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
-    view.extra_first = carver.template take<std::int32_t>(extra_capacity);
-    view.extra_second = carver.template take<std::int32_t>(extra_capacity);
-    view.extra_history = carver.template take<typename Scene::History>(extra_capacity);
+    carver.take(view.header, 1);
+    take_each(carver, num_grains, view.position, view.list_position, view.velocity, view.spin,
+              view.radius, view.number);
+    take_each(carver, Scene::owned_pairs * num_grains, view.partner, view.history);
+    take_each(carver, extra_capacity, view.extra_first, view.extra_second, view.extra_history);
     return view;
   }
 
@@ -290,7 +294,7 @@ inline namespace RVE_ISA {
     /// (Scene::owned_pairs, N) minus the own one: slot is free, it never touches. Not used where it is in registers.
     typename Scene::Wide *partner_radius;
     typename Scene::History *history;    ///< (Scene::owned_pairs, N)
-    /// With kHistoryPasses or InMemory: (numbers of a History, Scene::owned_pairs, capacity) what the steps have of it.
+    /// With streams_history or InMemory: (numbers of a History, Scene::owned_pairs, capacity) what the steps have of it.
     typename Scene::Spring *passing;
     int capacity;    ///< in grains
   };
@@ -328,31 +332,6 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Whether the threads of a GPU keep in registers only what they alone need: two grains in space are too much for them. They add what a grain
-  /// gets from its own pairs to what it gets from others at once, on chip.
-  template <class Block, class Scene>
-  constexpr bool kFewRegisters = Block::kInRegisters &&Scene::D == 3;
-  /// Whether they read what is the same for all pairs again for each: it costs less than that fewer RVEs share a multiprocessor, or than what is
-  /// spilled when they do.
-  template <class Block, class Scene>
-  constexpr bool kRereads = kFewRegisters<Block, Scene> && sizeof(typename Scene::Wide) == 4;
-  /// Whether what is the same for all pairs of a step is read once for a warp instead. Where it is, kernels must be small (BlockCuda::uniform):
-  /// the end of a call takes the grains of a thread in turn, and details are for another residency.
-  template <class Block, class Scene>
-  constexpr bool kHoldsUniforms =
-      kFewRegisters<Block, Scene> &&Block::kHasUniforms && !Scene::steers;
-
-  /// Whether what pairs remember passes by their threads: each step reads it from memory and writes it back, since registers are too few.
-  template <class Scene>
-  constexpr bool kHistoryIsTooLong = Scene::D == 3 && sizeof(typename Scene::Real) == 8;
-  template <class Block, class Scene>
-  constexpr bool kHistoryPasses = Block::kInRegisters &&kHistoryIsTooLong<Scene>;
-
-  /// Whether threads without a grain take part in the steps, as nobody: then no phase is in a branch, at whose end the registers of both ways
-  /// would have to be made the same ones.
-  template <class Block, class Scene>
-  constexpr bool kFillsPlaces = Block::kInRegisters &&Scene::D == 2;
-
   /// With it no grain is in anyone's reach: radii are below 1/2 and laws reach no farther than one [internal length].
   template <class Scene>
   constexpr typename Scene::Wide kRadiusOfNobody = typename Scene::Wide(-1024);
@@ -376,23 +355,20 @@ inline namespace RVE_ISA {
   {
     const int seen = capacity + (in_registers && Scene::D == 3 ? 1 : 0);
     SharedView<Scene> view;
-    for (int k = 0; k < Scene::freedoms; ++k)
-      view.force[k] = chip.template take<typename Scene::Sum>(capacity);
+    for (int k = 0; k < Scene::freedoms; ++k) chip.take(view.force[k], capacity);
     if constexpr (Scene::in_memory) {
-      view.motion.place = chip.template take<SpherePlace<typename Scene::Numbers>>(seen);
-      view.motion.course = chip.template take<SphereCourse<typename Scene::Numbers>>(seen);
+      take_each(chip, seen, view.motion.place, view.motion.course);
     } else {
-      view.motion = chip.template take<SeenMotion<Scene>>(seen);
+      chip.take(view.motion, seen);
     }
     if constexpr (Scene::D == 2) {
-      view.spin = chip.template take<Spin<typename Scene::Real, Scene::D>>(seen);
-      view.response = chip.template take<GrainResponseOf<Scene>>(capacity);
-      view.radius = chip.template take<typename Scene::Wide>(seen);
+      chip.take(view.spin, seen);
+      chip.take(view.response, capacity);
+      chip.take(view.radius, seen);
       view.list_position = nullptr;
     } else {
       view.response = nullptr;
-      view.list_position =
-          chip.template take<Vec<typename Scene::Leading::Coordinate, Scene::D>>(capacity);
+      chip.take(view.list_position, capacity);
       using SpinArray = SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>;
       using RadiusArray = SeenArray<Scene, typename Scene::Wide>;
       // what is only measured has no records
@@ -405,22 +381,20 @@ inline namespace RVE_ISA {
         view.radius = RadiusArray(view.motion->radius);
       }
     }
-    view.own = Scene::in_memory
-        ? nullptr
-        : beside.template take<Vec<typename Scene::Sum, Scene::freedoms>>(num_grains);
-    view.largest_force = beside.template take<typename Scene::Real>(num_grains);
-    view.partner = beside.template take<std::int32_t>(Scene::owned_pairs * num_grains);
-    if constexpr (Scene::in_memory)
-      view.partner_word = beside.template take<std::int32_t>(Scene::owned_pairs * num_grains);
+    view.own = nullptr;
+    if (!Scene::in_memory) beside.take(view.own, num_grains);
+    beside.take(view.largest_force, num_grains);
+    beside.take(view.partner, Scene::owned_pairs * num_grains);
+    if constexpr (Scene::in_memory) beside.take(view.partner_word, Scene::owned_pairs * num_grains);
     view.passing = nullptr;
-    if (Scene::in_memory || (kHistoryIsTooLong<Scene> && in_registers))
-      view.passing = beside.template take<typename Scene::Spring>(sizeof(typename Scene::History) /
-                                                                  sizeof(typename Scene::Spring) *
-                                                                  Scene::owned_pairs * capacity);
-    view.history = beside.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
-    view.partner_radius = in_registers || Scene::in_memory
-        ? nullptr
-        : beside.template take<typename Scene::Wide>(Scene::owned_pairs * num_grains);
+    if (Scene::in_memory || (kHasLongHistory<Scene> && in_registers))
+      beside.take(view.passing,
+                  sizeof(typename Scene::History) / sizeof(typename Scene::Spring) *
+                      Scene::owned_pairs * capacity);
+    beside.take(view.history, Scene::owned_pairs * num_grains);
+    view.partner_radius = nullptr;
+    if (!in_registers && !Scene::in_memory)
+      beside.take(view.partner_radius, Scene::owned_pairs * num_grains);
     view.capacity = capacity;
     return view;
   }
@@ -545,35 +519,20 @@ inline namespace RVE_ISA {
     WorkspaceView<Scene> view;
     view.pair_capacity = pair_capacity;
     view.cell_capacity = cell_capacity(num_grains);
-    view.cell_start = carver.template take<std::int32_t>(view.cell_capacity + 1);
-    view.cell_of = carver.template take<std::int32_t>(num_grains);
-    view.cell_grain = carver.template take<std::int32_t>(num_grains);
-    view.count = carver.template take<PairCount>(num_grains);
-    view.row_start = carver.template take<std::int32_t>(num_grains);
-    view.row_partner = carver.template take<std::int32_t>(pair_capacity);
-    view.load = carver.template take<std::int32_t>(num_grains);
-    view.proposal = carver.template take<std::int32_t>(num_grains);
-    view.accepted = carver.template take<std::int32_t>(num_grains);
-    view.overloaded = carver.template take<std::int32_t>(num_grains);
-    view.num_overloaded = carver.template take<std::int32_t>(2);
-    view.received = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
-    view.excess_start = carver.template take<std::int32_t>(num_grains);
-    view.contact_count = carver.template take<std::int32_t>(num_grains);
-    view.number = carver.template take<std::int32_t>(num_grains);
-    view.damping = carver.template take<double>(num_grains);
-    view.friction = carver.template take<double>(num_grains);
-    view.viscous = carver.template take<double>(num_grains);
-    view.scratch =
-        carver.template take<double>(static_cast<std::size_t>(kScratch<Scene::D>) * num_grains);
+    const std::size_t owned_pairs = Scene::owned_pairs * num_grains;
+    carver.take(view.cell_start, view.cell_capacity + 1);
+    take_each(carver, num_grains, view.cell_of, view.cell_grain, view.count, view.row_start);
+    carver.take(view.row_partner, pair_capacity);
+    take_each(carver, num_grains, view.load, view.proposal, view.accepted, view.overloaded);
+    carver.take(view.num_overloaded, 2);
+    carver.take(view.received, owned_pairs);
+    take_each(carver, num_grains, view.excess_start, view.contact_count, view.number, view.damping,
+              view.friction, view.viscous);
+    carver.take(view.scratch, static_cast<std::size_t>(kScratch<Scene::D>) * num_grains);
     PairView<Scene> &fresh = view.fresh;
-    fresh.partner = carver.template take<std::int32_t>(Scene::owned_pairs * num_grains);
-    fresh.history = carver.template take<typename Scene::History>(Scene::owned_pairs * num_grains);
-    fresh.extra_first = carver.template take<std::int32_t>(pair_capacity);
-    fresh.extra_second = carver.template take<std::int32_t>(pair_capacity);
-    fresh.extra_history = carver.template take<typename Scene::History>(pair_capacity);
-    view.extra_first = carver.template take<std::int32_t>(pair_capacity);
-    view.extra_second = carver.template take<std::int32_t>(pair_capacity);
-    view.extra_history = carver.template take<typename Scene::History>(pair_capacity);
+    take_each(carver, owned_pairs, fresh.partner, fresh.history);
+    take_each(carver, pair_capacity, fresh.extra_first, fresh.extra_second, fresh.extra_history,
+              view.extra_first, view.extra_second, view.extra_history);
     return view;
   }
 
@@ -612,9 +571,7 @@ inline namespace RVE_ISA {
                                 Plan &plan, int capacity)
   {
     LentRoom sums(shared.force[0], Scene::freedoms * capacity * sizeof(typename Scene::Sum));
-    sums.take(work.accepted, capacity);
-    sums.take(work.count, capacity);
-    sums.take(work.overloaded, capacity);
+    take_each(sums, capacity, work.accepted, work.count, work.overloaded);
     // in space it is in memory
     LentRoom own(shared.own, Scene::D == 2 ? capacity * sizeof(*shared.own) : 0);
     LentRoom &room = Scene::D == 2 ? own : sums;
@@ -622,8 +579,7 @@ inline namespace RVE_ISA {
     room.take(work.cell_start, cell_capacity(capacity) + 1);
     room.take(work.cell_grain, capacity);
     LentRoom plans(&plan, sizeof(plan));
-    plans.take(work.proposal, capacity);
-    plans.take(work.cell_of, capacity);
+    take_each(plans, capacity, work.proposal, work.cell_of);
     work.load = work.accepted;    // when all pairs have owners
   }
 
@@ -646,7 +602,8 @@ inline namespace RVE_ISA {
   {
     Measure measure;
     lay_out_workspace<Scene>(measure, num_grains, pair_capacity);
-    measure.take<double>(static_cast<std::size_t>(kSpare<Scene::D>) * num_grains + 4);
+    double *spare;
+    measure.take(spare, static_cast<std::size_t>(kSpare<Scene::D>) * num_grains + 4);
     return measure.size();
   }
 

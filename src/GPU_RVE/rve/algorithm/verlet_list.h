@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Verlet list of a periodic, deformable cell: when it must be built anew, and how.
+// Verlet list of a periodic, deformable cell: when a new one is needed, and how it is built.
 
 #pragma once
 
@@ -95,12 +95,177 @@ inline namespace RVE_ISA {
     int num_pairs, num_extra;
   };
 
-  /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries the contact history over: `old` pairs in,
-  /// work.fresh out. work.load has how many pairs a disk owns, by its place in the grid; of spheres how many of these touch, by their numbers.
-  /// Lengths in the units of `cell` and `radius`; the cells of `grid` are as wide as the list reaches. aside(sizes) by one thread when they are
-  /// known, and all others do something.
-  ///
-  /// Until the owners are known a grain is called by its place in the grid: those of neighbouring threads look at the same others.
+  /// The grains of a list that is built, and who is near to whom. Until the owners of pairs are known a grain
+  /// is called by its index in the grid: those of neighbouring threads then read the same others.
+  template <class Block, class Scene> struct NearGrains {
+    using Wide = typename Scene::Wide;
+    using Point = Vec<typename Scene::Coordinate, Scene::D>;
+
+    const SeenMotions<Scene> &motion;
+    SeenArray<Scene, Wide> radius;
+    const WorkspaceView<Scene> &work;
+    int num_grains;
+    Tensor<Wide, Scene::D> to_length;
+    const SearchGrid<Scene::D> &grid;
+    Wide margin;       ///< reach and skin
+    bool has_sides;    ///< of the grid
+
+    /// True if grain j is nearer to a point than its radius and `within`.
+    RVE_INLINE bool is_within(const Point &here, Wide within, int j) const
+    {
+      const auto branch =
+          to_length * fractional_difference<typename Scene::Numbers>(motion[j].position, here);
+      return gap_squared(branch, within + radius[j]) > Wide(0);
+    }
+
+    /// take(q) for the indices q of the grains whose pairs with the one at index p are its own at first.
+    template <class Take> RVE_INLINE void for_each_owned(int p, Take take) const
+    {
+      const int i = work.cell_grain[p];
+      const Wide within = radius[i] + margin;
+      const Point here = motion[i].position;
+      grid.rows_around(here, has_sides, [&](int layer, int first, int reach, bool own) {
+        // the grains of a row of cells lie one after the other
+        const std::int32_t *const start = work.cell_start + layer;
+        const int end = start[grid.count[0]], length = end - start[0], beyond = first + reach;
+        const int last = beyond <= grid.count[0] ? start[beyond]
+                                                 : length + start[beyond - grid.count[0]];
+        constexpr int together = Block::kOnTheWay;
+        for (int m = own ? p + 1 : start[first]; m < last; m += together) {
+          int index[together];
+          bool is_near[together];
+          for (int t = 0; t < together; ++t) {
+            const int q = m + t < end ? m + t : m + t - length;
+            index[t] = m + t < last ? q : p;
+          }
+          for (int t = 0; t < together; ++t)
+            is_near[t] = is_within(here, within, work.cell_grain[index[t]]) && m + t < last;
+          if (!has_sides)
+            for (int t = 0; t < together; ++t)
+              is_near[t] = is_near[t] && owns_first(p, index[t], num_grains);
+          for (int t = 0; t < together; ++t)
+            if (is_near[t]) take(index[t]);
+        }
+      });
+    }
+  };
+
+  /// The pairs that grains own at first, and how many they are in all.
+  struct FoundPairs {
+    PairRows rows;
+    int num_pairs;
+  };
+  /// Rows are next to each other where all have space for theirs, in memory that is not used now, and else
+  /// one after the other in work.row_partner, which has space for work.pair_capacity.
+  template <class Block, class Scene>
+  RVE_INLINE FoundPairs find_pairs(Block &block, const NearGrains<Block, Scene> &near)
+  {
+    using Item = typename Block::Item;
+    const WorkspaceView<Scene> &work = near.work;
+    const int n = near.num_grains;
+    std::int32_t *const side_by_side = reinterpret_cast<std::int32_t *>(work.scratch);
+    constexpr int capacity =
+        kScratch<Scene::D> * static_cast<int>(sizeof(double) / sizeof(std::int32_t));
+    enum { Pairs, TooLong, Count };
+    const auto found = block.template sum_integers<Count>(n, [&](Item p, std::int64_t *term) {
+      int count = 0;
+      std::int32_t *next = side_by_side + p;
+      near.for_each_owned(p, [&](int q) {
+        if (count < capacity) *next = q;
+        next += n;
+        ++count;
+      });
+      begin_ownership(block, work, p, count);
+      term[Pairs] += count;
+      term[TooLong] += count > capacity ? 1 : 0;
+    });
+    const int num_pairs = static_cast<int>(found[Pairs]);
+    if (found[TooLong] == 0 || num_pairs > work.pair_capacity)
+      return {PairRows{side_by_side, nullptr, n}, num_pairs};
+    block.for_each(n, [&](Item p) { work.row_start[p] = work.count[p].in_row(); });
+    block.exclusive_scan(work.row_start, n);
+    block.for_each(n, [&](Item p) {
+      std::int32_t *next = work.row_partner + work.row_start[p];
+      near.for_each_owned(p, [&](int q) { *next++ = q; });
+    });
+    return {PairRows{work.row_partner, work.row_start, 1}, num_pairs};
+  }
+
+  /// Sorts partners by rank: ascending in how far ahead they are in the grid, free slots last, so that
+  /// neighbouring threads read neighbouring grains. In space partners that touch come first, so that many
+  /// threads have nothing to do in the last slots (ListRenewal::order_grains).
+  template <int slots> RVE_INLINE void sort_by_rank(int (&rank)[slots], int (&partner)[slots])
+  {
+    for (int k = 1; k < slots; ++k)
+      for (int m = k; m > 0; --m) {
+        const bool swaps = rank[m] < rank[m - 1];
+        const int first_rank = rank[m - 1], first = partner[m - 1];
+        rank[m - 1] = swaps ? rank[m] : first_rank;
+        partner[m - 1] = swaps ? partner[m] : first;
+        rank[m] = swaps ? first_rank : rank[m];
+        partner[m] = swaps ? first : partner[m];
+      }
+  }
+
+  /// Writes the pairs of the grain at index p of the grid to work.fresh, with the histories of old pairs.
+  template <class Block, class Scene>
+  RVE_INLINE void write_pairs(const NearGrains<Block, Scene> &near, const PairRows &rows, int p,
+                              const PairView<Scene> &old, int num_old_extra)
+  {
+    constexpr int slots = Scene::owned_pairs;
+    const WorkspaceView<Scene> &work = near.work;
+    const PairView<Scene> &fresh = work.fresh;
+    const int num_grains = near.num_grains;
+    const int i = work.cell_grain[p];
+    const int received = work.count[p].received(), owned = work.count[p].owned();
+    const PairRow row = rows.of(p);
+    const auto index_of_partner = [&](int m) {
+      return m < received ? work.received[m * num_grains + p] : row[m - received];
+    };
+    // all are read before the first one is used: here, and with each of what follows
+    int partner[slots], rank[slots];
+    for (int k = 0; k < slots; ++k) partner[k] = k < owned ? index_of_partner(k) : p;
+    for (int k = 0; k < slots; ++k) {
+      rank[k] = k < owned ? ahead(p, partner[k], num_grains) : 0x7fffffff;
+      partner[k] = k < owned ? work.cell_grain[partner[k]] : i;
+    }
+    int touching = 0;
+    // without these braces NVRTC 13.0 forgets the next declaration
+    if constexpr (Scene::D == 3) {
+      const auto here = near.motion[i].position;
+      for (int k = 0; k < slots; ++k) {
+        const bool touches = k < owned && near.is_within(here, near.radius[i], partner[k]);
+        touching += touches ? 1 : 0;
+        rank[k] += k < owned && !touches ? num_grains : 0;
+      }
+    }
+    sort_by_rank(rank, partner);
+    OldSlot old_slots[slots];
+    for (int k = 0; k < slots; ++k) old_slots[k] = old_slot(old, num_grains, i, partner[k]);
+    for (int k = 0; k < slots; ++k) {
+      const int j = partner[k];
+      fresh.partner[k * num_grains + i] = j;
+      fresh.history[k * num_grains + i] =
+          j == i ? typename Scene::History() : old_history(old, old_slots[k], num_old_extra, i, j);
+    }
+    for (int m = slots; m < owned; ++m) {
+      const int j = work.cell_grain[index_of_partner(m)], extra = work.excess_start[p] + m - slots;
+      fresh.extra_first[extra] = i;
+      fresh.extra_second[extra] = j;
+      fresh.extra_history[extra] =
+          old_history(old, old_slot(old, num_grains, i, j), num_old_extra, i, j);
+    }
+    if constexpr (Scene::D == 2)
+      work.load[p] = owned < slots ? owned : slots;
+    else
+      work.load[i] = touching;
+  }
+
+  /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries the contact
+  /// history over: `old` pairs in, work.fresh out. work.load has how many pairs a disk owns, by its index in
+  /// the grid; of spheres how many of these touch, by their numbers. Lengths in the units of `cell` and
+  /// `radius`; the cells of `grid` are as wide as the list reaches. aside(sizes) by one thread when they are
+  /// known, while all others write the pairs.
   template <class Block, class Scene, class Aside>
   RVE_HD ListSizes build_list(Block &block, const SeenMotions<Scene> &motion,
                               SeenArray<Scene, typename Scene::Wide> radius,
@@ -109,151 +274,31 @@ inline namespace RVE_ISA {
                               const SearchGrid<Scene::D> &grid, double reach, double skin,
                               const PairView<Scene> &old, int num_old_extra, Aside aside)
   {
-    const PairView<Scene> fresh = work.fresh;
     using Item = typename Block::Item;
     using Wide = typename Scene::Wide;
-    const Tensor<Wide, Scene::D> to_length = fraction_to_length<typename Scene::Numbers>(cell);
-    const Wide margin = static_cast<Wide>(reach + skin);
     sort_into_grid(block, motion, work, num_grains, grid, [&] { clear_overloaded(work); });
-
-    using Point = Vec<typename Scene::Coordinate, Scene::D>;
-    const auto branch_between = [&](const Point &here, int j) {
-      return to_length * fractional_difference<typename Scene::Numbers>(motion[j].position, here);
-    };
-    // take(q) for the places q of the grains whose pairs with the one at place p are its own at first
-    const bool has_sides = grid.has_sides();
-    const auto for_each_owned = [&](int p, auto take) {
-      const int i = work.cell_grain[p];
-      const Wide within = radius[i] + margin;
-      const Point here = motion[i].position;
-      grid.rows_around(here, has_sides, [&](int layer, int first, int reach, bool own) {
-        // the grains of a row of cells lie one behind the other
-        const std::int32_t *const start = work.cell_start + layer;
-        const int end = start[grid.count[0]], length = end - start[0], beyond = first + reach;
-        const int last = beyond <= grid.count[0] ? start[beyond]
-                                                 : length + start[beyond - grid.count[0]];
-        constexpr int together = Block::kOnTheWay;
-        for (int m = own ? p + 1 : start[first]; m < last; m += together) {
-          int place[together];
-          bool is_near[together];
-          for (int t = 0; t < together; ++t) {
-            const int q = m + t < end ? m + t : m + t - length;
-            place[t] = m + t < last ? q : p;
-          }
-          for (int t = 0; t < together; ++t) {
-            const int j = work.cell_grain[place[t]];
-            is_near[t] =
-                gap_squared(branch_between(here, j), within + radius[j]) > Wide(0) && m + t < last;
-          }
-          if (!has_sides)
-            for (int t = 0; t < together; ++t)
-              is_near[t] = is_near[t] && owns_first(p, place[t], num_grains);
-          for (int t = 0; t < together; ++t)
-            if (is_near[t]) take(place[t]);
-        }
-      });
-    };
-
-    // side by side where all have room for theirs, in memory that nobody needs now
-    std::int32_t *const side_by_side = reinterpret_cast<std::int32_t *>(work.scratch);
-    constexpr int room =
-        kScratch<Scene::D> * static_cast<int>(sizeof(double) / sizeof(std::int32_t));
-    enum { Pairs, WithoutRoom, Count };
-    const auto found =
-        block.template sum_integers<Count>(num_grains, [&](Item p, std::int64_t *term) {
-          int count = 0;
-          std::int32_t *next = side_by_side + p;
-          for_each_owned(p, [&](int q) {
-            if (count < room) *next = q;
-            next += num_grains;
-            ++count;
-          });
-          begin_ownership(block, work, p, count);
-          term[Pairs] += count;
-          term[WithoutRoom] += count > room ? 1 : 0;
-        });
-    const int num_pairs = static_cast<int>(found[Pairs]);
-    if (num_pairs > work.pair_capacity) return ListSizes{num_pairs, 0};
-    PairRows rows{side_by_side, nullptr, num_grains};
-    if (found[WithoutRoom] > 0) {
-      block.for_each(num_grains, [&](Item p) { work.row_start[p] = work.count[p].in_row(); });
-      block.exclusive_scan(work.row_start, num_grains);
-      rows = PairRows{work.row_partner, work.row_start, 1};
-      block.for_each(num_grains, [&](Item p) {
-        std::int32_t *next = work.row_partner + work.row_start[p];
-        for_each_owned(p, [&](int q) { *next++ = q; });
-      });
-    }
-
+    const NearGrains<Block, Scene> near{motion,
+                                        radius,
+                                        work,
+                                        num_grains,
+                                        fraction_to_length<typename Scene::Numbers>(cell),
+                                        grid,
+                                        static_cast<Wide>(reach + skin),
+                                        grid.has_sides()};
+    const FoundPairs found = find_pairs(block, near);
+    if (found.num_pairs > work.pair_capacity) return ListSizes{found.num_pairs, 0};
     int num_extra = 0;
-    if (!balance_ownership(block, work, rows, num_grains, 64)) {
+    if (!balance_ownership(block, work, found.rows, num_grains, 64)) {
       block.for_each(num_grains, [&](Item p) {
         const int owned = work.count[p].owned();
         work.excess_start[p] = owned > Scene::owned_pairs ? owned - Scene::owned_pairs : 0;
       });
       num_extra = block.exclusive_scan(work.excess_start, num_grains);
     }
-    const ListSizes sizes{num_pairs, num_extra};
-    const auto settle = [&](Item p) {
-      const int i = work.cell_grain[p];
-      const int received = work.count[p].received(), owned = work.count[p].owned();
-      const PairRow row = rows.of(p);
-      const auto place_of_partner = [&](int m) {
-        return m < received ? work.received[m * num_grains + p] : row[m - received];
-      };
-      // all are on their way before the first one is looked at: here, and with each of what follows
-      int partner[Scene::owned_pairs], rank[Scene::owned_pairs];
-      for (int k = 0; k < Scene::owned_pairs; ++k) partner[k] = k < owned ? place_of_partner(k) : p;
-      for (int k = 0; k < Scene::owned_pairs; ++k) {
-        rank[k] = k < owned ? ahead(p, partner[k], num_grains) : 0x7fffffff;
-        partner[k] = k < owned ? work.cell_grain[partner[k]] : i;
-      }
-      int touching = 0;
-      // without these braces NVRTC 13.0 forgets the next declaration
-      if constexpr (Scene::D == 3) {
-        const Point here = motion[i].position;
-        for (int k = 0; k < Scene::owned_pairs; ++k) {
-          const int j = partner[k];
-          const bool touches =
-              k < owned && gap_squared(branch_between(here, j), radius[i] + radius[j]) > Wide(0);
-          touching += touches ? 1 : 0;
-          rank[k] += k < owned && !touches ? num_grains : 0;
-        }
-      }
-      // ascending in how far ahead they are in the grid, free slots last: neighbouring threads then read neighbouring grains. In space those
-      // that touch first, so that many threads have nothing to do in the last slots (ListRenewal::order_grains)
-      for (int k = 1; k < Scene::owned_pairs; ++k)
-        for (int m = k; m > 0; --m) {
-          const bool swaps = rank[m] < rank[m - 1];
-          const int first_rank = rank[m - 1], first = partner[m - 1];
-          rank[m - 1] = swaps ? rank[m] : first_rank;
-          partner[m - 1] = swaps ? partner[m] : first;
-          rank[m] = swaps ? first_rank : rank[m];
-          partner[m] = swaps ? first : partner[m];
-        }
-      OldSlot slots[Scene::owned_pairs];
-      for (int k = 0; k < Scene::owned_pairs; ++k)
-        slots[k] = old_slot(old, num_grains, i, partner[k]);
-      for (int k = 0; k < Scene::owned_pairs; ++k) {
-        const int j = partner[k];
-        fresh.partner[k * num_grains + i] = j;
-        fresh.history[k * num_grains + i] =
-            j == i ? typename Scene::History() : old_history(old, slots[k], num_old_extra, i, j);
-      }
-      for (int m = Scene::owned_pairs; m < owned; ++m) {
-        const int j = work.cell_grain[place_of_partner(m)],
-                  extra = work.excess_start[p] + m - Scene::owned_pairs;
-        fresh.extra_first[extra] = i;
-        fresh.extra_second[extra] = j;
-        fresh.extra_history[extra] =
-            old_history(old, old_slot(old, num_grains, i, j), num_old_extra, i, j);
-      }
-      if constexpr (Scene::D == 2)
-        work.load[p] = owned < Scene::owned_pairs ? owned : Scene::owned_pairs;
-      else
-        work.load[i] = touching;
-    };
-    block.for_each(num_grains, settle, [&] { aside(sizes); });
+    const ListSizes sizes{found.num_pairs, num_extra};
+    block.for_each(
+        num_grains, [&](Item p) { write_pairs(near, found.rows, p, old, num_old_extra); },
+        [&] { aside(sizes); });
     return sizes;
   }
 

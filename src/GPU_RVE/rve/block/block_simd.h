@@ -11,60 +11,56 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A BlockSerial that hands grains in packs to the phases that take packs, and what remains one by one.
+  /// A BlockSerial that calls phases that take packs with packs of grains, and with single grains for
+  /// the rest.
   template <int Lanes> class BlockSimd : public BlockSerial {
    public:
     using Pack = PackItem<Lanes>;
 
+    using BlockSerial::for_items;
     template <class F> RVE_INLINE void for_items(int n, F f)
     {
-      int i = 0;
-      if constexpr (std::is_invocable_v<F, Pack>)
-        for (; i + Lanes <= n; i += Lanes) f(Pack{i});
-      for (; i < n; ++i) f(i);
-    }
-
-    template <class F, class G> RVE_INLINE void for_items(int n, F f, int m, G g)
-    {
-      for_items(n, f);
-      for (int k = 0; k < m; ++k) g(k);
+      visit<std::is_invocable_v<F, Pack>>(n, f, f);
     }
 
     template <class F> RVE_INLINE void own_items(int n, F f) { for_items(n, f); }
 
-    template <class F> RVE_INLINE void for_places(int n, F f) { for_items(n, f); }
-    template <class F> RVE_INLINE bool any_place(int n, F f) { return any_item(n, f); }
+    template <class F> RVE_INLINE bool any_item(int n, F f)
+    {
+      bool result = false;
+      const auto add = [&](const auto i) RVE_INLINE_LAMBDA { result = f(i) | result; };
+      visit<std::is_invocable_v<F, Pack>>(n, add, add);
+      return result;
+    }
 
     /// A pack adds to the sums themselves.
     template <int M, class Term, class F>
-    RVE_INLINE void survey_items(int n, F f, Survey<M> &survey)
+    RVE_INLINE void reduce_items(int n, F f, Reduction<M> &reduction)
     {
-      survey = Survey<M>{};
-      int i = 0;
-      if constexpr (std::is_invocable_v<F, Pack, std::int64_t *, float &>)
-        for (; i + Lanes <= n; i += Lanes) f(Pack{i}, survey.sum, survey.largest);
-      for (; i < n; ++i) add_to_survey<M, Term>(i, f, survey);
+      reduction = Reduction<M>{};
+      visit<std::is_invocable_v<F, Pack, std::int64_t *, float &>>(
+          n, [&](const auto i) RVE_INLINE_LAMBDA { f(i, reduction.sum, reduction.largest); },
+          [&](int i) RVE_INLINE_LAMBDA { add_to_reduction<M, Term>(i, f, reduction); });
     }
 
     template <int M, class Term, class F, class Then>
     RVE_INLINE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {
       for (int m = 0; m < M; ++m) sum[m] = 0;
-      int i = 0;
-      if constexpr (std::is_invocable_v<F, Pack, std::int64_t *>)
-        for (; i + Lanes <= n; i += Lanes) f(Pack{i}, sum);
-      for (; i < n; ++i) add_terms<M, Term>(i, f, sum);
+      visit<std::is_invocable_v<F, Pack, std::int64_t *>>(
+          n, [&](const auto i) RVE_INLINE_LAMBDA { f(i, sum); },
+          [&](int i) RVE_INLINE_LAMBDA { add_terms<M, Term>(i, f, sum); });
       then();
     }
 
-    template <class F> RVE_INLINE bool any_item(int n, F f)
+   private:
+    template <bool in_packs, class InPacks, class OneByOne>
+    static RVE_INLINE void visit(int n, const InPacks &of_pack, const OneByOne &of_one)
     {
-      bool result = false;
       int i = 0;
-      if constexpr (std::is_invocable_v<F, Pack>)
-        for (; i + Lanes <= n; i += Lanes) result = f(Pack{i}) | result;
-      for (; i < n; ++i) result = f(i) | result;
-      return result;
+      if constexpr (in_packs)
+        for (; i + Lanes <= n; i += Lanes) of_pack(Pack{i});
+      for (; i < n; ++i) of_one(i);
     }
   };
 

@@ -35,8 +35,8 @@ inline namespace RVE_ISA {
     RVE_INLINE std::int64_t operator[](int m) const { return value[m]; }
   };
 
-  /// What Block::survey_items finds.
-  template <int M> struct Survey {
+  /// Result of Block::reduce_items.
+  template <int M> struct Reduction {
     std::int64_t sum[M];
     float largest;
   };

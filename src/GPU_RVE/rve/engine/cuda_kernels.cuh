@@ -211,7 +211,8 @@ inline namespace RVE_ISA {
     __shared__ int place;                // of the entry, in the call
     __shared__ int grains_in_views;      // what the views of the block are made for
     using Block = BlockCuda<shape.items, shape.threads, Capacity>;
-    static_assert(shape.lean == kHoldsUniforms<Block, Scene>, "without details, or with them");
+    static_assert(shape.lean == KernelTraits<Block, Scene>::uniform_constants,
+                  "without details, or with them");
     using Begin = CallBegin<Block, Scene>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block;

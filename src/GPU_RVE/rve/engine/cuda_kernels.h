@@ -71,7 +71,7 @@ constexpr int kLargeBlock = 1024;
 /// have registers for.
 struct BlockShape {
   int items, threads, sharers;
-  /// Without what looks at details: the kernel is small, which BlockCuda::uniform wants. A call with details takes another residency.
+  /// Without what looks at details: the kernel is small, which CudaHints::uniform wants. A call with details takes another residency.
   bool lean = false;
   /// That have room on chip, where they are fewer than those of all threads.
   int most_grains = 0;
@@ -89,7 +89,7 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
 ///
 /// Spheres: two grains of a thread. In `fast` two RVEs of a multiprocessor hide what one waits for. In `mixed` and in programs with books a thread
 /// has twice the registers: what would be spilled costs more than that fewer threads wait for each other. In `double` histories would not fit
-/// even there: they pass by (kHistoryPasses), and all of a grain does in programs with books (InMemory). Measured on an H200 with 1000 spheres.
+/// even there: they pass by (streams_history), and all of a grain does in programs with books (InMemory). Measured on an H200 with 1000 spheres.
 template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residency)
 {
   const bool wide = sizeof(typename Scene::Wide) > 4, all_wide = sizeof(typename Scene::Real) > 4;

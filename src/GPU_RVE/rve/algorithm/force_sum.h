@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// What gathers while the pairs of a grain are computed. Each component of a force is rounded once to an
+// integer and added with opposite signs to the two grains, so that the sum has no order and momentum is
+// conserved to the last bit.
+
+#pragma once
+
+#include "rve/algorithm/kernel_traits.h"
+#include "rve/core/fixed_point.h"
+#include "rve/core/integer_sums.h"
+#include "rve/physics/laws/law.h"
+#include "rve/physics/stress.h"
+
+#include <cstdint>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  template <class Scene> struct GrainSum {
+    Vec<typename Scene::Sum, Scene::freedoms> own;    ///< force and torque on the owner
+    /// Replaces the torque of `own` until round_torque, with kRelaxedSpheres.
+    Vec<typename Scene::Real, Scene::spins> torque;
+    typename Scene::Real largest_force;                    ///< that counts for the unit of forces
+    Vec<typename Scene::Sum, Scene::components> stress;    ///< Love terms, if wanted
+    /// Replaces `stress` until round_love, with kRelaxedSpheres.
+    Vec<typename Scene::Real, Scene::components> love;
+    std::int32_t contacts,
+        over_limit;             ///< contacts, and those beyond the overlap limit, if wanted
+    Dissipation dissipation;    ///< in programs with all bookkeeping
+  };
+
+  /// Returns an empty sum, after contact forces up to a largest one.
+  template <class Scene> RVE_INLINE GrainSum<Scene> begin_sum(typename Scene::Real largest_force)
+  {
+    GrainSum<Scene> sum = {};
+    sum.largest_force = largest_force;
+    return sum;
+  }
+
+  /// Adds the force and the torque of a pair to the sum of grain i, and returns those on grain j.
+  template <class Scene, class Force>
+  RVE_INLINE Vec<typename Scene::Sum, Scene::freedoms>
+  add_force_and_torque(const Truth<typename Scene::Real> &acting, const Force &force,
+                       GrainSum<Scene> &sum)
+  {
+    using Sum = typename Scene::Sum;
+    constexpr int D = Scene::D;
+    Vec<Sum, Scene::freedoms> on_j;
+    Vec<Sum, Scene::spins> torque_i;
+    for (int a = 0; a < D; ++a) round_to(where(acting, -force.force[a]), on_j[a]);
+    for (int k = 0; k < Scene::spins; ++k) {
+      on_j[D + k] = torque_i[k] = Sum(0);
+      if constexpr (Scene::has_friction) {
+        round_to(where(acting, spin_component(force.torque_j, k)), on_j[D + k]);
+        const auto mine = where(acting, spin_component(force.torque_i, k));
+        if constexpr (kRelaxedSpheres<D>)
+          sum.torque[k] = sum.torque[k] + mine;
+        else
+          round_to(mine, torque_i[k]);
+      }
+    }
+    for (int a = 0; a < D; ++a) sum.own[a] = wrapping_difference(sum.own[a], on_j[a]);
+    if constexpr (!kRelaxedSpheres<D>)
+      for (int k = 0; k < Scene::spins; ++k)
+        sum.own[D + k] = wrapping_sum(sum.own[D + k], torque_i[k]);
+    return on_j;
+  }
+
+  /// Adds the Love terms of one contact, in the unit of forces: a branch is no longer than one internal
+  /// length.
+  template <class Scene>
+  RVE_INLINE void add_love_term(const Truth<typename Scene::Real> &acting,
+                                const Vec<typename Scene::Real, Scene::D> &force,
+                                const Vec<typename Scene::Real, Scene::D> &branch,
+                                GrainSum<Scene> &sum)
+  {
+    const auto stress = love_term(force, branch);
+    for (int k = 0; k < Scene::components; ++k) {
+      const auto mine = where(acting, stress.component[k]);
+      if constexpr (kRelaxedSpheres<Scene::D>) {
+        sum.love[k] = sum.love[k] + mine;
+      } else {
+        typename Scene::Sum units;
+        round_to(mine, units);
+        sum.stress[k] = wrapping_sum(sum.stress[k], units);
+      }
+    }
+  }
+
+  template <class Scene> RVE_INLINE void round_torque(GrainSum<Scene> &sum)
+  {
+    if constexpr (kRelaxedSpheres<Scene::D>)
+      for (int k = 0; k < Scene::spins; ++k) round_to(sum.torque[k], sum.own[Scene::D + k]);
+  }
+
+  template <class Scene> RVE_INLINE void round_love(GrainSum<Scene> &sum)
+  {
+    if constexpr (kRelaxedSpheres<Scene::D>)
+      for (int k = 0; k < Scene::components; ++k) round_to(sum.love[k], sum.stress[k]);
+  }
+
+}    // namespace RVE_ISA
+}    // namespace rve

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Moves elements of arrays to other indices, by way of other memory.
+
+#pragma once
+
+#include "rve/core/config.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// array[index_of(item)] = array[item] for n items and all arrays at once, in two phases. `memory` holds
+  /// all arrays one after the other, those with the strictest alignment first.
+  template <class Block, class IndexOf, class... T>
+  RVE_INLINE void reorder(Block &block, int n, IndexOf index_of, void *memory, T *...array)
+  {
+    block.for_each(n, [&](int i) {
+      char *moved = static_cast<char *>(memory);
+      ((reinterpret_cast<T *>(moved)[index_of(i)] = array[i], moved += sizeof(T) * n), ...);
+    });
+    block.for_each(n, [&](int i) {
+      const char *moved = static_cast<const char *>(memory);
+      ((array[i] = reinterpret_cast<const T *>(moved)[i], moved += sizeof(T) * n), ...);
+    });
+  }
+
+}    // namespace RVE_ISA
+}    // namespace rve

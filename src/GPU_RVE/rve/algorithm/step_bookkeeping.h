@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Energy and stress bookkeeping of steps: the servo, the work of the mean field and the losses of grains.
+
+#pragma once
+
+#include "rve/algorithm/call_progress.h"
+#include "rve/algorithm/grain_motion.h"
+#include "rve/algorithm/step_planning.h"
+#include "rve/algorithm/stored_grain.h"
+#include "rve/algorithm/stress_servo.h"
+#include "rve/physics/grain_shape.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  /// Returns the work of Cundall's damping on one velocity component in one step [force length].
+  RVE_INLINE double damping_loss(double mass, double before, double after, double increment)
+  {
+    return -mass * ((after - before) - increment) * 0.5 * (before + after);
+  }
+
+  /// What is done in a call with a servo, with a ledger of energies, or with both.
+  template <class Block, class Scene> struct StepBookkeeping {
+    using Item = typename Block::Item;
+    using Real = typename Scene::Real;
+    using Planning = StepPlanning<Block, Scene>;
+    using Stored = StoredGrains<Block, Scene>;
+
+    Block &block;
+    CallState<Scene> &call;
+    bool tracks_energy, has_servo;
+
+    RVE_INLINE StepBookkeeping(Block &block_in, CallState<Scene> &call_in) :
+        block(block_in), call(call_in), tracks_energy(Scene::books && call.keeps_ledger()),
+        has_servo(Scene::steers && call.has_servo())
+    {
+    }
+    RVE_INLINE bool is_wanted() const { return has_servo || tracks_energy; }
+
+    /// Plans step k, whose cell is known, and adds the first half of its work.
+    RVE_INLINE void begin_step(int k) const
+    {
+      if (has_servo) {
+        Planning::plan_servo_step(block, call, k, [&] {
+          if (tracks_energy) add_half_of_work(gradient_before(call.plan[0]));
+        });
+        return;
+      }
+      if (k > call.plan_last) Planning::make_plan(block, call, k);
+      block.once([&] { add_half_of_work(gradient_before(call.planned(k))); });
+    }
+
+    /// After the forces of step k. By one thread.
+    RVE_INLINE void end_step(int k) const
+    {
+      if (tracks_energy) add_half_of_work(call.planned(k).gradient.template as<double>());
+      if (has_servo) steer();
+    }
+
+    /// Prepares forces of the configuration before the first step. The work of the first half of a step
+    /// depends on the stress before it. They leave their Love sums in call.totals, and everything else has
+    /// to be as it was.
+    RVE_INLINE void begin_step_zero() const
+    {
+      Stored::copy_history(block, call, call.pairs, call.work.fresh);
+      block.once([&] {
+        call.plan[0] = PlanOf<Scene>();
+        call.plan[0].to_length =
+            fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
+        call.plan_first = call.plan_last = 0;    // the steps are planned again
+        call.list_inverse = inverse(call.list_cell);
+        call.law.dt = Real(0);
+      });
+    }
+
+    RVE_INLINE void end_step_zero(const SharedView<Scene> &shared) const
+    {
+      Stored::copy_history(block, call, call.work.fresh, call.pairs);
+      block.for_each(call.num_grains, [&](Item i) {
+        clear_sums<Block>(shared, i);
+        shared.largest_force[i] = Real(0);
+        call.work.damping[i] = call.work.friction[i] = call.work.viscous[i] = 0.0;
+      });
+      block.once([&] { call.law.dt = static_cast<Real>(call.drive.dt); });
+    }
+
+    /// The cell of the next step of a servo. By one thread.
+    RVE_INLINE void grow_cell() const
+    {
+      const Tensor<double, Scene::D> prescribed =
+          load_tensor<Scene::D>(call.steering.velocity_gradient);
+      if (call.steering.modes)
+        call.servo_gradient = gradient_of_modes(*call.steering.modes, prescribed,
+                                                [&](const SteeredMode<Scene::D> &mode) {
+                                                  return amplitude_in(mode, call.servo_gradient);
+                                                });
+      else
+        for (int c = 0; c < Scene::components; ++c)
+          call.servo_gradient.component[c] = call.steering.controlled[c]
+              ? call.servo_gradient.component[c]
+              : prescribed.component[c];
+      const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
+      // exp to third order
+      const Tensor<double, Scene::D> growth =
+          Tensor<double, Scene::D>::identity() + small + 0.5 * (small * small);
+      call.cell = growth * call.cell;
+      call.deformation = growth * call.deformation;
+    }
+
+    /// Adds the work of local damping in the kick of grain i.
+    static RVE_INLINE void
+    add_damping_loss(CallState<Scene> &call, Item i, const ViewOf<Scene> &before,
+                     const ViewOf<Scene> &after,
+                     const Kick<typename Scene::Numbers, Scene::D> &increment)
+    {
+      const double length = call.units.length;
+      const double r = static_cast<double>(before.radius) * length, mass = call.mass_of(r);
+      const Vec<Real, Scene::D> &slow = before.motion.velocity, &fast = after.motion.velocity;
+      double lost = damping_loss(mass, slow[0], fast[0], increment.velocity[0]);
+      for (int a = 1; a < Scene::D; ++a)
+        lost += damping_loss(mass, slow[a], fast[a], increment.velocity[a]);
+      lost = length * length * lost;
+      const double inertia = GrainShape<Scene::D>::inertia * mass * r * r;
+      for (int k = 0; k < Scene::spins; ++k)
+        lost += damping_loss(inertia, spin_component(before.spin, k), spin_component(after.spin, k),
+                             spin_component(increment.spin, k));
+      call.work.damping[call.number_of(i)] += lost;
+    }
+
+    /// What the grains have lost in this call, after its last kick.
+    RVE_INLINE EnergyLoss losses() const
+    {
+      EnergyLoss lost;
+      if (!tracks_energy) return lost;
+      const double energy = call.units.force * call.units.length;
+      lost.damping = block.sum_array(call.num_grains, call.work.damping);
+      lost.friction = energy * block.sum_array(call.num_grains, call.work.friction);
+      lost.viscous = energy * block.sum_array(call.num_grains, call.work.viscous);
+      return lost;
+    }
+
+   private:
+    /// Velocity gradient of a planned step over the cell before the step, L (I - dt L)^-1. The plan has L,
+    /// over the cell after the step; a servo in the plane has one for both [1/time].
+    RVE_INLINE Tensor<double, Scene::D> gradient_before(const PlanOf<Scene> &plan) const
+    {
+      const auto after = plan.gradient.template as<double>();
+      if (Scene::D == 2 && has_servo) return after;
+      return after *
+          inverse(Tensor<double, Scene::D>::identity() - static_cast<double>(call.law.dt) * after);
+    }
+
+    /// Adds half of the work of the mean field in a step: that of the last forces, on branches that
+    /// grow by `gradient`. Half of a step is done by the forces before it and half by those after
+    /// it, each on its own branches; a rigid rotation then does no work. By one thread.
+    RVE_INLINE void add_half_of_work(const Tensor<double, Scene::D> &gradient) const
+    {
+      double power = 0.0;
+      for (int c = 0; c < Scene::components; ++c)
+        power += static_cast<double>(call.totals.sum[c]) * gradient.component[c];
+      call.supplied +=
+          0.5 * (call.units.force * call.units.length) * power * static_cast<double>(call.law.dt);
+    }
+
+    /// By one thread.
+    RVE_INLINE void steer() const
+    {
+      const SteeringRecord<Scene::D> &steering = call.steering;
+      const auto stress = [&](int c) { return stress_component(call, call.end_per_volume, c); };
+      if (steering.modes) {
+        call.servo_gradient = gradient_of_modes(
+            *steering.modes, load_tensor<Scene::D>(steering.velocity_gradient),
+            [&](const SteeredMode<Scene::D> &mode) {
+              double now = 0.0;
+              for (int c = 0; c < Scene::components; ++c) now += mode.stress[c] * stress(c);
+              return steer_rate(amplitude_in(mode, call.servo_gradient), now, mode.goal, mode.gain,
+                                call.drive.dt, mode.max_rate);
+            });
+        return;
+      }
+      // without a branch: no component waits for another one
+      Tensor<double, Scene::D> gradient = call.servo_gradient;
+      for (int c = 0; c < Scene::components; ++c) {
+        // both components of a shear
+        const int row = c / Scene::D, column = c % Scene::D;
+        const double now = row == column ? stress(c)
+                                         : 0.5 * (stress(c) + stress(column * Scene::D + row));
+        const double rate = gradient.component[c],
+                     steered = steer_rate(rate, now, steering.stress_goal[c], steering.servo_gain,
+                                          call.drive.dt, steering.servo_max_rate);
+        gradient.component[c] = steering.controlled[c] ? steered : rate;
+      }
+      call.servo_gradient = gradient;
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Hints to the compiler of a GPU, by name. They change registers and instructions, never results. On a
+// CPU they do nothing; CudaHints (cuda_hints.cuh) has them for nvcc and NVRTC.
+
+#pragma once
+
+#include "rve/core/config.h"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  struct NoCompilerHints {
+    /// Values that were read from memory are read again; the compiler keeps none in a register.
+    static RVE_INLINE void reread() {}
+    /// Returns a number in memory; the compiler keeps no copy of it from an earlier read.
+    template <class T> static RVE_INLINE T read_again(const T &x) { return x; }
+    /// Returns x; what follows from it is computed again and not kept in registers.
+    static RVE_INLINE int opaque(int x) { return x; }
+    /// Returns x, which is the same for all threads; a block with kHasUniforms keeps it once per warp.
+    template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
+    /// Returns a truth that several branches of a function return, in a form that ends in a predicate.
+    static RVE_INLINE bool predicate(bool x) { return x; }
+    /// Reads or writes an element of an array in the memory of an RVE; a GPU moves 16 bytes at a time
+    /// where elements have 16, 32, ... bytes.
+    template <class T> static RVE_INLINE T read_whole(const T &element) { return element; }
+    template <class T> static RVE_INLINE void write_whole(T &element, const T &x) { element = x; }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve

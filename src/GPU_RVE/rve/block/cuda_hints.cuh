@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Hints to nvcc and NVRTC. NoCompilerHints (compiler_hints.h) says what they are for; the reasons are
+// those of CUDA 13.0.
+
+#pragma once
+
+#include "rve/block/cuda_threads.cuh"
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  struct CudaHints {
+    static RVE_DEVICE void reread() { asm volatile("" ::: "memory"); }
+
+    template <class T> static RVE_DEVICE T read_again(const T &x)
+    {
+      return *const_cast<const volatile T *>(&x);
+    }
+
+    static RVE_DEVICE int opaque(int x)
+    {
+      asm("" : "+r"(x));
+      return x;
+    }
+
+    /// The compiler leaves x in uniform registers, which products take as an operand, on three
+    /// conditions. It must see that the threads of the warp are together: __syncwarp() says so. The
+    /// kernel must be small with all that it calls: up to about 15,000 instructions. And nothing that it
+    /// calls may need more than about 160 registers. Else x takes ordinary registers, and what was there
+    /// is spilled: bench/uniform_registers.sh checks it.
+    template <class T> static RVE_DEVICE T uniform(const T &x)
+    {
+      constexpr int words = sizeof(T) / sizeof(unsigned);
+      static_assert(words * sizeof(unsigned) == sizeof(T), "whole words");
+      unsigned word[words];
+      memcpy(word, &x, sizeof(T));
+      __syncwarp();
+      RVE_UNROLL
+      for (int m = 0; m < words; ++m) { word[m] = __reduce_or_sync(warps::kAllLanes, word[m]); }
+      T same;
+      memcpy(&same, word, sizeof(T));
+      return same;
+    }
+
+    /// Numbers become a predicate; a truth of two branches becomes a number.
+    static RVE_DEVICE int predicate(bool x) { return x ? 1 : 0; }
+
+    template <class T> static RVE_DEVICE T read_whole(const T &element)
+    {
+      if constexpr (sizeof(T) % sizeof(Piece) != 0) {
+        return element;
+      } else {
+        T x;
+        const auto &pieces = reinterpret_cast<const PiecesOf<T> &>(element);
+        const PiecesOf<T> copy = pieces;
+        memcpy(&x, &copy, sizeof(T));
+        return x;
+      }
+    }
+    template <class T> static RVE_DEVICE void write_whole(T &element, const T &x)
+    {
+      if constexpr (sizeof(T) % sizeof(Piece) != 0) {
+        element = x;
+      } else {
+        PiecesOf<T> copy;
+        memcpy(&copy, &x, sizeof(T));
+        reinterpret_cast<PiecesOf<T> &>(element) = copy;
+      }
+    }
+
+    /// Returns a copy of x in other registers. A piece of 16 bytes needs four registers in a row, which
+    /// numbers that live through all steps should not need (6 % with two histories of Hertz' law). The
+    /// compiler does not see that the zero is one.
+    template <class T> static RVE_DEVICE T in_other_registers(const T &x)
+    {
+      if constexpr (sizeof(T) % sizeof(Piece) != 0) {
+        return x;
+      } else {
+        PiecesOf<T> copy;
+        memcpy(&copy, &x, sizeof(T));
+        const unsigned zero = blockDim.y - 1;
+        for (Piece &piece : copy.piece)
+          for (unsigned &word : piece.word) word ^= zero;
+        T y;
+        memcpy(&y, &copy, sizeof(T));
+        return y;
+      }
+    }
+
+    /// Returns threadIdx.x, read again: addresses of a thread's second item, kept from step to step,
+    /// would be spilled (1 to 3 % of the steps of spheres).
+    static RVE_DEVICE int thread_again()
+    {
+      int thread;
+      asm volatile("mov.u32 %0, %%tid.x;" : "=r"(thread));
+      return thread;
+    }
+
+   private:
+    /// What is read or written at a time. The arrays of an RVE begin at multiples of its size.
+    struct alignas(16) Piece {
+      unsigned word[4];
+    };
+    template <class T> struct PiecesOf {
+      Piece piece[sizeof(T) / sizeof(Piece)];
+    };
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Phases of a CUDA thread block: which thread has which item, and where the barriers are.
+
+#pragma once
+
+#include "rve/block/cuda_hints.cuh"
+#include "rve/block/cuda_threads.cuh"
+
+#include <type_traits>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  template <int ItemsPerThread> class CudaPhases {
+   public:
+    using Item = std::conditional_t<ItemsPerThread == 2, ItemOfThread, int>;
+
+    template <class F> RVE_DEVICE void for_each(int n, F f)
+    {
+      visit_all(n, f);
+      __syncthreads();
+    }
+
+    template <class F, class Aside> RVE_DEVICE void for_each(int n, F f, Aside aside)
+    {
+      visit_all(n, f);
+      do_aside(aside);
+      __syncthreads();
+    }
+
+    template <class F> RVE_DEVICE void for_items(int n, F f)
+    {
+      visit_items(n, f);
+      __syncthreads();
+    }
+
+    template <class F, class G> RVE_DEVICE void for_items(int n, F f, int m, G g)
+    {
+      visit_items(n, f);
+      visit_backwards(m, g);
+      __syncthreads();
+    }
+
+    template <class F, class G> RVE_DEVICE void for_items_in_turn(int n, F f, int m, G g)
+    {
+      visit_in_turn(n, f);
+      visit_backwards(m, g);
+      __syncthreads();
+    }
+
+    template <class F> RVE_DEVICE void own_items(int n, F f) { visit_items(n, f); }
+
+    template <class F> RVE_DEVICE void once(F f)
+    {
+      if (threadIdx.x == 0) f();
+      __syncthreads();
+    }
+
+    template <class F> RVE_DEVICE bool any(int n, F f)
+    {
+      bool mine = false;
+      visit_all(n, [&](Item i) { mine = f(i) | mine; });
+      return __syncthreads_or(mine) != 0;
+    }
+
+    template <class F, class Aside> RVE_DEVICE bool any(int n, F f, Aside aside)
+    {
+      do_aside(aside);
+      return any(n, f);
+    }
+
+    template <class F> RVE_DEVICE bool any_item(int n, F f)
+    {
+      bool mine = false;
+      visit_items(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
+      return __syncthreads_or(mine) != 0;
+    }
+
+    template <class F> RVE_DEVICE void for_places(int n, F f)
+    {
+      visit_places(n, f);
+      __syncthreads();
+    }
+
+    template <class F> RVE_DEVICE bool any_place(int n, F f)
+    {
+      int mine = 0;
+      visit_places(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
+      return __syncthreads_or(mine) != 0;
+    }
+
+    template <class F> static RVE_DEVICE void for_empty_places(int n, F f)
+    {
+      if constexpr (ItemsPerThread == 1) {
+        const int i = threadIdx.x;
+        if (i >= n) f(i);
+      }
+    }
+
+    /// With two items of a thread they are the share of the first. Places without an item have none.
+    template <class F> static RVE_DEVICE void share_out(Item i, int n, int count, F f)
+    {
+      if (slot_of(i) != 0) return;
+      if (ItemsPerThread == 1 && i >= n) return;
+      const int stride = ItemsPerThread == 2 ? min(n, static_cast<int>(blockDim.x)) : n;
+      for (int k = i; k < count; k += stride) f(k);
+    }
+
+   protected:
+    /// Where a thread has several items, every second round of threads goes backwards: spheres are
+    /// numbered by how much there is to do, and no warp waits for one that has most twice (16 to 20 % of
+    /// the steps of spheres in `fast`, on an H100). An item always has the same thread: some phases need
+    /// no barrier for that.
+    template <class F> static RVE_DEVICE void visit_all(int n, F f)
+    {
+      if constexpr (ItemsPerThread == 1) {
+        // without names for its index: they would be kept in registers
+        for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
+      } else {
+        const int threads = blockDim.x, me = threadIdx.x;
+        if constexpr (ItemsPerThread == 2) {
+          // a small kernel: CudaHints::uniform()
+          RVE_ROLLED
+          for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop) {
+            f(Item{i, 0});
+          }
+        } else {
+          for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop)
+            f(i);
+        }
+      }
+    }
+
+    /// f(item) for resident items: as many as a thread has, where they are in registers.
+    template <class F> static RVE_DEVICE void visit_items(int n, F f)
+    {
+      if constexpr (ItemsPerThread == 1) {
+        const int i = threadIdx.x;
+        if (i < n) f(i);
+      } else if constexpr (ItemsPerThread == 2) {
+        const int first = CudaHints::thread_again(), second = 2 * blockDim.x - 1 - first;
+        if (first < n) f(Item{first, 0});
+        if (second < n) f(Item{second, 1});
+      } else {
+        visit_all(n, f);
+      }
+    }
+
+    /// f(item) for resident items, all in the registers of the first one while it is their turn.
+    template <class F> static RVE_DEVICE void visit_in_turn(int n, F f)
+    {
+      if constexpr (ItemsPerThread == 2) {
+        const int first = threadIdx.x, second = 2 * blockDim.x - 1 - first;
+        RVE_ROLLED
+        for (int turn = 0; turn < 2; ++turn) {
+          const int i = turn == 0 ? first : second;
+          if (i < n) f(Item{i, 0});
+        }
+      } else {
+        visit_items(n, f);
+      }
+    }
+
+   private:
+    /// f(place) for the items that a thread has registers for. With two of them each is in a branch of
+    /// its own anyway.
+    template <class F> static RVE_DEVICE void visit_places(int n, F f)
+    {
+      if constexpr (ItemsPerThread == 1)
+        f(static_cast<int>(threadIdx.x));
+      else
+        visit_items(n, f);
+    }
+
+    /// g(0) ... g(m - 1), first by the threads that most often have no item.
+    template <class G> static RVE_DEVICE void visit_backwards(int m, G g)
+    {
+      for (int k = blockDim.x - 1 - threadIdx.x; k < m; k += blockDim.x) g(k);
+    }
+
+    /// By the thread that most often has no item.
+    template <class Aside> static RVE_DEVICE void do_aside(Aside aside)
+    {
+      if (threadIdx.x == blockDim.x - 1) aside();
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve

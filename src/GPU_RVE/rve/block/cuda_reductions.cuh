@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Sums and maxima over the items of a CUDA thread block.
+
+#pragma once
+
+#include "rve/block/cuda_phases.cuh"
+#include "rve/core/integer_sums.h"
+
+#include <cstdint>
+#include <type_traits>
+
+namespace rve {
+inline namespace RVE_ISA {
+
+  template <int ItemsPerThread, int MostThreads>
+  class CudaReductions : public CudaPhases<ItemsPerThread> {
+    using Phases = CudaPhases<ItemsPerThread>;
+    using Scratch = CudaScratch<MostThreads / 32>;
+
+   public:
+    using typename Phases::Item;
+
+    RVE_DEVICE double sum_array(int n, const double *a)
+    {
+      return reduce(n, a, [](double x, double y) { return x + y; });
+    }
+
+    RVE_DEVICE double max_array(int n, const double *a)
+    {
+      return reduce(n, a, [](double x, double y) { return y > x ? y : x; });
+    }
+
+    template <int M, class F> RVE_DEVICE IntegerSums<M> sum_integers(int n, F f)
+    {
+      std::int64_t term[M];
+      for (int m = 0; m < M; ++m) term[m] = 0;
+      Phases::visit_all(n, [&](Item i) { f(i, term); });
+      sum_in_warps<M>(term);
+      IntegerSums<M> sums;
+#pragma unroll
+      for (int m = 0; m < M; ++m) sums.value[m] = sum_over_warps(m);
+      __syncthreads();
+      return sums;
+    }
+
+    template <int M, class Term, class F>
+    RVE_DEVICE void reduce_items(int n, F f, Reduction<M> &reduction)
+    {
+      reduce_visited<M, Term>([&](auto g) { Phases::visit_items(n, g); }, f, [](Term *) {},
+                              reduction);
+    }
+    template <int M, class Term, class F, class Rest>
+    RVE_DEVICE void reduce_items_in_turn(int n, F f, Rest rest, Reduction<M> &reduction)
+    {
+      reduce_visited<M, Term>([&](auto g) { Phases::visit_in_turn(n, g); }, f, rest, reduction);
+    }
+
+    static RVE_DEVICE void begin_add_up()
+    {
+      for (int k = threadIdx.x; k < kTotals; k += blockDim.x) totals()[k] = 0;
+    }
+
+    /// Each warp adds its sums to the totals on chip, in limbs that add up without carries: no other
+    /// phase is needed until one thread has them.
+    template <int M, class Term, class F, class Then>
+    RVE_DEVICE void add_up_items(int n, F f, std::int64_t *sum, Then then)
+    {
+      using Own = std::conditional_t<ItemsPerThread == 1, Term, std::int64_t>;
+      Own own[M];
+      for (int m = 0; m < M; ++m) own[m] = 0;
+      Phases::visit_items(n, [&](Item i) RVE_INLINE_LAMBDA {
+        Term term[M];
+        for (int m = 0; m < M; ++m) term[m] = 0;
+        f(i, term);
+        for (int m = 0; m < M; ++m) own[m] += term[m];
+      });
+      // of a thread's one or two terms of 32 bits all limbs but the first have 17
+      using Limbed = std::conditional_t<(ItemsPerThread > 0), Term, std::int64_t>;
+      constexpr int limbs = kLimbs<Limbed>;
+      static_assert(M * limbs <= kTotals, "a total for each limb");
+      int of_warp[M * limbs];
+      RVE_UNROLL
+      for (int m = 0; m < M; ++m) { add_limbs_of_warp<Limbed>(own[m], of_warp + m * limbs); }
+      if (warps::lane() == 0) {
+        RVE_UNROLL
+        for (int m = 0; m < M * limbs; ++m) { atomicAdd(totals() + m, of_warp[m]); }
+      }
+      __syncthreads();
+      if (threadIdx.x == 0) {
+        sum_of_totals<M, Limbed>(sum);
+        CudaHints::reread();    // the sums: kept, they would be spilled
+        then();
+      }
+      __syncthreads();
+    }
+
+   private:
+    static RVE_DEVICE Scratch &scratch()
+    {
+      return cuda_scratch<MostThreads / 32>();
+    }
+
+    /// visit(g) calls g(item) for the items of a thread, which then adds the rest.
+    template <int M, class Term, class Visit, class F, class Rest>
+    RVE_DEVICE void reduce_visited(Visit visit, F f, Rest rest, Reduction<M> &reduction)
+    {
+      constexpr bool one_item = ItemsPerThread == 1;
+      using Sum = std::conditional_t<one_item, Term, std::int64_t>;
+      Sum sum[M];
+      float largest = 0.0f;
+      for (int m = 0; m < M; ++m) sum[m] = 0;
+      // to terms of 32 bits, of which several can be more
+      const auto add = [&](auto g) RVE_INLINE_LAMBDA {
+        if constexpr (one_item) {
+          g(sum);
+        } else {
+          Term term[M];
+          for (int m = 0; m < M; ++m) term[m] = 0;
+          g(term);
+          for (int m = 0; m < M; ++m) sum[m] += term[m];
+        }
+      };
+      visit([&](Item i) RVE_INLINE_LAMBDA {
+        add([&](Term *term) RVE_INLINE_LAMBDA { f(i, term, largest); });
+      });
+      add(rest);
+      // the bits are ordered as the numbers are, which are not negative
+      const int of_warp = __reduce_max_sync(warps::kAllLanes, __float_as_int(largest));
+      if (warps::lane() == 0) scratch().largest[warps::index()] = of_warp;
+      sum_in_warps<M>(sum);
+      for (int m = warps::index(); m <= M; m += warps::count()) {
+        if (m == M) {
+          int most = 0;
+          for (int w = warps::lane(); w < warps::count(); w += warps::lanes_here())
+            most = max(most, scratch().largest[w]);
+          most = __reduce_max_sync(warps::kAllLanes, most);
+          if (warps::lane() == 0) reduction.largest = __int_as_float(most);
+        } else {
+          const long long total = sum_over_warps(m);
+          if (warps::lane() == 0) reduction.sum[m] = total;
+        }
+      }
+      __syncthreads();
+    }
+
+    /// Sums over the threads of each warp, in scratch().sum.
+    template <int M, class Term> RVE_DEVICE void sum_in_warps(const Term *term)
+    {
+      static_assert(M <= 16, "CudaScratch::sum holds 16 numbers");
+#pragma unroll
+      for (int m = 0; m < M; ++m) {
+        const long long sum = warps::sum(term[m]);
+        if (warps::lane() == 0) scratch().sum[m][warps::index()] = sum;
+      }
+      __syncthreads();
+    }
+
+    /// Sum of what sum_in_warps has left, by the threads of one warp.
+    RVE_DEVICE long long sum_over_warps(int m)
+    {
+      std::int64_t mine = 0;
+      for (int w = warps::lane(); w < warps::count(); w += warps::lanes_here())
+        mine += scratch().sum[m][w];
+      return warps::sum(mine);
+    }
+
+    /// Limbs of a term of add_up_items: all but the last one have so few bits that those of 1024 threads
+    /// add up in 32.
+    template <class Limbed> static constexpr int kLimbs = sizeof(Limbed) > 4 ? 3 : 2;
+    template <class Limbed> static constexpr int kLimbBits = sizeof(Limbed) > 4 ? 22 : 16;
+    static constexpr int kTotals = 32;
+    static RVE_DEVICE int *totals()
+    {
+      __shared__ int memory[kTotals];
+      return memory;
+    }
+
+    template <class Limbed, class Own>
+    static RVE_DEVICE void add_limbs_of_warp(Own term, int *of_warp)
+    {
+      constexpr int last = kLimbs<Limbed> - 1, bits = kLimbBits<Limbed>;
+      RVE_UNROLL
+      for (int k = 0; k < last; ++k) {
+        const unsigned limb = static_cast<unsigned>(term >> (k * bits)) & ((1u << bits) - 1u);
+        of_warp[k] = static_cast<int>(__reduce_add_sync(warps::kAllLanes, limb));
+      }
+      of_warp[last] = __reduce_add_sync(warps::kAllLanes, static_cast<int>(term >> (last * bits)));
+    }
+
+    template <int M, class Limbed> static RVE_DEVICE void sum_of_totals(std::int64_t *sum)
+    {
+      constexpr int last = kLimbs<Limbed> - 1, bits = kLimbBits<Limbed>;
+      RVE_UNROLL
+      for (int m = 0; m < M; ++m) {
+        const int *const limb = totals() + m * kLimbs<Limbed>;
+        std::uint64_t total = static_cast<std::uint64_t>(static_cast<std::int64_t>(limb[last]))
+            << (last * bits);
+        for (int k = 0; k < last; ++k)
+          total += static_cast<std::uint64_t>(static_cast<unsigned>(limb[k])) << (k * bits);
+        sum[m] = static_cast<std::int64_t>(total);
+      }
+    }
+
+    /// Chunks of 32 items, each reduced in order, then the chunks in order, as BlockSerial does.
+    template <class Operation> RVE_DEVICE double reduce(int n, const double *a, Operation operation)
+    {
+      double total = 0.0;
+      const int num_chunks = (n + 31) / 32;
+      for (int base = 0; base < num_chunks; base += Scratch::kChunks) {
+        const int count = min(Scratch::kChunks, num_chunks - base);
+        for (int c = threadIdx.x; c < count; c += blockDim.x) {
+          double x = 0.0;
+          for (int i = (base + c) * 32; i < n && i < (base + c + 1) * 32; ++i)
+            x = operation(x, a[i]);
+          scratch().chunk[c] = x;
+        }
+        __syncthreads();
+        for (int c = 0; c < count; ++c) total = operation(total, scratch().chunk[c]);
+        __syncthreads();
+      }
+      return total;
+    }
+  };
+
+}    // namespace RVE_ISA
+}    // namespace rve
