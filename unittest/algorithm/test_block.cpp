@@ -310,9 +310,12 @@ struct VisitPlaces {
   {
     using Item = typename Block::Item;
     block.for_empty_places(count, [&](Item i) { visits[i] += 1; });
-    block.for_places(count, [&](Item i) { visits[i] += i < count ? 2 : 1; });
-    const bool last = block.any_place(count, [&](Item i) { return i == count - 1; });
-    const bool before_all = block.any_place(count, [&](Item i) { return i < 0; });
+    block.template for_items<rve::Visit::Places>(count,
+                                                 [&](Item i) { visits[i] += i < count ? 2 : 1; });
+    const bool last =
+        block.template any_item<rve::Visit::Places>(count, [&](Item i) { return i == count - 1; });
+    const bool before_all =
+        block.template any_item<rve::Visit::Places>(count, [&](Item i) { return i < 0; });
     block.once([&] {
       found[0] = last ? 1 : 0;
       found[1] = before_all ? 1 : 0;
@@ -343,7 +346,7 @@ struct CollectFromItems {
             term[1] += size[i] > 1e3f ? -i : 1;
             most = size[i] > most ? size[i] : most;
           },
-          *reduction);
+          [](std::int64_t *) {}, *reduction);
       const bool above = block.any_item(count, [&](Item i) { return size[i] > 1e3f; });
       const bool at_all = block.any_item(count, [&](Item i) { return size[i] > -1.0f; });
       const auto total = block.template sum_integers<2>(count, [&](Item i, std::int64_t *term) {

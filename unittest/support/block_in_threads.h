@@ -102,9 +102,11 @@ template <class Base> class InThreads : public Base {
   {
     share(n, f, 1, [&](int) { aside(); });
   }
-  template <class F> void for_items(int n, F f) { for_each(n, f); }
-  template <class F, class G> void for_items(int n, F f, int m, G g) { share(n, f, m, g); }
-  template <class F, class G> void for_items_in_turn(int n, F f, int m, G g) { share(n, f, m, g); }
+  template <rve::Visit = rve::Visit::Items, class F> void for_items(int n, F f) { for_each(n, f); }
+  template <rve::Visit = rve::Visit::Items, class F, class G> void for_items(int n, F f, int m, G g)
+  {
+    share(n, f, m, g);
+  }
   template <class F> void own_items(int n, F f) { for_each(n, f); }
 
   template <class F> bool any(int n, F f)
@@ -122,11 +124,8 @@ template <class Base> class InThreads : public Base {
     for (const bool one : of_thread) result = result || one;
     return result;
   }
-  template <class F> bool any_item(int n, F f) { return any(n, f); }
-
   // threads with two items have no places without one
-  template <class F> void for_places(int n, F f) { for_each(n, f); }
-  template <class F> bool any_place(int n, F f) { return any(n, f); }
+  template <rve::Visit = rve::Visit::Items, class F> bool any_item(int n, F f) { return any(n, f); }
   template <class F> static void for_empty_places(int, F) {}
 
   template <int M, class F> rve::IntegerSums<M> sum_integers(int n, F f)
@@ -138,7 +137,8 @@ template <class Base> class InThreads : public Base {
       for (int m = 0; m < M; ++m) sums.value[m] += of_one[m];
     return sums;
   }
-  template <int M, class Term, class F> void reduce_items(int n, F f, rve::Reduction<M> &reduction)
+  template <int M, class Term, rve::Visit = rve::Visit::Items, class F, class Rest>
+  void reduce_items(int n, F f, Rest rest, rve::Reduction<M> &reduction)
   {
     rve::Reduction<M> of_thread[Team::SIZE] = {};
     share(n, [&](int i, int t) { Base::template add_to_reduction<M, Term>(i, f, of_thread[t]); });
@@ -148,6 +148,7 @@ template <class Base> class InThreads : public Base {
         reduction.sum[m] = rve::wrapping_sum(reduction.sum[m], of_one.sum[m]);
       reduction.largest = of_one.largest > reduction.largest ? of_one.largest : reduction.largest;
     }
+    Base::template add_rest<M, Term>(rest, reduction);
   }
   template <int M, class Term, class F, class Then>
   void add_up_items(int n, F f, std::int64_t *sum, Then then)

@@ -47,8 +47,15 @@ class BlockInRegisters : public BlockSerial {
   };
 
   /// There are threads without a grain.
-  template <class F> void for_places(int, F f) { for_items(CAPACITY, f); }
-  template <class F> bool any_place(int, F f) { return any_item(CAPACITY, f); }
+  using BlockSerial::for_items;
+  template <Visit way = Visit::Items, class F> void for_items(int n, F f)
+  {
+    for_each(way == Visit::Places ? CAPACITY : n, f);
+  }
+  template <Visit way = Visit::Items, class F> bool any_item(int n, F f)
+  {
+    return any(way == Visit::Places ? CAPACITY : n, f);
+  }
   template <class F> static void for_empty_places(int n, F f)
   {
     for (int i = n; i < CAPACITY; ++i) f(i);
@@ -70,8 +77,8 @@ class BlockInRegisters : public BlockSerial {
 /// are no places without one.
 class BlockOfTwo : public BlockInRegisters {
  public:
-  template <class F> void for_places(int n, F f) { for_items(n, f); }
-  template <class F> bool any_place(int n, F f) { return any_item(n, f); }
+  using BlockSerial::any_item;
+  using BlockSerial::for_items;
   template <class F> static void for_empty_places(int, F) {}
   template <class F> static void share_out(int i, int n, int count, F f)
   {

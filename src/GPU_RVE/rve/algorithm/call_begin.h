@@ -74,7 +74,8 @@ inline namespace RVE_ISA {
                                      int pair_capacity)
     {
       call.shared = shared;
-      if constexpr (KernelTraits<Block, Scene>::spheres_in_registers) hide_grain(shared, num_grains);
+      if constexpr (KernelTraits<Block, Scene>::spheres_in_registers)
+        hide_grain(shared, num_grains);
       call.work = carve_workspace<Scene>(workspace, num_grains, pair_capacity);
       call.pairs = PairView<Scene>{shared.partner, shared.history, call.work.extra_first,
                                    call.work.extra_second, call.work.extra_history};

@@ -89,10 +89,8 @@ inline namespace RVE_ISA {
           grains.keep_largest(i, sum.largest_force);
         });
       };
-      if constexpr (Traits::disks_in_registers)
-        block.for_places(num_grains, visit);
-      else
-        block.for_items(num_grains, visit);
+      constexpr Visit way = Traits::disks_in_registers ? Visit::Places : Visit::Items;
+      block.template for_items<way>(num_grains, visit);
     }
 
     /// Forces of a step, and Love sums in call.totals.sum; then() is called by one thread when they are
@@ -142,17 +140,14 @@ inline namespace RVE_ISA {
           largest = mine > largest ? mine : largest;
         }
       };
-      if constexpr (in_turn)
-        block.template reduce_items_in_turn<Sums::count, typename Scene::Sum>(
-            num_grains, visit,
-            [&](auto *term) RVE_INLINE_LAMBDA {
-              if constexpr (adds_up)
-                for (int k = 0; k < Scene::components; ++k) term[k] = of_thread[k];
-            },
-            call.totals);
-      else
-        block.template reduce_items<Sums::count, typename Scene::Sum>(num_grains, visit,
-                                                                      call.totals);
+      constexpr Visit way = in_turn ? Visit::InTurn : Visit::Items;
+      block.template reduce_items<Sums::count, typename Scene::Sum, way>(
+          num_grains, visit,
+          [&](auto *term) RVE_INLINE_LAMBDA {
+            if constexpr (adds_up)
+              for (int k = 0; k < Scene::components; ++k) term[k] = of_thread[k];
+          },
+          call.totals);
     }
 
     // ---- pairs of a grain -------------------------------------------------------------------------

@@ -154,7 +154,7 @@ inline namespace RVE_ISA {
       block.begin_add_up();
       StepGrains grains(block, shared, call.work, num_grains);
       load_with_forces(grains);
-      needs_renewal = move<false>(grains, call.planned(k), call.alpha, num_grains, k > 1);
+      needs_renewal = move<Visit::Items>(grains, call.planned(k), call.alpha, num_grains, k > 1);
       return k;
     }
 
@@ -235,7 +235,7 @@ inline namespace RVE_ISA {
           const PlanOf<Scene> &plan = call.plan[t];
           const auto held = hold_constants<Scene>(block, call.law, plan, n);
           if (!moved) {
-            if (move<false>(grains, plan, call.alpha, held.num_grains, kicks)) {
+            if (move<Visit::Items>(grains, plan, call.alpha, held.num_grains, kicks)) {
               t = ~t;    // a flag of its own would take a register through all steps
               break;
             }
@@ -264,12 +264,12 @@ inline namespace RVE_ISA {
       const Real alpha = call.alpha;
       const int num_extra = call.num_extra;
       const PlainConstants held{n};
-      if (!moved && move<true>(grains, *plan, alpha, n, kicks)) return ~t;
+      if (!moved && move<Visit::Places>(grains, *plan, alpha, n, kicks)) return ~t;
       for (int left = end - t; left > 0; --left) {
         contact_forces<Wanted::Forces>(block, grains, shared, call, law, *plan, num_extra, held)
             .sum_forces();
         ++plan;
-        if (move<true>(grains, *plan, alpha, n, true)) return ~(end - left + 1);
+        if (move<Visit::Places>(grains, *plan, alpha, n, true)) return ~(end - left + 1);
       }
       return end;
     }
@@ -301,8 +301,8 @@ inline namespace RVE_ISA {
     }
 
     /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety
-    /// of the list, or the step allows none to be in it. InPlaces: idle threads move as well.
-    template <bool InPlaces>
+    /// of the list, or the step allows none to be in it.
+    template <Visit way>
     RVE_INLINE bool move(StepGrains &grains, const PlanOf<Scene> &plan, Real alpha, int n,
                          bool kick_first)
     {
@@ -329,10 +329,7 @@ inline namespace RVE_ISA {
           return any(has_left_list(step, grain.motion, response));
         }
       };
-      if constexpr (InPlaces)
-        return block.any_place(n, move_item);
-      else
-        return block.any_item(n, move_item);
+      return block.template any_item<way>(n, move_item);
     }
 
     // ---- the end of a call ------------------------------------------------------------------------
@@ -538,10 +535,8 @@ inline namespace RVE_ISA {
             image.partner[k * num_grains + i] = grains.partner_in_slot(k, i);
         }
       };
-      if constexpr (Traits::uniform_constants)
-        block.for_items_in_turn(num_grains, store_item, num_parts, parts);
-      else
-        block.for_items(num_grains, store_item, num_parts, parts);
+      constexpr Visit way = Traits::uniform_constants ? Visit::InTurn : Visit::Items;
+      block.template for_items<way>(num_grains, store_item, num_parts, parts);
       const int num_extra = call.num_extra;
       if (num_extra > 0)
         block.for_each(num_extra, [&](Item m) {

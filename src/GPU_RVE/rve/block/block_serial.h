@@ -29,19 +29,16 @@
 // Resident items: arrays whose elements only their own items access. They may live in registers.
 //   resident(array)         an item's own numbers in array[item]
 //   for_items, any_item     as for_each and any, over the items of resident arrays only. If f takes
-//                           `const auto i` it may also get a PackItem, several items at a time (BlockSimd)
+//                           `const auto i` it may also get a PackItem, several items at a time (BlockSimd).
+//                           for_items<way>, any_item<way> and reduce_items<M, Term, way>: by a Visit
 //   for_items(n, f, m, g)   and g(0) ... g(m - 1) at the same time, by threads that most often have no item
-//   for_places(n, f), any_place(n, f)    as for_items and any_item, and f(place) also in threads of a GPU
-//                           that have registers for an item and none in them: no branch around f
-//   for_empty_places(n, f)  f(place) in those threads only; no barrier
+//   for_empty_places(n, f)  f(place) in threads that have registers for an item and none in them; no barrier
 //   own_items(n, f)         as for_items, but f(item) does not access data that other items access before
 //                           the next phase: no barrier
-//   reduce_items<M, Term>(n, f, reduction)    f(item, Term *term, float &largest) adds to the item's terms,
-//                           integers of 32 or 64 bits, and raises `largest`, which is not negative; leaves
-//                           the sums and the largest number where all threads can read them. A PackItem
-//                           gets integers of 64 bits
-//   for_items_in_turn, reduce_items_in_turn    as these, but a thread of a GPU takes its items one after
-//                           the other by the same code. After its last one rest(Term *term) adds to its terms
+//   reduce_items<M, Term>(n, f, rest, reduction)    f(item, Term *term, float &largest) adds to the item's
+//                           terms, integers of 32 or 64 bits, and raises `largest`, which is not negative;
+//                           rest(Term *term) adds to the terms of a thread; leaves the sums and the largest
+//                           number where all threads can read them. A PackItem gets integers of 64 bits
 //   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) adds to terms; leaves the sums in `sum`;
 //                           then() by one thread afterwards. begin_add_up() and a barrier come before it
 //
@@ -57,6 +54,7 @@
 
 #include "rve/block/compiler_hints.h"
 #include "rve/core/integer_sums.h"
+#include "rve/core/pack_item.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -88,33 +86,28 @@ inline namespace RVE_ISA {
       aside();
     }
 
-    template <class F> RVE_INLINE void for_items(int n, F f) { for_each(n, f); }
-    template <class F, class G> RVE_INLINE void for_items(int n, F f, int m, G g)
+    template <Visit = Visit::Items, class F> RVE_INLINE void for_items(int n, F f)
+    {
+      for_each(n, f);
+    }
+    template <Visit = Visit::Items, class F, class G>
+    RVE_INLINE void for_items(int n, F f, int m, G g)
     {
       for_each(n, f);
       for (int k = 0; k < m; ++k) g(k);
     }
-    template <class F, class G> RVE_INLINE void for_items_in_turn(int n, F f, int m, G g)
+    template <Visit = Visit::Items, class F> RVE_INLINE bool any_item(int n, F f)
     {
-      for_items(n, f, m, g);
+      return any(n, f);
     }
-    template <class F> RVE_INLINE bool any_item(int n, F f) { return any(n, f); }
-    template <class F> RVE_INLINE void for_places(int n, F f) { for_items(n, f); }
-    template <class F> RVE_INLINE bool any_place(int n, F f) { return any_item(n, f); }
     template <class F> static RVE_INLINE void for_empty_places(int, F) {}
     template <class F> RVE_INLINE void own_items(int n, F f) { for_each(n, f); }
-    template <int M, class Term, class F>
-    RVE_INLINE void reduce_items(int n, F f, Reduction<M> &reduction)
+    template <int M, class Term, Visit = Visit::Items, class F, class Rest>
+    RVE_INLINE void reduce_items(int n, F f, Rest rest, Reduction<M> &reduction)
     {
       reduction = Reduction<M>{};
       for (int i = 0; i < n; ++i) add_to_reduction<M, Term>(i, f, reduction);
-    }
-    template <int M, class Term, class F, class Rest>
-    RVE_INLINE void reduce_items_in_turn(int n, F f, Rest rest, Reduction<M> &reduction)
-    {
-      reduce_items<M, Term>(n, f, reduction);
-      const auto add_rest = [&](int, Term *term) RVE_INLINE_LAMBDA { rest(term); };
-      add_terms<M, Term>(n, add_rest, reduction.sum);
+      add_rest<M, Term>(rest, reduction);
     }
     static RVE_INLINE void begin_add_up() {}
     template <int M, class Term, class F, class Then>
@@ -255,6 +248,13 @@ inline namespace RVE_ISA {
       add_terms<M, Term>(
           i, [&](int item, Term *term) RVE_INLINE_LAMBDA { f(item, term, reduction.largest); },
           reduction.sum);
+    }
+
+    template <int M, class Term, class Rest>
+    static RVE_INLINE void add_rest(Rest &rest, Reduction<M> &reduction)
+    {
+      add_terms<M, Term>(
+          0, [&](int, Term *term) RVE_INLINE_LAMBDA { rest(term); }, reduction.sum);
     }
   };
 

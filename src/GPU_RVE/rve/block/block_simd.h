@@ -18,14 +18,14 @@ inline namespace RVE_ISA {
     using Pack = PackItem<Lanes>;
 
     using BlockSerial::for_items;
-    template <class F> RVE_INLINE void for_items(int n, F f)
+    template <Visit = Visit::Items, class F> RVE_INLINE void for_items(int n, F f)
     {
       visit<std::is_invocable_v<F, Pack>>(n, f, f);
     }
 
     template <class F> RVE_INLINE void own_items(int n, F f) { for_items(n, f); }
 
-    template <class F> RVE_INLINE bool any_item(int n, F f)
+    template <Visit = Visit::Items, class F> RVE_INLINE bool any_item(int n, F f)
     {
       bool result = false;
       const auto add = [&](const auto i) RVE_INLINE_LAMBDA { result = f(i) | result; };
@@ -34,13 +34,14 @@ inline namespace RVE_ISA {
     }
 
     /// A pack adds to the sums themselves.
-    template <int M, class Term, class F>
-    RVE_INLINE void reduce_items(int n, F f, Reduction<M> &reduction)
+    template <int M, class Term, Visit = Visit::Items, class F, class Rest>
+    RVE_INLINE void reduce_items(int n, F f, Rest rest, Reduction<M> &reduction)
     {
       reduction = Reduction<M>{};
       visit<std::is_invocable_v<F, Pack, std::int64_t *, float &>>(
           n, [&](const auto i) RVE_INLINE_LAMBDA { f(i, reduction.sum, reduction.largest); },
           [&](int i) RVE_INLINE_LAMBDA { add_to_reduction<M, Term>(i, f, reduction); });
+      add_rest<M, Term>(rest, reduction);
     }
 
     template <int M, class Term, class F, class Then>

@@ -5,6 +5,7 @@
 
 #include "rve/block/cuda_hints.cuh"
 #include "rve/block/cuda_threads.cuh"
+#include "rve/core/pack_item.h"
 
 #include <type_traits>
 
@@ -28,27 +29,22 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
-    template <class F> RVE_DEVICE void for_items(int n, F f)
+    template <Visit way = Visit::Items, class F> RVE_DEVICE void for_items(int n, F f)
     {
-      visit_items(n, f);
+      visit_items<way>(n, f);
       __syncthreads();
     }
 
-    template <class F, class G> RVE_DEVICE void for_items(int n, F f, int m, G g)
+    /// g first by the threads that most often have no item.
+    template <Visit way = Visit::Items, class F, class G>
+    RVE_DEVICE void for_items(int n, F f, int m, G g)
     {
-      visit_items(n, f);
-      visit_backwards(m, g);
+      visit_items<way>(n, f);
+      for (int k = blockDim.x - 1 - threadIdx.x; k < m; k += blockDim.x) g(k);
       __syncthreads();
     }
 
-    template <class F, class G> RVE_DEVICE void for_items_in_turn(int n, F f, int m, G g)
-    {
-      visit_in_turn(n, f);
-      visit_backwards(m, g);
-      __syncthreads();
-    }
-
-    template <class F> RVE_DEVICE void own_items(int n, F f) { visit_items(n, f); }
+    template <class F> RVE_DEVICE void own_items(int n, F f) { visit_items<Visit::Items>(n, f); }
 
     template <class F> RVE_DEVICE void once(F f)
     {
@@ -69,23 +65,11 @@ inline namespace RVE_ISA {
       return any(n, f);
     }
 
-    template <class F> RVE_DEVICE bool any_item(int n, F f)
+    template <Visit way = Visit::Items, class F> RVE_DEVICE bool any_item(int n, F f)
     {
-      bool mine = false;
-      visit_items(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
-      return __syncthreads_or(mine) != 0;
-    }
-
-    template <class F> RVE_DEVICE void for_places(int n, F f)
-    {
-      visit_places(n, f);
-      __syncthreads();
-    }
-
-    template <class F> RVE_DEVICE bool any_place(int n, F f)
-    {
-      int mine = 0;
-      visit_places(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
+      // a number where all threads take part, a truth in a branch
+      std::conditional_t<way == Visit::Places, int, bool> mine = 0;
+      visit_items<way>(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
       return __syncthreads_or(mine) != 0;
     }
 
@@ -131,12 +115,20 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// f(item) for resident items: as many as a thread has, where they are in registers.
-    template <class F> static RVE_DEVICE void visit_items(int n, F f)
+    /// f(item) for resident items: as many as a thread has, where they are in registers. With two items of
+    /// a thread each is in a branch anyway.
+    template <Visit way, class F> static RVE_DEVICE void visit_items(int n, F f)
     {
       if constexpr (ItemsPerThread == 1) {
         const int i = threadIdx.x;
-        if (i < n) f(i);
+        if (way == Visit::Places || i < n) f(i);
+      } else if constexpr (ItemsPerThread == 2 && way == Visit::InTurn) {
+        const int first = threadIdx.x, second = 2 * blockDim.x - 1 - first;
+        RVE_ROLLED
+        for (int turn = 0; turn < 2; ++turn) {
+          const int i = turn == 0 ? first : second;
+          if (i < n) f(Item{i, 0});
+        }
       } else if constexpr (ItemsPerThread == 2) {
         const int first = CudaHints::thread_again(), second = 2 * blockDim.x - 1 - first;
         if (first < n) f(Item{first, 0});
@@ -146,38 +138,7 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// f(item) for resident items, all in the registers of the first one while it is their turn.
-    template <class F> static RVE_DEVICE void visit_in_turn(int n, F f)
-    {
-      if constexpr (ItemsPerThread == 2) {
-        const int first = threadIdx.x, second = 2 * blockDim.x - 1 - first;
-        RVE_ROLLED
-        for (int turn = 0; turn < 2; ++turn) {
-          const int i = turn == 0 ? first : second;
-          if (i < n) f(Item{i, 0});
-        }
-      } else {
-        visit_items(n, f);
-      }
-    }
-
    private:
-    /// f(place) for the items that a thread has registers for. With two of them each is in a branch of
-    /// its own anyway.
-    template <class F> static RVE_DEVICE void visit_places(int n, F f)
-    {
-      if constexpr (ItemsPerThread == 1)
-        f(static_cast<int>(threadIdx.x));
-      else
-        visit_items(n, f);
-    }
-
-    /// g(0) ... g(m - 1), first by the threads that most often have no item.
-    template <class G> static RVE_DEVICE void visit_backwards(int m, G g)
-    {
-      for (int k = blockDim.x - 1 - threadIdx.x; k < m; k += blockDim.x) g(k);
-    }
-
     /// By the thread that most often has no item.
     template <class Aside> static RVE_DEVICE void do_aside(Aside aside)
     {

@@ -43,16 +43,46 @@ inline namespace RVE_ISA {
       return sums;
     }
 
-    template <int M, class Term, class F>
-    RVE_DEVICE void reduce_items(int n, F f, Reduction<M> &reduction)
+    template <int M, class Term, Visit way = Visit::Items, class F, class Rest>
+    RVE_DEVICE void reduce_items(int n, F f, Rest rest, Reduction<M> &reduction)
     {
-      reduce_visited<M, Term>([&](auto g) { Phases::visit_items(n, g); }, f, [](Term *) {},
-                              reduction);
-    }
-    template <int M, class Term, class F, class Rest>
-    RVE_DEVICE void reduce_items_in_turn(int n, F f, Rest rest, Reduction<M> &reduction)
-    {
-      reduce_visited<M, Term>([&](auto g) { Phases::visit_in_turn(n, g); }, f, rest, reduction);
+      constexpr bool one_item = ItemsPerThread == 1;
+      using Sum = std::conditional_t<one_item, Term, std::int64_t>;
+      Sum sum[M];
+      float largest = 0.0f;
+      for (int m = 0; m < M; ++m) sum[m] = 0;
+      // to terms of 32 bits, of which several can be more
+      const auto add = [&](auto g) RVE_INLINE_LAMBDA {
+        if constexpr (one_item) {
+          g(sum);
+        } else {
+          Term term[M];
+          for (int m = 0; m < M; ++m) term[m] = 0;
+          g(term);
+          for (int m = 0; m < M; ++m) sum[m] += term[m];
+        }
+      };
+      Phases::template visit_items<way>(n, [&](Item i) RVE_INLINE_LAMBDA {
+        add([&](Term *term) RVE_INLINE_LAMBDA { f(i, term, largest); });
+      });
+      add(rest);
+      // the bits are ordered as the numbers are, which are not negative
+      const int of_warp = __reduce_max_sync(warps::kAllLanes, __float_as_int(largest));
+      if (warps::lane() == 0) scratch().largest[warps::index()] = of_warp;
+      sum_in_warps<M>(sum);
+      for (int m = warps::index(); m <= M; m += warps::count()) {
+        if (m == M) {
+          int most = 0;
+          for (int w = warps::lane(); w < warps::count(); w += warps::lanes_here())
+            most = max(most, scratch().largest[w]);
+          most = __reduce_max_sync(warps::kAllLanes, most);
+          if (warps::lane() == 0) reduction.largest = __int_as_float(most);
+        } else {
+          const long long total = sum_over_warps(m);
+          if (warps::lane() == 0) reduction.sum[m] = total;
+        }
+      }
+      __syncthreads();
     }
 
     static RVE_DEVICE void begin_add_up()
@@ -68,7 +98,7 @@ inline namespace RVE_ISA {
       using Own = std::conditional_t<ItemsPerThread == 1, Term, std::int64_t>;
       Own own[M];
       for (int m = 0; m < M; ++m) own[m] = 0;
-      Phases::visit_items(n, [&](Item i) RVE_INLINE_LAMBDA {
+      Phases::template visit_items<Visit::Items>(n, [&](Item i) RVE_INLINE_LAMBDA {
         Term term[M];
         for (int m = 0; m < M; ++m) term[m] = 0;
         f(i, term);
@@ -98,49 +128,6 @@ inline namespace RVE_ISA {
     static RVE_DEVICE Scratch &scratch()
     {
       return cuda_scratch<MostThreads / 32>();
-    }
-
-    /// visit(g) calls g(item) for the items of a thread, which then adds the rest.
-    template <int M, class Term, class Visit, class F, class Rest>
-    RVE_DEVICE void reduce_visited(Visit visit, F f, Rest rest, Reduction<M> &reduction)
-    {
-      constexpr bool one_item = ItemsPerThread == 1;
-      using Sum = std::conditional_t<one_item, Term, std::int64_t>;
-      Sum sum[M];
-      float largest = 0.0f;
-      for (int m = 0; m < M; ++m) sum[m] = 0;
-      // to terms of 32 bits, of which several can be more
-      const auto add = [&](auto g) RVE_INLINE_LAMBDA {
-        if constexpr (one_item) {
-          g(sum);
-        } else {
-          Term term[M];
-          for (int m = 0; m < M; ++m) term[m] = 0;
-          g(term);
-          for (int m = 0; m < M; ++m) sum[m] += term[m];
-        }
-      };
-      visit([&](Item i) RVE_INLINE_LAMBDA {
-        add([&](Term *term) RVE_INLINE_LAMBDA { f(i, term, largest); });
-      });
-      add(rest);
-      // the bits are ordered as the numbers are, which are not negative
-      const int of_warp = __reduce_max_sync(warps::kAllLanes, __float_as_int(largest));
-      if (warps::lane() == 0) scratch().largest[warps::index()] = of_warp;
-      sum_in_warps<M>(sum);
-      for (int m = warps::index(); m <= M; m += warps::count()) {
-        if (m == M) {
-          int most = 0;
-          for (int w = warps::lane(); w < warps::count(); w += warps::lanes_here())
-            most = max(most, scratch().largest[w]);
-          most = __reduce_max_sync(warps::kAllLanes, most);
-          if (warps::lane() == 0) reduction.largest = __int_as_float(most);
-        } else {
-          const long long total = sum_over_warps(m);
-          if (warps::lane() == 0) reduction.sum[m] = total;
-        }
-      }
-      __syncthreads();
     }
 
     /// Sums over the threads of each warp, in scratch().sum.

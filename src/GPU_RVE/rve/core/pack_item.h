@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Several grains at a time as the item of a phase.
+// How the items of a phase are visited: one by one or several at a time, and in what way by a thread of a GPU.
 
 #pragma once
 
@@ -12,6 +12,13 @@ inline namespace RVE_ISA {
   template <int Lanes> struct PackItem {
     static constexpr int lanes = Lanes;
     int first;
+  };
+
+  /// How a thread of a GPU visits the items that it has registers for. On a CPU there is one way.
+  enum class Visit {
+    Items,    ///< one after the other, each in registers of its own
+    Places,    ///< also the registers without an item, with a number from n on: no branch around items
+    InTurn    ///< one after the other by the same code, in the registers of the first one
   };
 
   /// Whether an item of a phase is a pack, in a phase that takes both: `const auto i`.
