@@ -28,7 +28,7 @@ inline namespace RVE_ISA {
   template <int ItemsPerThread, int MostThreads = 1024, int Capacity = ItemsPerThread *MostThreads>
   class BlockCuda :
       public CudaReductions<ItemsPerThread, MostThreads>,
-      public CudaScans<ItemsPerThread, MostThreads>,
+      public CudaScans<MostThreads>,
       public CudaHints {
    public:
     using typename CudaPhases<ItemsPerThread>::Item;

@@ -102,14 +102,12 @@ inline namespace RVE_ISA {
         for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
       } else {
         const int threads = blockDim.x, me = threadIdx.x;
-        if constexpr (ItemsPerThread == 2) {
-          // a small kernel: CudaHints::uniform()
-          RVE_ROLLED
-          for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop) {
+        // a small kernel: CudaHints::uniform()
+        RVE_ROLLED
+        for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop) {
+          if constexpr (ItemsPerThread == 2)
             f(Item{i, 0});
-          }
-        } else {
-          for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop)
+          else
             f(i);
         }
       }

@@ -8,7 +8,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  template <int ItemsPerThread, int MostThreads> class CudaScans {
+  template <int MostThreads> class CudaScans {
    public:
     RVE_DEVICE int exclusive_scan(int *a, int n)
     {
@@ -69,13 +69,9 @@ inline namespace RVE_ISA {
 
     template <class F> static RVE_DEVICE void one_by_one(int first, int last, F f)
     {
-      if constexpr (ItemsPerThread == 2) {
-        // a small kernel: CudaHints::uniform()
-        RVE_ROLLED
-        for (int i = first; i < last; ++i) { f(i); }
-      } else {
-        for (int i = first; i < last; ++i) f(i);
-      }
+      // a small kernel: CudaHints::uniform()
+      RVE_ROLLED
+      for (int i = first; i < last; ++i) { f(i); }
     }
 
     /// visit(item, number[its class]), after which that number is one more for the next item of the
