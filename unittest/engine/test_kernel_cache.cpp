@@ -260,7 +260,7 @@ TEST(KernelCache, ThatIsSwitchedOffKeepsNothingAndDoesNotComplain)
 /// Each reads a whole kernel or none, whoever writes meanwhile, and nothing is left over.
 TEST_F(KernelCacheProcesses, NeverSeeHalfAFile)
 {
-  constexpr int rounds = 50;
+  constexpr int rounds = 10;    // each is written to the disk
   EXPECT_TRUE(end_well(8, [&] {
     KernelCache cache(folder);
     const DeviceCode sound = some_kernel();
