@@ -241,7 +241,7 @@ template <int D> void FixMpm::ImplOf<D>::find_models()
 template <int D> void FixMpm::ImplOf<D>::modify_models(int narg, char **arg)
 {
   bring_back();
-  this->change_models(modified_mpm_models(lmp, settings.models, narg, arg),
+  this->change_models(MpmModel<D>::modified(lmp, settings.models, narg, arg),
                       fmt::format("from step {} on", update->ntimestep));
 }
 
@@ -590,7 +590,7 @@ template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
   for (int k = 0; k < layout.num_laws(); k++)
     head.laws.emplace_back(layout.word(k), layout.names(k));
   for (const MpmModel<D> &model : settings.models)
-    if (model.is_modified) head.modifications.push_back(modification(model));
+    if (model.is_modified) head.modifications.push_back(model.modification());
   head.write(fp);
 }
 

@@ -53,7 +53,7 @@ void MpmScene<D>::change_models(const std::vector<MpmModel<D>> &wanted, const st
   const std::vector<MpmModel<D>> before = std::exchange(settings.models, wanted);
   for (std::size_t k = 0; k < wanted.size(); k++) {
     if (k < laws.size() && wanted[k].law) laws[k] = wanted[k].law.get();
-    const std::string changes = parameter_changes(before[k], wanted[k]);
+    const std::string changes = wanted[k].changes_since(before[k]);
     if (lmp->comm->me == 0 && !changes.empty())
       utils::logmesg(lmp, "fix mpm {}: {} model {} {} has {}\n", fix->id, when, wanted[k].group,
                      wanted[k].word, changes);
@@ -84,7 +84,7 @@ void MpmScene<D>::continue_modification(const MpmWords &then, const std::string 
   }
   std::vector<char *> arg;
   for (std::string &word : list) arg.push_back(word.data());
-  change_models(modified_mpm_models(lmp, settings.models, (int) arg.size(), arg.data()),
+  change_models(MpmModel<D>::modified(lmp, settings.models, (int) arg.size(), arg.data()),
                 "as fix_modify had it,");
 }
 

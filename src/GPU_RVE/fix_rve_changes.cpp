@@ -201,9 +201,9 @@ template <int D> void RveChanges<D>::adopt_restart()
   if (path_has_changed && rves.settings.path.any())
     drives.resume_paths(*rves.settings.path.template of<D>());
   if (comm->me == 0 && !changes.empty())
-    utils::logmesg(
-        lmp, "fix rve {}: continues the run that wrote the restart file with changes: {}\n",
-        rves.fix->id, joined(changes));
+    utils::logmesg(lmp,
+                   "fix rve {}: continues the run that wrote the restart file with changes: {}\n",
+                   rves.fix->id, joined(changes));
   changes.clear();
 }
 

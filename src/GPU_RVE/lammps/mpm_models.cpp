@@ -98,7 +98,7 @@ const ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
 
 }    // namespace
 
-template <int D> MpmModel<D> LAMMPS_NS::read_mpm_model(ScriptWords &words)
+template <int D> MpmModel<D> MpmModel<D>::read(ScriptWords &words)
 {
   std::string form = "group-ID rve fix-ID";    // or a law of the table
   rve::Words choices = {"rve"};
@@ -121,8 +121,8 @@ template <int D> MpmModel<D> LAMMPS_NS::read_mpm_model(ScriptWords &words)
 }
 
 template <int D>
-std::vector<MpmModel<D>>
-LAMMPS_NS::modified_mpm_models(LAMMPS *lmp, std::vector<MpmModel<D>> models, int narg, char **arg)
+std::vector<MpmModel<D>> MpmModel<D>::modified(LAMMPS *lmp, std::vector<MpmModel> models, int narg,
+                                               char **arg)
 {
   ScriptWords words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
   words.limit_numbers(LARGEST_MPM_NUMBER);
@@ -133,35 +133,27 @@ LAMMPS_NS::modified_mpm_models(LAMMPS *lmp, std::vector<MpmModel<D>> models, int
   return models;
 }
 
-template <int D> std::string LAMMPS_NS::modification(const MpmModel<D> &model)
+template <int D> std::string MpmModel<D>::modification() const
 {
-  if (!model.is_modified) return "";
-  std::string text = fmt::format("model {} {}", model.group, model.word);
-  for (const double argument : model.arguments) text += fmt::format(" {:.17g}", argument);
-  if (model.strength_reduction != 1.0)
-    text += fmt::format(" strength_reduction {} {:.17g}", model.group, model.strength_reduction);
+  if (!is_modified) return "";
+  std::string text = fmt::format("model {} {}", group, word);
+  for (const double argument : arguments) text += fmt::format(" {:.17g}", argument);
+  if (strength_reduction != 1.0)
+    text += fmt::format(" strength_reduction {} {:.17g}", group, strength_reduction);
   return text;
 }
 
-template <int D>
-std::string LAMMPS_NS::parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now)
+template <int D> std::string MpmModel<D>::changes_since(const MpmModel &before) const
 {
-  if (!now.law) return "";
-  const std::vector<double> then = reduced_arguments(before), after = reduced_arguments(now);
+  if (!law) return "";
+  const std::vector<double> then = reduced_arguments(before), now = reduced_arguments(*this);
   std::string text;
-  for (std::size_t k = 0; k < after.size(); k++)
-    if (then[k] != after[k])
-      text += fmt::format("{}{} {} -> {}", text.empty() ? "" : ", ", entry_of(now).arguments[k],
-                          rve::number(then[k]), rve::number(after[k]));
+  for (std::size_t k = 0; k < now.size(); k++)
+    if (then[k] != now[k])
+      text += fmt::format("{}{} {} -> {}", text.empty() ? "" : ", ", entry_of(*this).arguments[k],
+                          rve::number(then[k]), rve::number(now[k]));
   return text;
 }
 
-#define MODELS(D)                                                    \
-  template MpmModel<D> LAMMPS_NS::read_mpm_model(ScriptWords &);     \
-  template std::vector<MpmModel<D>> LAMMPS_NS::modified_mpm_models(  \
-      LAMMPS *, std::vector<MpmModel<D>>, int, char **);             \
-  template std::string LAMMPS_NS::modification(const MpmModel<D> &); \
-  template std::string LAMMPS_NS::parameter_changes(const MpmModel<D> &, const MpmModel<D> &);
-MODELS(2)
-MODELS(3)
-#undef MODELS
+template struct LAMMPS_NS::MpmModel<2>;
+template struct LAMMPS_NS::MpmModel<3>;

@@ -18,6 +18,7 @@ class LAMMPS;
 /// Largest number that fix mpm takes: products of two, and sums of many, are still numbers.
 constexpr double LARGEST_MPM_NUMBER = 1e30;
 
+/// A constitutive model of the points of a group.
 template <int D> struct MpmModel {
   std::string group;
   int groupbit;
@@ -28,20 +29,17 @@ template <int D> struct MpmModel {
   double strength_reduction = 1.0;              ///< factor by which the strength is divided [-]
   bool is_modified = false;                     ///< by fix_modify
   std::optional<double> density;                ///< [mass/length^3]; 0 or none: of the RVEs
+
+  /// Reads the values of the keyword *model*.
+  static MpmModel read(ScriptWords &words);
+  /// These models with what `fix_modify ID ...` says; errors end in error->all.
+  static std::vector<MpmModel> modified(LAMMPS *lmp, std::vector<MpmModel> models, int narg,
+                                        char **arg);
+  /// Words of a fix_modify that gives a model that is defined by the fix what this one has, or "" if
+  /// it has no other.
+  std::string modification() const;
+  /// "c 1000 -> 800, phi 30 -> 24.79" for the parameters of the law that were others before, or "".
+  std::string changes_since(const MpmModel &before) const;
 };
-
-/// Reads the values of the keyword *model*.
-template <int D> MpmModel<D> read_mpm_model(ScriptWords &words);
-
-/// These models with what `fix_modify ID ...` says; errors end in error->all.
-template <int D>
-std::vector<MpmModel<D>> modified_mpm_models(LAMMPS *lmp, std::vector<MpmModel<D>> models, int narg,
-                                             char **arg);
-
-/// Words of a fix_modify that gives a model that is defined by the fix what this one has, or "" if it has no other.
-template <int D> std::string modification(const MpmModel<D> &model);
-
-/// "c 1000 -> 800, phi 30 -> 24.79" for the parameters that the law of a model has now, and "" if all are the same.
-template <int D> std::string parameter_changes(const MpmModel<D> &before, const MpmModel<D> &now);
 
 }    // namespace LAMMPS_NS

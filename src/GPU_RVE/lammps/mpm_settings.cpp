@@ -91,7 +91,7 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
 
 template <int D> void read_model(ScriptWords &words, Said<D> &said)
 {
-  said.settings.models.push_back(read_mpm_model<D>(words));
+  said.settings.models.push_back(MpmModel<D>::read(words));
   said.density_owner = "model " + said.settings.models.back().group;
   said.density = &said.settings.models.back().density;
 }
