@@ -120,54 +120,47 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
                        int num_models, std::uint64_t key)
 {
   const int p = FirstTrouble::point(key);
-  switch (FirstTrouble::trouble(key)) {
-    case Trouble::Position:
-      fail(points, p, "has a position that is not finite");
-    case Trouble::Outside:
-      fail(points, p,
-           "is outside of the grid, " + extents(grid) +
-               " [length]; use a larger domain, a boundary that holds it, or a shorter time step");
-    case Trouble::Velocity:
-      fail(points, p, "has a velocity that is not finite");
-    case Trouble::Stress:
-      fail(points, p, "has a stress that is not finite");
-    case Trouble::HalfSize:
-      if (!(points.initial_volume[p] > 0.0))
-        fail(
-            points, p,
-            "has no volume yet: it was created after the run has been set up; create points before "
-            "a run, and do not leave out the setup of that run");
-      fail(points, p,
-           "must have half sizes in (0, " + number(0.5 * grid.cell_size()) +
-               "] (half a cell), got " + in_words<D>(points.half_size[p].component, " ") +
-               " [length]");
-    case Trouble::UnknownBody:
-      fail(points, p,
-           "belongs to rigid body " + std::to_string(points.rigid_body[p]) +
-               ", but there are only " + std::to_string(num_bodies));
-    case Trouble::UnknownModel:
-      fail(points, p,
-           "has constitutive model " + std::to_string(points.model[p]) + ", but there are " +
-               std::to_string(num_models));
-    case Trouble::Mass:
-      fail(points, p, "must have a positive mass, got " + number(points.mass[p]) + " [mass]");
-    case Trouble::Volume:
-      fail(points, p,
-           "must have a positive volume, got " + number(points.volume[p]) + " [length^3]");
-    case Trouble::BodyForce:
-      fail(points, p, "has a body force that is not finite");
-    case Trouble::RigidTraction:
-      fail(points, p,
-           "is rigid and cannot carry a traction; the group of the traction must have no points of "
-           "a "
-           "rigid body");
-    case Trouble::Traction:
-      fail(points, p, "has a traction that is not finite");
-    default:
-      fail(points, p,
-           "is inverted, det(F) = " + number(determinant(points.deformation_gradient[p])) +
-               "; the time step is too large or the material lost its stiffness");
-  }
+  const auto of_point = [&]() -> std::string {
+    switch (FirstTrouble::trouble(key)) {
+      case Trouble::Position:
+        return "has a position that is not finite";
+      case Trouble::Outside:
+        return "is outside of the grid, " + extents(grid) +
+            " [length]; use a larger domain, a boundary that holds it, or a shorter time step";
+      case Trouble::Velocity:
+        return "has a velocity that is not finite";
+      case Trouble::Stress:
+        return "has a stress that is not finite";
+      case Trouble::HalfSize:
+        if (!(points.initial_volume[p] > 0.0))
+          return "has no volume yet: it was created after the run has been set up; create points "
+                 "before a run, and do not leave out the setup of that run";
+        return "must have half sizes in (0, " + number(0.5 * grid.cell_size()) +
+            "] (half a cell), got " + in_words<D>(points.half_size[p].component, " ") + " [length]";
+      case Trouble::UnknownBody:
+        return "belongs to rigid body " + std::to_string(points.rigid_body[p]) +
+            ", but there are only " + std::to_string(num_bodies);
+      case Trouble::UnknownModel:
+        return "has constitutive model " + std::to_string(points.model[p]) + ", but there are " +
+            std::to_string(num_models);
+      case Trouble::Mass:
+        return "must have a positive mass, got " + number(points.mass[p]) + " [mass]";
+      case Trouble::Volume:
+        return "must have a positive volume, got " + number(points.volume[p]) + " [length^3]";
+      case Trouble::BodyForce:
+        return "has a body force that is not finite";
+      case Trouble::RigidTraction:
+        return "is rigid and cannot carry a traction; the group of the traction must have no "
+               "points "
+               "of a rigid body";
+      case Trouble::Traction:
+        return "has a traction that is not finite";
+      default:
+        return "is inverted, det(F) = " + number(determinant(points.deformation_gradient[p])) +
+            "; the time step is too large or the material lost its stiffness";
+    }
+  };
+  fail(points, p, of_point());
 }
 
 void check_bound(double bound, std::int64_t terms, const char *what)
