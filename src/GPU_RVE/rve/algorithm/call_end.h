@@ -31,8 +31,8 @@ inline namespace RVE_ISA {
       return word;
     }
 
-    /// Returns the status with errors of single grains. They are looked for unless there are other errors:
-    /// an overlap that seems too large may be a force beyond the range of the sums.
+    /// Returns the status with errors of single grains. They are looked for unless there are other
+    /// errors: an overlap that seems too large may be a force beyond the range of the sums.
     static RVE_INLINE std::uint32_t
     with_errors_of_grains(Block &block, const CallState<Scene> &call, std::uint32_t word)
     {
@@ -80,7 +80,8 @@ inline namespace RVE_ISA {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
             offsetof(ImageProgress<Scene::D>, largest_contact_force) / sizeof(std::int64_t);
-        // an evaluation sets the force scale only where there is none yet: it must not change what follows
+        // an evaluation sets the force scale only where there is none yet: it must not change what
+        // follows
         if (part != of_largest_force)
           copy_word<std::int64_t>(call.after,
                                   *static_cast<ImageProgress<Scene::D> *>(call.image.header), part);

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// Forces of all pairs of an RVE. Every pair is computed once, by its owner. ContactForces visits the pairs
-// and leaves the sums where the next phase reads them; pair_force.h has what happens to one pair.
+// SPDX-License-Identifier: GPL-2.0-only Forces of all pairs of an RVE. Every pair is computed once,
+// by its owner. ContactForces visits the pairs and leaves the sums where the next phase reads them;
+// pair_force.h has what happens to one pair.
 
 #pragma once
 
@@ -17,7 +17,8 @@ inline namespace RVE_ISA {
 
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-  /// Returns the largest force of a sound grain, and infinity for a grain with numbers that are not finite.
+  /// Returns the largest force of a sound grain, and infinity for a grain with numbers that are not
+  /// finite.
   template <class Numbers, int D>
   RVE_INLINE float soundness(const GrainView<Numbers, D> &grain,
                              typename Numbers::Real largest_force)
@@ -27,8 +28,9 @@ inline namespace RVE_ISA {
                                                                                  : kInfinity;
   }
 
-  /// Constants of a step in uniform registers. To be made before the grains move: whether the compiler
-  /// leaves a number there depends on how often it is read in how many instructions (CUDA 13.0).
+  /// Constants of a step in uniform registers. To be made before the grains move: whether the
+  /// compiler leaves a number there depends on how often it is read in how many instructions (CUDA
+  /// 13.0).
   template <class Scene> struct UniformConstants {
     StepConstants<Scene> step;
     std::int32_t num_grains;
@@ -70,7 +72,7 @@ inline namespace RVE_ISA {
     typename Scene::Real overlap_limit = static_cast<typename Scene::Real>(
         wanted == Wanted::Reduction ? call.batch.overlap_limit : 0.0);
 
-    // ---- phases -----------------------------------------------------------------------------------
+    // ---- phases ---------------------------------------------------------------------------------
 
     /// Forces of a step.
     RVE_INLINE void sum_forces()
@@ -93,8 +95,8 @@ inline namespace RVE_ISA {
       block.template for_items<way>(num_grains, visit);
     }
 
-    /// Forces of a step, and Love sums in call.totals.sum; then() is called by one thread when they are
-    /// there.
+    /// Forces of a step, and Love sums in call.totals.sum; then() is called by one thread when they
+    /// are there.
     template <class Then> RVE_INLINE void sum_love_terms(Then then)
     {
       block.template add_up_items<Scene::components, typename Scene::Sum>(
@@ -115,8 +117,8 @@ inline namespace RVE_ISA {
     /// uniform_constants they are loaded and saved here.
     RVE_INLINE void reduce()
     {
-      // Sums of 64 bits have no registers where a thread takes its grains in turn. Without forces beyond
-      // their limit, which are reported, those of two grains fit into 32 bits.
+      // Sums of 64 bits have no registers where a thread takes its grains in turn. Without forces
+      // beyond their limit, which are reported, those of two grains fit into 32 bits.
       constexpr bool adds_up = in_turn && kRelaxedSpheres<Scene::D>;
       auto of_thread = Vec<typename Scene::Sum, Scene::components>::zero();
       const auto visit = [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
@@ -150,7 +152,7 @@ inline namespace RVE_ISA {
           call.totals);
     }
 
-    // ---- pairs of a grain -------------------------------------------------------------------------
+    // ---- pairs of a grain -----------------------------------------------------------------------
 
     /// Computes the pairs that grain i, or a pack of grains, owns.
     template <class SomeItem, class Sum> RVE_INLINE void add_owned_pairs(const SomeItem i, Sum &sum)
@@ -208,7 +210,8 @@ inline namespace RVE_ISA {
       } else {
         // where pairs are loaded when they are needed, none is known yet
         if (shared.partner[k * num_grains + i] != i) return true;
-        // the register is saved with the others: its last value would count as a spring that is released
+        // the register is saved with the others: its last value would count as a spring that is
+        // released
         if constexpr (Block::kInRegisters) grains.forget_pair(k, i);
         return false;
       }
@@ -236,10 +239,10 @@ inline namespace RVE_ISA {
       for (int m = i; m < num_extra; m += num_grains) add_extra_pair(m, sum);
     }
 
-    // ---- a grain, or a pack of grains, with all that is wanted -------------------------------------
+    // ---- a grain, or a pack of grains, with all that is wanted ----------------------------------
 
-    /// Computes the owned pairs of grain i and the extra ones that go with its number, and keeps the
-    /// forces. Dissipation is added up by the numbers of grains.
+    /// Computes the owned pairs of grain i and the extra ones that go with its number, and keeps
+    /// the forces. Dissipation is added up by the numbers of grains.
     RVE_INLINE auto add_grain(Item i)
     {
       if constexpr (in_turn) grains.load_itself(i);

@@ -1,7 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// What gathers while the pairs of a grain are computed. Each component of a force is rounded once to an
-// integer and added with opposite signs to the two grains, so that the sum has no order and momentum is
-// conserved to the last bit.
+// SPDX-License-Identifier: GPL-2.0-only What gathers while the pairs of a grain are computed. Each
+// component of a force is rounded once to an integer and added with opposite signs to the two
+// grains, so that the sum has no order and momentum is conserved to the last bit.
 
 #pragma once
 
@@ -66,8 +65,8 @@ inline namespace RVE_ISA {
     return on_j;
   }
 
-  /// Adds the Love terms of one contact, in the unit of forces: a branch is no longer than one internal
-  /// length.
+  /// Adds the Love terms of one contact, in the unit of forces: a branch is no longer than one
+  /// internal length.
   template <class Scene>
   RVE_INLINE void add_love_term(const Truth<typename Scene::Real> &acting,
                                 const Vec<typename Scene::Real, Scene::D> &force,

@@ -89,8 +89,8 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// Least force of an overlap that is beyond the limit even for two of the largest grains, with springs
-    /// only; all other overlaps are checked at the end of a call [internal force].
+    /// Least force of an overlap that is beyond the limit even for two of the largest grains, with
+    /// springs only; all other overlaps are checked at the end of a call [internal force].
     static RVE_INLINE double force_at_overlap_limit(const PreparedCall<Scene> &call)
     {
       const double largest = call.header.largest_radius;

@@ -33,7 +33,8 @@ inline namespace RVE_ISA {
     for (int k = 0; k < count; ++k) block.accumulate(shared.force[k], shared.capacity, i, force[k]);
   }
 
-  /// Force and torque on grain i: from the pairs that it owns, and those of others, of which zero is left.
+  /// Force and torque on grain i: from the pairs that it owns, and those of others, of which zero
+  /// is left.
   template <class Block, class Scene>
   RVE_INLINE Vec<typename Scene::Sum, Scene::freedoms>
   collect_force(Block &block, const SharedView<Scene> &shared,
@@ -48,7 +49,8 @@ inline namespace RVE_ISA {
     return sum;
   }
 
-  /// The partners of the grains, and their radii, which a thread keeps or has in an array of its own.
+  /// The partners of the grains, and their radii, which a thread keeps or has in an array of its
+  /// own.
   template <class Block, class Scene> struct PartnersInSlots {
     template <class T> using Resident = typename Block::template Resident<T>;
     using Item = typename Block::Item;
@@ -176,8 +178,8 @@ inline namespace RVE_ISA {
     RVE_INLINE void publish(int i, const T &x) const { array[i] = x; }
   };
 
-  /// Histories of the pairs of one slot that stay in memory: each number in a row of its own, of which a
-  /// warp reads whole lines.
+  /// Histories of the pairs of one slot that stay in memory: each number in a row of its own, of
+  /// which a warp reads whole lines.
   template <class History, class Number> class StreamedHistory {
     static constexpr int kNumbers = sizeof(History) / sizeof(Number);
     static_assert(kNumbers * sizeof(Number) == sizeof(History), "numbers and nothing else");
@@ -218,7 +220,8 @@ inline namespace RVE_ISA {
     RVE_INLINE void save_whole(int i) { array[i] = (*this)[i]; }
   };
 
-  /// Streamed history of one pair, read ahead: can be read and written, and then read as it was written.
+  /// Streamed history of one pair, read ahead: can be read and written, and then read as it was
+  /// written.
   template <class History, class Number> struct StreamedPair {
     History &before;
     StreamedHistory<History, Number> &rows;
@@ -232,7 +235,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to step.
+  /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to
+  /// step.
   template <class Block, class Scene> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
     using Item = typename Block::Item;
@@ -411,12 +415,12 @@ inline namespace RVE_ISA {
       largest_force.keep(i, force);
     }
 
-    /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in them;
-    /// step() reads what all pairs of the step have in common, once for disks in registers and else for each
-    /// pair: read for all pairs it would occupy registers; read after the branch of pairs that touch it would
-    /// be waited for. The last slot is left out if is_taken(slot) is false: that of
-    /// disks is free in whole warps, which are numbered in that order (ListRenewal). Other slots are free
-    /// seldom, and asking costs more than it saves.
+    /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in
+    /// them; step() reads what all pairs of the step have in common, once for disks in registers
+    /// and else for each pair: read for all pairs it would occupy registers; read after the branch
+    /// of pairs that touch it would be waited for. The last slot is left out if is_taken(slot) is
+    /// false: that of disks is free in whole warps, which are numbered in that order (ListRenewal).
+    /// Other slots are free seldom, and asking costs more than it saves.
     template <class Step, class View, class Look, class Act, class IsTaken>
     RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken is_taken)
     {

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// From contacts to the numbers of a continuum: fabric, coordination, energies, affine stiffness. On demand,
-// on the configuration that the last forces belong to.
+// SPDX-License-Identifier: GPL-2.0-only From contacts to the numbers of a continuum: fabric,
+// coordination, energies, affine stiffness. On demand, on the configuration that the last forces
+// belong to.
 
 #pragma once
 
@@ -29,12 +29,12 @@ inline namespace RVE_ISA {
 
   /// Unit of the sums of an affine stiffness.
   ///
-  /// It is 2^-40 K L^2: K the power of two above k_n and k_t where the largest grains overlap wholly, L the
-  /// internal length, which branches and overlaps do not reach. A term is below 3 K L^2 + 2 |f_t| L. With
-  /// forces cut at 8 K L, where a spring is stretched by more than four of the largest grains, that is less
-  /// than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit does not depend on forces, and neither do
-  /// the bits of the result depend on the force unit: they are the configuration's, whichever call asks for
-  /// them.
+  /// It is 2^-40 K L^2: K the power of two above k_n and k_t where the largest grains overlap
+  /// wholly, L the internal length, which branches and overlaps do not reach. A term is below 3 K
+  /// L^2 + 2 |f_t| L. With forces cut at 8 K L, where a spring is stretched by more than four of
+  /// the largest grains, that is less than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit
+  /// does not depend on forces, and neither do the bits of the result depend on the force unit:
+  /// they are the configuration's, whichever call asks for them.
   struct StiffnessUnit {
     double per_unit, largest_force;
 
@@ -117,8 +117,8 @@ inline namespace RVE_ISA {
       add_rounded(unit.per_unit * l * term.component[c], sum[c]);
   }
 
-  /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers over the
-  /// contacts.
+  /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers
+  /// over the contacts.
   template <class Block, class Scene>
   RVE_COLD void sum_stiffness(Block block, const CallState<Scene> &call, int step_number,
                               DetailRecord<Scene::D> &detail)
@@ -172,13 +172,15 @@ inline namespace RVE_ISA {
     ((C / D <= C % D ? f(C - C / D * (C / D + 1) / 2, C / D, C % D) : void()), ...);
   }
 
-  /// f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. No loop: what is indexed shall be in registers.
+  /// f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. No loop: what is
+  /// indexed shall be in registers.
   template <int D, class F> RVE_INLINE void for_strains(F f)
   {
     for_strains_among<D>(f, std::make_index_sequence<Space<D>::components>());
   }
 
-  /// Details of a configuration. Sums over contacts are integers, so they do not depend on who owns a pair.
+  /// Details of a configuration. Sums over contacts are integers, so they do not depend on who owns
+  /// a pair.
   template <class Block, class Scene> struct Homogenization {
     using Item = typename Block::Item;
     /// Sums over contacts.
@@ -317,9 +319,9 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Fills `detail` but for its progress. The law is evaluated again, with the cell of step `step_number`,
-  /// without advancing the history. The pairs are in call.pairs; work.scratch[3 N + i] holds the size of the
-  /// force on grain i [internal force].
+  /// Fills `detail` but for its progress. The law is evaluated again, with the cell of step
+  /// `step_number`, without advancing the history. The pairs are in call.pairs; work.scratch[3 N +
+  /// i] holds the size of the force on grain i [internal force].
   template <class Block, class Scene>
   RVE_COLD void homogenize(Block block, const CallState<Scene> &call, int step_number,
                            DetailRecord<Scene::D> &detail)

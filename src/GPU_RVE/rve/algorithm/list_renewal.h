@@ -151,12 +151,13 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Renumbers the grains: those that own most pairs first, of spheres most pairs that touch. The threads
-    /// of a warp, or the lanes of a pack, then have nothing to do in the same slots and skip them together:
-    /// a quarter of all contacts of spheres, a sixth of those of disks. Disks that own as many pairs are
-    /// numbered row by row of the search grid, so that neighbouring threads still read neighbouring grains
-    /// after many lists. work.proposal has the new numbers; the pairs are still to be moved. The memory of
-    /// the RVE keeps its order until the call ends soundly.
+    /// Renumbers the grains: those that own most pairs first, of spheres most pairs that touch. The
+    /// threads of a warp, or the lanes of a pack, then have nothing to do in the same slots and
+    /// skip them together: a quarter of all contacts of spheres, a sixth of those of disks. Disks
+    /// that own as many pairs are numbered row by row of the search grid, so that neighbouring
+    /// threads still read neighbouring grains after many lists. work.proposal has the new numbers;
+    /// the pairs are still to be moved. The memory of the RVE keeps its order until the call ends
+    /// soundly.
     static RVE_INLINE void order_grains(Block &block, CallState<Scene> &call,
                                         const SharedView<Scene> &shared,
                                         const WorkspaceView<Scene> &work)

@@ -27,7 +27,8 @@ inline namespace RVE_ISA {
     typename Scene::Real dt;    ///< zero evaluates without advancing the history [time]
   };
 
-  /// Returns the constants of a step in numbers or packs of numbers, from a law and a plan in numbers.
+  /// Returns the constants of a step in numbers or packs of numbers, from a law and a plan in
+  /// numbers.
   template <class Scene, class LawConstants, class Numbers>
   RVE_INLINE StepConstants<Scene> step_constants(const LawConstants &law,
                                                  const StepPlan<Numbers, Scene::D> &plan)
@@ -104,9 +105,9 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Computes a pair, or a pack of pairs: advances its history, adds its force to `sum` of grain i, and
-  /// calls add_to_j(force and torque on grain j). tracks_energy: dissipation is added up, in programs with
-  /// all bookkeeping.
+  /// Computes a pair, or a pack of pairs: advances its history, adds its force to `sum` of grain i,
+  /// and calls add_to_j(force and torque on grain j). tracks_energy: dissipation is added up, in
+  /// programs with all bookkeeping.
   template <Wanted wanted, class Scene, class Call, class History, class AddToOther>
   RVE_INLINE void add_pair(const Call &call, bool tracks_energy, const StepConstants<Scene> &step,
                            const ViewOf<Scene> &grain_i, const ViewOf<Scene> &grain_j,
@@ -114,8 +115,8 @@ inline namespace RVE_ISA {
                            History &&history, GrainSum<Scene> &sum, AddToOther add_to_j)
   {
     using Real = typename Scene::Real;
-    // `where` does for packs what the branch does for one pair; whole packs of spheres have nothing to do
-    // in their last slots
+    // `where` does for packs what the branch does for one pair; whole packs of spheres have nothing
+    // to do in their last slots
     if constexpr (std::is_same_v<Truth<Real>, bool> || Scene::D == 3) {
       if (!any(step.law.acts(contact))) {
         if constexpr (Scene::has_friction)

@@ -8,8 +8,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// array[index_of(item)] = array[item] for n items and all arrays at once, in two phases. `memory` holds
-  /// all arrays one after the other, those with the strictest alignment first.
+  /// array[index_of(item)] = array[item] for n items and all arrays at once, in two phases.
+  /// `memory` holds all arrays one after the other, those with the strictest alignment first.
   template <class Block, class IndexOf, class... T>
   RVE_INLINE void reorder(Block &block, int n, IndexOf index_of, void *memory, T *...array)
   {

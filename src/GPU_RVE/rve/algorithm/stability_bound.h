@@ -1,21 +1,22 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// Lower bound of the stable time step of an RVE, found where the RVE is: a few percent below
-// stable_time_step() (engine/stability.h), so that thousands of RVEs can be checked and few need the exact
-// result.
+// SPDX-License-Identifier: GPL-2.0-only Lower bound of the stable time step of an RVE, found where
+// the RVE is: a few percent below stable_time_step() (engine/stability.h), so that thousands of
+// RVEs can be checked and few need the exact result.
 //
-// In coordinates u scaled by the roots of the masses, a contact couples u_i and u_j by a 3x3 matrix C, and
+// In coordinates u scaled by the roots of the masses, a contact couples u_i and u_j by a 3x3 matrix
+// C, and
 //     2 u_i.C u_j <= g u_i.|C| u_i + (1/g) u_j.|C^T| u_j,    |C| = (C C^T)^1/2, for any g > 0.
-// So in the plane M^-1/2 K M^-1/2 is below a matrix of one 3x3 block per grain, whose largest eigenvalue is
-// a bound for any weights w in g = w_j/w_i. w = 1/m gives that of a single contact exactly; then grains with
-// larger eigenvalues get larger weights, which are shares of their contacts that partners carry. Each sweep
-// is a bound. After some, all grains of the fastest mode have the same eigenvalue: that of the mode, but for
-// signs that its motion cannot have where contacts form odd rings.
+// So in the plane M^-1/2 K M^-1/2 is below a matrix of one 3x3 block per grain, whose largest
+// eigenvalue is a bound for any weights w in g = w_j/w_i. w = 1/m gives that of a single contact
+// exactly; then grains with larger eigenvalues get larger weights, which are shares of their
+// contacts that partners carry. Each sweep is a bound. After some, all grains of the fastest mode
+// have the same eigenvalue: that of the mode, but for signs that its motion cannot have where
+// contacts form odd rings.
 //
-// In space there are no weights. The energy of a contact is at most twice what it would be if each of its
-// grains moved alone, so that the network is bounded by twice the largest eigenvalue of a grain's own
-// blocks: T of its translation, R of its rotation, and of both together no more than the sum of the largest
-// of each. One contact alone has exactly that sum. The largest eigenvalue of a symmetric matrix with mean q
-// and p^2 = tr((A - q I)^2)/6 is at most q + 2 p.
+// In space there are no weights. The energy of a contact is at most twice what it would be if each
+// of its grains moved alone, so that the network is bounded by twice the largest eigenvalue of a
+// grain's own blocks: T of its translation, R of its rotation, and of both together no more than
+// the sum of the largest of each. One contact alone has exactly that sum. The largest eigenvalue of
+// a symmetric matrix with mean q and p^2 = tr((A - q I)^2)/6 is at most q + 2 p.
 
 #pragma once
 
@@ -26,8 +27,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Largest eigenvalue of the symmetric matrix (xx, yy, ww, xy, xw, yw), positive semidefinite: Newton's method comes down to
-  /// the largest root of the characteristic polynomial, so that no step is below it.
+  /// Largest eigenvalue of the symmetric matrix (xx, yy, ww, xy, xw, yw), positive semidefinite:
+  /// Newton's method comes down to the largest root of the characteristic polynomial, so that no
+  /// step is below it.
   RVE_INLINE double largest_eigenvalue(const double (&a)[6])
   {
     const double trace = a[0] + a[1] + a[2];
@@ -50,8 +52,9 @@ inline namespace RVE_ISA {
   /// Springs or dashpots: both are quadratic forms of the same stretches.
   enum class ModuliKind { Springs, Dashpots };
 
-  /// Moduli of a contact in units of the script, at a place in lengths that are so many of the script's. A
-  /// spring that pulls less the longer it is makes no frequency larger, and counts as none.
+  /// Moduli of a contact in units of the script, at a place in lengths that are so many of the
+  /// script's. A spring that pulls less the longer it is makes no frequency larger, and counts as
+  /// none.
   template <class Law>
   RVE_INLINE ContactModuli moduli_at(const Law &law, ModuliKind kind, double length,
                                      const ContactPlace &place)
@@ -70,9 +73,9 @@ inline namespace RVE_ISA {
     double *weight, *value;
   };
 
-  /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact that may come, in units of
-  /// `largest` over the mass of a grain of radius one, all in internal lengths. `largest` is no less than
-  /// any modulus of K.
+  /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact that may come, in
+  /// units of `largest` over the mass of a grain of radius one, all in internal lengths. `largest`
+  /// is no less than any modulus of K.
   template <class Block, class Scene> struct EigenvalueBound {
     using Item = typename Block::Item;
     using ScriptLaw = typename Scene::Law::template In<DoubleNumbers>;
@@ -94,8 +97,8 @@ inline namespace RVE_ISA {
 
     RVE_INLINE double radius(int i) const { return static_cast<double>(call.shared.radius[i]); }
 
-    /// Overlap of a contact that may come any time [internal length]: as deep as the deepest one that is
-    /// there, or as that of a packing without contacts.
+    /// Overlap of a contact that may come any time [internal length]: as deep as the deepest one
+    /// that is there, or as that of a packing without contacts.
     RVE_INLINE double coming_overlap() const
     {
       if constexpr (Scene::Law::has_constant_moduli) return 0.0;
@@ -113,12 +116,13 @@ inline namespace RVE_ISA {
                            : kGasOverlapShare * call.header.mean_radius * call.units.per_length;
     }
 
-    // ---- in the plane -----------------------------------------------------------------------------
+    // ---- in the plane ---------------------------------------------------------------------------
 
     /// Stops when the bound is below `sufficient`.
     RVE_INLINE double in_plane(double sufficient) const
     {
-      // more gain little; six leave three percent of a time step in dense and loose packings, these one
+      // more gain little; six leave three percent of a time step in dense and loose packings, these
+      // one
       constexpr int kSweeps = 16;
       constexpr double kLeastShare = 0.05;    // of the largest value, for a change of weights
       const int n = call.num_grains;
@@ -143,8 +147,8 @@ inline namespace RVE_ISA {
       return least;
     }
 
-    /// Bound of a contact between the two lightest grains, or of the lightest that rolls on any other.
-    /// arrays.value has 1/r^2.
+    /// Bound of a contact between the two lightest grains, or of the lightest that rolls on any
+    /// other. arrays.value has 1/r^2.
     RVE_INLINE double of_lightest_disks() const
     {
       const int n = call.num_grains;
@@ -200,13 +204,15 @@ inline namespace RVE_ISA {
       const double overlap = static_cast<double>(contact.overlap);
       const int grain[2] = {first, second};
       const double r[2] = {radius(first), radius(second)};
-      // of a grain's rotation, whose mass is m/2, in stretches along the contact and against rolling
+      // of a grain's rotation, whose mass is m/2, in stretches along the contact and against
+      // rolling
       double arm[2], share[2];
       for (int side = 0; side < 2; ++side) {
         arm[side] = kRoot2 * (1.0 - 0.5 * (overlap / r[side]));
         share[side] = kRoot2 * (r[1 - side] / (r[0] + r[1]));
       }
-      // C along the contact and of the rotations; along the normal it is -k_n. det C = -k_t k_r share share
+      // C along the contact and of the rotations; along the normal it is -k_n. det C = -k_t k_r
+      // share share
       const double k_n = moduli.normal, k_t = moduli.tangential, k_r = moduli.rolling;
       const double across[2] = {k_t * arm[1], k_t * arm[0]},
                    turning = k_t * (arm[0] * arm[1]) - k_r * (share[0] * share[1]);
@@ -241,7 +247,7 @@ inline namespace RVE_ISA {
       }
     }
 
-    // ---- in space ---------------------------------------------------------------------------------
+    // ---- in space -------------------------------------------------------------------------------
 
     static constexpr double kSphereUnit = 0x1p-40, kInertia = GrainShape<Scene::D>::inertia;
 
@@ -279,9 +285,9 @@ inline namespace RVE_ISA {
     /// In units of the inverse mass of a grain of radius one.
     static RVE_INLINE double inverse_mass(double r) { return 1.0 / times_power<Scene::D>(1.0, r); }
 
-    /// Bound of a contact of two of the lightest grains: along the normal, and along the contact with arms
-    /// of a radius. What rolls is fastest where it rolls on a large partner, and then on its own; twisting
-    /// has the angles of both. Clears the sums.
+    /// Bound of a contact of two of the lightest grains: along the normal, and along the contact
+    /// with arms of a radius. What rolls is fastest where it rolls on a large partner, and then on
+    /// its own; twisting has the angles of both. Clears the sums.
     RVE_INLINE double of_lightest_spheres() const
     {
       const int n = call.num_grains;
@@ -347,8 +353,8 @@ inline namespace RVE_ISA {
       return bound.in_space();
   }
 
-  /// Leaves a lower bound of the stable time step as the first number of detail.stiffness. It need not be
-  /// sharp where it is above the dt of the drive.
+  /// Leaves a lower bound of the stable time step as the first number of detail.stiffness. It need
+  /// not be sharp where it is above the dt of the drive.
   template <class Block, class Scene>
   RVE_COLD void bound_time_step(Block block, const CallState<Scene> &call, int step_number,
                                 DetailRecord<Scene::D> &detail)

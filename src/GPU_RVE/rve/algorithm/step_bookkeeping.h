@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// Energy and stress bookkeeping of steps: the servo, the work of the mean field and the losses of grains.
+// SPDX-License-Identifier: GPL-2.0-only Energy and stress bookkeeping of steps: the servo, the work
+// of the mean field and the losses of grains.
 
 #pragma once
 
@@ -57,9 +57,9 @@ inline namespace RVE_ISA {
       if (has_servo) steer();
     }
 
-    /// Prepares forces of the configuration before the first step. The work of the first half of a step
-    /// depends on the stress before it. They leave their Love sums in call.totals, and everything else has
-    /// to be as it was.
+    /// Prepares forces of the configuration before the first step. The work of the first half of a
+    /// step depends on the stress before it. They leave their Love sums in call.totals, and
+    /// everything else has to be as it was.
     RVE_INLINE void begin_step_zero() const
     {
       Stored::copy_history(block, call, call.pairs, call.work.fresh);
@@ -140,8 +140,8 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Velocity gradient of a planned step over the cell before the step, L (I - dt L)^-1. The plan has L,
-    /// over the cell after the step; a servo in the plane has one for both [1/time].
+    /// Velocity gradient of a planned step over the cell before the step, L (I - dt L)^-1. The plan
+    /// has L, over the cell after the step; a servo in the plane has one for both [1/time].
     RVE_INLINE Tensor<double, Scene::D> gradient_before(const PlanOf<Scene> &plan) const
     {
       const auto after = plan.gradient.template as<double>();

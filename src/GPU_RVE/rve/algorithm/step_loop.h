@@ -1,19 +1,19 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// The block program: advances one RVE by one call, on one CPU thread or one CUDA thread block.
+// SPDX-License-Identifier: GPL-2.0-only The block program: advances one RVE by one call, on one CPU
+// thread or one CUDA thread block.
 //
-//   grains, pairs and units as the call before left them                       call_begin.h
-//   for each step:                                                             make_steps
-//     H <- cell of the step on its path, or by the servo                       step_planning.h
-//     c <- c + dt F/m with local damping, s <- s + dt H^-1 c                   move: kick of the step before, drift
-//     if a grain has left the safety of the list, or the lattice leans:        list_renewal.h
+//   grains, pairs and units as the call before left them                   call_begin.h
+//   for each step:                                                         make_steps
+//     H <- cell of the step on its path, or by the servo                   step_planning.h
+//     c <- c + dt F/m with local damping, s <- s + dt H^-1 c               move: last kick, drift
+//     if a grain has left the safety of the list, or the lattice leans:    list_renewal.h
 //       reduce the lattice, build the list
-//     F <- sums of the contact forces of all pairs                             contact_forces.h, pair_force.h
-//     with bookkeeping: Love sums, work, energy lost, rate of the servo        step_bookkeeping.h
-//   Love stress of the last forces; details on demand                          homogenization.h
-//   last kick, status, everything back to the memory of the RVE                call_end.h
+//     F <- sums of the contact forces of all pairs                         contact_forces.h
+//     with bookkeeping: Love sums, work, energy lost, rate of the servo    step_bookkeeping.h
+//   Love stress of the last forces; details on demand                      homogenization.h
+//   last kick, status, everything back to the memory of the RVE            call_end.h
 //
-// The kick of a step is at the beginning of the next one, which saves a barrier. The stress of a call
-// belongs to its end configuration.
+// The kick of a step is at the beginning of the next one, which saves a barrier. The stress of a
+// call belongs to its end configuration.
 
 #pragma once
 
@@ -30,8 +30,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// StepGrains: how the steps take their grains, one by one or in packs as well. All else takes them one
-  /// by one.
+  /// StepGrains: how the steps take their grains, one by one or in packs as well. All else takes
+  /// them one by one.
   template <class Block, class Scene, class StepGrains = GrainsOf<Block, Scene>> class RveProgram {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
@@ -56,8 +56,8 @@ inline namespace RVE_ISA {
     {
     }
 
-    /// Runs the call. The memory of the RVE is written only when nothing fatal happened; `answer` always.
-    /// `detail`: null, or where details are written.
+    /// Runs the call. The memory of the RVE is written only when nothing fatal happened; `answer`
+    /// always. `detail`: null, or where details are written.
     RVE_INLINE void run(AnswerRecord<Scene::D> &answer, DetailRecord<Scene::D> *detail)
     {
       const bool direct = Begin::is_direct(call);
@@ -84,9 +84,10 @@ inline namespace RVE_ISA {
       return Scene::steers && !evaluates() && bookkeeping().is_wanted();
     }
 
-    // ---- the order of steps -----------------------------------------------------------------------
+    // ---- the order of steps ---------------------------------------------------------------------
 
-    /// All steps but the forces of the last one. `direct`: the grains are in the memory of the RVE only.
+    /// All steps but the forces of the last one. `direct`: the grains are in the memory of the RVE
+    /// only.
     RVE_INLINE void run_steps(bool direct)
     {
       if constexpr (Scene::steers)
@@ -102,8 +103,8 @@ inline namespace RVE_ISA {
     }
     RVE_APART void run_with_bookkeeping() { make_steps<true>(false); }
 
-    /// Some steps are made at a time, up to one whose grains have moved and whose forces are missing. With a
-    /// ledger of energies a step 0 has forces only.
+    /// Some steps are made at a time, up to one whose grains have moved and whose forces are
+    /// missing. With a ledger of energies a step 0 has forces only.
     template <bool with_bookkeeping> RVE_INLINE void make_steps(bool direct)
     {
       const int last = last_step();
@@ -127,7 +128,7 @@ inline namespace RVE_ISA {
       if constexpr (with_bookkeeping) save_pairs();
     }
 
-    // ---- steps with bookkeeping: grains are loaded for each phase, the work in between takes registers ----
+    // ---- steps with bookkeeping: grains are loaded for each phase, the work in between takes regi
 
     RVE_INLINE void begin_bookkeeping(const Bookkeeping &books)
     {
@@ -144,7 +145,8 @@ inline namespace RVE_ISA {
       load_pairs();
     }
 
-    /// Forces of step k, if its grains have moved, and the move of the next step; else the move of step k.
+    /// Forces of step k, if its grains have moved, and the move of the next step; else the move of
+    /// step k.
     RVE_INLINE int make_step(const Bookkeeping &books, int k, bool moved)
     {
       if (moved) {
@@ -160,7 +162,8 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void sum_forces_and_stress(const Bookkeeping &books, int k)
     {
-      // grains of their own: what threads without a grain have must not seem alive from step to step
+      // grains of their own: what threads without a grain have must not seem alive from step to
+      // step
       StepGrains grains(block, shared, call.work, num_grains);
       load_with_forces(grains);
       forces<Wanted::LoveSums>(grains, call.planned(k)).sum_love_terms([&] {
@@ -196,12 +199,12 @@ inline namespace RVE_ISA {
       }
     }
 
-    // ---- steps without bookkeeping: grains stay loaded from step to step ------------------------------
+    // ---- steps without bookkeeping: grains stay loaded from step to step ------------------------
 
-    /// Makes the steps from k on, as far as they are planned. If `moved`, the grains have made the move of the
-    /// first one. Returns a step whose move was made, and whose forces are missing: the last one, the last
-    /// that is planned, or one whose list is too old (needs_renewal). No function is called from the
-    /// steps: the registers belong to the grains.
+    /// Makes the steps from k on, as far as they are planned. If `moved`, the grains have made the
+    /// move of the first one. Returns a step whose move was made, and whose forces are missing: the
+    /// last one, the last that is planned, or one whose list is too old (needs_renewal). No
+    /// function is called from the steps: the registers belong to the grains.
     RVE_INLINE int make_segment(int k, bool moved, bool direct)
     {
       // a renewal has planned step k
@@ -252,11 +255,12 @@ inline namespace RVE_ISA {
       return first + (needs_renewal ? ~t : t);
     }
 
-    /// Steps of disks in registers: the forces of entry t of the plan, after its move if that is not made,
-    /// up to the move of entry `end`. Returns the entry of the last move, or its complement if the list is
-    /// too old. The first move is before the loop, which has no branch but around pairs that do not touch, and
-    /// what all steps read of the call is in registers: 3 % fewer instructions. Spheres have no such loop:
-    /// their kernels would be too large for uniform registers.
+    /// Steps of disks in registers: the forces of entry t of the plan, after its move if that is
+    /// not made, up to the move of entry `end`. Returns the entry of the last move, or its
+    /// complement if the list is too old. The first move is before the loop, which has no branch
+    /// but around pairs that do not touch, and what all steps read of the call is in registers: 3 %
+    /// fewer instructions. Spheres have no such loop: their kernels would be too large for uniform
+    /// registers.
     RVE_INLINE int step_in_places(StepGrains &grains, int t, int end, int n, bool moved, bool kicks)
     {
       const PlanOf<Scene> *plan = call.plan + t;
@@ -282,7 +286,7 @@ inline namespace RVE_ISA {
                                     PlainConstants{num_grains});
     }
 
-    // ---- move -------------------------------------------------------------------------------------
+    // ---- move -----------------------------------------------------------------------------------
 
     /// Kick of a grain, or of a pack of them, by the forces of the phase before.
     template <class SomeGrains, class SomeItem, class Numbers, int D>
@@ -300,8 +304,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Kick of the step before, then drift in the present cell. Returns whether a grain has left the safety
-    /// of the list, or the step allows none to be in it.
+    /// Kick of the step before, then drift in the present cell. Returns whether a grain has left
+    /// the safety of the list, or the step allows none to be in it.
     template <Visit way>
     RVE_INLINE bool move(StepGrains &grains, const PlanOf<Scene> &plan, Real alpha, int n,
                          bool kick_first)
@@ -332,13 +336,13 @@ inline namespace RVE_ISA {
       return block.template any_item<way>(n, move_item);
     }
 
-    // ---- the end of a call ------------------------------------------------------------------------
+    // ---- the end of a call ----------------------------------------------------------------------
 
     /// The last forces, and what follows from them.
     RVE_INLINE void finish(AnswerRecord<Scene::D> &answer, DetailRecord<Scene::D> *detail)
     {
-      // an evaluation must not change the history: the Coulomb limit may be another one, with dashpots or
-      // after a change of friction
+      // an evaluation must not change the history: the Coulomb limit may be another one, with
+      // dashpots or after a change of friction
       if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
       if constexpr (Traits::uniform_constants)
         finish_without_details(answer);
@@ -422,8 +426,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Leaves the forces where single grains have them, in the same arrays. It is a function of its own so
-    /// that it takes no registers from the steps.
+    /// Leaves the forces where single grains have them, in the same arrays. It is a function of its
+    /// own so that it takes no registers from the steps.
     RVE_COLD void reduce_in_packs(const PlanOf<Scene> &plan)
     {
       StepGrains packs(block, shared, call.work, num_grains);
@@ -499,8 +503,9 @@ inline namespace RVE_ISA {
                       [&](Item i) RVE_INLINE_LAMBDA { grains.partners.look_at_all(shared, i); });
     }
 
-    /// The last kick, then everything back to the memory of the RVE, and parts(0) ... parts(num_parts - 1)
-    /// at the same time. Loaded: the grains are loaded, with their last forces.
+    /// The last kick, then everything back to the memory of the RVE, and parts(0) ...
+    /// parts(num_parts - 1) at the same time. Loaded: the grains are loaded, with their last
+    /// forces.
     template <bool Loaded, class Parts>
     RVE_INLINE void store(Grains &grains, int num_parts, const Parts &parts)
     {

@@ -32,8 +32,8 @@ inline namespace RVE_ISA {
     std::size_t used;
   };
 
-  /// Hands out arrays from the chip while they fit there, and from memory what does not fit: take first what
-  /// matters most.
+  /// Hands out arrays from the chip while they fit there, and from memory what does not fit: take
+  /// first what matters most.
   class ChipFirst {
    public:
     RVE_INLINE ChipFirst(char *chip, std::size_t chip_size, char *memory) :
@@ -79,7 +79,8 @@ inline namespace RVE_ISA {
     (carver.take(array, count), ...);
   }
 
-  /// Image of an RVE: what lives between calls. Arrays of N grains; owned pairs as [slot * N + grain].
+  /// Image of an RVE: what lives between calls. Arrays of N grains; owned pairs as [slot * N +
+  /// grain].
   template <class Scene> struct ImageView {
     ImageHeader<Scene::D> *header;
     Vec<typename Scene::Coordinate, Scene::D> *position;
@@ -179,7 +180,8 @@ inline namespace RVE_ISA {
     using SpherePieces<Numbers>::operator=;
   };
 
-  /// The pieces of a sphere with InMemory, in two arrays: what says whether two of them touch, and the rest.
+  /// The pieces of a sphere with InMemory, in two arrays: what says whether two of them touch, and
+  /// the rest.
   template <class Numbers> struct alignas(16) SpherePlace {
     Vec<typename Numbers::Coordinate, 3> position;
     typename Numbers::Wide radius;
@@ -461,7 +463,8 @@ inline namespace RVE_ISA {
     return {on_chip.size(), beside.size()};
   }
 
-  /// How many pairs a grain owns, in one number: those of its row, and those that others gave to it.
+  /// How many pairs a grain owns, in one number: those of its row, and those that others gave to
+  /// it.
   struct PairCount {
     std::int32_t packed;
     static constexpr int kReceivedBits = 4;

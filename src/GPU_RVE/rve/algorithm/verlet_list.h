@@ -95,8 +95,9 @@ inline namespace RVE_ISA {
     int num_pairs, num_extra;
   };
 
-  /// The grains of a list that is built, and who is near to whom. Until the owners of pairs are known a grain
-  /// is called by its index in the grid: those of neighbouring threads then read the same others.
+  /// The grains of a list that is built, and who is near to whom. Until the owners of pairs are
+  /// known a grain is called by its index in the grid: those of neighbouring threads then read the
+  /// same others.
   template <class Block, class Scene> struct NearGrains {
     using Wide = typename Scene::Wide;
     using Point = Vec<typename Scene::Coordinate, Scene::D>;
@@ -118,7 +119,8 @@ inline namespace RVE_ISA {
       return gap_squared(branch, within + radius[j]) > Wide(0);
     }
 
-    /// take(q) for the indices q of the grains whose pairs with the one at index p are its own at first.
+    /// take(q) for the indices q of the grains whose pairs with the one at index p are its own at
+    /// first.
     template <class Take> RVE_INLINE void for_each_owned(int p, Take take) const
     {
       const int i = work.cell_grain[p];
@@ -155,8 +157,8 @@ inline namespace RVE_ISA {
     PairRows rows;
     int num_pairs;
   };
-  /// Rows are next to each other where all have space for theirs, in memory that is not used now, and else
-  /// one after the other in work.row_partner, which has space for work.pair_capacity.
+  /// Rows are next to each other where all have space for theirs, in memory that is not used now,
+  /// and else one after the other in work.row_partner, which has space for work.pair_capacity.
   template <class Block, class Scene>
   RVE_INLINE FoundPairs find_pairs(Block &block, const NearGrains<Block, Scene> &near)
   {
@@ -191,9 +193,9 @@ inline namespace RVE_ISA {
     return {PairRows{work.row_partner, work.row_start, 1}, num_pairs};
   }
 
-  /// Sorts partners by rank: ascending in how far ahead they are in the grid, free slots last, so that
-  /// neighbouring threads read neighbouring grains. In space partners that touch come first, so that many
-  /// threads have nothing to do in the last slots (ListRenewal::order_grains).
+  /// Sorts partners by rank: ascending in how far ahead they are in the grid, free slots last, so
+  /// that neighbouring threads read neighbouring grains. In space partners that touch come first,
+  /// so that many threads have nothing to do in the last slots (ListRenewal::order_grains).
   template <int slots> RVE_INLINE void sort_by_rank(int (&rank)[slots], int (&partner)[slots])
   {
     for (int k = 1; k < slots; ++k)
@@ -207,7 +209,8 @@ inline namespace RVE_ISA {
       }
   }
 
-  /// Writes the pairs of the grain at index p of the grid to work.fresh, with the histories of old pairs.
+  /// Writes the pairs of the grain at index p of the grid to work.fresh, with the histories of old
+  /// pairs.
   template <class Block, class Scene>
   RVE_INLINE void write_pairs(const NearGrains<Block, Scene> &near, const PairRows &rows, int p,
                               const PairView<Scene> &old, int num_old_extra)
@@ -261,11 +264,11 @@ inline namespace RVE_ISA {
       work.load[i] = touching;
   }
 
-  /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries the contact
-  /// history over: `old` pairs in, work.fresh out. work.load has how many pairs a disk owns, by its index in
-  /// the grid; of spheres how many of these touch, by their numbers. Lengths in the units of `cell` and
-  /// `radius`; the cells of `grid` are as wide as the list reaches. aside(sizes) by one thread when they are
-  /// known, while all others write the pairs.
+  /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries
+  /// the contact history over: `old` pairs in, work.fresh out. work.load has how many pairs a disk
+  /// owns, by its index in the grid; of spheres how many of these touch, by their numbers. Lengths
+  /// in the units of `cell` and `radius`; the cells of `grid` are as wide as the list reaches.
+  /// aside(sizes) by one thread when they are known, while all others write the pairs.
   template <class Block, class Scene, class Aside>
   RVE_HD ListSizes build_list(Block &block, const SeenMotions<Scene> &motion,
                               SeenArray<Scene, typename Scene::Wide> radius,

@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// The vocabulary of block_serial.h on one CUDA thread block. Only files in block/ and the CUDA engine
-// know of threads. A block has any size from 1 to 1024, which may change from launch to launch; CUB's
-// block primitives have the size as a template parameter and are not used for that reason.
+// SPDX-License-Identifier: GPL-2.0-only The vocabulary of block_serial.h on one CUDA thread block.
+// Only files in block/ and the CUDA engine know of threads. A block has any size from 1 to 1024,
+// which may change from launch to launch; CUB's block primitives have the size as a template
+// parameter and are not used for that reason.
 //
 //   cuda_threads.cuh       warps and memory of the collectives
 //   cuda_phases.cuh        which thread has which item; barriers
@@ -22,9 +22,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Block with at most MostThreads threads. ItemsPerThread: 1 or 2, each thread has at most so many
-  /// resident items and keeps them in registers; 0: any number, in memory. Arrays on chip have space for
-  /// `Capacity` items.
+  /// Block with at most MostThreads threads. ItemsPerThread: 1 or 2, each thread has at most so
+  /// many resident items and keeps them in registers; 0: any number, in memory. Arrays on chip have
+  /// space for `Capacity` items.
   template <int ItemsPerThread, int MostThreads = 1024, int Capacity = ItemsPerThread *MostThreads>
   class BlockCuda :
       public CudaReductions<ItemsPerThread, MostThreads>,
@@ -51,9 +51,9 @@ inline namespace RVE_ISA {
     }
     RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i) { return taken(sums + i); }
 
-    /// 64-bit atomics on shared memory are compare-and-swap loops. Two limbs, 24 bits and the rest, add
-    /// up without carries: up to 256 terms of less than 2^55 / 256. Each limb has a row of its own: next
-    /// to each other the limbs of many sums would lie in half of the banks.
+    /// 64-bit atomics on shared memory are compare-and-swap loops. Two limbs, 24 bits and the rest,
+    /// add up without carries: up to 256 terms of less than 2^55 / 256. Each limb has a row of its
+    /// own: next to each other the limbs of many sums would lie in half of the banks.
     static RVE_DEVICE void begin_sum(std::int64_t *sums, int capacity, int i)
     {
       auto *limbs = reinterpret_cast<int *>(sums);

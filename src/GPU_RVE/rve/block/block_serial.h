@@ -1,8 +1,8 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// The execution vocabulary of a block program, and its implementation by one CPU thread.
+// SPDX-License-Identifier: GPL-2.0-only The execution vocabulary of a block program, and its
+// implementation by one CPU thread.
 //
-// A block program is written once, as phases over items, and runs on a CPU thread (BlockSerial) or on a
-// CUDA thread block (BlockCuda). A Block has these functions:
+// A block program is written once, as phases over items, and runs on a CPU thread (BlockSerial) or
+// on a CUDA thread block (BlockCuda). A Block has these functions:
 //
 // Phases. Each ends in a barrier.
 //   for_each(n, f)          f(item) for items 0 ... n - 1; `item` converts to int
@@ -12,35 +12,40 @@
 //   any(n, f, aside)        the same, and aside() by one thread at the same time
 //
 // Collectives. Each returns its result to every thread.
-//   sum_array(n, a)         sum of n doubles, in an order that does not depend on the number of threads
+//   sum_array(n, a)         sum of n doubles, in an order that depends on n only
 //   max_array(n, a)         largest of n doubles, or 0
-//   sum_integers<M>(n, f)   f(item, std::int64_t *term) adds to term[0 ... M - 1]; returns the M sums, exact
+//   sum_integers<M>(n, f)   f(item, std::int64_t *term) adds to M terms; returns the exact sums
 //   exclusive_scan(a, n)    in place; returns the total
 //   scan_to_starts(a, n)    the same, and a[n] becomes the total
-//   order_by_class<Classes>(n, class_of, take)    take(item, index) with indices for the items of class 0
-//                           first, then for those of class 1, ...; items of a class keep their order
+//   order_by_class<Classes>(n, class_of, take)
+//                           take(item, index) with indices for the items of class 0 first, then for
+//                           those of class 1, ...; items of a class keep their order
 //
 // Integer accumulation from inside a phase.
 //   add(p, v), fetch_min(p, v), fetch_add(p, v)
-//   accumulate(sums, capacity, i, v)    adds to sum i of an array with `capacity` sums, whose layout is the
-//                           block's: only collect(sums, capacity, i), which returns the sum and leaves zero,
-//                           and begin_sum(sums, capacity, i) access it as well
+//   accumulate(sums, capacity, i, v)
+//                           adds to sum i of an array with `capacity` sums, whose layout is the
+//                           block's: only collect(sums, capacity, i), which returns the sum and
+//                           leaves zero, and begin_sum(sums, capacity, i) access it as well
 //
 // Resident items: arrays whose elements only their own items access. They may live in registers.
 //   resident(array)         an item's own numbers in array[item]
 //   for_items, any_item     as for_each and any, over the items of resident arrays only. If f takes
-//                           `const auto i` it may also get a PackItem, several items at a time (BlockSimd).
-//                           for_items<way>, any_item<way> and reduce_items<M, Term, way>: by a Visit
-//   for_items(n, f, m, g)   and g(0) ... g(m - 1) at the same time, by threads that most often have no item
-//   for_empty_places(n, f)  f(place) in threads that have registers for an item and none in them; no barrier
-//   own_items(n, f)         as for_items, but f(item) does not access data that other items access before
-//                           the next phase: no barrier
-//   reduce_items<M, Term>(n, f, rest, reduction)    f(item, Term *term, float &largest) adds to the item's
-//                           terms, integers of 32 or 64 bits, and raises `largest`, which is not negative;
-//                           rest(Term *term) adds to the terms of a thread; leaves the sums and the largest
-//                           number where all threads can read them. A PackItem gets integers of 64 bits
-//   add_up_items<M, Term>(n, f, sum, then)    f(item, Term *term) adds to terms; leaves the sums in `sum`;
-//                           then() by one thread afterwards. begin_add_up() and a barrier come before it
+//                           `const auto i` it may also get a PackItem, several items at a time.
+//                           for_items<way>, any_item<way>, reduce_items<M, Term, way>: by a Visit
+//   for_items(n, f, m, g)   and g(0) ... g(m - 1) at the same time
+//   for_empty_places(n, f)  f(place) in threads with registers for an item and none in them; no
+//                           barrier
+//   own_items(n, f)         as for_items, but f(item) does not access what other items access
+//                           before the next phase: no barrier
+//   reduce_items<M, Term>(n, f, rest, reduction)
+//                           f(item, Term *term, float &largest) adds to the item's terms, integers
+//                           of 32 or 64 bits (64 of a PackItem), and raises `largest`, which is not
+//                           negative; rest(Term *term) adds to the terms of a thread; leaves the
+//                           sums and the largest number where all threads can read them
+//   add_up_items<M, Term>(n, f, sum, then)
+//                           f(item, Term *term) adds to terms; leaves the sums in `sum`; then() by
+//                           one thread afterwards. begin_add_up() and a barrier come before it
 //
 // Hints to the compiler: compiler_hints.h.
 //
@@ -69,8 +74,8 @@ inline namespace RVE_ISA {
     /// True if resident items live in registers.
     static constexpr bool kInRegisters = false;
     static constexpr bool kHasUniforms = false;
-    /// Most resident items where arrays begin at addresses on a chip that are known at compile time, from
-    /// chip() on; 0: there are no such addresses.
+    /// Most resident items where arrays begin at addresses on a chip that are known at compile
+    /// time, from chip() on; 0: there are no such addresses.
     static constexpr int kCapacity = 0;
     /// Reads of a loop that are issued together, where each would be waited for.
     static constexpr int kOnTheWay = 1;
@@ -217,9 +222,10 @@ inline namespace RVE_ISA {
       if (v < *p) *p = v;
     }
 
-    /// An item's own numbers in array[item], which a block may keep in registers across phases: between
-    /// load and save it may keep another value, and only publish makes it visible to other items.
-    /// load_whole and save_whole are as read_whole and write_whole. Here it is the array itself.
+    /// An item's own numbers in array[item], which a block may keep in registers across phases:
+    /// between load and save it may keep another value, and only publish makes it visible to other
+    /// items. load_whole and save_whole are as read_whole and write_whole. Here it is the array
+    /// itself.
     template <class T> struct Resident {
       T *array;
       RVE_INLINE T &operator[](int item) const { return array[item]; }

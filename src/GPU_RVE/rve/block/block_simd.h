@@ -11,8 +11,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A BlockSerial that calls phases that take packs with packs of grains, and with single grains for
-  /// the rest.
+  /// A BlockSerial that calls phases that take packs with packs of grains, and with single grains
+  /// for the rest.
   template <int Lanes> class BlockSimd : public BlockSerial {
    public:
     using Pack = PackItem<Lanes>;

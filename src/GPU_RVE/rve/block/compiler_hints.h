@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// Hints to the compiler of a GPU, by name. They change registers and instructions, never results. On a
-// CPU they do nothing; CudaHints (cuda_hints.cuh) has them for nvcc and NVRTC.
+// SPDX-License-Identifier: GPL-2.0-only Hints to the compiler of a GPU, by name. They change
+// registers and instructions, never results. On a CPU they do nothing; CudaHints (cuda_hints.cuh)
+// has them for nvcc and NVRTC.
 
 #pragma once
 
@@ -16,12 +16,14 @@ inline namespace RVE_ISA {
     template <class T> static RVE_INLINE T read_again(const T &x) { return x; }
     /// Returns x; what follows from it is computed again and not kept in registers.
     static RVE_INLINE int opaque(int x) { return x; }
-    /// Returns x, which is the same for all threads; a block with kHasUniforms keeps it once per warp.
+    /// Returns x, which is the same for all threads; a block with kHasUniforms keeps it once per
+    /// warp.
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
-    /// Returns a truth that several branches of a function return, in a form that ends in a predicate.
+    /// Returns a truth that several branches of a function return, in a form that ends in a
+    /// predicate.
     static RVE_INLINE bool predicate(bool x) { return x; }
-    /// Reads or writes an element of an array in the memory of an RVE; a GPU moves 16 bytes at a time
-    /// where elements have 16, 32, ... bytes.
+    /// Reads or writes an element of an array in the memory of an RVE; a GPU moves 16 bytes at a
+    /// time where elements have 16, 32, ... bytes.
     template <class T> static RVE_INLINE T read_whole(const T &element) { return element; }
     template <class T> static RVE_INLINE void write_whole(T &element, const T &x) { element = x; }
   };

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: GPL-2.0-only
-// Hints to nvcc and NVRTC. NoCompilerHints (compiler_hints.h) says what they are for; the reasons are
-// those of CUDA 13.0.
+// SPDX-License-Identifier: GPL-2.0-only Hints to nvcc and NVRTC. NoCompilerHints (compiler_hints.h)
+// says what they are for; the reasons are those of CUDA 13.0.
 
 #pragma once
 
@@ -25,9 +24,9 @@ inline namespace RVE_ISA {
 
     /// The compiler leaves x in uniform registers, which products take as an operand, on three
     /// conditions. It must see that the threads of the warp are together: __syncwarp() says so. The
-    /// kernel must be small with all that it calls: up to about 15,000 instructions. And nothing that it
-    /// calls may need more than about 160 registers. Else x takes ordinary registers, and what was there
-    /// is spilled: bench/uniform_registers.sh checks it.
+    /// kernel must be small with all that it calls: up to about 15,000 instructions. And nothing
+    /// that it calls may need more than about 160 registers. Else x takes ordinary registers, and
+    /// what was there is spilled: bench/uniform_registers.sh checks it.
     template <class T> static RVE_DEVICE T uniform(const T &x)
     {
       constexpr int words = sizeof(T) / sizeof(unsigned);
@@ -68,9 +67,9 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Returns a copy of x in other registers. A piece of 16 bytes needs four registers in a row, which
-    /// numbers that live through all steps should not need (6 % with two histories of Hertz' law). The
-    /// compiler does not see that the zero is one.
+    /// Returns a copy of x in other registers. A piece of 16 bytes needs four registers in a row,
+    /// which numbers that live through all steps should not need (6 % with two histories of Hertz'
+    /// law). The compiler does not see that the zero is one.
     template <class T> static RVE_DEVICE T in_other_registers(const T &x)
     {
       if constexpr (sizeof(T) % sizeof(Piece) != 0) {
@@ -87,8 +86,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Returns threadIdx.x, read again: addresses of a thread's second item, kept from step to step,
-    /// would be spilled (1 to 3 % of the steps of spheres).
+    /// Returns threadIdx.x, read again: addresses of a thread's second item, kept from step to
+    /// step, would be spilled (1 to 3 % of the steps of spheres).
     static RVE_DEVICE int thread_again()
     {
       int thread;

@@ -81,7 +81,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// With two items of a thread they are the share of the first. Places without an item have none.
+    /// With two items of a thread they are the share of the first. Places without an item have
+    /// none.
     template <class F> static RVE_DEVICE void share_out(Item i, int n, int count, F f)
     {
       if (slot_of(i) != 0) return;
@@ -92,9 +93,9 @@ inline namespace RVE_ISA {
 
    protected:
     /// Where a thread has several items, every second round of threads goes backwards: spheres are
-    /// numbered by how much there is to do, and no warp waits for one that has most twice (16 to 20 % of
-    /// the steps of spheres in `fast`, on an H100). An item always has the same thread: some phases need
-    /// no barrier for that.
+    /// numbered by how much there is to do, and no warp waits for one that has most twice (16 to 20
+    /// % of the steps of spheres in `fast`, on an H100). An item always has the same thread: some
+    /// phases need no barrier for that.
     template <class F> static RVE_DEVICE void visit_all(int n, F f)
     {
       if constexpr (ItemsPerThread == 1) {
@@ -113,8 +114,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// f(item) for resident items: as many as a thread has, where they are in registers. With two items of
-    /// a thread each is in a branch anyway.
+    /// f(item) for resident items: as many as a thread has, where they are in registers. With two
+    /// items of a thread each is in a branch anyway.
     template <Visit way, class F> static RVE_DEVICE void visit_items(int n, F f)
     {
       if constexpr (ItemsPerThread == 1) {

@@ -90,8 +90,8 @@ inline namespace RVE_ISA {
       for (int k = threadIdx.x; k < kTotals; k += blockDim.x) totals()[k] = 0;
     }
 
-    /// Each warp adds its sums to the totals on chip, in limbs that add up without carries: no other
-    /// phase is needed until one thread has them.
+    /// Each warp adds its sums to the totals on chip, in limbs that add up without carries: no
+    /// other phase is needed until one thread has them.
     template <int M, class Term, class F, class Then>
     RVE_DEVICE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {
@@ -151,8 +151,8 @@ inline namespace RVE_ISA {
       return warps::sum(mine);
     }
 
-    /// Limbs of a term of add_up_items: all but the last one have so few bits that those of 1024 threads
-    /// add up in 32.
+    /// Limbs of a term of add_up_items: all but the last one have so few bits that those of 1024
+    /// threads add up in 32.
     template <class Limbed> static constexpr int kLimbs = sizeof(Limbed) > 4 ? 3 : 2;
     template <class Limbed> static constexpr int kLimbBits = sizeof(Limbed) > 4 ? 22 : 16;
     static constexpr int kTotals = 32;

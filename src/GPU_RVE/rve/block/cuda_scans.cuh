@@ -125,8 +125,8 @@ inline namespace RVE_ISA {
       return x;
     }
 
-    /// Sums of a number of each warp: over the warps before this one, and over all. Each warp computes
-    /// them: another barrier would take longer.
+    /// Sums of a number of each warp: over the warps before this one, and over all. Each warp
+    /// computes them: another barrier would take longer.
     struct WarpCounts {
       int before, all;
     };

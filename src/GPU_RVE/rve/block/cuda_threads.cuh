@@ -13,8 +13,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// An item of a thread with two of them. `slot` is its number in the thread; it is known at compile
-  /// time where the item is in registers, which have no addresses.
+  /// An item of a thread with two of them. `slot` is its number in the thread; it is known at
+  /// compile time where the item is in registers, which have no addresses.
   struct ItemOfThread {
     int index, slot;
     RVE_DEVICE operator int() const { return index; }
@@ -30,8 +30,8 @@ inline namespace RVE_ISA {
 
   namespace warps {
 
-    /// All lanes of a warp. Lanes that do not exist in the last warp count as lanes that have ended. A
-    /// mask that is unknown at compile time takes ten instructions of each exchange.
+    /// All lanes of a warp. Lanes that do not exist in the last warp count as lanes that have
+    /// ended. A mask that is unknown at compile time takes ten instructions of each exchange.
     constexpr unsigned kAllLanes = 0xffffffffu;
 
     RVE_DEVICE int lane()
