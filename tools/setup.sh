@@ -5,6 +5,7 @@
 #   GPU_RVE_PRESET      the CMake preset: host, cuda, ...                    (default: cuda where there are nvcc and a card, else host)
 #   GPU_RVE_CACHE       where LAMMPS is kept                                 (default: gpu_rve in the user's cache folder)
 #   LAMMPS_SOURCE_DIR   a LAMMPS tree to build with, 4Feb2025 or newer       (default: tools/get_lammps.sh obtains 4Feb2025)
+#   GPU_RVE_OPTIONS     further options of CMake, for example "-D GPU_RVE_TESTS=OFF"
 #
 # Takes: $stages, the number of stages of the script that reads it, whose first two are here.
 # Leaves: $root (the repository), $preset, $build (the build tree), and minutes(), which says how long work takes here.
@@ -45,8 +46,5 @@ if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache >/dev/null; th
 fi
 
 say "2 of $stages: configuring (preset $preset); the first time LAMMPS is obtained and built, $(minutes 270)"
-if [ -n "${LAMMPS_SOURCE_DIR:-}" ]; then
-  cmake --preset "$preset" -D "LAMMPS_SOURCE_DIR=$LAMMPS_SOURCE_DIR"
-else
-  cmake --preset "$preset"
-fi
+# shellcheck disable=SC2086  # a list of words
+cmake --preset "$preset" ${LAMMPS_SOURCE_DIR:+-D "LAMMPS_SOURCE_DIR=$LAMMPS_SOURCE_DIR"} ${GPU_RVE_OPTIONS:-}
