@@ -8,7 +8,6 @@
 #include "rve/core/fixed_point.h"
 #include "rve/core/integer_sums.h"
 #include "rve/physics/laws/law.h"
-#include "rve/physics/stress.h"
 
 #include <cstdint>
 
@@ -65,15 +64,17 @@ inline namespace RVE_ISA {
     return on_j;
   }
 
-  /// Adds the Love terms of one contact, in the unit of forces: a branch is no longer than one
-  /// internal length.
+  /// Adds the Love terms of one contact, force on grain i times branch from i to j (equation 24,
+  /// tension positive), in the unit of forces: a branch is no longer than one internal length. Both
+  /// grains give the same term, since both factors change sign. A kinetic term is not needed: with
+  /// c' = F/m the energy balance closes without it.
   template <class Scene>
   RVE_INLINE void add_love_term(const Truth<typename Scene::Real> &acting,
                                 const Vec<typename Scene::Real, Scene::D> &force,
                                 const Vec<typename Scene::Real, Scene::D> &branch,
                                 GrainSum<Scene> &sum)
   {
-    const auto stress = love_term(force, branch);
+    const auto stress = dyad(force, branch);
     for (int k = 0; k < Scene::components; ++k) {
       const auto mine = where(acting, stress.component[k]);
       if constexpr (kRelaxedSpheres<Scene::D>) {
