@@ -83,9 +83,9 @@ inline namespace RVE_ISA {
       });
       const double overlap = length * block.max_array(n, call.work.scratch);
       block.once([&] {
-        call.expected_force =
-            force_scale(call, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius,
-                        header.mean_radius);
+        const double radius = header.mean_radius;
+        call.expected_force = law_of_script<Scene>(call).force_scale(
+            {overlap > 0.0 ? overlap : kGasOverlapShare * radius, radius, radius});
       });
     }
 
@@ -104,14 +104,6 @@ inline namespace RVE_ISA {
       const Real limit = static_cast<Real>(call.units.force_limit);
       return block.any(call.num_grains,
                        [&](Item i) { return !(call.shared.largest_force[i] <= limit); });
-    }
-
-   private:
-    /// Of two equal grains [force], lengths in units of the script.
-    static RVE_INLINE double force_scale(const PreparedCall<Scene> &call, double overlap,
-                                         double radius)
-    {
-      return law_of_script<Scene>(call).force_scale({overlap, radius, radius});
     }
   };
 

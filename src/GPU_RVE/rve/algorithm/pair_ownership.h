@@ -42,12 +42,6 @@ inline namespace RVE_ISA {
     RVE_INLINE PairRow of(int i) const { return {partner + (start ? start[i] : i), stride}; }
   };
 
-  /// Before begin_ownership. By one thread.
-  template <class Scene> RVE_INLINE void clear_overloaded(const WorkspaceView<Scene> &work)
-  {
-    work.num_overloaded[0] = 0;
-  }
-
   /// Grain i owns `count` pairs, and none is given or received yet.
   template <class Block, class Scene>
   RVE_INLINE void begin_ownership(Block &block, const WorkspaceView<Scene> &work, int i, int count)

@@ -279,7 +279,7 @@ inline namespace RVE_ISA {
   {
     using Item = typename Block::Item;
     using Wide = typename Scene::Wide;
-    sort_into_grid(block, motion, work, num_grains, grid, [&] { clear_overloaded(work); });
+    sort_into_grid(block, motion, work, num_grains, grid, [&] { work.num_overloaded[0] = 0; });
     const NearGrains<Block, Scene> near{motion,
                                         radius,
                                         work,
