@@ -5,10 +5,10 @@
 
 #include "rve/core/error.h"
 #include "rve/core/team_choice.h"
+#include "rve/core/wall_time.h"
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <string>
 
 #ifdef _OPENMP
@@ -60,19 +60,16 @@ class LightWork {
  public:
   LightWork(int items, int threads) : items_(items), team(choose(items, threads))
   {
-    if (is_timed_) start_ = Clock::now();
+    if (is_timed_) start_ = WallClock::now();
   }
   ~LightWork()
   {
-    if (is_timed_)
-      choice().done(items_, std::chrono::duration<double>(Clock::now() - start_).count());
+    if (is_timed_) choice().done(items_, seconds_since(start_));
   }
   LightWork(const LightWork &) = delete;
   LightWork &operator=(const LightWork &) = delete;
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   static TeamChoice &choice()
   {
     static thread_local TeamChoice choice_of_thread;
@@ -87,7 +84,7 @@ class LightWork {
 
   int items_;
   bool is_timed_ = false;
-  Clock::time_point start_;
+  WallClock::time_point start_;
 
  public:
   const int team;
