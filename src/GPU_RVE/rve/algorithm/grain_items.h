@@ -274,7 +274,9 @@ inline namespace RVE_ISA {
     /// Of the slot that is computed, with streams_history.
     History read_ahead;
 
-    RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
+    /// Packs of grains need the workspace; single grains do not.
+    RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared,
+                          const WorkspaceView<Scene> &, int n) :
         motion(seen<MotionOf<Scene>>(block, shared.motion)),
         spin(seen<Spin<typename Scene::Real, Scene::D>>(block, shared.spin)),
         radius(seen<typename Scene::Wide>(block, shared.radius)), own(block.resident(shared.own)),
@@ -285,13 +287,6 @@ inline namespace RVE_ISA {
           history[k] = HistoryOfSlot(shared, k, n);
         else
           history[k] = block.resident(shared.history + k * n);
-    }
-
-    /// The workspace is for packs of grains.
-    RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared,
-                          const WorkspaceView<Scene> &, int n) :
-        GrainItems(block, shared, n)
-    {
     }
 
     // ---- to registers and back --------------------------------------------------------------------------------------------------

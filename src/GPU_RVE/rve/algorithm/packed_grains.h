@@ -66,7 +66,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE PackedGrains(Block &block, const Shared &shared, const WorkspaceView<Scene> &work,
                             int n) :
-        One(block, shared, n)
+        One(block, shared, work, n)
     {
       static_assert(sizeof(Row) < kScratch<D> * sizeof(double),
                     "a row per grain, and one to align the first one");

@@ -108,13 +108,8 @@ inline namespace RVE_ISA {
     using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
     template <class SomeItem> using SceneOf = Scene;
 
-    RVE_INLINE PassingGrains(Block &, const Shared &shared, int) :
+    RVE_INLINE PassingGrains(Block &, const Shared &shared, const WorkspaceView<Scene> &, int) :
         sphere(shared.motion), pairs(shared), largest_of_grain(shared.largest_force), largest(0)
-    {
-    }
-    RVE_INLINE PassingGrains(Block &block, const Shared &shared, const WorkspaceView<Scene> &,
-                             int n) :
-        PassingGrains(block, shared, n)
     {
     }
 

@@ -353,7 +353,7 @@ inline namespace RVE_ISA {
     /// By one way through the code, which has to be small.
     RVE_INLINE void finish_without_details(AnswerRecord<Scene::D> &answer)
     {
-      Grains grains(block, shared, num_grains);
+      Grains grains(block, shared, call.work, num_grains);
       reduce_last_forces(grains);
       std::uint32_t word = End::check(call);
       if (evaluates() || (word & status::Fatal) || !End::is_sound(call))
@@ -378,7 +378,7 @@ inline namespace RVE_ISA {
       std::uint32_t word;
       const auto write = [&](int part) { End::write_result(call, word, part, answer); };
       {
-        Grains grains(block, shared, num_grains);
+        Grains grains(block, shared, call.work, num_grains);
         reduce_last_forces(grains);
         word = End::check(call);
         // the cell of a servo is known at the end only
@@ -399,7 +399,7 @@ inline namespace RVE_ISA {
         return;
       }
       if (detail) homogenize_last_forces(*detail);
-      Grains grains(block, shared, num_grains);
+      Grains grains(block, shared, call.work, num_grains);
       if (keeps_books()) {
         // the work of damping is complete with the last kick
         store<false>(grains, 0, write);
