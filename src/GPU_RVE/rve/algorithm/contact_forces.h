@@ -55,7 +55,6 @@ inline namespace RVE_ISA {
     using Traits = KernelTraits<Block, Scene>;
     using Sums = StressSums<Scene::D>;
     template <class SomeItem> using SceneFor = typename Grains::template SceneOf<SomeItem>;
-    template <class SomeItem> static constexpr bool is_pack = IsPack<SomeItem>::value;
     /// At the end of a call grains are loaded and saved one after the other.
     static constexpr bool in_turn = Traits::uniform_constants && wanted == Wanted::Reduction;
 
@@ -102,7 +101,7 @@ inline namespace RVE_ISA {
       block.template add_up_items<Scene::components, typename Scene::Sum>(
           num_grains,
           [&](const auto item, auto *term) RVE_INLINE_LAMBDA {
-            if constexpr (is_pack<std::decay_t<decltype(item)>>) {
+            if constexpr (kIsPack<std::decay_t<decltype(item)>>) {
               add_pack(item, term);
             } else {
               const auto sum = add_grain(item);
@@ -122,7 +121,7 @@ inline namespace RVE_ISA {
       constexpr bool adds_up = in_turn && kRelaxedSpheres<Scene::D>;
       auto of_thread = Vec<typename Scene::Sum, Scene::components>::zero();
       const auto visit = [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
-        if constexpr (is_pack<std::decay_t<decltype(item)>>) {
+        if constexpr (kIsPack<std::decay_t<decltype(item)>>) {
           add_pack(item, term);
           grains.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
             largest = larger(largest, soundness(grains.view(i), grains.largest_of(i)));
@@ -163,7 +162,7 @@ inline namespace RVE_ISA {
       grains.for_slots(
           i, [&]() RVE_INLINE_LAMBDA { return constants_of_pair<SceneFor<SomeItem>>(); },
           [&](int k) RVE_INLINE_LAMBDA {
-            if constexpr (loads_each_pair && !is_pack<SomeItem>) grains.load_pair(shared, k, i);
+            if constexpr (loads_each_pair && !kIsPack<SomeItem>) grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
           },
           [&](const auto &constants, const auto &other)
@@ -205,7 +204,7 @@ inline namespace RVE_ISA {
     {
       if constexpr (Scene::D != 2 || wanted == Wanted::Reduction) {
         return true;
-      } else if constexpr (wanted == Wanted::Forces || is_pack<SomeItem>) {
+      } else if constexpr (wanted == Wanted::Forces || kIsPack<SomeItem>) {
         return grains.is_taken(k, i);
       } else {
         // where pairs are loaded when they are needed, none is known yet

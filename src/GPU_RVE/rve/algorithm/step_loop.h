@@ -435,7 +435,7 @@ inline namespace RVE_ISA {
       forces<Wanted::Reduction>(packs, plan).reduce();
       block.own_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
         packs.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-          packs.leave_forces(i, IsPack<std::decay_t<decltype(item)>>::value);
+          packs.leave_forces(i, kIsPack<std::decay_t<decltype(item)>>);
         });
       });
     }

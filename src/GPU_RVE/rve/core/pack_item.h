@@ -22,12 +22,8 @@ inline namespace RVE_ISA {
   };
 
   /// Whether an item of a phase is a pack, in a phase that takes both: `const auto i`.
-  template <class Item> struct IsPack {
-    static constexpr bool value = false;
-  };
-  template <int Lanes> struct IsPack<PackItem<Lanes>> {
-    static constexpr bool value = true;
-  };
+  template <class Item> constexpr bool kIsPack = false;
+  template <int Lanes> constexpr bool kIsPack<PackItem<Lanes>> = true;
 
 }    // namespace RVE_ISA
 }    // namespace rve

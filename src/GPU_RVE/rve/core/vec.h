@@ -6,6 +6,8 @@
 #include "rve/core/arithmetic.h"
 #include "rve/core/space.h"
 
+#include <type_traits>
+
 namespace rve {
 inline namespace RVE_ISA {
 
@@ -63,13 +65,7 @@ inline namespace RVE_ISA {
   }
 
   /// Spin of a body or torque on it: a component for each plane that it can turn in. In the plane it is that number.
-  template <class T, int D> struct SpinType {
-    using type = Vec<T, Space<D>::spins>;
-  };
-  template <class T> struct SpinType<T, 2> {
-    using type = T;
-  };
-  template <class T, int D> using Spin = typename SpinType<T, D>::type;
+  template <class T, int D> using Spin = std::conditional_t<D == 2, T, Vec<T, Space<D>::spins>>;
 
   template <class T> RVE_INLINE T &spin_component(T &spin, int)
   {
