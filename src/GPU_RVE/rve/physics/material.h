@@ -6,18 +6,11 @@
 
 namespace rve {
 
-/// contact_law(name, word): the laws that contacts may have, with their names in packing files and scripts, which are LAMMPS'. Rolling
-/// resistance is no law of its own: every one may have it.
-#define RVE_CONTACT_LAWS(contact_law) \
-  contact_law(Linear, "hooke") contact_law(Hertz, "hertz") contact_law(Dmt, "dmt")
+/// Laws of contacts. Rolling resistance is not a law of its own: each law may have it.
+enum class ContactLaw { Linear, Hertz, Dmt };
 
-#define RVE_CONTACT_LAW_NAME(name, word) name,
-enum class ContactLaw { RVE_CONTACT_LAWS(RVE_CONTACT_LAW_NAME) };
-#undef RVE_CONTACT_LAW_NAME
-
-#define RVE_CONTACT_LAW_WORD(name, word) word,
-constexpr const char *CONTACT_LAW_WORDS[] = {RVE_CONTACT_LAWS(RVE_CONTACT_LAW_WORD)};
-#undef RVE_CONTACT_LAW_WORD
+/// Names of the laws in packing files and scripts, in the order of ContactLaw. LAMMPS has the same.
+constexpr const char *CONTACT_LAW_WORDS[] = {"hooke", "hertz", "dmt"};
 
 constexpr const char *word_of(ContactLaw law)
 {
