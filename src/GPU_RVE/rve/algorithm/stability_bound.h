@@ -116,6 +116,19 @@ inline namespace RVE_ISA {
                            : kGasOverlapShare * call.header.mean_radius * call.units.per_length;
     }
 
+    /// Adds the contacts to the blocks of their grains.
+    RVE_INLINE void add_contacts() const
+    {
+      block.for_each(call.num_grains, [&](Item item) {
+        visit_contacts(call, step, item,
+                       [&](int first, int second, const auto &one, const auto &other,
+                           const auto &contact, typename Scene::History) {
+                         add_contact(first, second, contact,
+                                     relative_moduli(place_of(contact, one, other)));
+                       });
+      });
+    }
+
     // ---- in the plane ---------------------------------------------------------------------------
 
     /// Stops when the bound is below `sufficient`.
@@ -173,14 +186,7 @@ inline namespace RVE_ISA {
     RVE_INLINE double sweep_over_disks() const
     {
       const int n = call.num_grains;
-      block.for_each(n, [&](Item item) {
-        visit_contacts(call, step, item,
-                       [&](int first, int second, const auto &one, const auto &other,
-                           const auto &contact, typename Scene::History) {
-                         add_contact_of_disks(first, second, contact,
-                                              relative_moduli(place_of(contact, one, other)));
-                       });
-      });
+      add_contacts();
       block.for_each(n, [&](Item i) {
         double a[6];
         for (int k = 0; k < 6; ++k)
@@ -194,9 +200,9 @@ inline namespace RVE_ISA {
     /// 256 terms of less than 2^18 units stay below the 2^55 of a sum.
     static constexpr double kDiskUnit = 0x1p-29, kLargestRatio = 0x1p14;
 
-    template <class Contact>
-    RVE_INLINE void add_contact_of_disks(int first, int second, const Contact &contact,
-                                         const ContactModuli &moduli) const
+    template <class Real>
+    RVE_INLINE void add_contact(int first, int second, const ContactGeometry<Real, 2> &contact,
+                                const ContactModuli &moduli) const
     {
       constexpr double kRoot2 = 1.4142135623730951;
       const double nx = static_cast<double>(contact.normal[0]),
@@ -255,14 +261,7 @@ inline namespace RVE_ISA {
     {
       const int n = call.num_grains;
       const double of_pair = of_lightest_spheres();
-      block.for_each(n, [&](Item item) {
-        visit_contacts(call, step, item,
-                       [&](int first, int second, const auto &one, const auto &other,
-                           const auto &contact, typename Scene::History) {
-                         add_contact_of_spheres(first, second, contact,
-                                                relative_moduli(place_of(contact, one, other)));
-                       });
-      });
+      add_contacts();
       block.for_each(n, [&](Item i) {
         double sum[2];
         for (int part = 0; part < 2; ++part) {
@@ -306,9 +305,9 @@ inline namespace RVE_ISA {
       return lightest * larger(2.0 * coming.normal, turning);
     }
 
-    template <class Contact>
-    RVE_INLINE void add_contact_of_spheres(int first, int second, const Contact &contact,
-                                           const ContactModuli &moduli) const
+    template <class Real>
+    RVE_INLINE void add_contact(int first, int second, const ContactGeometry<Real, 3> &contact,
+                                const ContactModuli &moduli) const
     {
       const auto normal = contact.normal.template as<double>();
       const double overlap = static_cast<double>(contact.overlap);
