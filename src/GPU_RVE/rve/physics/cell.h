@@ -44,7 +44,7 @@ inline namespace RVE_ISA {
     return 0.5 * (std::sqrt(sum + 2.0 * det) - difference);    // (s1 + s2) - (s1 - s2), halved
   }
 
-  /// One step of lattice reduction, H <- H M: multiples of the other vectors are subtracted from
+  /// Step of lattice reduction, H <- H M: multiples of the other vectors are subtracted from
   /// the vector `axis`.
   template <int D> struct LatticeStep {
     int axis;                    ///< the vector that changes; -1: the cell is reduced well enough
