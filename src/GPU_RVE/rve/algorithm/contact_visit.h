@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A second look at the contacts of the last forces, on demand.
+// Evaluation of the contacts of the last forces, on demand.
 
 #pragma once
 
@@ -16,8 +16,8 @@ inline namespace RVE_ISA {
             static_cast<double>(j.radius)};
   }
 
-  /// A second look at all contacts, with the cell of `step`: visit(i, j, grain_i, grain_j, contact, history) from inside the phase
-  /// that calls this for item i.
+  /// Visits all contacts with the cell of `step`: calls visit(i, j, grain_i, grain_j, contact,
+  /// history) in the phase that calls this function for item i.
   template <class Scene, class Visit>
   RVE_INLINE void visit_contacts(const CallState<Scene> &call, const StepConstants<Scene> &step,
                                  int i, Visit visit)

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Spheres of a block that has registers for none of them, and whose chip has no room for all that the steps ask for (InMemory): as
-// algorithm/grain_items.h, how they are loaded, stored and summed up. In each step all of it passes by, so it is made little: forces on a grain
-// are added up in one place, its record lies in two parts of whole pieces, of which partners that do not touch read only the first, a
-// partner's radius is read where the partner is, and what a pair remembers is neither read nor written while it is nothing. Each number of a
-// history has a row of its own, of which a warp reads whole lines.
+// Access of the phases of a step to spheres of a block without registers for them, and with a chip
+// that is too small for the data of a step (InMemory): loads, stores and sums, as in
+// algorithm/grain_items.h. Each step streams all data from memory, so that they are kept small:
+//
+//   - all forces on a grain are added up in one array
+//   - a sphere has two records of whole pieces; partners that do not touch read only the first
+//   - the radius of a partner is read from its record
+//   - a history that is zero is neither read nor written
+//   - each number of a history has a row of its own, of which a warp reads whole lines
 
 #pragma once
 
@@ -12,7 +16,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// The pairs that grains own, in steps: a word for each slot says who the partner is and whether the pair remembers anything. Zero else.
+  /// Pairs that grains own, during steps. A word for each slot has the partner, and a bit that is
+  /// set if the history of the pair is not zero.
   template <class Scene> class PassingPairs {
     static_assert(Scene::has_friction, "pairs remember something");
     using History = typename Scene::History;
@@ -21,13 +26,13 @@ inline namespace RVE_ISA {
     static constexpr std::int32_t kRemembers = 1 << 30;
 
     SharedView<Scene> shared;
-    std::int32_t word[kSlots];    ///< of the grain that is computed
-    History before;               ///< of its pair that is computed
+    std::int32_t word[kSlots];    ///< of the current grain
+    History before;               ///< of the current pair
 
    public:
     RVE_INLINE explicit PassingPairs(const SharedView<Scene> &view) : shared(view) {}
 
-    // ---- from and to the arrays of all ------------------------------------------------------------------------------------------
+    // ---- loads and saves ------------------------------------------------------------------------
 
     RVE_INLINE void load(int k, int i)
     {
@@ -45,15 +50,15 @@ inline namespace RVE_ISA {
       return ask(k, i, shared.partner_word[place(k, i)]);
     }
 
-    /// Own number: the slot is free.
+    /// Returns the partner in slot k, or the own number if the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, int i) const
     {
       return shared.partner_word[place(k, i)] & ~kRemembers;
     }
 
-    // ---- of the grain that is computed ------------------------------------------------------------------------------------------
+    // ---- the current grain ----------------------------------------------------------------------
 
-    /// All words before its first pair.
+    /// Reads all words of a grain before its first pair.
     RVE_INLINE void look_at(int i)
     {
       for (int k = 0; k < kSlots; ++k) word[k] = shared.partner_word[place(k, i)];
@@ -62,7 +67,8 @@ inline namespace RVE_ISA {
     RVE_INLINE History ask(int k, int i) const { return ask(k, i, word[k]); }
     RVE_INLINE void turn_to(const History &asked) { before = asked; }
 
-    /// What the pair in slot k remembers, to be read and written, and then to be read as it was written.
+    /// History of the pair in slot k, for reading and writing. After it is written it returns the
+    /// new value.
     struct Memory {
       PassingPairs &pairs;
       int k, i;
@@ -102,7 +108,8 @@ inline namespace RVE_ISA {
     SpheresInParts<Numbers> sphere;
     PassingPairs<Scene> pairs;
     Real *largest_of_grain;
-    Real largest;    ///< on any grain of a thread: nobody asks for that on a single one
+    /// Largest force on any grain of a thread; no code needs that of a single grain
+    Real largest;
 
    public:
     using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
@@ -113,7 +120,7 @@ inline namespace RVE_ISA {
     {
     }
 
-    // ---- from and to where all others have them ---------------------------------------------------------------------------------
+    // ---- loads and saves ------------------------------------------------------------------------
 
     RVE_INLINE void load(const Shared &shared, Item i)
     {
@@ -131,12 +138,12 @@ inline namespace RVE_ISA {
     {
       for (int k = 0; k < Scene::owned_pairs; ++k) pairs.save(k, i);
     }
-    /// Forces are where they are added up, and pairs where they pass by.
+    /// Forces and pairs are in memory already.
     RVE_INLINE void load_forces(Item) {}
     RVE_INLINE void load_with_forces(Item i) { load_itself(i); }
     RVE_INLINE void save_with_forces(Item i) { largest_of_grain[i] = largest; }
 
-    // ---- what the phases of a step ask for --------------------------------------------------------------------------------------
+    // ---- access during the phases of a step -----------------------------------------------------
 
     RVE_INLINE ViewOf<Scene> view(int i) const
     {
@@ -172,8 +179,9 @@ inline namespace RVE_ISA {
     RVE_INLINE Real largest_of(Item) const { return largest; }
     RVE_INLINE void keep_largest(Item, Real force) { largest = force; }
 
-    /// As of GrainItems: what a pair remembers is asked for while the one before is computed. A partner is not: what partners read that do not
-    /// touch then costs more than waiting (measured on an H200).
+    /// Visits the slots as in GrainItems. A history is read while the previous pair is computed. A
+    /// partner is not: reading partners that do not touch costs more than the latency (measured on
+    /// an H200).
     template <class Step, class View, class Look, class Act, class IsTaken>
     RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken)
     {
@@ -211,7 +219,7 @@ inline namespace RVE_ISA {
       return collect_force(block, shared, Sums(), i);
     }
 
-    /// After a kick and a drift: all of the record.
+    /// Writes the whole record after a kick and a drift.
     RVE_INLINE void publish(const Shared &, Item i, const ViewOf<Scene> &grain,
                             const GrainResponseOf<Scene> &response)
     {
@@ -221,10 +229,10 @@ inline namespace RVE_ISA {
                          SphereCourse<Numbers>{grain.motion.velocity, grain.spin,
                                                response.velocity_unit, response.spin_unit});
     }
-    RVE_INLINE void publish_spin(Item, const Spin<Real, Scene::D> &) {}    // with all else
+    RVE_INLINE void publish_spin(Item, const Spin<Real, Scene::D> &) {}    // publish() writes it
   };
 
-  /// Grains one by one, as a scene has them.
+  /// Single grains of a kernel configuration.
   template <class Block, class Scene>
   using GrainsOf =
       std::conditional_t<Scene::in_memory, PassingGrains<Block, Scene>, GrainItems<Block, Scene>>;

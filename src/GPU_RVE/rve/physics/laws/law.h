@@ -216,8 +216,8 @@ inline namespace RVE_ISA {
   /// is the part of the force in the spring and `slipped_now` the part above the limit. A sliding
   /// spring dissipates the work of its force over the slip, slipped_now / stiffness; the dashpot
   /// dissipates as well. Without a spring the dissipation follows from the velocity. If a dashpot
-  /// raises a spring over the limit, or stops to do so, the spring jumps: its energy then changes by
-  /// more than the work of the current force.
+  /// raises a spring over the limit, or stops to do so, the spring jumps: its energy then changes
+  /// by more than the work of the current force.
   template <class Force, class Spring>
   RVE_INLINE void dissipate_spring(const Force &force_now, const Spring &spring_now,
                                    const Spring &slipped_now, const Force &velocity_now,
