@@ -76,18 +76,18 @@ inline namespace RVE_ISA {
     {
       call.shared = shared;
       if constexpr (KernelTraits<Block, Scene>::spheres_in_registers)
-        hide_grain(shared, num_grains);
+        add_hidden_grain(shared, num_grains);
       call.work = carve_workspace<Scene>(workspace, num_grains, pair_capacity);
       call.pairs = PairView<Scene>{shared.partner, shared.history, call.work.extra_first,
                                    call.work.extra_second, call.work.extra_history};
     }
 
     /// Sets a grain without contacts after the last one.
-    static RVE_INLINE void hide_grain(const SharedView<Scene> &shared, int num_grains)
+    static RVE_INLINE void add_hidden_grain(const SharedView<Scene> &shared, int num_grains)
     {
       shared.motion[num_grains] = MotionOf<Scene>();
       shared.spin[num_grains] = Spin<Real, Scene::D>();
-      shared.radius[num_grains] = kRadiusOfNobody<Scene>;
+      shared.radius[num_grains] = kRadiusWithoutContact<Scene>;
     }
 
     /// Returns whether the first steps may read the grains from the stored state. It requires that
@@ -107,7 +107,7 @@ inline namespace RVE_ISA {
       const bool continued = call.is_continued();
       block.for_each(n, [&](Item i) {
         const typename Stored::StoredGrain stored = Stored::read_grain(call.image, i, n, continued);
-        Stored::show_grain(call, shared, i, stored);
+        Stored::publish_grain(call, shared, i, stored);
         shared.motion[i] = Stored::internal_motion(call, stored);
         shared.largest_force[i] = Real(0);
         if (continued)

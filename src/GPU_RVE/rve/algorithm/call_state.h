@@ -51,8 +51,8 @@ inline namespace RVE_ISA {
       per_force = power_of_two(-force_bits);
       force_limit = power_of_two(limit_bits) * inverse_obliquity;
       // Sums over 2^17 contacts at the limit must stay within 62 bits.
-      const int room = 62 - 17 - limit_bits - 1;
-      contact_force = power_of_two(room);
+      const int spare_bits = 62 - 17 - limit_bits - 1;
+      contact_force = power_of_two(spare_bits);
     }
   };
 
@@ -148,7 +148,8 @@ inline namespace RVE_ISA {
     /// Coefficient of local damping; below zero for objective damping
     typename Scene::Real alpha;
 
-    static_assert(kStepsAhead <= kPlanSteps<Scene>, "there is room for those planned ahead");
+    static_assert(kStepsAhead <= kPlanSteps<Scene>,
+                  "the plan has space for the steps planned ahead");
     std::int32_t plan_first, plan_last;       ///< steps that are planned
     PlanOf<Scene> plan[kPlanSteps<Scene>];    ///< last member: its unused end is not copied
 

@@ -212,7 +212,7 @@ inline namespace RVE_ISA {
         if (shared.partner[k * num_grains + i] != i) return true;
         // The register is saved with the others. Its old value would count as a spring that is
         // released.
-        if constexpr (Block::kInRegisters) grains.forget_pair(k, i);
+        if constexpr (Block::kInRegisters) grains.clear_history(k, i);
         return false;
       }
     }

@@ -24,7 +24,7 @@ inline namespace RVE_ISA {
   {
     const SharedView<Scene> &shared = call.shared;
     const int n = call.num_grains;
-    const auto look = [&](int first, int second, typename Scene::History history) {
+    const auto visit_pair = [&](int first, int second, typename Scene::History history) {
       const ViewOf<Scene> one{shared.motion[first], shared.spin[first], shared.radius[first]};
       const ViewOf<Scene> other{shared.motion[second], shared.spin[second], shared.radius[second]};
       const auto contact = pair_geometry(step, one, other);
@@ -32,10 +32,11 @@ inline namespace RVE_ISA {
     };
     for (int k = 0; k < Scene::owned_pairs; ++k) {
       const int j = call.pairs.partner[k * n + i];
-      if (j != i) look(i, j, call.pairs.history[k * n + i]);
+      if (j != i) visit_pair(i, j, call.pairs.history[k * n + i]);
     }
     for (int m = i; m < call.num_extra; m += n)
-      look(call.pairs.extra_first[m], call.pairs.extra_second[m], call.pairs.extra_history[m]);
+      visit_pair(call.pairs.extra_first[m], call.pairs.extra_second[m],
+                 call.pairs.extra_history[m]);
   }
 
 }    // namespace RVE_ISA

@@ -70,31 +70,34 @@ inline namespace RVE_ISA {
     RVE_INLINE void load_slot(const SharedView<Scene> &shared, int k, Item i)
     {
       slot[k].load(i);
-      if (Block::kInRegisters) look_at(shared, k, i);
+      if (Block::kInRegisters) load_radius(shared, k, i);
     }
     RVE_INLINE void publish(Item i, const std::int32_t *partner)
     {
       for (int k = 0; k < Scene::owned_pairs; ++k) slot[k].publish(i, partner[k]);
     }
     /// Reads the radii of partners after all grains have been stored.
-    RVE_INLINE void look_at_all(const SharedView<Scene> &shared, Item i)
+    RVE_INLINE void load_radii(const SharedView<Scene> &shared, Item i)
     {
-      for (int k = 0; k < Scene::owned_pairs; ++k) look_at(shared, k, i);
+      for (int k = 0; k < Scene::owned_pairs; ++k) load_radius(shared, k, i);
     }
 
     /// Sets all slots free.
-    RVE_INLINE void have_none(Item i)
+    RVE_INLINE void clear_slots(Item i)
     {
-      const typename Scene::Wide nobody = kRadiusOfNobody<Scene>;
+      const typename Scene::Wide no_contact = kRadiusWithoutContact<Scene>;
       for (int k = 0; k < Scene::owned_pairs; ++k) {
         slot[k].keep(i, i);
-        radius_in[k].keep(i, nobody);
+        radius_in[k].keep(i, no_contact);
       }
     }
 
     /// Makes the compiler compute the addresses of a partner's data again: kept through all steps
     /// they would take too many registers.
-    RVE_INLINE void forget_addresses(int k, Item i) { slot[k].keep(i, Block::opaque(slot[k][i])); }
+    RVE_INLINE void recompute_addresses(int k, Item i)
+    {
+      slot[k].keep(i, Block::opaque(slot[k][i]));
+    }
 
     /// Returns the partner in slot k, or the own number if the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, Item i) { return slot[k][i]; }
@@ -106,7 +109,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    RVE_INLINE void look_at(const SharedView<Scene> &shared, int k, Item i)
+    RVE_INLINE void load_radius(const SharedView<Scene> &shared, int k, Item i)
     {
       radius_in[k].keep(i, radius_of_partner(shared, i, slot[k][i]));
     }
@@ -143,7 +146,7 @@ inline namespace RVE_ISA {
       for (int k = 0; k < Scene::owned_pairs; ++k) array[k * num_grains + i] = partner[k];
       pack(i, partner);
     }
-    RVE_INLINE void look_at_all(const SharedView<Scene> &, Item) {}
+    RVE_INLINE void load_radii(const SharedView<Scene> &, Item) {}
 
     RVE_INLINE std::int32_t in_slot(int k, Item i)
     {
@@ -305,7 +308,7 @@ inline namespace RVE_ISA {
       load(shared, i);
       if constexpr (Scene::has_friction && !Traits::streams_history)
         for (int k = 0; k < Scene::owned_pairs; ++k)
-          history[k].keep(i, Scene::Law::between_looks(history[k][i]));
+          history[k].keep(i, Scene::Law::history_for_steps(history[k][i]));
     }
 
     RVE_INLINE void load_itself(Item i)
@@ -325,15 +328,15 @@ inline namespace RVE_ISA {
 
     /// Sets a disk that has no contacts and stays at rest, for a thread without a grain. The thread
     /// then makes the same steps as all others.
-    RVE_INLINE void be_nobody(const SharedView<Scene> &shared, Item i)
+    RVE_INLINE void set_resting_grain(const SharedView<Scene> &shared, Item i)
     {
-      const typename Scene::Wide nobody = kRadiusOfNobody<Scene>;
+      const typename Scene::Wide no_contact = kRadiusWithoutContact<Scene>;
       motion.keep(i, MotionOf<Scene>());
       spin.keep(i, Spin<typename Scene::Real, Scene::D>());
-      radius.keep(i, nobody);
+      radius.keep(i, no_contact);
       own.keep(i, Sums());
       largest_force.keep(i, typename Scene::Real(0));
-      partners.have_none(i);
+      partners.clear_slots(i);
       for (int k = 0; k < Scene::owned_pairs; ++k) history[k].keep(i, History());
       clear_sums<Block>(shared, i);
       set_response(shared, i, GrainResponseOf<Scene>());
@@ -381,7 +384,7 @@ inline namespace RVE_ISA {
     /// Returns the partner in slot k.
     RVE_INLINE ViewOf<Scene> view_partner(const SharedView<Scene> &shared, int k, Item i)
     {
-      if constexpr (Traits::disks_in_registers) partners.forget_addresses(k, i);
+      if constexpr (Traits::disks_in_registers) partners.recompute_addresses(k, i);
       const int j = partners.seen(k, i);
       return {shared.motion[j], shared.spin[j], partners.radius(shared, k, i)};
     }
@@ -402,7 +405,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE History remembered(int k, Item i) { return history[k][i]; }
     /// Clears the history of a free slot.
-    RVE_INLINE void forget_pair(int k, Item i) { history[k].keep(i, History()); }
+    RVE_INLINE void clear_history(int k, Item i) { history[k].keep(i, History()); }
     RVE_INLINE std::int32_t partner_in_slot(int k, Item i) { return partners.in_slot(k, i); }
     RVE_INLINE bool is_taken(int k, Item i) { return partner_in_slot(k, i) != i; }
 
@@ -418,8 +421,9 @@ inline namespace RVE_ISA {
     /// branch of touching pairs delay them. The last slot is skipped if is_taken(slot) is false:
     /// for disks it is free in whole warps, which are numbered in that order (ListRenewal). Other
     /// slots are rarely free, and the test would cost more than it saves.
-    template <class Step, class View, class Look, class Act, class IsTaken>
-    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken is_taken)
+    template <class Step, class View, class Geometry, class Act, class IsTaken>
+    RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act,
+                              IsTaken is_taken)
     {
       if constexpr (Traits::disks_in_registers) {
         const auto here = step();
@@ -427,7 +431,7 @@ inline namespace RVE_ISA {
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           if (k + 1 == Scene::owned_pairs && !is_taken(k)) continue;
           const auto other = view(k);
-          act(k, here, other, look(here, other));
+          act(k, here, other, geometry(here, other));
         }
       } else {
         // A streamed history is read while the previous pair is computed.
@@ -442,7 +446,7 @@ inline namespace RVE_ISA {
           }
           const auto other = view(k);
           const auto here = step();
-          act(k, here, other, look(here, other));
+          act(k, here, other, geometry(here, other));
         }
       }
     }

@@ -80,10 +80,10 @@ inline namespace RVE_ISA {
     // ---- single grains that fill no pack --------------------------------------------------------
 
     using One::add_to_partner;
+    using One::clear_history;
     using One::for_each_grain;
     using One::for_parts;
     using One::for_slots;
-    using One::forget_pair;
     using One::history_of;
     using One::is_taken;
     using One::keep_forces;
@@ -105,7 +105,7 @@ inline namespace RVE_ISA {
 
     /// Moves the forces of packs on a grain to the arrays of single grains, after forces without a
     /// move.
-    RVE_INLINE void leave_forces(int i, bool in_pack)
+    RVE_INLINE void store_forces(int i, bool in_pack)
     {
       Sums sums;
       for (int k = 0; k < Scene::freedoms; ++k) sums[k] = rows[i].sum[k];
@@ -197,23 +197,23 @@ inline namespace RVE_ISA {
 
     /// Computes one stage of all slots before the next stage: the latency of roots and quotients of
     /// one pair passes while other pairs are computed.
-    template <int N, class Step, class View, class Look, class Act, class IsTaken>
-    RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Look look, Act act,
+    template <int N, class Step, class View, class Geometry, class Act, class IsTaken>
+    RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Geometry geometry, Act act,
                               IsTaken is_taken)
     {
       if constexpr (D == 2) {
         static_assert(D != 2 || Scene::owned_pairs == 3, "variables, not arrays: registers");
         const auto first = view(0);
-        const auto to_first = look(step(), first);
+        const auto to_first = geometry(step(), first);
         const auto second = view(1);
-        const auto to_second = look(step(), second);
+        const auto to_second = geometry(step(), second);
         if (!is_taken(2)) {
           act(0, step(), first, to_first);
           act(1, step(), second, to_second);
           return;
         }
         const auto third = view(2);
-        const auto to_third = look(step(), third);
+        const auto to_third = geometry(step(), third);
         act(0, step(), first, to_first);
         act(1, step(), second, to_second);
         act(2, step(), third, to_third);
@@ -222,17 +222,17 @@ inline namespace RVE_ISA {
                       "made where they are: what is copied is long");
         struct Slot {
           decltype(view(0)) other;
-          decltype(look(step(), view(0))) contact;
+          decltype(geometry(step(), view(0))) contact;
 
-          RVE_INLINE Slot(int k, Step &step, View &view, Look &look) :
-              other(view(k)), contact(look(step(), other))
+          RVE_INLINE Slot(int k, Step &step, View &view, Geometry &geometry) :
+              other(view(k)), contact(geometry(step(), other))
           {
           }
         };
-        const Slot slot[] = {{0, step, view, look},
-                             {1, step, view, look},
-                             {2, step, view, look},
-                             {3, step, view, look}};
+        const Slot slot[] = {{0, step, view, geometry},
+                             {1, step, view, geometry},
+                             {2, step, view, geometry},
+                             {3, step, view, geometry}};
         for (int k = 0; k < Scene::owned_pairs; ++k) act(k, step(), slot[k].other, slot[k].contact);
       }
     }

@@ -81,7 +81,7 @@ inline namespace RVE_ISA {
     if constexpr (wanted == Wanted::Reduction)
       history = now;
     else
-      history = Scene::Law::between_looks(now);
+      history = Scene::Law::history_for_steps(now);
   }
 
   /// Clears the history of a pair, and with bookkeeping adds the energy of its springs.

@@ -47,7 +47,7 @@ inline namespace RVE_ISA {
   template <class Block, class Scene>
   RVE_INLINE void begin_ownership(Block &block, const WorkspaceView<Scene> &work, int i, int count)
   {
-    static_assert(Scene::owned_pairs < (1 << PairCount::kReceivedBits), "room for those received");
+    static_assert(Scene::owned_pairs < (1 << PairCount::kReceivedBits), "space for those received");
     work.count[i] = PairCount::of_row(count);
     work.accepted[i] = 0x7fffffff;
     if (count > Scene::owned_pairs)
@@ -101,7 +101,7 @@ inline namespace RVE_ISA {
                                 const PairRows &rows, int num_grains, int max_rounds)
   {
     // The grid is not needed any more.
-    std::int32_t *const asked = work.cell_start;
+    std::int32_t *const candidate = work.cell_start;
     std::int32_t *overloaded = work.overloaded, *next = work.cell_of;
     int count = work.num_overloaded[0];
     for (int round = 0; count > 0 && round < max_rounds; ++round) {
@@ -114,12 +114,12 @@ inline namespace RVE_ISA {
             const int i = overloaded[m];
             const Offer mine = offer(work, rows, i, round);
             work.proposal[i] = mine.which;
-            asked[i] = mine.partner;
+            candidate[i] = mine.partner;
             if (mine.which >= 0) block.fetch_min(&work.accepted[mine.partner], sooner + i);
           },
           [&] { *num_next = 0; });
       block.for_each(count, [&](int m) {
-        const int i = overloaded[m], which = work.proposal[i], j = asked[i];
+        const int i = overloaded[m], which = work.proposal[i], j = candidate[i];
         PairCount mine = work.count[i];
         if (which >= 0 && work.accepted[j] == sooner + i) {
           const PairCount its = work.count[j], its_next = its.with_one_more_received();

@@ -47,7 +47,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE History remembered(int k, int i) const
     {
-      return ask(k, i, shared.partner_word[place(k, i)]);
+      return stored_history(k, i, shared.partner_word[place(k, i)]);
     }
 
     /// Returns the partner in slot k, or the own number if the slot is free.
@@ -59,13 +59,13 @@ inline namespace RVE_ISA {
     // ---- the current grain ----------------------------------------------------------------------
 
     /// Reads all words of a grain before its first pair.
-    RVE_INLINE void look_at(int i)
+    RVE_INLINE void load_words(int i)
     {
       for (int k = 0; k < kSlots; ++k) word[k] = shared.partner_word[place(k, i)];
     }
     RVE_INLINE int partner(int k) const { return word[k] & ~kRemembers; }
-    RVE_INLINE History ask(int k, int i) const { return ask(k, i, word[k]); }
-    RVE_INLINE void turn_to(const History &asked) { before = asked; }
+    RVE_INLINE History stored_history(int k, int i) const { return stored_history(k, i, word[k]); }
+    RVE_INLINE void set_current(const History &history) { before = history; }
 
     /// History of the pair in slot k, for reading and writing. After it is written it returns the
     /// new value.
@@ -82,7 +82,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE Rows rows(int k) const { return Rows(shared, k, shared.capacity); }
 
-    RVE_INLINE History ask(int k, int i, std::int32_t its_word) const
+    RVE_INLINE History stored_history(int k, int i, std::int32_t its_word) const
     {
       return (its_word & kRemembers) != 0 ? rows(k)[i] : History();
     }
@@ -156,7 +156,8 @@ inline namespace RVE_ISA {
     {
       const int j = pairs.partner(k);
       ViewOf<Scene> other = view(j);
-      if (j == i) other.radius = Scene::Law::has_reach ? kRadiusOfNobody<Scene> : -other.radius;
+      if (j == i)
+        other.radius = Scene::Law::has_reach ? kRadiusWithoutContact<Scene> : -other.radius;
       return other;
     }
 
@@ -182,18 +183,18 @@ inline namespace RVE_ISA {
     /// Visits the slots as in GrainItems. A history is read while the previous pair is computed. A
     /// partner is not: reading partners that do not touch costs more than the latency (measured on
     /// an H200).
-    template <class Step, class View, class Look, class Act, class IsTaken>
-    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken)
+    template <class Step, class View, class Geometry, class Act, class IsTaken>
+    RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act, IsTaken)
     {
-      pairs.look_at(i);
-      typename Scene::History next = pairs.ask(0, i);
+      pairs.load_words(i);
+      typename Scene::History next = pairs.stored_history(0, i);
       RVE_UNROLL
       for (int k = 0; k < Scene::owned_pairs; ++k) {
-        pairs.turn_to(next);
-        if (k + 1 < Scene::owned_pairs) next = pairs.ask(k + 1, i);
+        pairs.set_current(next);
+        if (k + 1 < Scene::owned_pairs) next = pairs.stored_history(k + 1, i);
         const auto other = view(k);
         const auto here = step();
-        act(k, here, other, look(here, other));
+        act(k, here, other, geometry(here, other));
       }
     }
 

@@ -128,7 +128,7 @@ inline namespace RVE_ISA {
       if constexpr (with_bookkeeping) save_pairs();
     }
 
-    // ---- steps with bookkeeping: grains are loaded for each phase --------------------------------
+    // ---- steps with bookkeeping: grains are loaded for each phase -------------------------------
 
     RVE_INLINE void begin_bookkeeping(const Bookkeeping &books)
     {
@@ -230,8 +230,8 @@ inline namespace RVE_ISA {
       }
       int t = k - first;
       if constexpr (Traits::disks_in_registers) {
-        block.for_empty_places(num_grains,
-                               [&](Item i) RVE_INLINE_LAMBDA { grains.be_nobody(shared, i); });
+        block.for_empty_places(
+            num_grains, [&](Item i) RVE_INLINE_LAMBDA { grains.set_resting_grain(shared, i); });
         t = step_in_places(grains, t, end, n, moved, k > 1);
       } else {
         for (bool kicks = k > 1;; kicks = true, ++t) {
@@ -435,7 +435,7 @@ inline namespace RVE_ISA {
       forces<Wanted::Reduction>(packs, plan).reduce();
       block.own_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
         packs.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-          packs.leave_forces(i, kIsPack<std::decay_t<decltype(item)>>);
+          packs.store_forces(i, kIsPack<std::decay_t<decltype(item)>>);
         });
       });
     }
@@ -485,7 +485,7 @@ inline namespace RVE_ISA {
     {
       block.for_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
         const auto stored = Stored::read_grain(call.image, i, num_grains, true);
-        grains.radius.keep(i, Stored::show_grain(call, shared, i, stored));
+        grains.radius.keep(i, Stored::publish_grain(call, shared, i, stored));
         grains.motion.keep(i, Stored::internal_motion(call, stored));
         grains.spin.keep(i, stored.spin);
         grains.largest_force.keep(i, Real(0));
@@ -493,14 +493,15 @@ inline namespace RVE_ISA {
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           if constexpr (Scene::has_friction)
             grains.history[k].keep(
-                i, Scene::Law::between_looks(Stored::internal_history(call, stored.history[k])));
+                i,
+                Scene::Law::history_for_steps(Stored::internal_history(call, stored.history[k])));
           else    // they are zero and stay zero
             grains.history[k].publish(i, typename Scene::History());
         }
         set_response(shared, i, Stored::response_of(call, grains.radius[i], stored.list_position));
       });
       block.own_items(num_grains,
-                      [&](Item i) RVE_INLINE_LAMBDA { grains.partners.look_at_all(shared, i); });
+                      [&](Item i) RVE_INLINE_LAMBDA { grains.partners.load_radii(shared, i); });
     }
 
     /// Makes the last kick, writes the stored state, and calls parts(0) ... parts(num_parts - 1) at

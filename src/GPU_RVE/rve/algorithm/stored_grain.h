@@ -57,9 +57,9 @@ inline namespace RVE_ISA {
 
     /// Publishes the data of a grain except its motion, and clears the sums of its forces. Returns
     /// its internal radius.
-    static RVE_INLINE Wide show_grain(const PreparedCall<Scene> &call,
-                                      const SharedView<Scene> &shared, int i,
-                                      const StoredGrain &stored)
+    static RVE_INLINE Wide publish_grain(const PreparedCall<Scene> &call,
+                                         const SharedView<Scene> &shared, int i,
+                                         const StoredGrain &stored)
     {
       const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
       shared.spin[i] = stored.spin;

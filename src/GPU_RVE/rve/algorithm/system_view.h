@@ -342,14 +342,15 @@ inline namespace RVE_ISA {
   /// Radius with which a grain has no contacts: radii are below 1/2, and laws reach at most one
   /// [internal length].
   template <class Scene>
-  constexpr typename Scene::Wide kRadiusOfNobody = typename Scene::Wide(-1024);
+  constexpr typename Scene::Wide kRadiusWithoutContact = typename Scene::Wide(-1024);
 
   /// Returns the radius for the slot of grain i that holds partner j.
   template <class Scene>
   RVE_INLINE typename Scene::Wide radius_of_partner(const SharedView<Scene> &shared, int i, int j)
   {
-    const auto nobody = Scene::Law::has_reach ? kRadiusOfNobody<Scene> : -shared.radius[i];
-    return j == i ? nobody : shared.radius[j];
+    const auto no_contact =
+        Scene::Law::has_reach ? kRadiusWithoutContact<Scene> : -shared.radius[i];
+    return j == i ? no_contact : shared.radius[j];
   }
 
   /// Assigns the arrays in the order in which they profit from the chip: sums that many threads add
@@ -557,9 +558,9 @@ inline namespace RVE_ISA {
   }
 
   /// Borrowed memory: arrays are moved to it while they fit, and otherwise stay where they are.
-  class LentRoom {
+  class BorrowedMemory {
    public:
-    RVE_INLINE LentRoom(void *first, std::size_t size_in) :
+    RVE_INLINE BorrowedMemory(void *first, std::size_t size_in) :
         next(static_cast<char *>(first)), left(size_in)
     {
     }
@@ -584,15 +585,15 @@ inline namespace RVE_ISA {
   RVE_INLINE void build_on_chip(WorkspaceView<Scene> &work, const SharedView<Scene> &shared,
                                 Plan &plan, int capacity)
   {
-    LentRoom sums(shared.force[0], Scene::freedoms * capacity * sizeof(typename Scene::Sum));
+    BorrowedMemory sums(shared.force[0], Scene::freedoms * capacity * sizeof(typename Scene::Sum));
     take_each(sums, capacity, work.accepted, work.count, work.overloaded);
     // In space `own` is in memory.
-    LentRoom own(shared.own, Scene::D == 2 ? capacity * sizeof(*shared.own) : 0);
-    LentRoom &room = Scene::D == 2 ? own : sums;
-    room.take(work.num_overloaded, 2);
-    room.take(work.cell_start, cell_capacity(capacity) + 1);
-    room.take(work.cell_grain, capacity);
-    LentRoom plans(&plan, sizeof(plan));
+    BorrowedMemory own(shared.own, Scene::D == 2 ? capacity * sizeof(*shared.own) : 0);
+    BorrowedMemory &memory = Scene::D == 2 ? own : sums;
+    memory.take(work.num_overloaded, 2);
+    memory.take(work.cell_start, cell_capacity(capacity) + 1);
+    memory.take(work.cell_grain, capacity);
+    BorrowedMemory plans(&plan, sizeof(plan));
     take_each(plans, capacity, work.proposal, work.cell_of);
     work.load = work.accepted;    // used after all pairs have owners
   }

@@ -27,7 +27,7 @@ inline namespace RVE_ISA {
     template <int Classes, class ClassOf, class Take>
     RVE_DEVICE void order_by_class(int n, ClassOf class_of, Take take)
     {
-      static_assert(Classes <= 16, "CudaScratch::of_class has room for 16 classes");
+      static_assert(Classes <= 16, "CudaScratch::of_class has space for 16 classes");
       // All lanes set the numbers: with __syncwarp() here, spheres would have no uniforms
       // (CudaHints::uniform()).
       int next[Classes];

@@ -128,7 +128,7 @@ inline namespace RVE_ISA {
     {
       return {Spring(force) * h.tangential, Spring(length) * h.contact_radius};
     }
-    static RVE_INLINE History between_looks(const History &h)
+    static RVE_INLINE History history_for_steps(const History &h)
     {
       return {h.tangential, Rescaling ? h.contact_radius : Spring(0)};
     }

@@ -19,7 +19,7 @@
 //                              history with each number multiplied by its unit
 //   of_pair, to_pair           conversion of a history from and to a Pair of engine/state.h
 //   turned(history, rotation)  history after a rigid rotation of the RVE, for spheres
-//   between_looks(history)     part of a history that steps read; a number that no step reads is
+//   history_for_steps(history) part of a history that steps read; a number that no step reads is
 //                              zero until the last forces of a call
 //   tangential_force(history)  tangential force on the first grain
 //   contact_law                law of the materials (physics/material.h)

@@ -71,7 +71,7 @@ inline namespace RVE_ISA {
     {
       return Spring(force) * h;
     }
-    static RVE_INLINE const History &between_looks(const History &h) { return h; }
+    static RVE_INLINE const History &history_for_steps(const History &h) { return h; }
     template <class Pair> static History of_pair(const Pair &pair)
     {
       return in_numbers<Spring>(pair.tangential_force);

@@ -361,9 +361,9 @@ inline namespace RVE_ISA {
     {
       return {Contact::turned(h.contact, rotation), Resistance::turned(h.turning, rotation)};
     }
-    static RVE_INLINE History between_looks(const History &h)
+    static RVE_INLINE History history_for_steps(const History &h)
     {
-      return {Contact::between_looks(h.contact), h.turning};
+      return {Contact::history_for_steps(h.contact), h.turning};
     }
     static RVE_INLINE Along<Spring, D> tangential_force(const History &h)
     {
