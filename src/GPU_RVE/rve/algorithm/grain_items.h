@@ -7,6 +7,7 @@
 
 #include "rve/algorithm/system_view.h"
 #include "rve/core/integer_sums.h"
+#include "rve/core/pack_item.h"
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -174,15 +175,6 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// An array whose elements other items also read; a thread keeps no copy.
-  template <class T, class Array> struct SharedItems {
-    Array array;
-    RVE_INLINE decltype(auto) operator[](int i) const { return array[i]; }
-    RVE_INLINE void load(int) const {}
-    RVE_INLINE void keep(int i, const T &x) const { array[i] = x; }
-    RVE_INLINE void publish(int i, const T &x) const { array[i] = x; }
-  };
-
   /// Histories of the pairs of one slot in memory. Each number has a row of its own, of which a
   /// warp reads whole lines.
   template <class History, class Number> class StreamedHistory {
@@ -250,7 +242,7 @@ inline namespace RVE_ISA {
     using History = typename Scene::History;
     /// Data of a grain that other grains read. For disks a thread also has a copy.
     template <class T, class Array>
-    using Seen = std::conditional_t<Scene::D == 2, Resident<T>, SharedItems<T, Array>>;
+    using Seen = std::conditional_t<Scene::D == 2, Resident<T>, ItemsInArray<T, Array>>;
     template <class T, class Array> static RVE_INLINE Seen<T, Array> seen(Block &block, Array array)
     {
       if constexpr (Scene::D == 2)

@@ -100,15 +100,7 @@ inline namespace RVE_ISA {
         array[item] = x;
       }
     };
-    template <class T> struct Copy<T, 0> {
-      T *array;
-      RVE_DEVICE T &operator[](int item) { return array[item]; }
-      RVE_DEVICE void load(int) {}
-      RVE_DEVICE void save(int) {}
-      RVE_DEVICE void load_whole(int) {}
-      RVE_DEVICE void save_whole(int) {}
-      RVE_DEVICE void keep(int item, const T &x) { array[item] = x; }
-      RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
+    template <class T> struct Copy<T, 0> : ItemsInArray<T> {
     };
     template <class T> using Resident = Copy<T, ItemsPerThread>;
 

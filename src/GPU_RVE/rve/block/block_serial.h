@@ -229,17 +229,7 @@ inline namespace RVE_ISA {
     /// between load and save it may keep another value, and only publish makes it visible to other
     /// items. load_whole and save_whole access memory as read_whole and write_whole do. BlockSerial
     /// uses the array itself.
-    template <class T> struct Resident {
-      T *array;
-      RVE_INLINE T &operator[](int item) const { return array[item]; }
-      RVE_INLINE void load(int) const {}
-      RVE_INLINE void save(int) const {}
-      RVE_INLINE void load_whole(int) const {}
-      RVE_INLINE void save_whole(int) const {}
-      RVE_INLINE void keep(int item, const T &value) const { array[item] = value; }
-      RVE_INLINE void publish(int item, const T &value) const { array[item] = value; }
-    };
-
+    template <class T> using Resident = ItemsInArray<T>;
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
 
    protected:

@@ -21,6 +21,19 @@ inline namespace RVE_ISA {
     InTurn     ///< one after the other by the same code, in the registers of the first item
   };
 
+  /// Items of an array without copies in registers: all functions of a resident array access the
+  /// array itself (block/block_serial.h).
+  template <class T, class Array = T *> struct ItemsInArray {
+    Array array;
+    RVE_INLINE decltype(auto) operator[](int item) const { return array[item]; }
+    RVE_INLINE void load(int) const {}
+    RVE_INLINE void save(int) const {}
+    RVE_INLINE void load_whole(int) const {}
+    RVE_INLINE void save_whole(int) const {}
+    RVE_INLINE void keep(int item, const T &x) const { array[item] = x; }
+    RVE_INLINE void publish(int item, const T &x) const { array[item] = x; }
+  };
+
   /// True if an item of a phase, whose type is `const auto`, is a pack.
   template <class Item> constexpr bool kIsPack = false;
   template <int Lanes> constexpr bool kIsPack<PackItem<Lanes>> = true;
