@@ -208,12 +208,7 @@ inline namespace RVE_ISA {
     }
 
     /// Returns the stored pairs as arrays.
-    RVE_INLINE PairView<Scene> image_pairs() const
-    {
-      const ImageView<Scene> &image = this->image;
-      return PairView<Scene>{image.partner, image.history, image.extra_first, image.extra_second,
-                             image.extra_history};
-    }
+    RVE_INLINE PairView<Scene> image_pairs() const { return this->image; }
   };
 
 }    // namespace RVE_ISA

@@ -25,8 +25,7 @@ inline namespace RVE_ISA {
     const SharedView<Scene> &shared = call.shared;
     const int n = call.num_grains;
     const auto visit_pair = [&](int first, int second, typename Scene::History history) {
-      const ViewOf<Scene> one{shared.motion[first], shared.spin[first], shared.radius[first]};
-      const ViewOf<Scene> other{shared.motion[second], shared.spin[second], shared.radius[second]};
+      const auto one = view_grain(shared, first), other = view_grain(shared, second);
       const auto contact = pair_geometry(step, one, other);
       if (step.law.acts(contact)) visit(first, second, one, other, contact, history);
     };

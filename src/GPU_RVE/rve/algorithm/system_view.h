@@ -79,8 +79,16 @@ inline namespace RVE_ISA {
     (carver.take(array, count), ...);
   }
 
-  /// Stored state of an RVE. Arrays have N grains; owned pairs are [slot * N + grain].
-  template <class Scene> struct ImageView {
+  /// Pairs of an RVE as arrays: owned pairs are [slot * N + grain], followed by extra pairs.
+  template <class Scene> struct PairView {
+    std::int32_t *partner;    ///< own number: the slot is free
+    typename Scene::History *history;
+    std::int32_t *extra_first, *extra_second;
+    typename Scene::History *extra_history;
+  };
+
+  /// Stored header and grains of an RVE. Arrays have N grains.
+  template <class Scene> struct StoredGrainsView {
     ImageHeader<Scene::D> *header;
     Vec<typename Scene::Coordinate, Scene::D> *position;
     /// Leading bits of the positions when the list was built.
@@ -88,11 +96,11 @@ inline namespace RVE_ISA {
     Vec<typename Scene::Real, Scene::D> *velocity;
     Spin<typename Scene::Real, Scene::D> *spin;
     typename Scene::Wide *radius;
-    std::int32_t *number;     ///< number of the grain in the RveState
-    std::int32_t *partner;    ///< own number: the slot is free
-    typename Scene::History *history;
-    std::int32_t *extra_first, *extra_second;
-    typename Scene::History *extra_history;
+    std::int32_t *number;    ///< number of the grain in the RveState
+  };
+
+  /// Stored state of an RVE.
+  template <class Scene> struct ImageView : StoredGrainsView<Scene>, PairView<Scene> {
   };
 
   template <class Scene, class Carving>
@@ -266,14 +274,6 @@ inline namespace RVE_ISA {
     Vec<typename Numbers::Leading::Coordinate, D> list_position;
   };
   template <class Scene> using GrainResponseOf = GrainResponse<typename Scene::Numbers, Scene::D>;
-
-  /// Pairs of an RVE as arrays: owned pairs are [slot * N + grain], followed by extra pairs.
-  template <class Scene> struct PairView {
-    std::int32_t *partner;    ///< own number: the slot is free
-    typename Scene::History *history;
-    std::int32_t *extra_first, *extra_second;
-    typename Scene::History *extra_history;
-  };
 
   /// Additional data with InMemory.
   template <bool InMemory> struct PairWords {
