@@ -194,12 +194,12 @@ inline namespace RVE_ISA {
     {
     }
 
-    static RVE_INLINE bool is_something(const History &x)
+    static RVE_INLINE bool is_nonzero(const History &x)
     {
-      bool something = false;
+      bool nonzero = false;
       for (int m = 0; m < kNumbers; ++m)
-        something = something || reinterpret_cast<const Number *>(&x)[m] != Number(0);
-      return something;
+        nonzero = nonzero || reinterpret_cast<const Number *>(&x)[m] != Number(0);
+      return nonzero;
     }
 
     RVE_INLINE History operator[](int i) const
@@ -395,7 +395,7 @@ inline namespace RVE_ISA {
         return history[k][i];
     }
 
-    RVE_INLINE History remembered(int k, Item i) { return history[k][i]; }
+    RVE_INLINE History saved_history(int k, Item i) { return history[k][i]; }
     /// Clears the history of a free slot.
     RVE_INLINE void clear_history(int k, Item i) { history[k].keep(i, History()); }
     RVE_INLINE std::int32_t partner_in_slot(int k, Item i) { return partners.in_slot(k, i); }

@@ -19,11 +19,11 @@ inline namespace RVE_ISA {
   /// Pairs that grains own, during steps. A word for each slot has the partner, and a bit that is
   /// set if the history of the pair is not zero.
   template <class Scene> class PassingPairs {
-    static_assert(Scene::has_friction, "pairs remember something");
+    static_assert(Scene::has_friction, "pairs have a history");
     using History = typename Scene::History;
     using Rows = StreamedHistory<History, typename Scene::Spring>;
     static constexpr int kSlots = Scene::owned_pairs;
-    static constexpr std::int32_t kRemembers = 1 << 30;
+    static constexpr std::int32_t kHasHistory = 1 << 30;
 
     SharedView<Scene> shared;
     std::int32_t word[kSlots];    ///< of the current grain
@@ -37,15 +37,15 @@ inline namespace RVE_ISA {
     RVE_INLINE void load(int k, int i)
     {
       const History stored = shared.history[place(k, i)];
-      const bool remembers = Rows::is_something(stored);
-      if (remembers) rows(k).keep(i, stored);
+      const bool has_history = Rows::is_nonzero(stored);
+      if (has_history) rows(k).keep(i, stored);
       const std::int32_t partner = shared.partner[place(k, i)];
-      shared.partner_word[place(k, i)] = remembers ? partner | kRemembers : partner;
+      shared.partner_word[place(k, i)] = has_history ? partner | kHasHistory : partner;
     }
 
-    RVE_INLINE void save(int k, int i) const { shared.history[place(k, i)] = remembered(k, i); }
+    RVE_INLINE void save(int k, int i) const { shared.history[place(k, i)] = saved_history(k, i); }
 
-    RVE_INLINE History remembered(int k, int i) const
+    RVE_INLINE History saved_history(int k, int i) const
     {
       return stored_history(k, i, shared.partner_word[place(k, i)]);
     }
@@ -53,7 +53,7 @@ inline namespace RVE_ISA {
     /// Returns the partner in slot k, or the own number if the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, int i) const
     {
-      return shared.partner_word[place(k, i)] & ~kRemembers;
+      return shared.partner_word[place(k, i)] & ~kHasHistory;
     }
 
     // ---- the current grain ----------------------------------------------------------------------
@@ -63,7 +63,7 @@ inline namespace RVE_ISA {
     {
       for (int k = 0; k < kSlots; ++k) word[k] = shared.partner_word[place(k, i)];
     }
-    RVE_INLINE int partner(int k) const { return word[k] & ~kRemembers; }
+    RVE_INLINE int partner(int k) const { return word[k] & ~kHasHistory; }
     RVE_INLINE History stored_history(int k, int i) const { return stored_history(k, i, word[k]); }
     RVE_INLINE void set_current(const History &history) { before = history; }
 
@@ -74,7 +74,7 @@ inline namespace RVE_ISA {
       int k, i;
 
       RVE_INLINE operator const History &() const { return pairs.before; }
-      RVE_INLINE void operator=(const History &x) const { pairs.remember(k, i, x); }
+      RVE_INLINE void operator=(const History &x) const { pairs.keep_history(k, i, x); }
     };
 
    private:
@@ -84,16 +84,16 @@ inline namespace RVE_ISA {
 
     RVE_INLINE History stored_history(int k, int i, std::int32_t its_word) const
     {
-      return (its_word & kRemembers) != 0 ? rows(k)[i] : History();
+      return (its_word & kHasHistory) != 0 ? rows(k)[i] : History();
     }
 
-    RVE_INLINE void remember(int k, int i, const History &x)
+    RVE_INLINE void keep_history(int k, int i, const History &x)
     {
-      const bool something = Rows::is_something(x);
-      if (something) rows(k).keep(i, x);
+      const bool nonzero = Rows::is_nonzero(x);
+      if (nonzero) rows(k).keep(i, x);
       before = x;
-      if (something != ((word[k] & kRemembers) != 0)) {
-        word[k] ^= kRemembers;
+      if (nonzero != ((word[k] & kHasHistory) != 0)) {
+        word[k] ^= kHasHistory;
         shared.partner_word[place(k, i)] = word[k];
       }
     }
@@ -171,9 +171,9 @@ inline namespace RVE_ISA {
     {
       return typename PassingPairs<Scene>::Memory{pairs, k, i};
     }
-    RVE_INLINE typename Scene::History remembered(int k, Item i) const
+    RVE_INLINE typename Scene::History saved_history(int k, Item i) const
     {
-      return pairs.remembered(k, i);
+      return pairs.saved_history(k, i);
     }
     RVE_INLINE std::int32_t partner_in_slot(int k, Item i) const { return pairs.in_slot(k, i); }
 

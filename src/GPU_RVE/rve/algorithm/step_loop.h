@@ -531,7 +531,7 @@ inline namespace RVE_ISA {
         if (Scene::has_friction)
           for (int k = 0; k < Scene::owned_pairs; ++k)
             Block::write_whole(image.history[k * num_grains + i],
-                               history_to_user(grains.remembered(k, i)));
+                               history_to_user(grains.saved_history(k, i)));
         if (relisted) {
           image.list_position[i] = list_position_of(shared, i);
           image.number[i] = call.work.number[i];
