@@ -104,7 +104,7 @@ inline namespace RVE_ISA {
         f(i, term);
         for (int m = 0; m < M; ++m) own[m] += term[m];
       });
-      // One or two terms of 32 bits add up to 33 bits: 16 in the first limb, 17 in the other.
+      // Two terms of 32 bits add up to 33 bits: 16 in the first limb, 17 in the other.
       using Limbed = std::conditional_t<(ItemsPerThread > 0), Term, std::int64_t>;
       constexpr int limbs = kLimbs<Limbed>;
       static_assert(M * limbs <= kTotals, "a total for each limb");
