@@ -3,7 +3,6 @@
 
 #include "rve/core/fixed_point.h"
 #include "rve/physics/laws/linear_friction.h"
-#include "rve/physics/stress.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -151,8 +150,8 @@ TYPED_TEST(ContactOfTwoDisks, ExchangeOfTheGrainsGivesTheOppositeForceAndTheSame
     ASSERT_TRUE(same_bits(of_i.normal_force, of_j.normal_force));
     ASSERT_EQ(of_i.sliding, of_j.sliding);
     ++(of_i.sliding ? sliding : sticking);
-    const auto stress_i = love_term(of_i.force, geometry<TypeParam>(branch, sum).branch);
-    const auto stress_j = love_term(of_j.force, geometry<TypeParam>(back, sum).branch);
+    const auto stress_i = dyad(of_i.force, geometry<TypeParam>(branch, sum).branch);
+    const auto stress_j = dyad(of_j.force, geometry<TypeParam>(back, sum).branch);
     for (int k = 0; k < 4; ++k) ASSERT_EQ(stress_i.component[k], stress_j.component[k]);
   }
   EXPECT_GT(sliding, 1000);

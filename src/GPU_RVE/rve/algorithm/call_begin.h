@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How a call begins: from the memory of an RVE to internal units.
+// Begin of a call: conversion of the stored state of an RVE to internal units.
 
 #pragma once
 
@@ -11,7 +11,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Prepares a call, and finds what the call before has not left: a list, a scale of forces.
+  /// Prepares a call, and finds a list and a force scale if the last call has left none.
   template <class Block, class Scene> struct CallBegin {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
@@ -22,7 +22,8 @@ inline namespace RVE_ISA {
     using Progress = CallProgress<Scene>;
     using Renewal = ListRenewal<Block, Scene>;
 
-    /// The state of a call as it begins, but for the plan; header, drive, steering and batch are there. By one thread.
+    /// Prepares a call, except for its plan; header, drive, steering and batch are set. One thread
+    /// calls it.
     static RVE_INLINE void prepare(PreparedCall<Scene> &call, char *image, int pair_capacity)
     {
       const ImageHeader<Scene::D> &header = call.header;
@@ -68,36 +69,37 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Where the block works. By one thread.
+    /// Sets the views of the memory that the block uses. One thread calls it.
     static RVE_INLINE void set_views(CallState<Scene> &call, int num_grains,
                                      const SharedView<Scene> &shared, char *workspace,
                                      int pair_capacity)
     {
       call.shared = shared;
       if constexpr (KernelTraits<Block, Scene>::spheres_in_registers)
-        hide_grain(shared, num_grains);
+        add_hidden_grain(shared, num_grains);
       call.work = carve_workspace<Scene>(workspace, num_grains, pair_capacity);
       call.pairs = PairView<Scene>{shared.partner, shared.history, call.work.extra_first,
                                    call.work.extra_second, call.work.extra_history};
     }
 
-    /// Behind the last grain one that touches none.
-    static RVE_INLINE void hide_grain(const SharedView<Scene> &shared, int num_grains)
+    /// Sets a grain without contacts after the last one.
+    static RVE_INLINE void add_hidden_grain(const SharedView<Scene> &shared, int num_grains)
     {
       shared.motion[num_grains] = MotionOf<Scene>();
       shared.spin[num_grains] = Spin<Real, Scene::D>();
-      shared.radius[num_grains] = kRadiusOfNobody<Scene>;
+      shared.radius[num_grains] = kRadiusWithoutContact<Scene>;
     }
 
-    /// Whether the first steps may take the grains from the image themselves: nothing else wants to see them before.
+    /// Returns whether the first steps may read the grains from the stored state. It requires that
+    /// no other code reads them before.
     static RVE_INLINE bool is_direct(const CallState<Scene> &call)
     {
       return Block::kInRegisters && !call.fatal() && call.plan_last > 0 &&
           call.drive.substeps > 0 && !call.batch.track_energy;
     }
 
-    /// From the image to internal units, for a call that is not direct. It is prepared, and has its views, of which `shared` is
-    /// one.
+    /// Converts the stored state to internal units, for a call that is not direct. The call is
+    /// prepared and has its views, one of which is `shared`.
     static RVE_INLINE void begin(Block &block, CallState<Scene> &call,
                                  const SharedView<Scene> &shared)
     {
@@ -105,7 +107,7 @@ inline namespace RVE_ISA {
       const bool continued = call.is_continued();
       block.for_each(n, [&](Item i) {
         const typename Stored::StoredGrain stored = Stored::read_grain(call.image, i, n, continued);
-        Stored::show_grain(call, shared, i, stored);
+        Stored::publish_grain(call, shared, i, stored);
         shared.motion[i] = Stored::internal_motion(call, stored);
         shared.largest_force[i] = Real(0);
         if (continued)
@@ -123,7 +125,7 @@ inline namespace RVE_ISA {
       take_extra_pairs(block, call);
     }
 
-    /// Extra pairs with their histories in internal units.
+    /// Converts extra pairs, with histories in internal units.
     static RVE_INLINE void take_extra_pairs(Block &block, CallState<Scene> &call)
     {
       if (call.num_extra == 0) return;
@@ -136,7 +138,8 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// What the call before has not left: a list, a scale of forces. `from`: the pairs, when there is a list.
+    /// Finds the list or force scale that the last call has not left. `from` has the pairs if there
+    /// is a list.
     static RVE_COLD void find_list_and_scale(Block block, CallState<Scene> &call,
                                              PairView<Scene> from)
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How a call ends: whether its result is sound, and what is written.
+// End of a call: checks of its result, and output.
 
 #pragma once
 
@@ -9,12 +9,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Checks the last forces, and writes results.
+  /// Checks the last forces and writes the results of a call.
   template <class Block, class Scene> struct CallEnd {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
 
-    /// One number shows that nothing is wrong with the grains, as is nearly always the case.
+    /// Returns whether no grain has an error. The largest force shows it, which is sufficient for
+    /// nearly all calls.
     static RVE_INLINE bool is_sound(const CallState<Scene> &call)
     {
       return call.totals.largest < call.sound_force;
@@ -31,7 +32,7 @@ inline namespace RVE_ISA {
       return word;
     }
 
-    /// Returns the status with errors of single grains. They are looked for unless there are other
+    /// Returns the status with errors of single grains. It checks them unless there are other
     /// errors: an overlap that seems too large may be a force beyond the range of the sums.
     static RVE_INLINE std::uint32_t
     with_errors_of_grains(Block &block, const CallState<Scene> &call, std::uint32_t word)
@@ -40,14 +41,15 @@ inline namespace RVE_ISA {
       return find_errors(block, call, word);
     }
 
-    /// After a force beyond the range of the sums overlaps are wrong, too: the call is repeated.
+    /// Checks each grain. After a force beyond the range of the sums the overlaps are wrong, too,
+    /// and the call is repeated.
     static RVE_COLD std::uint32_t find_errors(Block block, const CallState<Scene> &call,
                                               std::uint32_t word)
     {
       const SharedView<Scene> &shared = call.shared;
       const Real limiting =
           static_cast<Real>(ForceUnits<Block, Scene>::force_at_overlap_limit(call));
-      // the largest force is then that of a normal spring
+      // The largest force is then that of a normal spring.
       const bool springs_only = !Scene::Law::has_normal_dashpot(call.header.material) &&
           !(Scene::books && call.header.all_forces_count);
       if (block.any(call.num_grains,
@@ -68,8 +70,8 @@ inline namespace RVE_ISA {
       return call.units.force * static_cast<double>(call.totals.largest);
     }
 
-    /// What is written at the end of a sound call beside its grains: the words of its progress, the
-    /// components of the stress, and the rest of the answer.
+    /// Parts of the output of a successful call in addition to its grains: the words of its
+    /// progress, the components of the stress, and all other results together.
     static constexpr int kProgressWords = sizeof(ImageProgress<Scene::D>) / sizeof(std::int64_t);
     static constexpr int kResults = kProgressWords + Scene::components + 1;
 
@@ -80,8 +82,8 @@ inline namespace RVE_ISA {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
             offsetof(ImageProgress<Scene::D>, largest_contact_force) / sizeof(std::int64_t);
-        // an evaluation sets the force scale only where there is none yet: it must not change what
-        // follows
+        // An evaluation sets the force scale only if there is none yet, since it must not change
+        // later calls.
         if (part != of_largest_force)
           copy_word<std::int64_t>(call.after,
                                   *static_cast<ImageProgress<Scene::D> *>(call.image.header), part);
@@ -101,7 +103,7 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Writes the answer of a call that failed. By one thread.
+    /// Writes the results of a failed call. One thread calls it.
     static RVE_COLD void write_failure(const CallState<Scene> &call, std::uint32_t word,
                                        AnswerRecord<Scene::D> &answer)
     {

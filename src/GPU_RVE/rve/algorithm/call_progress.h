@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a sound call will have changed of an RVE beside its grains.
+// Changes of an RVE by a successful call, except those of its grains.
 
 #pragma once
 
@@ -14,19 +14,20 @@ inline namespace RVE_ISA {
   template <class Word, class T> RVE_INLINE void copy_word(const T &from, T &to, int k)
   {
     static_assert(sizeof(T) % sizeof(Word) == 0, "a whole number of words");
-    // not std::memcpy, which NVRTC does not have
+    // NVRTC does not have std::memcpy.
     memcpy(reinterpret_cast<char *>(&to) + k * sizeof(Word),
            reinterpret_cast<const char *>(&from) + k * sizeof(Word), sizeof(Word));
   }
 
-  /// Copies a plain struct by many threads, word by word.
+  /// Copies a plain struct word by word, with many threads.
   template <class Block, class T> RVE_INLINE void copy_words(Block &block, const T &from, T &to)
   {
     block.for_each(static_cast<int>(sizeof(T) / sizeof(std::int32_t)),
                    [&](typename Block::Item w) { copy_word<std::int32_t>(from, to, w); });
   }
 
-  /// Component of the Love stress from the sums of a force phase, in a cell of volume 1 / per_volume [stress].
+  /// Returns component k of the Love stress from the sums of the last forces, in a cell of volume 1
+  /// / per_volume [stress].
   template <class Scene>
   RVE_INLINE double stress_component(const CallState<Scene> &call, double per_volume, int k)
   {
@@ -34,10 +35,11 @@ inline namespace RVE_ISA {
     return static_cast<double>(call.totals.sum[k]) * unit;
   }
 
-  /// Prepared ahead, as far as it is known.
+  /// Prepares the changes in advance, as far as they are known.
   template <class Scene> struct CallProgress {
 
-    /// What a sound call will have changed, as far as that is known: with a servo the present cell. By one thread.
+    /// Sets the changes of a successful call, as far as they are known: with a servo those up to
+    /// the current cell. One thread calls it.
     static RVE_INLINE void note_progress(PreparedCall<Scene> &call, const EnergyLoss &lost)
     {
       const ImageHeader<Scene::D> &before = call.header;
@@ -64,7 +66,7 @@ inline namespace RVE_ISA {
       call.end_per_volume = per_volume(call, determinant(cell));
     }
 
-    /// 1 / (det H times thickness) [1/length^3]
+    /// Returns 1 / (det H times thickness) [1/length^3].
     static RVE_INLINE double per_volume(const PreparedCall<Scene> &call, double volume)
     {
       return 1.0 / (volume * call.header.material.thickness);

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only Forces of all pairs of an RVE. Every pair is computed once,
-// by its owner. ContactForces visits the pairs and leaves the sums where the next phase reads them;
-// pair_force.h has what happens to one pair.
+// SPDX-License-Identifier: GPL-2.0-only
+// Forces of all pairs of an RVE. Every pair is computed once, by its owner. ContactForces visits
+// the pairs and stores the sums for the next phase; pair_force.h computes one pair.
 
 #pragma once
 
@@ -17,8 +17,7 @@ inline namespace RVE_ISA {
 
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-  /// Returns the largest force of a sound grain, and infinity for a grain with numbers that are not
-  /// finite.
+  /// Returns the largest force on a grain, or infinity if a number of the grain is NaN.
   template <class Numbers, int D>
   RVE_INLINE float soundness(const GrainView<Numbers, D> &grain,
                              typename Numbers::Real largest_force)
@@ -28,14 +27,14 @@ inline namespace RVE_ISA {
                                                                                  : kInfinity;
   }
 
-  /// Constants of a step in uniform registers. To be made before the grains move: whether the
-  /// compiler leaves a number there depends on how often it is read in how many instructions (CUDA
-  /// 13.0).
+  /// Constants of a step in uniform registers. They are read before the grains move: whether the
+  /// compiler keeps a number there depends on how often it is read, and in how many instructions
+  /// (CUDA 13.0).
   template <class Scene> struct UniformConstants {
     StepConstants<Scene> step;
     std::int32_t num_grains;
   };
-  /// Without uniform registers pairs read the constants where they are.
+  /// Without uniform registers pairs read the constants from memory.
   struct PlainConstants {
     std::int32_t num_grains;
   };
@@ -55,7 +54,6 @@ inline namespace RVE_ISA {
     using Traits = KernelTraits<Block, Scene>;
     using Sums = StressSums<Scene::D>;
     template <class SomeItem> using SceneFor = typename Grains::template SceneOf<SomeItem>;
-    template <class SomeItem> static constexpr bool is_pack = IsPack<SomeItem>::value;
     /// At the end of a call grains are loaded and saved one after the other.
     static constexpr bool in_turn = Traits::uniform_constants && wanted == Wanted::Reduction;
 
@@ -63,7 +61,7 @@ inline namespace RVE_ISA {
     Grains &grains;
     const SharedView<Scene> &shared;
     CallState<Scene> &call;
-    const typename Scene::Law::Constants &law;    ///< that of the call, or a copy in registers
+    const typename Scene::Law::Constants &law;    ///< law of the call, or a copy in registers
     const PlanOf<Scene> &plan;
     int num_extra;
     Held held;
@@ -74,7 +72,7 @@ inline namespace RVE_ISA {
 
     // ---- phases ---------------------------------------------------------------------------------
 
-    /// Forces of a step.
+    /// Computes the forces of a step.
     RVE_INLINE void sum_forces()
     {
       const auto visit = [&](const auto item) RVE_INLINE_LAMBDA {
@@ -83,7 +81,7 @@ inline namespace RVE_ISA {
           add_owned_pairs(i, sum);
           grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
         });
-        // extra pairs are computed with the grains: no phase of their own
+        // Extra pairs are computed with the grains, without a phase of their own.
         grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
           auto sum = begin_sum<Scene>(grains.largest_of(i));
           block.share_out(i, num_grains, num_extra,
@@ -95,14 +93,14 @@ inline namespace RVE_ISA {
       block.template for_items<way>(num_grains, visit);
     }
 
-    /// Forces of a step, and Love sums in call.totals.sum; then() is called by one thread when they
-    /// are there.
+    /// Computes the forces of a step and the Love sums in call.totals.sum. One thread calls then()
+    /// afterwards.
     template <class Then> RVE_INLINE void sum_love_terms(Then then)
     {
       block.template add_up_items<Scene::components, typename Scene::Sum>(
           num_grains,
           [&](const auto item, auto *term) RVE_INLINE_LAMBDA {
-            if constexpr (is_pack<std::decay_t<decltype(item)>>) {
+            if constexpr (kIsPack<std::decay_t<decltype(item)>>) {
               add_pack(item, term);
             } else {
               const auto sum = add_grain(item);
@@ -113,16 +111,17 @@ inline namespace RVE_ISA {
           call.totals.sum, then);
     }
 
-    /// Last forces of a call, and call.totals. The grains are loaded, but for their pairs; with
-    /// uniform_constants they are loaded and saved here.
+    /// Computes the last forces of a call and call.totals. The grains are loaded, except for their
+    /// pairs; with uniform_constants this function loads and saves the grains.
     RVE_INLINE void reduce()
     {
-      // Sums of 64 bits have no registers where a thread takes its grains in turn. Without forces
-      // beyond their limit, which are reported, those of two grains fit into 32 bits.
+      // If a thread takes its grains in turn, it has no registers for sums of 64 bits. The sums of
+      // two grains fit into 32 bits if all forces are within their limit; larger forces are
+      // reported.
       constexpr bool adds_up = in_turn && kRelaxedSpheres<Scene::D>;
       auto of_thread = Vec<typename Scene::Sum, Scene::components>::zero();
       const auto visit = [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
-        if constexpr (is_pack<std::decay_t<decltype(item)>>) {
+        if constexpr (kIsPack<std::decay_t<decltype(item)>>) {
           add_pack(item, term);
           grains.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
             largest = larger(largest, soundness(grains.view(i), grains.largest_of(i)));
@@ -163,7 +162,7 @@ inline namespace RVE_ISA {
       grains.for_slots(
           i, [&]() RVE_INLINE_LAMBDA { return constants_of_pair<SceneFor<SomeItem>>(); },
           [&](int k) RVE_INLINE_LAMBDA {
-            if constexpr (loads_each_pair && !is_pack<SomeItem>) grains.load_pair(shared, k, i);
+            if constexpr (loads_each_pair && !kIsPack<SomeItem>) grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
           },
           [&](const auto &constants, const auto &other)
@@ -176,7 +175,8 @@ inline namespace RVE_ISA {
                                  [&](const auto &force) RVE_INLINE_LAMBDA {
                                    grains.add_to_partner(block, shared, k, i, force);
                                  });
-                // written while the next one is computed: there are no registers for all
+                // Registers do not suffice for all histories: each is saved while the next pair is
+                // computed.
                 if constexpr (in_turn) grains.save_pair(k, i);
               },
           [&](int k) RVE_INLINE_LAMBDA { return is_slot_taken(k, i); });
@@ -186,7 +186,7 @@ inline namespace RVE_ISA {
     /// Pairs of InMemory stay loaded from step to step.
     static constexpr bool loads_pairs = wanted == Wanted::Reduction ||
         (wanted == Wanted::LoveSums && !Scene::in_memory);
-    /// Each pair is loaded when it is needed: the sums of the stress leave few registers.
+    /// Each pair is loaded when it is needed, since the sums of the stress leave few registers.
     static constexpr bool loads_each_pair =
         loads_pairs && !Traits::streams_history && !Scene::in_memory;
 
@@ -200,24 +200,24 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Returns whether slot k has a pair; true where it is not worth asking.
+    /// Returns whether slot k has a pair, or true if the test would cost more than it saves.
     template <class SomeItem> RVE_INLINE bool is_slot_taken(int k, const SomeItem i)
     {
       if constexpr (Scene::D != 2 || wanted == Wanted::Reduction) {
         return true;
-      } else if constexpr (wanted == Wanted::Forces || is_pack<SomeItem>) {
+      } else if constexpr (wanted == Wanted::Forces || kIsPack<SomeItem>) {
         return grains.is_taken(k, i);
       } else {
-        // where pairs are loaded when they are needed, none is known yet
+        // If pairs are loaded when they are needed, none is known yet.
         if (shared.partner[k * num_grains + i] != i) return true;
-        // the register is saved with the others: its last value would count as a spring that is
-        // released
-        if constexpr (Block::kInRegisters) grains.forget_pair(k, i);
+        // The register is saved with the others. Its old value would count as a spring that is
+        // released.
+        if constexpr (Block::kInRegisters) grains.clear_history(k, i);
         return false;
       }
     }
 
-    /// Computes extra pair m, for what else is wanted by a grain with its sum.
+    /// Computes extra pair m and adds it to the sum of a grain.
     RVE_INLINE void add_extra_pair(int m, GrainSum<Scene> &sum)
     {
       const PairView<Scene> &pairs = call.pairs;
@@ -239,10 +239,10 @@ inline namespace RVE_ISA {
       for (int m = i; m < num_extra; m += num_grains) add_extra_pair(m, sum);
     }
 
-    // ---- a grain, or a pack of grains, with all that is wanted ----------------------------------
+    // ---- a grain or a pack of grains, with all sums ---------------------------------------------
 
-    /// Computes the owned pairs of grain i and the extra ones that go with its number, and keeps
-    /// the forces. Dissipation is added up by the numbers of grains.
+    /// Computes the owned pairs of grain i and its share of the extra pairs, and stores the forces.
+    /// Dissipation is summed by the numbers of grains.
     RVE_INLINE auto add_grain(Item i)
     {
       if constexpr (in_turn) grains.load_itself(i);
@@ -282,7 +282,7 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// The terms of a pack are integers of 64 bits.
+    /// Adds the sums of a pack, whose terms are integers of 64 bits.
     template <class Sum>
     static RVE_INLINE void add_terms_of_pack(const Sum &sum, std::int64_t *term)
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A second look at the contacts of the last forces, on demand.
+// Evaluation of the contacts of the last forces, on demand.
 
 #pragma once
 
@@ -16,26 +16,26 @@ inline namespace RVE_ISA {
             static_cast<double>(j.radius)};
   }
 
-  /// A second look at all contacts, with the cell of `step`: visit(i, j, grain_i, grain_j, contact, history) from inside the phase
-  /// that calls this for item i.
+  /// Visits all contacts with the cell of `step`: calls visit(i, j, grain_i, grain_j, contact,
+  /// history) in the phase that calls this function for item i.
   template <class Scene, class Visit>
   RVE_INLINE void visit_contacts(const CallState<Scene> &call, const StepConstants<Scene> &step,
                                  int i, Visit visit)
   {
     const SharedView<Scene> &shared = call.shared;
     const int n = call.num_grains;
-    const auto look = [&](int first, int second, typename Scene::History history) {
-      const ViewOf<Scene> one{shared.motion[first], shared.spin[first], shared.radius[first]};
-      const ViewOf<Scene> other{shared.motion[second], shared.spin[second], shared.radius[second]};
+    const auto visit_pair = [&](int first, int second, typename Scene::History history) {
+      const auto one = view_grain(shared, first), other = view_grain(shared, second);
       const auto contact = pair_geometry(step, one, other);
       if (step.law.acts(contact)) visit(first, second, one, other, contact, history);
     };
     for (int k = 0; k < Scene::owned_pairs; ++k) {
       const int j = call.pairs.partner[k * n + i];
-      if (j != i) look(i, j, call.pairs.history[k * n + i]);
+      if (j != i) visit_pair(i, j, call.pairs.history[k * n + i]);
     }
     for (int m = i; m < call.num_extra; m += n)
-      look(call.pairs.extra_first[m], call.pairs.extra_second[m], call.pairs.extra_history[m]);
+      visit_pair(call.pairs.extra_first[m], call.pairs.extra_second[m],
+                 call.pairs.extra_history[m]);
   }
 
 }    // namespace RVE_ISA

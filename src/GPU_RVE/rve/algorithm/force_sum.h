@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: GPL-2.0-only What gathers while the pairs of a grain are computed. Each
-// component of a force is rounded once to an integer and added with opposite signs to the two
-// grains, so that the sum has no order and momentum is conserved to the last bit.
+// SPDX-License-Identifier: GPL-2.0-only
+// Sums over the pairs of a grain. Each component of a force is rounded once to an integer and added
+// with opposite signs to the two grains, so that the sum does not depend on the order and momentum
+// is conserved to the last bit.
 
 #pragma once
 
@@ -8,7 +9,6 @@
 #include "rve/core/fixed_point.h"
 #include "rve/core/integer_sums.h"
 #include "rve/physics/laws/law.h"
-#include "rve/physics/stress.h"
 
 #include <cstdint>
 
@@ -17,18 +17,18 @@ inline namespace RVE_ISA {
 
   template <class Scene> struct GrainSum {
     Vec<typename Scene::Sum, Scene::freedoms> own;    ///< force and torque on the owner
-    /// Replaces the torque of `own` until round_torque, with kRelaxedSpheres.
+    /// Replaces the torque of `own` until round_torque(), with kRelaxedSpheres.
     Vec<typename Scene::Real, Scene::spins> torque;
-    typename Scene::Real largest_force;                    ///< that counts for the unit of forces
-    Vec<typename Scene::Sum, Scene::components> stress;    ///< Love terms, if wanted
-    /// Replaces `stress` until round_love, with kRelaxedSpheres.
+    typename Scene::Real largest_force;                    ///< force that sets the unit of forces
+    Vec<typename Scene::Sum, Scene::components> stress;    ///< Love terms, if requested
+    /// Replaces `stress` until round_love(), with kRelaxedSpheres.
     Vec<typename Scene::Real, Scene::components> love;
     std::int32_t contacts,
-        over_limit;             ///< contacts, and those beyond the overlap limit, if wanted
-    Dissipation dissipation;    ///< in programs with all bookkeeping
+        over_limit;             ///< contacts, and contacts beyond the overlap limit, if requested
+    Dissipation dissipation;    ///< in kernels with energy bookkeeping
   };
 
-  /// Returns an empty sum, after contact forces up to a largest one.
+  /// Returns an empty sum whose largest force is that of earlier contacts.
   template <class Scene> RVE_INLINE GrainSum<Scene> begin_sum(typename Scene::Real largest_force)
   {
     GrainSum<Scene> sum = {};
@@ -65,15 +65,17 @@ inline namespace RVE_ISA {
     return on_j;
   }
 
-  /// Adds the Love terms of one contact, in the unit of forces: a branch is no longer than one
-  /// internal length.
+  /// Adds the Love terms of one contact, force on grain i times branch from i to j (equation 24,
+  /// tension positive), in the unit of forces: a branch is no longer than one internal length. Both
+  /// grains give the same term, since both factors change sign. A kinetic term is not needed: with
+  /// c' = F/m the energy balance closes without it.
   template <class Scene>
   RVE_INLINE void add_love_term(const Truth<typename Scene::Real> &acting,
                                 const Vec<typename Scene::Real, Scene::D> &force,
                                 const Vec<typename Scene::Real, Scene::D> &branch,
                                 GrainSum<Scene> &sum)
   {
-    const auto stress = love_term(force, branch);
+    const auto stress = dyad(force, branch);
     for (int k = 0; k < Scene::components; ++k) {
       const auto mine = where(acting, stress.component[k]);
       if constexpr (kRelaxedSpheres<Scene::D>) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The unit of forces of a call, from the forces that are to be expected.
+// Unit of forces of a call, chosen by the expected forces.
 
 #pragma once
 
@@ -9,11 +9,11 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Overlap over the mean radius, with the stiffness of a gas, that the force scale never goes below: stiffer than any packing that a
-  /// format can hold.
+  /// Smallest overlap over the mean radius for which the force scale is chosen. A packing with
+  /// smaller overlaps would be stiffer than any that a format can represent.
   constexpr double kLeastOverlapShare = 1e-9;
 
-  /// The contact law in `double` and in units of the script.
+  /// Returns the contact law in `double` and in units of the script.
   template <class Scene> RVE_INLINE auto law_of_script(const PreparedCall<Scene> &call)
   {
     using Law = typename Scene::Law::template In<DoubleNumbers>;
@@ -24,18 +24,18 @@ inline namespace RVE_ISA {
     return law;
   }
 
-  /// Chooses units, and the contact law in them.
+  /// Chooses the internal units, and the contact law in these units.
   template <class Block, class Scene> struct ForceUnits {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
 
-    /// Force unit and contact law in internal units. By one thread.
+    /// Chooses the force unit and the contact law in internal units. One thread calls it.
     static RVE_INLINE void choose_units(PreparedCall<Scene> &call)
     {
       const ImageHeader<Scene::D> &header = call.header;
-      // A last call may have ended in the first touch of a collision: a unit from that would not reach the collision within
-      // the repeats of a call.
+      // The last call may have ended at the first touch of a collision: with a unit from that force
+      // the repeats of a call would not suffice for the collision.
       const double radius = header.mean_radius;
       const double least =
           law_of_script<Scene>(call).stiffness({kGasOverlapShare * radius, radius, radius}).normal *
@@ -49,7 +49,7 @@ inline namespace RVE_ISA {
       call.alpha = static_cast<Real>(header.material.objective_damping > 0.0
                                          ? -header.material.local_damping
                                          : header.material.local_damping);
-      // a little less covers the rounding of forces to float
+      // The factor covers the rounding of forces to float.
       call.sound_force = static_cast<float>(
           (1.0 - 1e-6) * smaller(force_at_overlap_limit(call), call.units.force_limit));
       const double per_length = call.units.per_length;
@@ -57,7 +57,8 @@ inline namespace RVE_ISA {
           times_power<Scene::D>(1.0, per_length) / call.mass_factor;
     }
 
-    /// Largest contact force to expect where no call has left one: from the overlaps found, or a guess for a gas.
+    /// Estimates the largest contact force if the last call has left none: from the overlaps, or by
+    /// a guess for a packing without contacts.
     static RVE_COLD void estimate_force(Block block, CallState<Scene> &call, PairView<Scene> pairs)
     {
       const ImageHeader<Scene::D> &header = call.header;
@@ -83,14 +84,15 @@ inline namespace RVE_ISA {
       });
       const double overlap = length * block.max_array(n, call.work.scratch);
       block.once([&] {
-        call.expected_force =
-            force_scale(call, overlap > 0.0 ? overlap : kGasOverlapShare * header.mean_radius,
-                        header.mean_radius);
+        const double radius = header.mean_radius;
+        call.expected_force = law_of_script<Scene>(call).force_scale(
+            {overlap > 0.0 ? overlap : kGasOverlapShare * radius, radius, radius});
       });
     }
 
-    /// Least force of an overlap that is beyond the limit even for two of the largest grains, with
-    /// springs only; all other overlaps are checked at the end of a call [internal force].
+    /// Returns the smallest force of an overlap that is above the limit even for two of the largest
+    /// grains, with springs only [internal force]. All other overlaps are checked at the end of a
+    /// call.
     static RVE_INLINE double force_at_overlap_limit(const PreparedCall<Scene> &call)
     {
       const double largest = call.header.largest_radius;
@@ -98,20 +100,13 @@ inline namespace RVE_ISA {
       return law_of_script<Scene>(call).spring_force(deep) * call.units.per_force;
     }
 
-    /// Whether a force of this call was beyond the range of the sums, so that all that came of it is wrong. Of grains that are put down.
+    /// Returns whether a force of this call was beyond the range of the sums, so that all results
+    /// are wrong. The grains are in memory.
     static RVE_INLINE bool is_saturated(Block &block, const CallState<Scene> &call)
     {
       const Real limit = static_cast<Real>(call.units.force_limit);
       return block.any(call.num_grains,
                        [&](Item i) { return !(call.shared.largest_force[i] <= limit); });
-    }
-
-   private:
-    /// Of two equal grains [force], lengths in units of the script.
-    static RVE_INLINE double force_scale(const PreparedCall<Scene> &call, double overlap,
-                                         double radius)
-    {
-      return law_of_script<Scene>(call).force_scale({overlap, radius, radius});
     }
   };
 

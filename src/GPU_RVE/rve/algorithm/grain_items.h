@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Grains as the phases of a step take them: one by one. What a phase asks of them is written here, and for packs of grains in
-// algorithm/packed_grains.h: how they are loaded, stored and summed up. What is computed with them is not: that is written once.
+// Access of the phases of a step to single grains: loads, stores and sums.
+// algorithm/packed_grains.h has the same functions for packs of grains. The computations are
+// written once for both.
 
 #pragma once
 
 #include "rve/algorithm/system_view.h"
 #include "rve/core/integer_sums.h"
+#include "rve/core/pack_item.h"
 
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A grain as its contacts see it, in internal units.
+  /// A grain in internal units, for its contacts.
   template <class Numbers, int D> struct GrainView {
     Motion<Numbers, D> motion;
     Spin<typename Numbers::Real, D> spin;
@@ -18,13 +20,13 @@ inline namespace RVE_ISA {
   };
   template <class Scene> using ViewOf = GrainView<typename Scene::Numbers, Scene::D>;
 
-  /// Grain i, from where every grain can be seen.
+  /// Returns grain i from the arrays of all grains.
   template <class Scene> RVE_INLINE ViewOf<Scene> view_grain(const SharedView<Scene> &shared, int i)
   {
     return {shared.motion[i], shared.spin[i], shared.radius[i]};
   }
 
-  /// Adds force and torque to what grain i gets from pairs of others.
+  /// Adds force and torque to the sums of grain i over pairs of other owners.
   template <class Block, class Scene>
   RVE_INLINE void add_force(Block &block, const SharedView<Scene> &shared, int i,
                             const Vec<typename Scene::Sum, Scene::freedoms> &force)
@@ -33,8 +35,8 @@ inline namespace RVE_ISA {
     for (int k = 0; k < count; ++k) block.accumulate(shared.force[k], shared.capacity, i, force[k]);
   }
 
-  /// Force and torque on grain i: from the pairs that it owns, and those of others, of which zero
-  /// is left.
+  /// Returns force and torque on grain i from its own pairs and from those of other owners, and
+  /// sets the sums of the latter to zero.
   template <class Block, class Scene>
   RVE_INLINE Vec<typename Scene::Sum, Scene::freedoms>
   collect_force(Block &block, const SharedView<Scene> &shared,
@@ -49,8 +51,7 @@ inline namespace RVE_ISA {
     return sum;
   }
 
-  /// The partners of the grains, and their radii, which a thread keeps or has in an array of its
-  /// own.
+  /// Partners of grains and their radii, in registers of a thread or in arrays.
   template <class Block, class Scene> struct PartnersInSlots {
     template <class T> using Resident = typename Block::template Resident<T>;
     using Item = typename Block::Item;
@@ -70,34 +71,38 @@ inline namespace RVE_ISA {
     RVE_INLINE void load_slot(const SharedView<Scene> &shared, int k, Item i)
     {
       slot[k].load(i);
-      if (Block::kInRegisters) look_at(shared, k, i);
+      if (Block::kInRegisters) load_radius(shared, k, i);
     }
     RVE_INLINE void publish(Item i, const std::int32_t *partner)
     {
       for (int k = 0; k < Scene::owned_pairs; ++k) slot[k].publish(i, partner[k]);
     }
-    /// When all grains are to be seen.
-    RVE_INLINE void look_at_all(const SharedView<Scene> &shared, Item i)
+    /// Reads the radii of partners after all grains have been stored.
+    RVE_INLINE void load_radii(const SharedView<Scene> &shared, Item i)
     {
-      for (int k = 0; k < Scene::owned_pairs; ++k) look_at(shared, k, i);
+      for (int k = 0; k < Scene::owned_pairs; ++k) load_radius(shared, k, i);
     }
 
-    /// Of nobody.
-    RVE_INLINE void have_none(Item i)
+    /// Sets all slots free.
+    RVE_INLINE void clear_slots(Item i)
     {
-      const typename Scene::Wide nobody = kRadiusOfNobody<Scene>;
+      const typename Scene::Wide no_contact = kRadiusWithoutContact<Scene>;
       for (int k = 0; k < Scene::owned_pairs; ++k) {
         slot[k].keep(i, i);
-        radius_in[k].keep(i, nobody);
+        radius_in[k].keep(i, no_contact);
       }
     }
 
-    /// The addresses of what is seen of a partner, kept through all steps, would take more registers than there are.
-    RVE_INLINE void forget_addresses(int k, Item i) { slot[k].keep(i, Block::opaque(slot[k][i])); }
+    /// Makes the compiler compute the addresses of a partner's data again: kept through all steps
+    /// they would take too many registers.
+    RVE_INLINE void recompute_addresses(int k, Item i)
+    {
+      slot[k].keep(i, Block::opaque(slot[k][i]));
+    }
 
-    /// Own number: the slot is free.
+    /// Returns the partner in slot k, or the own number if the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, Item i) { return slot[k][i]; }
-    /// The grain that is to be seen as the partner in slot k.
+    /// Returns the grain whose data are read for the partner in slot k.
     RVE_INLINE int seen(int k, Item i) { return slot[k][i]; }
     RVE_INLINE typename Scene::Wide radius(const SharedView<Scene> &, int k, Item i)
     {
@@ -105,13 +110,14 @@ inline namespace RVE_ISA {
     }
 
    private:
-    RVE_INLINE void look_at(const SharedView<Scene> &shared, int k, Item i)
+    RVE_INLINE void load_radius(const SharedView<Scene> &shared, int k, Item i)
     {
       radius_in[k].keep(i, radius_of_partner(shared, i, slot[k][i]));
     }
   };
 
-  /// The partners of a grain in a thread's registers, two to a word. In a free slot the hidden grain behind the last one is seen.
+  /// Partners of a grain in a thread's registers, two per word. A free slot refers to the hidden
+  /// grain after the last one.
   template <class Block, class Scene> class PackedPartners {
     static constexpr int kWords = (Scene::owned_pairs + 1) / 2;
     struct Words {
@@ -141,7 +147,7 @@ inline namespace RVE_ISA {
       for (int k = 0; k < Scene::owned_pairs; ++k) array[k * num_grains + i] = partner[k];
       pack(i, partner);
     }
-    RVE_INLINE void look_at_all(const SharedView<Scene> &, Item) {}
+    RVE_INLINE void load_radii(const SharedView<Scene> &, Item) {}
 
     RVE_INLINE std::int32_t in_slot(int k, Item i)
     {
@@ -169,27 +175,18 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// An array whose elements other items read as well; a thread keeps no copy of its own.
-  template <class T, class Array> struct SharedItems {
-    Array array;
-    RVE_INLINE decltype(auto) operator[](int i) const { return array[i]; }
-    RVE_INLINE void load(int) const {}
-    RVE_INLINE void keep(int i, const T &x) const { array[i] = x; }
-    RVE_INLINE void publish(int i, const T &x) const { array[i] = x; }
-  };
-
-  /// Histories of the pairs of one slot that stay in memory: each number in a row of its own, of
-  /// which a warp reads whole lines.
+  /// Histories of the pairs of one slot in memory. Each number has a row of its own, of which a
+  /// warp reads whole lines.
   template <class History, class Number> class StreamedHistory {
     static constexpr int kNumbers = sizeof(History) / sizeof(Number);
     static_assert(kNumbers * sizeof(Number) == sizeof(History), "numbers and nothing else");
     Number *first;
-    int next;    ///< from one row to the next
+    int next;    ///< distance of rows
     History *array;
 
    public:
     StreamedHistory() = default;
-    /// Of slot k of so many grains.
+    /// Histories of slot k of `num_grains` grains.
     template <class Scene>
     RVE_INLINE StreamedHistory(const SharedView<Scene> &shared, int k, int num_grains) :
         first(shared.passing + k * shared.capacity), next(Scene::owned_pairs * shared.capacity),
@@ -197,12 +194,12 @@ inline namespace RVE_ISA {
     {
     }
 
-    static RVE_INLINE bool is_something(const History &x)
+    static RVE_INLINE bool is_nonzero(const History &x)
     {
-      bool something = false;
+      bool nonzero = false;
       for (int m = 0; m < kNumbers; ++m)
-        something = something || reinterpret_cast<const Number *>(&x)[m] != Number(0);
-      return something;
+        nonzero = nonzero || reinterpret_cast<const Number *>(&x)[m] != Number(0);
+      return nonzero;
     }
 
     RVE_INLINE History operator[](int i) const
@@ -220,8 +217,8 @@ inline namespace RVE_ISA {
     RVE_INLINE void save_whole(int i) { array[i] = (*this)[i]; }
   };
 
-  /// Streamed history of one pair, read ahead: can be read and written, and then read as it was
-  /// written.
+  /// Streamed history of one pair, which was read ahead. After it is written it returns the new
+  /// value.
   template <class History, class Number> struct StreamedPair {
     History &before;
     StreamedHistory<History, Number> &rows;
@@ -235,8 +232,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// The grains of a block, of which a thread of a GPU keeps its own in registers from step to
-  /// step.
+  /// Grains of a block. A thread of a GPU keeps its grains in registers from step to step.
   template <class Block, class Scene> struct GrainItems {
     template <class T> using Resident = typename Block::template Resident<T>;
     using Item = typename Block::Item;
@@ -244,9 +240,9 @@ inline namespace RVE_ISA {
     using Traits = KernelTraits<Block, Scene>;
     using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
     using History = typename Scene::History;
-    /// What other grains read of a grain: of disks a thread has a copy.
+    /// Data of a grain that other grains read. For disks a thread also has a copy.
     template <class T, class Array>
-    using Seen = std::conditional_t<Scene::D == 2, Resident<T>, SharedItems<T, Array>>;
+    using Seen = std::conditional_t<Scene::D == 2, Resident<T>, ItemsInArray<T, Array>>;
     template <class T, class Array> static RVE_INLINE Seen<T, Array> seen(Block &block, Array array)
     {
       if constexpr (Scene::D == 2)
@@ -254,7 +250,7 @@ inline namespace RVE_ISA {
       else
         return {array};
     }
-    /// The scene in the numbers of an item of a phase: here an item is one grain.
+    /// The kernel configuration in the numbers of an item: here an item is one grain.
     template <class SomeItem> using SceneOf = Scene;
 
     Seen<MotionOf<Scene>, SeenMotion<Scene> *> motion;    ///< published
@@ -271,10 +267,12 @@ inline namespace RVE_ISA {
         std::conditional_t<Traits::streams_history,
                            StreamedHistory<History, typename Scene::Spring>, Resident<History>>;
     HistoryOfSlot history[Scene::owned_pairs];
-    /// Of the slot that is computed, with streams_history.
+    /// History of the current slot, with streams_history.
     History read_ahead;
 
-    RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared, int n) :
+    /// Packs of grains need the workspace; single grains do not.
+    RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared,
+                          const WorkspaceView<Scene> &, int n) :
         motion(seen<MotionOf<Scene>>(block, shared.motion)),
         spin(seen<Spin<typename Scene::Real, Scene::D>>(block, shared.spin)),
         radius(seen<typename Scene::Wide>(block, shared.radius)), own(block.resident(shared.own)),
@@ -287,29 +285,22 @@ inline namespace RVE_ISA {
           history[k] = block.resident(shared.history + k * n);
     }
 
-    /// The workspace is for packs of grains.
-    RVE_INLINE GrainItems(Block &block, const SharedView<Scene> &shared,
-                          const WorkspaceView<Scene> &, int n) :
-        GrainItems(block, shared, n)
-    {
-    }
+    // ---- loads and saves ------------------------------------------------------------------------
 
-    // ---- to registers and back --------------------------------------------------------------------------------------------------
-
-    /// All but `own`, which does not last from one stretch of steps to the next.
+    /// Loads all data but `own`, which is not kept from one segment of steps to the next.
     RVE_INLINE void load(const SharedView<Scene> &shared, Item i)
     {
       load_itself(i);
       for (int k = 0; k < Scene::owned_pairs; ++k) load_pair(shared, k, i);
     }
 
-    /// To registers, for steps: without what none of them asks for.
+    /// Loads a grain for steps, without history that no step reads.
     RVE_INLINE void load_for_steps(const SharedView<Scene> &shared, Item i)
     {
       load(shared, i);
       if constexpr (Scene::has_friction && !Traits::streams_history)
         for (int k = 0; k < Scene::owned_pairs; ++k)
-          history[k].keep(i, Scene::Law::between_looks(history[k][i]));
+          history[k].keep(i, Scene::Law::history_for_steps(history[k][i]));
     }
 
     RVE_INLINE void load_itself(Item i)
@@ -327,22 +318,23 @@ inline namespace RVE_ISA {
       partners.load_slot(shared, k, i);
     }
 
-    /// In a place without a grain, of disks: one that touches none and rests where it is. Its thread then steps as all others do.
-    RVE_INLINE void be_nobody(const SharedView<Scene> &shared, Item i)
+    /// Sets a disk that has no contacts and stays at rest, for a thread without a grain. The thread
+    /// then makes the same steps as all others.
+    RVE_INLINE void set_resting_grain(const SharedView<Scene> &shared, Item i)
     {
-      const typename Scene::Wide nobody = kRadiusOfNobody<Scene>;
+      const typename Scene::Wide no_contact = kRadiusWithoutContact<Scene>;
       motion.keep(i, MotionOf<Scene>());
       spin.keep(i, Spin<typename Scene::Real, Scene::D>());
-      radius.keep(i, nobody);
+      radius.keep(i, no_contact);
       own.keep(i, Sums());
       largest_force.keep(i, typename Scene::Real(0));
-      partners.have_none(i);
+      partners.clear_slots(i);
       for (int k = 0; k < Scene::owned_pairs; ++k) history[k].keep(i, History());
       clear_sums<Block>(shared, i);
       set_response(shared, i, GrainResponseOf<Scene>());
     }
 
-    /// All but `own`; what is published is there already.
+    /// Saves all data but `own`; published data are saved already.
     RVE_INLINE void save(Item i)
     {
       save_itself(i);
@@ -354,14 +346,14 @@ inline namespace RVE_ISA {
       if (Scene::has_friction) history[k].save_whole(i);
     }
 
-    /// For a move: with the forces, without the pairs.
+    /// Loads a grain with its forces and without pairs, for a move.
     RVE_INLINE void load_with_forces(Item i)
     {
       load_itself(i);
       own.load(i);
     }
 
-    /// Where they are not on chip.
+    /// Loads the forces if they are not on chip.
     RVE_INLINE void load_forces(Item i)
     {
       if constexpr (Traits::uniform_constants)
@@ -370,21 +362,21 @@ inline namespace RVE_ISA {
         own.load(i);
     }
 
-    /// After forces, for a move that loads them.
+    /// Saves a grain with its forces, for a move that loads them.
     RVE_INLINE void save_with_forces(Item i)
     {
       save(i);
       own.save(i);
     }
 
-    // ---- what the phases of a step ask for --------------------------------------------------------------------------------------
+    // ---- access during the phases of a step -----------------------------------------------------
 
     RVE_INLINE ViewOf<Scene> view(Item i) { return {motion[i], spin[i], radius[i]}; }
 
-    /// The partner in slot k.
+    /// Returns the partner in slot k.
     RVE_INLINE ViewOf<Scene> view_partner(const SharedView<Scene> &shared, int k, Item i)
     {
-      if constexpr (Traits::disks_in_registers) partners.forget_addresses(k, i);
+      if constexpr (Traits::disks_in_registers) partners.recompute_addresses(k, i);
       const int j = partners.seen(k, i);
       return {shared.motion[j], shared.spin[j], partners.radius(shared, k, i)};
     }
@@ -394,7 +386,7 @@ inline namespace RVE_ISA {
       return response_of(shared, i);
     }
 
-    /// What the pair in slot k remembers: can be read and written.
+    /// Returns the history of the pair in slot k, for reading and writing.
     RVE_INLINE decltype(auto) history_of(int k, Item i)
     {
       if constexpr (Traits::streams_history)
@@ -403,9 +395,9 @@ inline namespace RVE_ISA {
         return history[k][i];
     }
 
-    RVE_INLINE History remembered(int k, Item i) { return history[k][i]; }
-    /// A free slot remembers nothing.
-    RVE_INLINE void forget_pair(int k, Item i) { history[k].keep(i, History()); }
+    RVE_INLINE History saved_history(int k, Item i) { return history[k][i]; }
+    /// Clears the history of a free slot.
+    RVE_INLINE void clear_history(int k, Item i) { history[k].keep(i, History()); }
     RVE_INLINE std::int32_t partner_in_slot(int k, Item i) { return partners.in_slot(k, i); }
     RVE_INLINE bool is_taken(int k, Item i) { return partner_in_slot(k, i) != i; }
 
@@ -415,14 +407,15 @@ inline namespace RVE_ISA {
       largest_force.keep(i, force);
     }
 
-    /// act(k, step, other, look(step, other)) for the slots of grain i and the partners view(k) in
-    /// them; step() reads what all pairs of the step have in common, once for disks in registers
-    /// and else for each pair: read for all pairs it would occupy registers; read after the branch
-    /// of pairs that touch it would be waited for. The last slot is left out if is_taken(slot) is
-    /// false: that of disks is free in whole warps, which are numbered in that order (ListRenewal).
-    /// Other slots are free seldom, and asking costs more than it saves.
-    template <class Step, class View, class Look, class Act, class IsTaken>
-    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken is_taken)
+    /// Calls act(k, step, other, geometry(step, other)) for the slots of grain i with the partners
+    /// view(k). step() reads the constants of a step: once for disks in registers, otherwise once
+    /// per pair. Constants that are read once occupy registers; constants that are read after the
+    /// branch of touching pairs delay them. The last slot is skipped if is_taken(slot) is false:
+    /// for disks it is free in whole warps, which are numbered in that order (ListRenewal). Other
+    /// slots are rarely free, and the test would cost more than it saves.
+    template <class Step, class View, class Geometry, class Act, class IsTaken>
+    RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act,
+                              IsTaken is_taken)
     {
       if constexpr (Traits::disks_in_registers) {
         const auto here = step();
@@ -430,10 +423,10 @@ inline namespace RVE_ISA {
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           if (k + 1 == Scene::owned_pairs && !is_taken(k)) continue;
           const auto other = view(k);
-          act(k, here, other, look(here, other));
+          act(k, here, other, geometry(here, other));
         }
       } else {
-        // a streamed history is read while the pair before is computed
+        // A streamed history is read while the previous pair is computed.
         [[maybe_unused]] History next;
         if constexpr (Traits::streams_history) next = history[0][i];
         RVE_UNROLL
@@ -445,15 +438,15 @@ inline namespace RVE_ISA {
           }
           const auto other = view(k);
           const auto here = step();
-          act(k, here, other, look(here, other));
+          act(k, here, other, geometry(here, other));
         }
       }
     }
 
-    /// f(part) for the parts of an item that are computed with at once.
+    /// Calls f(part) for the parts of an item that are computed at once.
     template <class F> RVE_INLINE void for_parts(Item i, F f) { f(i); }
 
-    /// f(i) for each grain of an item with a number below `end`.
+    /// Calls f(i) for each grain of an item with a number below `end`.
     template <class F> RVE_INLINE void for_each_grain(Item i, int end, F f)
     {
       if (i < end) f(i);
@@ -465,7 +458,7 @@ inline namespace RVE_ISA {
       add_force(block, shared, partners.seen(k, i), force);
     }
 
-    /// What the pairs that grain i owns have given.
+    /// Stores the forces of the pairs that grain i owns.
     RVE_INLINE void keep_forces(Block &block, const SharedView<Scene> &shared, Item i,
                                 const Sums &force, typename Scene::Real largest)
     {
@@ -478,13 +471,13 @@ inline namespace RVE_ISA {
       largest_force.keep(i, largest);
     }
 
-    /// Force and torque from all pairs.
+    /// Returns force and torque from all pairs.
     RVE_INLINE Sums collect(Block &block, const SharedView<Scene> &shared, Item i)
     {
       return collect_force(block, shared, own[i], i);
     }
 
-    /// Writes the record of a sphere after a kick and a drift, in the pieces that it is read in.
+    /// Writes the record of a sphere after a kick and a drift, in pieces of 16 bytes.
     RVE_INLINE void publish(const SharedView<Scene> &shared, Item i, const ViewOf<Scene> &grain,
                             const GrainResponseOf<Scene> &response)
     {
@@ -496,10 +489,10 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void publish_motion(Item i, const MotionOf<Scene> &x) { motion.publish(i, x); }
 
-    /// Without friction no other grain asks for it.
+    /// Publishes the spin. Without friction no other grain reads it.
     RVE_INLINE void publish_spin(Item i, const Spin<typename Scene::Real, Scene::D> &x)
     {
-      if constexpr (Traits::spheres_in_registers) return;    // with all else
+      if constexpr (Traits::spheres_in_registers) return;    // publish() writes it
       if constexpr (Scene::has_friction)
         spin.publish(i, x);
       else

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kick and drift of a grain, from numbers to numbers: those of one grain, or packs of those of several.
+// Kick and drift of a grain or of a pack of grains.
 
 #pragma once
 
@@ -9,18 +9,19 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// What a move needs to know that is the same for all grains of an RVE, in internal units.
+  /// Constants of a move, the same for all grains of an RVE, in internal units.
   template <class Numbers, int D> struct MoveConstants {
     using Leading = typename Numbers::Leading;
 
     Tensor<typename Numbers::Wide, D> to_fraction;    ///< velocity to fraction units in a step
     Tensor<typename Leading::Real, D> leading_to_length;    ///< 32-bit fraction units to lengths
-    typename Leading::Real allowed_squared;    ///< displacement since the list was built [length^2]
-    std::uint32_t safe_box;                    ///< of StepPlan
-    /// Of local damping, below zero for that which knows no axes [-].
+    /// Allowed displacement since the list was built [length^2]
+    typename Leading::Real allowed_squared;
+    std::uint32_t safe_box;    ///< as in StepPlan
+    /// Coefficient of local damping, below zero for objective damping [-].
     typename Numbers::Real alpha;
 
-    /// From a StepPlan, or from these in single numbers.
+    /// Sets the constants from a StepPlan, or converts those of single numbers.
     template <class Constants, class Number>
     RVE_INLINE MoveConstants(const Constants &constants, Number damping) :
         to_fraction(constants.to_fraction.template as<typename Numbers::Wide>()),
@@ -35,14 +36,14 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// What a step would add to the velocity and the spin of a grain without damping: dt F/m and dt M/I.
+  /// Increments of velocity and spin in a step without damping: dt F/m and dt M/I.
   template <class Numbers, int D> struct Kick {
     Vec<typename Numbers::Real, D> velocity;
     Spin<typename Numbers::Real, D> spin;
   };
 
-  /// Leapfrog update of the velocity and the spin from the force and the torque on a grain. Turns: torques there are. Below zero `alpha` is that
-  /// of objective damping, which spheres may have.
+  /// Updates velocity and spin by the force and torque on a grain (leapfrog). Turns: the law has
+  /// torques. If `alpha` is negative, damping is objective, which only spheres may have.
   template <bool Turns, class Numbers, int D>
   RVE_INLINE Kick<Numbers, D>
   kick_grain(GrainView<Numbers, D> &grain,
@@ -76,13 +77,13 @@ inline namespace RVE_ISA {
         spin = kick<by_sign>(spin, added, alpha);
       } else {
         added = Real(0);
-        spin = spin + Real(0);    // as by a torque of zero: -0 turns into 0
+        spin = spin + Real(0);    // as for a zero torque: -0 becomes 0
       }
     }
     return increment;
   }
 
-  /// The position after a step in the present cell.
+  /// Updates the position by a step in the current cell.
   template <class Numbers, int D>
   RVE_INLINE void drift_grain(const MoveConstants<Numbers, D> &step, Motion<Numbers, D> &motion)
   {
@@ -91,7 +92,8 @@ inline namespace RVE_ISA {
     for (int a = 0; a < D; ++a) drift<Numbers>(motion.position[a], displacement[a]);
   }
 
-  /// Whether a grain is so near to where it was when the list was built that it has not left the list, whatever the direction.
+  /// Returns whether a grain is so close to its position in the list that it has not left the list
+  /// in any direction.
   template <class Numbers, int D>
   RVE_INLINE bool is_in_safe_box(const MoveConstants<Numbers, D> &step,
                                  const Motion<Numbers, D> &motion,
@@ -105,7 +107,8 @@ inline namespace RVE_ISA {
     return inside;
   }
 
-  /// Displacement of a grain since the list was built, without that of the mean field [length^2].
+  /// Returns the displacement of a grain since the list was built, without that of the mean field
+  /// [length^2].
   template <class Numbers, int D>
   RVE_INLINE typename Numbers::Leading::Real
   squared_displacement(const MoveConstants<Numbers, D> &step, const Motion<Numbers, D> &motion,
@@ -119,7 +122,7 @@ inline namespace RVE_ISA {
     return dot(moved, moved);
   }
 
-  /// Whether a grain has left the safety of the list.
+  /// Returns whether a grain has moved farther than the list allows.
   template <class Numbers, int D>
   RVE_INLINE Truth<typename Numbers::Leading::Real>
   has_left_list(const MoveConstants<Numbers, D> &step, const Motion<Numbers, D> &motion,

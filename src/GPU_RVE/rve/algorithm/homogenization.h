@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only From contacts to the numbers of a continuum: fabric,
-// coordination, energies, affine stiffness. On demand, on the configuration that the last forces
-// belong to.
+// SPDX-License-Identifier: GPL-2.0-only
+// Continuum quantities from contacts: fabric, coordination, energies, affine stiffness. They are
+// computed on demand, for the configuration of the last forces.
 
 #pragma once
 
@@ -12,7 +12,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Strain number e of an AffineStiffness: one on the diagonal, or both of a pair off it.
+  /// Returns strain number e of an AffineStiffness: one on the diagonal, or both components of a
+  /// pair off it.
   template <int D> RVE_INLINE Tensor<double, D> unit_strain(int e)
   {
     auto strain = Tensor<double, D>::zero();
@@ -29,12 +30,12 @@ inline namespace RVE_ISA {
 
   /// Unit of the sums of an affine stiffness.
   ///
-  /// It is 2^-40 K L^2: K the power of two above k_n and k_t where the largest grains overlap
-  /// wholly, L the internal length, which branches and overlaps do not reach. A term is below 3 K
-  /// L^2 + 2 |f_t| L. With forces cut at 8 K L, where a spring is stretched by more than four of
-  /// the largest grains, that is less than 2^5 K L^2, and 2^17 terms stay within 62 bits. The unit
-  /// does not depend on forces, and neither do the bits of the result depend on the force unit:
-  /// they are the configuration's, whichever call asks for them.
+  /// The unit is 2^-40 K L^2. K is the power of two above k_n and k_t at the full overlap of the
+  /// largest grains. L is the internal length, which is above all branches and overlaps. A term is
+  /// below 3 K L^2 + 2 |f_t| L. Forces are cut at 8 K L, which stretches a spring by more than four
+  /// of the largest grains. A term is then below 2^5 K L^2, and 2^17 terms stay within 62 bits. The
+  /// unit does not depend on forces, so that the bits of the result depend only on the
+  /// configuration, and not on the force unit of a call.
   struct StiffnessUnit {
     double per_unit, largest_force;
 
@@ -43,7 +44,8 @@ inline namespace RVE_ISA {
     {
       const double largest = call.header.largest_radius * call.units.per_length;
       const ContactModuli most = law.stiffness({2.0 * largest, largest, largest});
-      const int bits = floor_log2(larger(most.normal, most.tangential)) + 1;    // of K, with L = 1
+      // bits of K, with L = 1
+      const int bits = floor_log2(larger(most.normal, most.tangential)) + 1;
       per_unit = power_of_two(40 - bits);
       largest_force = power_of_two(bits + 3);
     }
@@ -54,7 +56,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Adds a number in units of an integer sum.
+  /// Adds a number, rounded to an integer.
   RVE_INLINE void add_rounded(double x, std::int64_t &sum)
   {
     std::int64_t units;
@@ -62,7 +64,7 @@ inline namespace RVE_ISA {
     sum = wrapping_sum(sum, units);
   }
 
-  /// Sums of a contact of disks for all strains.
+  /// Adds the terms of a contact of disks for all strains.
   template <class Scene, class Contact>
   RVE_INLINE void add_stiffness_of_disks(const StepConstants<Scene> &step,
                                          const StiffnessUnit &unit, const ContactPlace &place,
@@ -77,9 +79,9 @@ inline namespace RVE_ISA {
     const double f_n = unit.bounded(step.law.spring_force(place));
     const double f_t = unit.bounded(static_cast<double>(Scene::Law::tangential_force(history)));
     const double turned = moduli.tangential * static_cast<double>(contact.distance) - f_n;
-    // on the first grain, with t = (-n_y, n_x)
+    // These are the components of the force on the first grain, with t = (-n_y, n_x).
     const double fx = -(f_n * nx) - f_t * ny, fy = f_t * nx - f_n * ny;
-    // l (df (x) n + f (x) (eps n - tr(eps) n)), with (eps n - tr(eps) n) = (sx, sy)
+    // The term is l (df (x) n + f (x) (eps n - tr(eps) n)), with (eps n - tr(eps) n) = (sx, sy).
     const auto add = [&](int e, double eps_nn, double eps_nt, double sx, double sy) {
       const double along_n = k_l * eps_nn - f_t * eps_nt, along_t = turned * eps_nt;
       const double dx = along_n * nx - along_t * ny, dy = along_n * ny + along_t * nx;
@@ -92,7 +94,7 @@ inline namespace RVE_ISA {
     add(2, 2.0 * (nx * ny), nx * nx - ny * ny, ny, nx);
   }
 
-  /// Sums of a contact of spheres for one strain.
+  /// Adds the terms of a contact of spheres for one strain.
   template <class Scene, class Contact>
   RVE_INLINE void add_stiffness_of_spheres(const StepConstants<Scene> &step,
                                            const StiffnessUnit &unit, const ContactPlace &place,
@@ -105,11 +107,12 @@ inline namespace RVE_ISA {
     const double f_n = unit.bounded(step.law.spring_force(place));
     auto f_t = in_numbers<double>(Scene::Law::tangential_force(history));
     for (int a = 0; a < 3; ++a) f_t[a] = unit.bounded(f_t[a]);
-    // dn = w and the branch's change are those of the strain alone: eps n = eps_nn n + w
+    // The changes of the normal, dn = w, and of the branch follow from the strain alone: eps n =
+    // eps_nn n + w.
     const auto moved = strain * n;
     const double along = dot(n, moved);
     const auto w = moved - along * n;
-    const auto force = f_t - f_n * n;    // on the first grain
+    const auto force = f_t - f_n * n;    // force on the first grain
     const auto change =
         (moduli.normal * l * along - dot(f_t, w)) * n + (moduli.tangential * l - f_n) * w;
     const auto term = dyad(change, n) + dyad(force, moved - trace(strain) * n);
@@ -117,8 +120,8 @@ inline namespace RVE_ISA {
       add_rounded(unit.per_unit * l * term.component[c], sum[c]);
   }
 
-  /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, as sums of integers
-  /// over the contacts.
+  /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, by integer sums over
+  /// the contacts.
   template <class Block, class Scene>
   RVE_COLD void sum_stiffness(Block block, const CallState<Scene> &call, int step_number,
                               DetailRecord<Scene::D> &detail)
@@ -144,7 +147,7 @@ inline namespace RVE_ISA {
           detail.stiffness[m] = to_stress * static_cast<double>(sums[m]);
       });
     } else {
-      // a strain at a time: all sums together are too many for one collective
+      // Each strain has its own collective, since all sums together are too many for one.
       constexpr int components = Scene::components, strains = Scene::strains;
       for (int e = 0; e < strains; ++e) {
         const Tensor<double, Scene::D> strain = unit_strain<Scene::D>(e);
@@ -168,22 +171,22 @@ inline namespace RVE_ISA {
   template <int D, class F, std::size_t... C>
   RVE_INLINE void for_strains_among(F f, std::index_sequence<C...>)
   {
-    // before the diagonal of row a there are a (a + 1)/2 components that are none
+    // Before the diagonal of row a there are a (a + 1)/2 components below the diagonal.
     ((C / D <= C % D ? f(C - C / D * (C / D + 1) / 2, C / D, C % D) : void()), ...);
   }
 
-  /// f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. No loop: what is
-  /// indexed shall be in registers.
+  /// Calls f(m, a, b) for the components of a symmetric tensor: xx, xy, yy in the plane. It has no
+  /// loop, so that indexed numbers can be in registers.
   template <int D, class F> RVE_INLINE void for_strains(F f)
   {
     for_strains_among<D>(f, std::make_index_sequence<Space<D>::components>());
   }
 
-  /// Details of a configuration. Sums over contacts are integers, so they do not depend on who owns
-  /// a pair.
+  /// Details of a configuration. Sums over contacts are integers, so that they do not depend on the
+  /// owners of pairs.
   template <class Block, class Scene> struct Homogenization {
     using Item = typename Block::Item;
-    /// Sums over contacts.
+    /// Indices of the sums over contacts.
     enum Sums {
       Fabric,
       Contacts = Fabric + Scene::strains,
@@ -194,10 +197,11 @@ inline namespace RVE_ISA {
       Elastic,
       kNumSums
     };
-    static constexpr double kUnit = 0x1p40;    ///< of fabric and overlap terms, which are at most 1
+    /// Unit of fabric and overlap terms, which are at most 1
+    static constexpr double kUnit = 0x1p40;
 
-    /// Adds up the contacts. Leaves the largest force and overlap / sum of radii at each grain in
-    /// work.scratch, and the number of contacts of a grain in work.contact_count.
+    /// Returns the sums over contacts. It stores the largest force and overlap / sum of radii of
+    /// each grain in work.scratch, and the number of contacts of each grain in work.contact_count.
     static RVE_INLINE IntegerSums<kNumSums> sum_contacts(Block &block, const CallState<Scene> &call,
                                                          const StepConstants<Scene> &step)
     {
@@ -230,7 +234,7 @@ inline namespace RVE_ISA {
       const double contact_force = call.units.contact_force;
       const auto force = law.force.template as<double>();
       const auto normal = contact.normal.template as<double>();
-      // grains that reach each other without touching have no overlap
+      // Grains that act at a distance have no overlap.
       const double overlap = larger(static_cast<double>(contact.overlap), 0.0);
       for_strains<Scene::D>([&](int m, int a, int b) {
         add_rounded(kUnit * normal[a] * normal[b], sum[Fabric + m]);
@@ -247,7 +251,8 @@ inline namespace RVE_ISA {
       add_rounded(contact_force * step.law.elastic_energy(contact, law), sum[Elastic]);
     }
 
-    /// Sums over grains: size of the force, grains with fewer than two contacts, and with one.
+    /// Returns sums over grains: size of the force, grains with fewer than two contacts, and with
+    /// one.
     static RVE_INLINE IntegerSums<3> sum_grains(Block &block, const CallState<Scene> &call)
     {
       const WorkspaceView<Scene> &work = call.work;
@@ -259,7 +264,8 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// In the order of the RveState: the sum must not depend on how the grains are stored.
+    /// Returns the kinetic energy, summed in the order of the RveState: the sum must not depend on
+    /// the order in memory.
     static RVE_INLINE double kinetic_energy(Block &block, const CallState<Scene> &call)
     {
       const SharedView<Scene> shared = call.shared;
@@ -319,9 +325,9 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Fills `detail` but for its progress. The law is evaluated again, with the cell of step
+  /// Fills `detail` except for its progress. The law is evaluated again with the cell of step
   /// `step_number`, without advancing the history. The pairs are in call.pairs; work.scratch[3 N +
-  /// i] holds the size of the force on grain i [internal force].
+  /// i] has the size of the force on grain i [internal force].
   template <class Block, class Scene>
   RVE_COLD void homogenize(Block block, const CallState<Scene> &call, int step_number,
                            DetailRecord<Scene::D> &detail)
@@ -333,7 +339,7 @@ inline namespace RVE_ISA {
       }
     }
     Homogenization<Block, Scene>::write(block, call, step_number, detail);
-    // called here, not from the steps: a call more there takes registers from them
+    // A call from the steps would take registers from them.
     if (call.batch.extra_detail) sum_stiffness(block, call, step_number, detail);
   }
 

@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: GPL-2.0-only What a kernel does to suit the registers of its threads:
-// all compile-time choices of the block program, by block and kernel configuration. They change the
-// speed only. Gains are those of steps per second on an NVIDIA H200 with CUDA 13.0
-// (doc/src/performance.rst), and those of instructions are of NVRTC 13.0.
+// SPDX-License-Identifier: GPL-2.0-only
+// Compile-time choices of a kernel that suit the registers of its threads, by block and kernel
+// configuration. They change the speed only. Gains are those of steps per second on an NVIDIA H200
+// with CUDA 13.0 (doc/src/performance.rst); numbers of instructions are those of NVRTC 13.0.
 
 #pragma once
 
@@ -16,47 +16,52 @@ inline namespace RVE_ISA {
   /// choice here that changes bits: the sums depend on the order of pairs. Forces are rounded pair
   /// by pair in any case, since those on both grains are opposite to the last bit.
   ///
-  /// Gain: with histories moved whole 2.5 % of calls of ten steps; not measured alone.
+  /// Gain: 2.5 % of calls of ten steps, together with histories moved whole; not measured alone.
   template <int D> constexpr bool kRelaxedSpheres = kIsRelaxed &&D == 3;
 
-  /// Histories of spheres in `double` do not fit into registers.
+  /// True if histories do not fit into registers: those of spheres in `double`.
   template <class Scene>
   constexpr bool kHasLongHistory = Scene::D == 3 && sizeof(typename Scene::Real) == 8;
 
   template <class Block, class Scene> struct KernelTraits {
-    /// A thread has one disk. Threads without one make the steps of a disk that touches none, so
-    /// that no phase is in a branch, at whose end the registers of both ways would have to be made
-    /// the same. The first move is before the loop of steps, and the pairs of a disk read the
-    /// constants of a step once. Gain: 7 % fewer instructions of a step in `fast`, 4 % in `mixed`;
-    /// with disks of 24 bytes and the safe box of their moves 10 to 15 % more long steps per
-    /// second.
+    /// A thread has one disk. Threads without a disk step a disk without contacts, so that no phase
+    /// is in a branch: at its end the registers of both ways would have to be made equal. The first
+    /// move is before the loop of steps, and the pairs of a disk read the constants of a step once.
+    ///
+    /// Gain: 7 % fewer instructions of a step in `fast`, 4 % in `mixed`; with disks of 24 bytes and
+    /// the box for their moves 10 to 15 % more long steps per second.
     static constexpr bool disks_in_registers = Block::kInRegisters && Scene::D == 2;
 
-    /// A thread has one sphere or two, and keeps of each only what no other thread reads, with two
-    /// partners to a register. What others read is in one record on chip, which the sphere itself
-    /// reads as well, and a sphere adds the forces of its own pairs to those of others on chip.
+    /// A thread has one or two spheres. It keeps only data of them that no other thread reads, with
+    /// two partners per register. Other data are in one record on chip, which the sphere itself
+    /// reads as well. A sphere adds the forces of its own pairs to those of others on chip.
+    ///
     /// Gain: not measured alone.
     static constexpr bool spheres_in_registers = Block::kInRegisters && Scene::D == 3;
 
     /// Constants of a step are in uniform registers, once per warp (CudaHints::uniform()). Such
-    /// kernels must be small: a call with details takes another residency, and the end of a call
-    /// takes the two spheres of a thread one after the other by the same code. Gain: 10 % in
-    /// `fast`.
+    /// kernels must be small: a call with details uses another residency, and the end of a call
+    /// processes the two spheres of a thread one after the other by the same code.
+    ///
+    /// Gain: 10 % in `fast`.
     static constexpr bool uniform_constants =
         spheres_in_registers && Block::kHasUniforms && !Scene::steers;
 
     /// Spheres without uniform registers read the constants of a step again for each pair.
-    /// Gain: 77 of 84 spilled numbers of a step where a thread has 64 registers; not timed alone.
+    ///
+    /// Gain: 77 of 84 spilled numbers of a step if a thread has 64 registers; not timed alone.
     static constexpr bool rereads_constants =
         spheres_in_registers && sizeof(typename Scene::Wide) == 4;
 
-    /// What a pair remembers stays in memory; a thread reads it while it computes the pair before.
-    /// Gain: 59 % (linear springs in `double`, with two spheres of a thread where there was one).
+    /// Histories stay in memory; a thread reads each while it computes the previous pair.
+    ///
+    /// Gain: 59 % (linear springs in `double`, with two spheres per thread instead of one).
     static constexpr bool streams_history = Block::kInRegisters && kHasLongHistory<Scene>;
 
-    /// A move returns as a predicate whether its grain has left the list: a comparison with a box,
-    /// and the displacement itself only outside of it. Gain: 21 of 49 spilled numbers of a step of
-    /// spheres in `fast`; not timed alone.
+    /// A move returns as a predicate whether its grain has left the list: by comparison with a box,
+    /// and by the displacement only outside of it.
+    ///
+    /// Gain: 21 of 49 spilled numbers of a step of spheres in `fast`; not timed alone.
     static constexpr bool checks_list_by_predicate = uniform_constants || disks_in_registers;
   };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A new Verlet list during a call, and the reduction of the lattice.
+// Renewal of the Verlet list during a call, and reduction of the lattice.
 
 #pragma once
 
@@ -13,17 +13,19 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// On arrays, apart from the steps: it takes no registers from them.
+  /// Renews lists in arrays, in functions outside of the steps, which therefore keep their
+  /// registers.
   template <class Block, class Scene> struct ListRenewal {
     using Item = typename Block::Item;
     using Wide = typename Scene::Wide;
     using Planning = StepPlanning<Block, Scene>;
 
-    /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs, and plans anew.
+    /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs,
+    /// and plans the following steps again.
     static RVE_COLD void renew(Block block, CallState<Scene> &call, int k)
     {
       const SeenMotions<Scene> motion = at_known_places<Block>(call.shared).motion;
-      // a quarter of the cell in one step is no motion of a grain any more
+      // A motion by a quarter of the cell in one step is unstable.
       const Wide quarter_cell = static_cast<Wide>(0.25 / Scene::fraction_unit);
       const Tensor<Wide, Scene::D> to_fraction = call.planned(k).to_fraction;
       const bool leans = call.planned(k).allowed_squared < 0.0f;
@@ -47,7 +49,7 @@ inline namespace RVE_ISA {
       if (!call.fatal()) Planning::make_plan(block, call, k);
     }
 
-    /// For the list of this cell: what is the same for all grains. By one thread.
+    /// Sets the cell of a list and its search grid. One thread calls it.
     static RVE_INLINE void set_out(CallState<Scene> &call, const Tensor<double, Scene::D> &cell)
     {
       const double range = contact_range<Scene>(call.header);
@@ -56,14 +58,15 @@ inline namespace RVE_ISA {
       double smallest = width[0];
       for (int a = 1; a < Scene::D; ++a) smallest = width[a] < smallest ? width[a] : smallest;
       call.list_cell = cell;
-      // the wrapped difference is the nearest image only within half of the smallest width; a NaN fails the comparison too
+      // The wrapped difference is the nearest image only up to half of the smallest width. A NaN
+      // also fails this test.
       call.list_fits = 0.5 * smallest > range + call.skin;
       if (call.list_fits)
         call.list_grid = SearchGrid<Scene::D>(width, range + call.skin, call.work.cell_capacity);
     }
 
-    /// Builds the list of the present positions in the cell that is set out; call.pairs has it afterwards. Contact history comes from the `old`
-    /// pairs.
+    /// Builds the list of the current positions in the cell of set_out() into call.pairs. Contact
+    /// histories come from the pairs `old`.
     static RVE_COLD void rebuild(Block block, CallState<Scene> &call, PairView<Scene> old)
     {
       const int n = call.num_grains;
@@ -119,7 +122,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Zero is to be left where forces are added up.
+    /// Uses memory on chip for the list. The sums of forces in it must be zero afterwards.
     static RVE_INLINE WorkspaceView<Scene> workspace_of(CallState<Scene> &call,
                                                         const SharedView<Scene> &shared)
     {
@@ -128,7 +131,8 @@ inline namespace RVE_ISA {
       return work;
     }
 
-    /// The cell of step k is set out anew if it changes. Where the plan of the step has no complaint it does not.
+    /// Reduces the lattice and sets the cell of step k again. If the plan of the step allows
+    /// displacements, the lattice does not change.
     static RVE_COLD void reduce_lattice(Block block, CallState<Scene> &call, int k)
     {
       const SeenMotions<Scene> motion = at_known_places<Block>(call.shared).motion;
@@ -151,13 +155,13 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Renumbers the grains: those that own most pairs first, of spheres most pairs that touch. The
-    /// threads of a warp, or the lanes of a pack, then have nothing to do in the same slots and
-    /// skip them together: a quarter of all contacts of spheres, a sixth of those of disks. Disks
-    /// that own as many pairs are numbered row by row of the search grid, so that neighbouring
-    /// threads still read neighbouring grains after many lists. work.proposal has the new numbers;
-    /// the pairs are still to be moved. The memory of the RVE keeps its order until the call ends
-    /// soundly.
+    /// Renumbers the grains: those that own most pairs first, for spheres those with most touching
+    /// pairs. Threads of a warp, or lanes of a pack, then have no work in the same slots and skip
+    /// them together: a quarter of all contacts of spheres, a sixth of those of disks. Disks with
+    /// the same number of pairs are numbered row by row of the search grid, so that neighbouring
+    /// threads still read neighbouring grains after many lists. The new numbers are in
+    /// work.proposal; the pairs are not moved yet. The stored state keeps its order until the call
+    /// ends successfully.
     static RVE_INLINE void order_grains(Block &block, CallState<Scene> &call,
                                         const SharedView<Scene> &shared,
                                         const WorkspaceView<Scene> &work)
@@ -170,7 +174,7 @@ inline namespace RVE_ISA {
           [&](int m, int index) {
             const int i = grain_at(m);
             work.proposal[i] = index;
-            work.excess_start[index] = number[i];    // not needed any more
+            work.excess_start[index] = number[i];    // it is not needed any more
           });
       const auto move = [&](auto *...array) {
         static_assert((sizeof(*array) + ...) <= kScratch<Scene::D> * sizeof(double) &&

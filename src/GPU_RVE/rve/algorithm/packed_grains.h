@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Grains as the phases of a step take them on a CPU with AVX2: in packs (BlockSimd), and one by one what remains. As algorithm/grain_items.h,
-// how they are loaded, stored and summed up; what is computed with them is written once, for numbers and for packs of numbers.
+// Access of the phases of a step to packs of grains on a CPU with AVX2 (BlockSimd), and to single
+// remaining grains: loads, stores and sums, as in algorithm/grain_items.h. The computations are
+// written once, for numbers and for packs of numbers.
 
 #pragma once
 
@@ -12,10 +13,10 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Grains that BlockSimd hands out at a time.
+  /// Number of grains in a pack of BlockSimd.
   constexpr int kPackedGrains = 8;
 
-  /// The scene in the numbers of an item: N grains, or one.
+  /// The kernel configuration in the numbers of an item: N grains or one.
   template <class Scene, class Item> struct SceneOfItem {
     using type = Scene;
   };
@@ -23,7 +24,7 @@ inline namespace RVE_ISA {
     using type = typename Scene::template In<PackNumbers<typename Scene::Numbers, N>>;
   };
 
-  /// The histories of a slot of N grains, to be read and written as that of one grain is.
+  /// Histories of a slot of N grains, read and written as that of one grain.
   template <class Scene, int N> struct HistoryLanes {
     using Packed = typename SceneOfItem<Scene, PackItem<N>>::type;
     using History = typename Packed::History;
@@ -40,7 +41,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Force and torque on a grain side by side, so that a pair adds to its partner with one addition, or two: 3 sums in 4 places, or 6 in 8.
+  /// Force and torque on a grain in one row, so that a pair adds to its partner with one or two
+  /// additions: 3 sums in 4 numbers, or 6 in 8.
   template <class Numbers, int D> struct alignas(4 * sizeof(typename Numbers::Sum)) ForceRow {
     typename Numbers::Sum sum[D == 2 ? 4 : 8];
   };
@@ -57,8 +59,9 @@ inline namespace RVE_ISA {
     template <int N> using PackedSums = Vec<Pack<Sum, N>, Scene::freedoms>;
     static_assert(!Scene::books, "a ledger is kept for one grain after the other");
 
-    /// What pairs of packs give to their partners and packs get from their own pairs, a row per grain. A move takes all of it, so
-    /// that a stretch of steps leaves zeros: it ends with a move.
+    /// Sums of forces that packs add to partners and to their own grains, a row per grain. A move
+    /// reads and clears all rows, so that they are zero after a segment of steps, which ends with a
+    /// move.
     Row *rows;
 
    public:
@@ -66,7 +69,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE PackedGrains(Block &block, const Shared &shared, const WorkspaceView<Scene> &work,
                             int n) :
-        One(block, shared, n)
+        One(block, shared, work, n)
     {
       static_assert(sizeof(Row) < kScratch<D> * sizeof(double),
                     "a row per grain, and one to align the first one");
@@ -74,13 +77,13 @@ inline namespace RVE_ISA {
       rows = reinterpret_cast<Row *>((begin + sizeof(Row) - 1) / sizeof(Row) * sizeof(Row));
     }
 
-    // ---- single grains: those that fill no pack ---------------------------------------------------------------------------------
+    // ---- single grains that fill no pack --------------------------------------------------------
 
     using One::add_to_partner;
+    using One::clear_history;
     using One::for_each_grain;
     using One::for_parts;
     using One::for_slots;
-    using One::forget_pair;
     using One::history_of;
     using One::is_taken;
     using One::keep_forces;
@@ -100,8 +103,9 @@ inline namespace RVE_ISA {
       rows[i] = Row();
     }
 
-    /// Leaves what packs have given to a grain where single grains have it, after forces that no move takes.
-    RVE_INLINE void leave_forces(int i, bool in_pack)
+    /// Moves the forces of packs on a grain to the arrays of single grains, after forces without a
+    /// move.
+    RVE_INLINE void store_forces(int i, bool in_pack)
     {
       Sums sums;
       for (int k = 0; k < Scene::freedoms; ++k) sums[k] = rows[i].sum[k];
@@ -118,7 +122,7 @@ inline namespace RVE_ISA {
       return sums;
     }
 
-    // ---- packs ------------------------------------------------------------------------------------------------------------------
+    // ---- packs ----------------------------------------------------------------------------------
 
     template <int N> RVE_INLINE void load(const Shared &, PackItem<N> i)
     {
@@ -152,7 +156,7 @@ inline namespace RVE_ISA {
       return grains;
     }
 
-    /// Whether one of the grains has a pair in slot k.
+    /// Returns whether one of the grains has a pair in slot k.
     template <int N> RVE_INLINE bool is_taken(int k, PackItem<N> i)
     {
       using Wide = typename Packed<N>::Wide;
@@ -191,24 +195,25 @@ inline namespace RVE_ISA {
       return Packed<N>::Real::load(this->largest_force.array + i.first);
     }
 
-    /// One stage for all slots before the next: what one pair waits for, roots and quotients, passes while others are served.
-    template <int N, class Step, class View, class Look, class Act, class IsTaken>
-    RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Look look, Act act,
+    /// Computes one stage of all slots before the next stage: the latency of roots and quotients of
+    /// one pair passes while other pairs are computed.
+    template <int N, class Step, class View, class Geometry, class Act, class IsTaken>
+    RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Geometry geometry, Act act,
                               IsTaken is_taken)
     {
       if constexpr (D == 2) {
         static_assert(D != 2 || Scene::owned_pairs == 3, "variables, not arrays: registers");
         const auto first = view(0);
-        const auto to_first = look(step(), first);
+        const auto to_first = geometry(step(), first);
         const auto second = view(1);
-        const auto to_second = look(step(), second);
+        const auto to_second = geometry(step(), second);
         if (!is_taken(2)) {
           act(0, step(), first, to_first);
           act(1, step(), second, to_second);
           return;
         }
         const auto third = view(2);
-        const auto to_third = look(step(), third);
+        const auto to_third = geometry(step(), third);
         act(0, step(), first, to_first);
         act(1, step(), second, to_second);
         act(2, step(), third, to_third);
@@ -217,22 +222,22 @@ inline namespace RVE_ISA {
                       "made where they are: what is copied is long");
         struct Slot {
           decltype(view(0)) other;
-          decltype(look(step(), view(0))) contact;
+          decltype(geometry(step(), view(0))) contact;
 
-          RVE_INLINE Slot(int k, Step &step, View &view, Look &look) :
-              other(view(k)), contact(look(step(), other))
+          RVE_INLINE Slot(int k, Step &step, View &view, Geometry &geometry) :
+              other(view(k)), contact(geometry(step(), other))
           {
           }
         };
-        const Slot slot[] = {{0, step, view, look},
-                             {1, step, view, look},
-                             {2, step, view, look},
-                             {3, step, view, look}};
+        const Slot slot[] = {{0, step, view, geometry},
+                             {1, step, view, geometry},
+                             {2, step, view, geometry},
+                             {3, step, view, geometry}};
         for (int k = 0; k < Scene::owned_pairs; ++k) act(k, step(), slot[k].other, slot[k].contact);
       }
     }
 
-    /// Registers hold 8 floats, or 4 doubles.
+    /// Registers have 8 floats or 4 doubles.
     template <int N, class F> RVE_INLINE void for_parts(PackItem<N> i, F f)
     {
       constexpr int lanes = sizeof(typename Scene::Real) == 4 ? 8 : 4;
@@ -292,7 +297,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Of disks position and velocity, of spheres the spin as well.
+    /// Loads position and velocity, for spheres also the spin.
     template <class Row, class SomeView>
     static RVE_INLINE void load_seen(const Row &row, SomeView &grains)
     {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One pair of grains in a step: from the grains and the history of their pair to the force, the new
-// history and what the sums of the grains get. Written for numbers and for packs of numbers.
+// One pair of grains in a step: grains and history give the force, the new history and the
+// contributions to the sums of the grains. The functions take numbers or packs of numbers.
 //
-//   pair_geometry    where the grains are to each other
+//   pair_geometry    geometry of the two grains
 //   pair_force       normal force, tangential force and torques: evaluate() of physics/laws
-//   store_history    what a law may keep from step to step: its between_looks()
+//   store_history    stores the part of the history that steps read
 //   add_pair         all of this for a pair, in order
 
 #pragma once
@@ -19,7 +19,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// What all pairs of a step have in common, in internal units.
+  /// Constants of a step that all pairs share, in internal units.
   template <class Scene> struct StepConstants {
     typename Scene::Law law;
     Tensor<typename Scene::Wide, Scene::D> to_length;
@@ -43,7 +43,8 @@ inline namespace RVE_ISA {
 
   template <class Scene> using ContactOf = ContactGeometry<typename Scene::Real, Scene::D>;
 
-  /// Grains touch when their overlap is positive; the law decides whether they act on each other.
+  /// Returns the geometry of a pair. Grains touch if their overlap is positive; the law decides
+  /// whether they act on each other.
   template <class Scene>
   RVE_INLINE ContactOf<Scene> pair_geometry(const StepConstants<Scene> &step,
                                             const ViewOf<Scene> &i, const ViewOf<Scene> &j)
@@ -66,24 +67,24 @@ inline namespace RVE_ISA {
     return evaluate(step.law, contact, motion_i, motion_j, step.gradient, history, step.dt);
   }
 
-  /// What the pairs of an RVE are computed for.
+  /// Purpose for which the pairs of an RVE are computed.
   enum class Wanted {
-    Forces,      ///< of a step
-    LoveSums,    ///< and Love sums, of a step with energy and stress bookkeeping
-    Reduction    ///< and Love sums, contacts and soundness, of the last forces of a call
+    Forces,      ///< forces of a step
+    LoveSums,    ///< forces and Love sums of a step with energy and stress bookkeeping
+    Reduction    ///< last forces of a call, with Love sums, contacts and checks
   };
 
-  /// Stores what a pair remembers. Only the last forces of a call store what no step reads.
+  /// Stores the history of a pair. Only the last forces of a call store numbers that no step reads.
   template <Wanted wanted, class Scene, class History>
   RVE_INLINE void store_history(const typename Scene::History &now, History &&history)
   {
     if constexpr (wanted == Wanted::Reduction)
       history = now;
     else
-      history = Scene::Law::between_looks(now);
+      history = Scene::Law::history_for_steps(now);
   }
 
-  /// Ends what a pair remembers, and with bookkeeping adds the energy that its springs held.
+  /// Clears the history of a pair, and with bookkeeping adds the energy of its springs.
   template <Wanted wanted, class Scene, class History>
   RVE_INLINE void release_history(bool tracks_energy, const StepConstants<Scene> &step,
                                   History &&history, GrainSum<Scene> &sum)
@@ -93,7 +94,7 @@ inline namespace RVE_ISA {
     store_history<wanted, Scene>(typename Scene::History(), history);
   }
 
-  /// Raises the largest force that counts for the unit of forces.
+  /// Updates the largest force, which sets the unit of forces.
   template <class Scene, class Call, class Force>
   RVE_INLINE void raise_largest_force(const Call &call, const Truth<typename Scene::Real> &acting,
                                       const Force &force, typename Scene::Real &largest)
@@ -106,8 +107,8 @@ inline namespace RVE_ISA {
   }
 
   /// Computes a pair, or a pack of pairs: advances its history, adds its force to `sum` of grain i,
-  /// and calls add_to_j(force and torque on grain j). tracks_energy: dissipation is added up, in
-  /// programs with all bookkeeping.
+  /// and calls add_to_j(force and torque on grain j). With tracks_energy it adds the dissipation,
+  /// in kernels with energy bookkeeping.
   template <Wanted wanted, class Scene, class Call, class History, class AddToOther>
   RVE_INLINE void add_pair(const Call &call, bool tracks_energy, const StepConstants<Scene> &step,
                            const ViewOf<Scene> &grain_i, const ViewOf<Scene> &grain_j,
@@ -115,8 +116,8 @@ inline namespace RVE_ISA {
                            History &&history, GrainSum<Scene> &sum, AddToOther add_to_j)
   {
     using Real = typename Scene::Real;
-    // `where` does for packs what the branch does for one pair; whole packs of spheres have nothing
-    // to do in their last slots
+    // Packs use where() instead of this branch. Whole packs of spheres have no pairs in their last
+    // slots.
     if constexpr (std::is_same_v<Truth<Real>, bool> || Scene::D == 3) {
       if (!any(step.law.acts(contact))) {
         if constexpr (Scene::has_friction)

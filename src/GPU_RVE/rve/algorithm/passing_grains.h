@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Spheres of a block that has registers for none of them, and whose chip has no room for all that the steps ask for (InMemory): as
-// algorithm/grain_items.h, how they are loaded, stored and summed up. In each step all of it passes by, so it is made little: forces on a grain
-// are added up in one place, its record lies in two parts of whole pieces, of which partners that do not touch read only the first, a
-// partner's radius is read where the partner is, and what a pair remembers is neither read nor written while it is nothing. Each number of a
-// history has a row of its own, of which a warp reads whole lines.
+// Access of the phases of a step to spheres of a block without registers for them, and with a chip
+// that is too small for the data of a step (InMemory): loads, stores and sums, as in
+// algorithm/grain_items.h. Each step streams all data from memory, so that they are kept small:
+//
+//   - all forces on a grain are added up in one array
+//   - a sphere has two records of whole pieces; partners that do not touch read only the first
+//   - the radius of a partner is read from its record
+//   - a history that is zero is neither read nor written
+//   - each number of a history has a row of its own, of which a warp reads whole lines
 
 #pragma once
 
@@ -12,63 +16,65 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// The pairs that grains own, in steps: a word for each slot says who the partner is and whether the pair remembers anything. Zero else.
+  /// Pairs that grains own, during steps. A word for each slot has the partner, and a bit that is
+  /// set if the history of the pair is not zero.
   template <class Scene> class PassingPairs {
-    static_assert(Scene::has_friction, "pairs remember something");
+    static_assert(Scene::has_friction, "pairs have a history");
     using History = typename Scene::History;
     using Rows = StreamedHistory<History, typename Scene::Spring>;
     static constexpr int kSlots = Scene::owned_pairs;
-    static constexpr std::int32_t kRemembers = 1 << 30;
+    static constexpr std::int32_t kHasHistory = 1 << 30;
 
     SharedView<Scene> shared;
-    std::int32_t word[kSlots];    ///< of the grain that is computed
-    History before;               ///< of its pair that is computed
+    std::int32_t word[kSlots];    ///< of the current grain
+    History before;               ///< of the current pair
 
    public:
     RVE_INLINE explicit PassingPairs(const SharedView<Scene> &view) : shared(view) {}
 
-    // ---- from and to the arrays of all ------------------------------------------------------------------------------------------
+    // ---- loads and saves ------------------------------------------------------------------------
 
     RVE_INLINE void load(int k, int i)
     {
       const History stored = shared.history[place(k, i)];
-      const bool remembers = Rows::is_something(stored);
-      if (remembers) rows(k).keep(i, stored);
+      const bool has_history = Rows::is_nonzero(stored);
+      if (has_history) rows(k).keep(i, stored);
       const std::int32_t partner = shared.partner[place(k, i)];
-      shared.partner_word[place(k, i)] = remembers ? partner | kRemembers : partner;
+      shared.partner_word[place(k, i)] = has_history ? partner | kHasHistory : partner;
     }
 
-    RVE_INLINE void save(int k, int i) const { shared.history[place(k, i)] = remembered(k, i); }
+    RVE_INLINE void save(int k, int i) const { shared.history[place(k, i)] = saved_history(k, i); }
 
-    RVE_INLINE History remembered(int k, int i) const
+    RVE_INLINE History saved_history(int k, int i) const
     {
-      return ask(k, i, shared.partner_word[place(k, i)]);
+      return stored_history(k, i, shared.partner_word[place(k, i)]);
     }
 
-    /// Own number: the slot is free.
+    /// Returns the partner in slot k, or the own number if the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, int i) const
     {
-      return shared.partner_word[place(k, i)] & ~kRemembers;
+      return shared.partner_word[place(k, i)] & ~kHasHistory;
     }
 
-    // ---- of the grain that is computed ------------------------------------------------------------------------------------------
+    // ---- the current grain ----------------------------------------------------------------------
 
-    /// All words before its first pair.
-    RVE_INLINE void look_at(int i)
+    /// Reads all words of a grain before its first pair.
+    RVE_INLINE void load_words(int i)
     {
       for (int k = 0; k < kSlots; ++k) word[k] = shared.partner_word[place(k, i)];
     }
-    RVE_INLINE int partner(int k) const { return word[k] & ~kRemembers; }
-    RVE_INLINE History ask(int k, int i) const { return ask(k, i, word[k]); }
-    RVE_INLINE void turn_to(const History &asked) { before = asked; }
+    RVE_INLINE int partner(int k) const { return word[k] & ~kHasHistory; }
+    RVE_INLINE History stored_history(int k, int i) const { return stored_history(k, i, word[k]); }
+    RVE_INLINE void set_current(const History &history) { before = history; }
 
-    /// What the pair in slot k remembers, to be read and written, and then to be read as it was written.
+    /// History of the pair in slot k, for reading and writing. After it is written it returns the
+    /// new value.
     struct Memory {
       PassingPairs &pairs;
       int k, i;
 
       RVE_INLINE operator const History &() const { return pairs.before; }
-      RVE_INLINE void operator=(const History &x) const { pairs.remember(k, i, x); }
+      RVE_INLINE void operator=(const History &x) const { pairs.keep_history(k, i, x); }
     };
 
    private:
@@ -76,18 +82,18 @@ inline namespace RVE_ISA {
 
     RVE_INLINE Rows rows(int k) const { return Rows(shared, k, shared.capacity); }
 
-    RVE_INLINE History ask(int k, int i, std::int32_t its_word) const
+    RVE_INLINE History stored_history(int k, int i, std::int32_t its_word) const
     {
-      return (its_word & kRemembers) != 0 ? rows(k)[i] : History();
+      return (its_word & kHasHistory) != 0 ? rows(k)[i] : History();
     }
 
-    RVE_INLINE void remember(int k, int i, const History &x)
+    RVE_INLINE void keep_history(int k, int i, const History &x)
     {
-      const bool something = Rows::is_something(x);
-      if (something) rows(k).keep(i, x);
+      const bool nonzero = Rows::is_nonzero(x);
+      if (nonzero) rows(k).keep(i, x);
       before = x;
-      if (something != ((word[k] & kRemembers) != 0)) {
-        word[k] ^= kRemembers;
+      if (nonzero != ((word[k] & kHasHistory) != 0)) {
+        word[k] ^= kHasHistory;
         shared.partner_word[place(k, i)] = word[k];
       }
     }
@@ -102,23 +108,19 @@ inline namespace RVE_ISA {
     SpheresInParts<Numbers> sphere;
     PassingPairs<Scene> pairs;
     Real *largest_of_grain;
-    Real largest;    ///< on any grain of a thread: nobody asks for that on a single one
+    /// Largest force on any grain of a thread; no code needs that of a single grain
+    Real largest;
 
    public:
     using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
     template <class SomeItem> using SceneOf = Scene;
 
-    RVE_INLINE PassingGrains(Block &, const Shared &shared, int) :
+    RVE_INLINE PassingGrains(Block &, const Shared &shared, const WorkspaceView<Scene> &, int) :
         sphere(shared.motion), pairs(shared), largest_of_grain(shared.largest_force), largest(0)
     {
     }
-    RVE_INLINE PassingGrains(Block &block, const Shared &shared, const WorkspaceView<Scene> &,
-                             int n) :
-        PassingGrains(block, shared, n)
-    {
-    }
 
-    // ---- from and to where all others have them ---------------------------------------------------------------------------------
+    // ---- loads and saves ------------------------------------------------------------------------
 
     RVE_INLINE void load(const Shared &shared, Item i)
     {
@@ -136,12 +138,12 @@ inline namespace RVE_ISA {
     {
       for (int k = 0; k < Scene::owned_pairs; ++k) pairs.save(k, i);
     }
-    /// Forces are where they are added up, and pairs where they pass by.
+    /// Forces and pairs are in memory already.
     RVE_INLINE void load_forces(Item) {}
     RVE_INLINE void load_with_forces(Item i) { load_itself(i); }
     RVE_INLINE void save_with_forces(Item i) { largest_of_grain[i] = largest; }
 
-    // ---- what the phases of a step ask for --------------------------------------------------------------------------------------
+    // ---- access during the phases of a step -----------------------------------------------------
 
     RVE_INLINE ViewOf<Scene> view(int i) const
     {
@@ -154,7 +156,8 @@ inline namespace RVE_ISA {
     {
       const int j = pairs.partner(k);
       ViewOf<Scene> other = view(j);
-      if (j == i) other.radius = Scene::Law::has_reach ? kRadiusOfNobody<Scene> : -other.radius;
+      if (j == i)
+        other.radius = Scene::Law::has_reach ? kRadiusWithoutContact<Scene> : -other.radius;
       return other;
     }
 
@@ -168,29 +171,30 @@ inline namespace RVE_ISA {
     {
       return typename PassingPairs<Scene>::Memory{pairs, k, i};
     }
-    RVE_INLINE typename Scene::History remembered(int k, Item i) const
+    RVE_INLINE typename Scene::History saved_history(int k, Item i) const
     {
-      return pairs.remembered(k, i);
+      return pairs.saved_history(k, i);
     }
     RVE_INLINE std::int32_t partner_in_slot(int k, Item i) const { return pairs.in_slot(k, i); }
 
     RVE_INLINE Real largest_of(Item) const { return largest; }
     RVE_INLINE void keep_largest(Item, Real force) { largest = force; }
 
-    /// As of GrainItems: what a pair remembers is asked for while the one before is computed. A partner is not: what partners read that do not
-    /// touch then costs more than waiting (measured on an H200).
-    template <class Step, class View, class Look, class Act, class IsTaken>
-    RVE_INLINE void for_slots(Item i, Step step, View view, Look look, Act act, IsTaken)
+    /// Visits the slots as in GrainItems. A history is read while the previous pair is computed. A
+    /// partner is not: reading partners that do not touch costs more than the latency (measured on
+    /// an H200).
+    template <class Step, class View, class Geometry, class Act, class IsTaken>
+    RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act, IsTaken)
     {
-      pairs.look_at(i);
-      typename Scene::History next = pairs.ask(0, i);
+      pairs.load_words(i);
+      typename Scene::History next = pairs.stored_history(0, i);
       RVE_UNROLL
       for (int k = 0; k < Scene::owned_pairs; ++k) {
-        pairs.turn_to(next);
-        if (k + 1 < Scene::owned_pairs) next = pairs.ask(k + 1, i);
+        pairs.set_current(next);
+        if (k + 1 < Scene::owned_pairs) next = pairs.stored_history(k + 1, i);
         const auto other = view(k);
         const auto here = step();
-        act(k, here, other, look(here, other));
+        act(k, here, other, geometry(here, other));
       }
     }
 
@@ -216,7 +220,7 @@ inline namespace RVE_ISA {
       return collect_force(block, shared, Sums(), i);
     }
 
-    /// After a kick and a drift: all of the record.
+    /// Writes the whole record after a kick and a drift.
     RVE_INLINE void publish(const Shared &, Item i, const ViewOf<Scene> &grain,
                             const GrainResponseOf<Scene> &response)
     {
@@ -226,10 +230,10 @@ inline namespace RVE_ISA {
                          SphereCourse<Numbers>{grain.motion.velocity, grain.spin,
                                                response.velocity_unit, response.spin_unit});
     }
-    RVE_INLINE void publish_spin(Item, const Spin<Real, Scene::D> &) {}    // with all else
+    RVE_INLINE void publish_spin(Item, const Spin<Real, Scene::D> &) {}    // publish() writes it
   };
 
-  /// Grains one by one, as a scene has them.
+  /// Single grains of a kernel configuration.
   template <class Block, class Scene>
   using GrainsOf =
       std::conditional_t<Scene::in_memory, PassingGrains<Block, Scene>, GrainItems<Block, Scene>>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Moves elements of arrays to other indices, by way of other memory.
+// Reordering of arrays through other memory.
 
 #pragma once
 
@@ -8,8 +8,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// array[index_of(item)] = array[item] for n items and all arrays at once, in two phases.
-  /// `memory` holds all arrays one after the other, those with the strictest alignment first.
+  /// Sets array[index_of(item)] = array[item] for n items and all arrays, in two phases. `memory`
+  /// has space for all arrays, one after the other, those with the strictest alignment first.
   template <class Block, class IndexOf, class... T>
   RVE_INLINE void reorder(Block &block, int n, IndexOf index_of, void *memory, T *...array)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Turns a whole RVE rigidly, as it lies in memory between calls.
+// Rigid rotation of a stored RVE.
 
 #pragma once
 
@@ -8,8 +8,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Cell, deformation and velocities follow, in space spins and contact histories too; fractional coordinates and the list are the same
-  /// in all axes, and in the plane spins and contact histories.
+  /// Rotates the stored state of an RVE: cell, deformation and velocities, in space also spins and
+  /// contact histories. Fractional coordinates and the list are the same in all axes; so are spins
+  /// and contact histories in the plane.
   template <class Block, class Scene>
   RVE_INLINE void turn_rigidly(Block &block, const ImageView<Scene> &image,
                                const Tensor<double, Scene::D> &rotation)

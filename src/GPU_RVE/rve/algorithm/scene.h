@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a program of the block is compiled for.
+// Kernel configurations.
 
 #pragma once
 
@@ -10,40 +10,42 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// What a program does beside steps along a path.
+  /// Functions of a kernel in addition to steps along a path.
   enum class Books {
     None,
     Servo,
-    All    ///< servo, energy ledger, a unit of forces that looks at all of them, and the bound of the time step
+    All    ///< servo, energy bookkeeping, force unit by all forces, bound of the time step
   };
 
-  /// A contact law in a number format, and the books of the program. What a scene does not need takes no registers of its programs, and
-  /// leaves their bits. Everything in algorithm/ takes such a Scene. Which ones there are: engine/programs.h.
+  /// Kernel configuration: a contact law in a number format, and the functions of the kernel.
+  /// Functions that it does not need take no registers and do not change bits. All code in
+  /// algorithm/ has it as the parameter Scene. engine/programs.h lists the configurations.
   template <class ContactLaw, Books kept>
   struct SceneOf : ContactLaw::Numbers, Space<ContactLaw::D> {
     using Law = ContactLaw;
     using Numbers = typename Law::Numbers;
-    using History = typename Law::History;    ///< what a pair remembers of its contact
-    static constexpr int D = Law::D;          ///< of space
+    using History = typename Law::History;    ///< history of a pair
+    static constexpr int D = Law::D;          ///< dimension of space
     static constexpr int owned_pairs = PairCounts<D>::owned;
     static constexpr bool has_friction = Law::has_friction;
     static constexpr bool has_rolling = Law::has_rolling;
     static constexpr bool steers = kept != Books::None;
     static constexpr bool books = kept == Books::All;
-    static constexpr int plan_steps = 0;        ///< kPlanSteps, where it is another than usual
-    static constexpr bool in_memory = false;    ///< InMemory
+    /// Number of plan entries instead of kPlanSteps, if not 0
+    static constexpr int plan_steps = 0;
+    static constexpr bool in_memory = false;    ///< true for InMemory
 
-    /// The same scene in other numbers.
+    /// The same configuration in another number format.
     template <class OtherNumbers> using In = SceneOf<typename Law::template In<OtherNumbers>, kept>;
   };
 
-  /// The same scene where there is room for longer plans.
+  /// The same configuration with space for longer plans.
   template <class Scene, int steps> struct WithPlan : Scene {
     static constexpr int plan_steps = steps;
   };
 
-  /// The same scene, of spheres, for blocks that have registers for none of them: what does not fit on chip passes by in each step
-  /// (algorithm/passing_grains.h).
+  /// The same configuration of spheres for blocks without registers for them: data that do not fit
+  /// on chip are read from memory in each step (algorithm/passing_grains.h).
   template <class Scene> struct InMemory : Scene {
     static_assert(Scene::D == 3, "spheres");
     static constexpr bool in_memory = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The grid by which a Verlet list finds pairs.
+// Search grid of a Verlet list.
 
 #pragma once
 
@@ -12,24 +12,26 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Regular grid in fractional space whose cells are at least `cutoff` wide. Along an axis with fewer than three cells every
-  /// cell is a neighbour of every other.
+  /// Regular grid in fractional space whose cells are at least `cutoff` wide. If an axis has fewer
+  /// than three cells, all of them are neighbours.
   template <int D> struct SearchGrid {
     int count[D];
 
     SearchGrid() = default;
-    /// width: of the periodic cell, perpendicular to its faces.
+    /// Chooses the numbers of cells for a periodic cell with perpendicular widths `width`, with at
+    /// most `capacity` cells in all.
     RVE_INLINE SearchGrid(const Vec<double, D> &width, double cutoff, int capacity)
     {
       for (int a = 0; a < D; ++a) {
         const double fit = width[a] / (cutoff * (1.0 + 1e-6));
         count[a] = fit < 1.0 ? 1 : (fit > 1024.0 ? 1024 : static_cast<int>(fit));
       }
-      // a product of large counts has more than 31 bits in space
+      // A product of large counts has more than 31 bits in space.
       while (size<std::int64_t>() > capacity) {
         int most = count[0];
         for (int a = 1; a < D; ++a) most = count[a] > most ? count[a] : most;
-        // the last of the axes with the most, without an index that is not known: the counts shall be in registers
+        // The last of the axes with the most cells gets fewer. No index is computed, so that the
+        // counts can be in registers.
         bool is_less = false;
         for (int a = D - 1; a >= 0; --a) {
           const bool is_this = !is_less && count[a] == most;
@@ -46,13 +48,13 @@ inline namespace RVE_ISA {
       return product;
     }
 
-    /// In which cell along axis a a point lies.
+    /// Returns the index of the cell along axis a that contains a point.
     template <class Coordinate> RVE_INLINE int place(const Vec<Coordinate, D> &s, int a) const
     {
       return static_cast<int>((static_cast<std::uint64_t>(leading_bits(s[a])) * count[a]) >> 32);
     }
 
-    /// x runs fastest.
+    /// Returns the index of a cell; x runs fastest.
     template <class Coordinate> RVE_INLINE int index(const Vec<Coordinate, D> &s) const
     {
       int cell = 0;
@@ -60,7 +62,8 @@ inline namespace RVE_ISA {
       return cell;
     }
 
-    /// Whether no cell is twice a neighbour of another one, so that each of two neighbours lies either ahead of the other or behind it.
+    /// Returns whether no cell is twice a neighbour of another one. Each of two neighbours is then
+    /// either ahead of the other or after it.
     RVE_INLINE bool has_sides() const
     {
       bool wide = true;
@@ -68,9 +71,11 @@ inline namespace RVE_ISA {
       return wide;
     }
 
-    /// Calls visit(layer, first, count, own) for the rows of cells that may hold neighbours of a point: `count` cells of the row whose first cell is
-    /// `layer`, from the cell `first` of it on, and behind its last cell from its first one on. `ahead`: only of those that lie ahead of the cell of
-    /// the point, which is the first cell of the first row then, its `own`. With has_sides() alone.
+    /// Calls visit(layer, first, count, own) for the rows of cells that may have neighbours of a
+    /// point: `count` cells of the row that begins with cell `layer`, from its cell `first` on,
+    /// cyclically. With `ahead`, which requires has_sides(), it visits only cells ahead of the cell
+    /// of the point. The first cell of the first row is then that of the point, and `own` is true
+    /// for this row.
     template <class Coordinate, class Visit>
     RVE_INLINE void rows_around(const Vec<Coordinate, D> &point, bool ahead, Visit visit) const
     {
@@ -80,12 +85,12 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Of the cells in layer `layer` of the axes after this one.
+    /// Visits the cells in layer `layer` of the axes after this one.
     template <int Axis, class Visit>
     RVE_INLINE void rows_along(const int (&home)[D], int layer, bool ahead, Visit &visit) const
     {
       const int n = count[Axis], reach = n < 3 ? n : 3;
-      // modulo n, without a division
+      // The index is taken modulo n, without a division.
       const int before = home[Axis] == 0 ? n - 1 : home[Axis] - 1;
       if constexpr (Axis == 0) {
         visit(layer * n, ahead ? home[0] : before, ahead ? 2 : reach, ahead);

@@ -1,22 +1,23 @@
-// SPDX-License-Identifier: GPL-2.0-only Lower bound of the stable time step of an RVE, found where
-// the RVE is: a few percent below stable_time_step() (engine/stability.h), so that thousands of
-// RVEs can be checked and few need the exact result.
+// SPDX-License-Identifier: GPL-2.0-only
+// Lower bound of the stable time step of an RVE, computed in the kernel. It is a few percent below
+// stable_time_step() (engine/stability.h), so that thousands of RVEs can be checked and few need
+// the exact result.
 //
 // In coordinates u scaled by the roots of the masses, a contact couples u_i and u_j by a 3x3 matrix
 // C, and
 //     2 u_i.C u_j <= g u_i.|C| u_i + (1/g) u_j.|C^T| u_j,    |C| = (C C^T)^1/2, for any g > 0.
-// So in the plane M^-1/2 K M^-1/2 is below a matrix of one 3x3 block per grain, whose largest
-// eigenvalue is a bound for any weights w in g = w_j/w_i. w = 1/m gives that of a single contact
-// exactly; then grains with larger eigenvalues get larger weights, which are shares of their
-// contacts that partners carry. Each sweep is a bound. After some, all grains of the fastest mode
-// have the same eigenvalue: that of the mode, but for signs that its motion cannot have where
-// contacts form odd rings.
+// In the plane M^-1/2 K M^-1/2 is therefore below a matrix with one 3x3 block per grain, whose
+// largest eigenvalue is a bound for any weights w in g = w_j/w_i. The weights w = 1/m give that of
+// a single contact exactly. Then grains with larger eigenvalues get larger weights, so that their
+// partners carry larger shares of their contacts. Each sweep gives a bound. After some sweeps all
+// grains of the fastest mode have the same eigenvalue, which is that of the mode, except for signs
+// that its motion cannot have where contacts form odd rings.
 //
-// In space there are no weights. The energy of a contact is at most twice what it would be if each
-// of its grains moved alone, so that the network is bounded by twice the largest eigenvalue of a
-// grain's own blocks: T of its translation, R of its rotation, and of both together no more than
-// the sum of the largest of each. One contact alone has exactly that sum. The largest eigenvalue of
-// a symmetric matrix with mean q and p^2 = tr((A - q I)^2)/6 is at most q + 2 p.
+// In space there are no weights. The energy of a contact is at most twice the sum of its energies
+// if each of its grains moved alone. The network is therefore bounded by twice the largest
+// eigenvalue of a grain's own blocks: T of its translation, R of its rotation, and of both together
+// no more than the sum of the largest of each. A single contact has exactly that sum. The largest
+// eigenvalue of a symmetric matrix with mean q and p^2 = tr((A - q I)^2)/6 is at most q + 2 p.
 
 #pragma once
 
@@ -27,9 +28,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Largest eigenvalue of the symmetric matrix (xx, yy, ww, xy, xw, yw), positive semidefinite:
-  /// Newton's method comes down to the largest root of the characteristic polynomial, so that no
-  /// step is below it.
+  /// Returns the largest eigenvalue of the positive semidefinite matrix (xx, yy, ww, xy, xw, yw).
+  /// Newton's method decreases monotonically to the largest root of the characteristic polynomial,
+  /// so that no iterate is below it.
   RVE_INLINE double largest_eigenvalue(const double (&a)[6])
   {
     const double trace = a[0] + a[1] + a[2];
@@ -49,12 +50,11 @@ inline namespace RVE_ISA {
     return x;
   }
 
-  /// Springs or dashpots: both are quadratic forms of the same stretches.
+  /// Springs or dashpots: both are quadratic forms of the same displacements.
   enum class ModuliKind { Springs, Dashpots };
 
-  /// Moduli of a contact in units of the script, at a place in lengths that are so many of the
-  /// script's. A spring that pulls less the longer it is makes no frequency larger, and counts as
-  /// none.
+  /// Returns the moduli of a contact in units of the script, at a place in units of `length`. A
+  /// spring whose pull decreases with its length raises no frequency and counts as zero.
   template <class Law>
   RVE_INLINE ContactModuli moduli_at(const Law &law, ModuliKind kind, double length,
                                      const ContactPlace &place)
@@ -67,14 +67,14 @@ inline namespace RVE_ISA {
     return moduli;
   }
 
-  /// Arrays of a search for a bound, over grains.
+  /// Arrays over grains for the search of a bound.
   struct BoundArrays {
     std::int64_t *block;    ///< (6, N), in space (12, N)
     double *weight, *value;
   };
 
-  /// Bound of the largest eigenvalue of M^-1 K, of the network and of one contact that may come, in
-  /// units of `largest` over the mass of a grain of radius one, all in internal lengths. `largest`
+  /// Bound of the largest eigenvalue of M^-1 K, for the network and for one contact that may form.
+  /// Its unit is `largest` over the mass of a grain of radius one, in internal lengths. `largest`
   /// is no less than any modulus of K.
   template <class Block, class Scene> struct EigenvalueBound {
     using Item = typename Block::Item;
@@ -97,8 +97,8 @@ inline namespace RVE_ISA {
 
     RVE_INLINE double radius(int i) const { return static_cast<double>(call.shared.radius[i]); }
 
-    /// Overlap of a contact that may come any time [internal length]: as deep as the deepest one
-    /// that is there, or as that of a packing without contacts.
+    /// Returns the overlap of a contact that may form at any time [internal length]: that of the
+    /// deepest contact, or the estimate for a packing without contacts.
     RVE_INLINE double coming_overlap() const
     {
       if constexpr (Scene::Law::has_constant_moduli) return 0.0;
@@ -116,15 +116,29 @@ inline namespace RVE_ISA {
                            : kGasOverlapShare * call.header.mean_radius * call.units.per_length;
     }
 
+    /// Adds the contacts to the blocks of their grains.
+    RVE_INLINE void add_contacts() const
+    {
+      block.for_each(call.num_grains, [&](Item item) {
+        visit_contacts(call, step, item,
+                       [&](int first, int second, const auto &one, const auto &other,
+                           const auto &contact, typename Scene::History) {
+                         add_contact(first, second, contact,
+                                     relative_moduli(place_of(contact, one, other)));
+                       });
+      });
+    }
+
     // ---- in the plane ---------------------------------------------------------------------------
 
-    /// Stops when the bound is below `sufficient`.
+    /// Returns the bound in the plane. The sweeps stop when it is below `sufficient`.
     RVE_INLINE double in_plane(double sufficient) const
     {
-      // more gain little; six leave three percent of a time step in dense and loose packings, these
-      // one
+      // More sweeps gain little: six stay three percent of a time step below the exact result in
+      // dense and loose packings, 16 one percent.
       constexpr int kSweeps = 16;
-      constexpr double kLeastShare = 0.05;    // of the largest value, for a change of weights
+      // smallest share of the largest value in a change of weights
+      constexpr double kLeastShare = 0.05;
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
         const double r = radius(i);
@@ -147,8 +161,8 @@ inline namespace RVE_ISA {
       return least;
     }
 
-    /// Bound of a contact between the two lightest grains, or of the lightest that rolls on any
-    /// other. arrays.value has 1/r^2.
+    /// Returns the bound for a contact between the two lightest grains, and for the lightest grain
+    /// that rolls on any other. arrays.value has 1/r^2.
     RVE_INLINE double of_lightest_disks() const
     {
       const int n = call.num_grains;
@@ -169,18 +183,11 @@ inline namespace RVE_ISA {
                         2.0 * coming.rolling * lightest);
     }
 
-    /// Largest eigenvalue of the blocks of all grains, with the present weights.
+    /// Returns the largest eigenvalue of the blocks of all grains, with the current weights.
     RVE_INLINE double sweep_over_disks() const
     {
       const int n = call.num_grains;
-      block.for_each(n, [&](Item item) {
-        visit_contacts(call, step, item,
-                       [&](int first, int second, const auto &one, const auto &other,
-                           const auto &contact, typename Scene::History) {
-                         add_contact_of_disks(first, second, contact,
-                                              relative_moduli(place_of(contact, one, other)));
-                       });
-      });
+      add_contacts();
       block.for_each(n, [&](Item i) {
         double a[6];
         for (int k = 0; k < 6; ++k)
@@ -194,9 +201,9 @@ inline namespace RVE_ISA {
     /// 256 terms of less than 2^18 units stay below the 2^55 of a sum.
     static constexpr double kDiskUnit = 0x1p-29, kLargestRatio = 0x1p14;
 
-    template <class Contact>
-    RVE_INLINE void add_contact_of_disks(int first, int second, const Contact &contact,
-                                         const ContactModuli &moduli) const
+    template <class Real>
+    RVE_INLINE void add_contact(int first, int second, const ContactGeometry<Real, 2> &contact,
+                                const ContactModuli &moduli) const
     {
       constexpr double kRoot2 = 1.4142135623730951;
       const double nx = static_cast<double>(contact.normal[0]),
@@ -204,15 +211,15 @@ inline namespace RVE_ISA {
       const double overlap = static_cast<double>(contact.overlap);
       const int grain[2] = {first, second};
       const double r[2] = {radius(first), radius(second)};
-      // of a grain's rotation, whose mass is m/2, in stretches along the contact and against
-      // rolling
+      // Lever arms and shares of a grain's rotation, whose mass is m/2, in displacements along the
+      // contact and against rolling.
       double arm[2], share[2];
       for (int side = 0; side < 2; ++side) {
         arm[side] = kRoot2 * (1.0 - 0.5 * (overlap / r[side]));
         share[side] = kRoot2 * (r[1 - side] / (r[0] + r[1]));
       }
-      // C along the contact and of the rotations; along the normal it is -k_n. det C = -k_t k_r
-      // share share
+      // These are the parts of C along the contact and of the rotations; along the normal C is
+      // -k_n. det C = -k_t k_r share share.
       const double k_n = moduli.normal, k_t = moduli.tangential, k_r = moduli.rolling;
       const double across[2] = {k_t * arm[1], k_t * arm[0]},
                    turning = k_t * (arm[0] * arm[1]) - k_r * (share[0] * share[1]);
@@ -255,14 +262,7 @@ inline namespace RVE_ISA {
     {
       const int n = call.num_grains;
       const double of_pair = of_lightest_spheres();
-      block.for_each(n, [&](Item item) {
-        visit_contacts(call, step, item,
-                       [&](int first, int second, const auto &one, const auto &other,
-                           const auto &contact, typename Scene::History) {
-                         add_contact_of_spheres(first, second, contact,
-                                                relative_moduli(place_of(contact, one, other)));
-                       });
-      });
+      add_contacts();
       block.for_each(n, [&](Item i) {
         double sum[2];
         for (int part = 0; part < 2; ++part) {
@@ -270,7 +270,7 @@ inline namespace RVE_ISA {
           for (int k = 0; k < 6; ++k)
             a[k] = kSphereUnit *
                 static_cast<double>(block.collect(arrays.block + (6 * part + k) * n, n, i));
-          // xx, xy, xz, yy, yz, zz
+          // The components are xx, xy, xz, yy, yz, zz.
           const double q = (a[0] + a[3] + a[5]) * (1.0 / 3.0);
           const double x = a[0] - q, y = a[3] - q, z = a[5] - q;
           const double squares =
@@ -282,12 +282,13 @@ inline namespace RVE_ISA {
       return larger(block.max_array(n, arrays.value), of_pair);
     }
 
-    /// In units of the inverse mass of a grain of radius one.
+    /// Returns 1/m in units of that of a grain of radius one.
     static RVE_INLINE double inverse_mass(double r) { return 1.0 / times_power<Scene::D>(1.0, r); }
 
-    /// Bound of a contact of two of the lightest grains: along the normal, and along the contact
-    /// with arms of a radius. What rolls is fastest where it rolls on a large partner, and then on
-    /// its own; twisting has the angles of both. Clears the sums.
+    /// Returns the bound for a contact of two of the lightest grains: along the normal, and along
+    /// the contact with lever arms of a radius. Rolling is fastest on a large partner, where the
+    /// grain rotates alone; twisting has the angles of both grains. The function also clears the
+    /// sums.
     RVE_INLINE double of_lightest_spheres() const
     {
       const int n = call.num_grains;
@@ -306,16 +307,17 @@ inline namespace RVE_ISA {
       return lightest * larger(2.0 * coming.normal, turning);
     }
 
-    template <class Contact>
-    RVE_INLINE void add_contact_of_spheres(int first, int second, const Contact &contact,
-                                           const ContactModuli &moduli) const
+    template <class Real>
+    RVE_INLINE void add_contact(int first, int second, const ContactGeometry<Real, 3> &contact,
+                                const ContactModuli &moduli) const
     {
       const auto normal = contact.normal.template as<double>();
       const double overlap = static_cast<double>(contact.overlap);
       const int grain[2] = {first, second}, n = call.num_grains;
       for (int side = 0; side < 2; ++side) {
         const double r = radius(grain[side]), other_r = radius(grain[1 - side]);
-        // in lengths of surfaces: arms and the reduced radius, over the radius
+        // In displacements of surfaces these are the lever arm and the reduced radius, over the
+        // radius.
         const double arm = 1.0 - 0.5 * (overlap / r), share = other_r / (r + other_r);
         const double turning = arm * arm * moduli.tangential + share * share * moduli.rolling;
         const double twisting = share * share * moduli.twisting;
@@ -333,7 +335,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// A bound in the plane need not be sharp where it is below `sufficient`.
+  /// Returns the bound of the largest eigenvalue. In the plane it need not be sharp below
+  /// `sufficient`.
   template <class Block, class Scene>
   RVE_COLD double bound_eigenvalue(Block block, const CallState<Scene> &call, int step_number,
                                    ModuliKind kind, double largest, BoundArrays arrays,
@@ -353,8 +356,8 @@ inline namespace RVE_ISA {
       return bound.in_space();
   }
 
-  /// Leaves a lower bound of the stable time step as the first number of detail.stiffness. It need
-  /// not be sharp where it is above the dt of the drive.
+  /// Stores a lower bound of the stable time step as the first number of detail.stiffness. It need
+  /// not be sharp above the dt of the prescribed motion.
   template <class Block, class Scene>
   RVE_COLD void bound_time_step(Block block, const CallState<Scene> &call, int step_number,
                                 DetailRecord<Scene::D> &detail)
@@ -368,10 +371,10 @@ inline namespace RVE_ISA {
     const double length = call.units.length;
     const double per_mass = 1.0 / times_power<Scene::D>(call.mass_factor, length);
     const double gain = 1.0 + header.material.local_damping, enough = call.drive.dt;
-    // covers the rounding of directions to the format
+    // The margin covers the rounding of directions to the number format.
     constexpr double kMargin = 1.0 + 1e-5;
     const auto eigenvalue = [&](ModuliKind kind, double sufficient) {
-      // moduli grow with overlaps and radii
+      // Moduli grow with overlaps and radii.
       const double radius = header.largest_radius;
       const double largest =
           moduli_at(law_of_script(call), kind, 1.0, {2.0 * radius, radius, radius}).largest();
@@ -381,7 +384,7 @@ inline namespace RVE_ISA {
           bound_eigenvalue(block, call, step_number, kind, largest, arrays, sufficient / unit);
     };
     const double dashpot_rate = eigenvalue(ModuliKind::Dashpots, 0.0);
-    // what `enough` asks for: 4/enough >= b + sqrt(b^2 + 4 gain w^2)
+    // A step `enough` is stable if 4/enough >= b + sqrt(b^2 + 4 gain w^2).
     const double rate = 4.0 / enough, b = gain * dashpot_rate;
     const double sufficient = rate > b ? rate * (rate - 2.0 * b) / (4.0 * gain) : 0.0;
     const double frequency_squared = eigenvalue(ModuliKind::Springs, sufficient);

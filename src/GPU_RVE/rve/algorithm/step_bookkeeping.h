@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only Energy and stress bookkeeping of steps: the servo, the work
-// of the mean field and the losses of grains.
+// SPDX-License-Identifier: GPL-2.0-only
+// Energy and stress bookkeeping of steps: the servo, the work of the mean field and the losses of
+// grains.
 
 #pragma once
 
@@ -19,7 +20,7 @@ inline namespace RVE_ISA {
     return -mass * ((after - before) - increment) * 0.5 * (before + after);
   }
 
-  /// What is done in a call with a servo, with a ledger of energies, or with both.
+  /// Bookkeeping of a call with a servo, with energies, or with both.
   template <class Block, class Scene> struct StepBookkeeping {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
@@ -50,16 +51,16 @@ inline namespace RVE_ISA {
       block.once([&] { add_half_of_work(gradient_before(call.planned(k))); });
     }
 
-    /// After the forces of step k. By one thread.
+    /// Completes the bookkeeping after the forces of step k. One thread calls it.
     RVE_INLINE void end_step(int k) const
     {
       if (tracks_energy) add_half_of_work(call.planned(k).gradient.template as<double>());
       if (has_servo) steer();
     }
 
-    /// Prepares forces of the configuration before the first step. The work of the first half of a
-    /// step depends on the stress before it. They leave their Love sums in call.totals, and
-    /// everything else has to be as it was.
+    /// Prepares the forces of the configuration before the first step, since the work of the first
+    /// half of a step depends on the stress before it. These forces write their Love sums to
+    /// call.totals; all other data must stay as they were.
     RVE_INLINE void begin_step_zero() const
     {
       Stored::copy_history(block, call, call.pairs, call.work.fresh);
@@ -67,7 +68,7 @@ inline namespace RVE_ISA {
         call.plan[0] = PlanOf<Scene>();
         call.plan[0].to_length =
             fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
-        call.plan_first = call.plan_last = 0;    // the steps are planned again
+        call.plan_first = call.plan_last = 0;    // the steps are planned later
         call.list_inverse = inverse(call.list_cell);
         call.law.dt = Real(0);
       });
@@ -84,7 +85,7 @@ inline namespace RVE_ISA {
       block.once([&] { call.law.dt = static_cast<Real>(call.drive.dt); });
     }
 
-    /// The cell of the next step of a servo. By one thread.
+    /// Sets the cell of the next step of a servo. One thread calls it.
     RVE_INLINE void grow_cell() const
     {
       const Tensor<double, Scene::D> prescribed =
@@ -100,7 +101,7 @@ inline namespace RVE_ISA {
               ? call.servo_gradient.component[c]
               : prescribed.component[c];
       const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
-      // exp to third order
+      // This is exp() to third order.
       const Tensor<double, Scene::D> growth =
           Tensor<double, Scene::D>::identity() + small + 0.5 * (small * small);
       call.cell = growth * call.cell;
@@ -127,7 +128,7 @@ inline namespace RVE_ISA {
       call.work.damping[call.number_of(i)] += lost;
     }
 
-    /// What the grains have lost in this call, after its last kick.
+    /// Returns the energy that the grains lost in this call, after its last kick.
     RVE_INLINE EnergyLoss losses() const
     {
       EnergyLoss lost;
@@ -140,8 +141,9 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Velocity gradient of a planned step over the cell before the step, L (I - dt L)^-1. The plan
-    /// has L, over the cell after the step; a servo in the plane has one for both [1/time].
+    /// Returns the velocity gradient of a planned step relative to the cell before the step, L (I -
+    /// dt L)^-1 [1/time]. The plan has L relative to the cell after the step; a servo in the plane
+    /// uses one for both.
     RVE_INLINE Tensor<double, Scene::D> gradient_before(const PlanOf<Scene> &plan) const
     {
       const auto after = plan.gradient.template as<double>();
@@ -150,9 +152,10 @@ inline namespace RVE_ISA {
           inverse(Tensor<double, Scene::D>::identity() - static_cast<double>(call.law.dt) * after);
     }
 
-    /// Adds half of the work of the mean field in a step: that of the last forces, on branches that
-    /// grow by `gradient`. Half of a step is done by the forces before it and half by those after
-    /// it, each on its own branches; a rigid rotation then does no work. By one thread.
+    /// Adds half of the work of the mean field in a step: that of the last forces on branches that
+    /// grow by `gradient`. Half of the work of a step is done by the forces before it and half by
+    /// those after it, each on their own branches; a rigid rotation then does no work. One thread
+    /// calls it.
     RVE_INLINE void add_half_of_work(const Tensor<double, Scene::D> &gradient) const
     {
       double power = 0.0;
@@ -162,7 +165,7 @@ inline namespace RVE_ISA {
           0.5 * (call.units.force * call.units.length) * power * static_cast<double>(call.law.dt);
     }
 
-    /// By one thread.
+    /// Updates the velocity gradient of the servo by the stress. One thread calls it.
     RVE_INLINE void steer() const
     {
       const SteeringRecord<Scene::D> &steering = call.steering;
@@ -178,10 +181,10 @@ inline namespace RVE_ISA {
             });
         return;
       }
-      // without a branch: no component waits for another one
+      // The loop has no branch, so that no component waits for another one.
       Tensor<double, Scene::D> gradient = call.servo_gradient;
       for (int c = 0; c < Scene::components; ++c) {
-        // both components of a shear
+        // A shear uses the mean of both stress components.
         const int row = c / Scene::D, column = c % Scene::D;
         const double now = row == column ? stress(c)
                                          : 0.5 * (stress(c) + stress(column * Scene::D + row));

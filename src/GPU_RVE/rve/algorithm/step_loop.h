@@ -1,16 +1,16 @@
-// SPDX-License-Identifier: GPL-2.0-only The block program: advances one RVE by one call, on one CPU
-// thread or one CUDA thread block.
+// SPDX-License-Identifier: GPL-2.0-only
+// The kernel: advances one RVE by one call, on one CPU thread or one CUDA thread block.
 //
-//   grains, pairs and units as the call before left them                   call_begin.h
+//   grains, pairs and units from the stored state                          call_begin.h
 //   for each step:                                                         make_steps
 //     H <- cell of the step on its path, or by the servo                   step_planning.h
 //     c <- c + dt F/m with local damping, s <- s + dt H^-1 c               move: last kick, drift
-//     if a grain has left the safety of the list, or the lattice leans:    list_renewal.h
-//       reduce the lattice, build the list
+//     if a grain has moved farther than the list allows, or the
+//     lattice must be reduced: reduce the lattice, build the list          list_renewal.h
 //     F <- sums of the contact forces of all pairs                         contact_forces.h
 //     with bookkeeping: Love sums, work, energy lost, rate of the servo    step_bookkeeping.h
 //   Love stress of the last forces; details on demand                      homogenization.h
-//   last kick, status, everything back to the memory of the RVE            call_end.h
+//   last kick, status, everything back to the stored state                 call_end.h
 //
 // The kick of a step is at the beginning of the next one, which saves a barrier. The stress of a
 // call belongs to its end configuration.
@@ -30,8 +30,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// StepGrains: how the steps take their grains, one by one or in packs as well. All else takes
-  /// them one by one.
+  /// Program of one call. StepGrains is the access of the steps to grains, single or also in packs.
+  /// All other phases use single grains.
   template <class Block, class Scene, class StepGrains = GrainsOf<Block, Scene>> class RveProgram {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
@@ -48,7 +48,7 @@ inline namespace RVE_ISA {
     using Grains = GrainsOf<Block, Scene>;
 
    public:
-    /// The call is prepared and has its views, of which `shared` is one.
+    /// Prepares to run a call that is prepared and has its views, one of which is `shared`.
     RVE_INLINE RveProgram(Block &block_in, CallState<Scene> &call_in,
                           const SharedView<Scene> &shared_in) :
         block(block_in),
@@ -56,8 +56,8 @@ inline namespace RVE_ISA {
     {
     }
 
-    /// Runs the call. The memory of the RVE is written only when nothing fatal happened; `answer`
-    /// always. `detail`: null, or where details are written.
+    /// Runs the call. It writes the stored state only if no fatal error occurred, and `answer`
+    /// always. It writes details if `detail` is not null.
     RVE_INLINE void run(AnswerRecord<Scene::D> &answer, DetailRecord<Scene::D> *detail)
     {
       const bool direct = Begin::is_direct(call);
@@ -73,12 +73,12 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Without substeps the forces of the present configuration are evaluated.
+    /// Returns whether the call evaluates forces only: it has no substeps.
     RVE_INLINE bool evaluates() const { return call.drive.substeps == 0; }
     RVE_INLINE int last_step() const { return evaluates() ? 1 : call.drive.substeps; }
 
     RVE_INLINE Bookkeeping bookkeeping() const { return Bookkeeping(block, call); }
-    /// True if Love sums of every step are wanted.
+    /// Returns whether the Love sums of every step are needed.
     RVE_INLINE bool keeps_books() const
     {
       return Scene::steers && !evaluates() && bookkeeping().is_wanted();
@@ -86,8 +86,8 @@ inline namespace RVE_ISA {
 
     // ---- the order of steps ---------------------------------------------------------------------
 
-    /// All steps but the forces of the last one. `direct`: the grains are in the memory of the RVE
-    /// only.
+    /// Makes all steps except the forces of the last one. With `direct` the grains are only in the
+    /// stored state.
     RVE_INLINE void run_steps(bool direct)
     {
       if constexpr (Scene::steers)
@@ -103,8 +103,8 @@ inline namespace RVE_ISA {
     }
     RVE_APART void run_with_bookkeeping() { make_steps<true>(false); }
 
-    /// Some steps are made at a time, up to one whose grains have moved and whose forces are
-    /// missing. With a ledger of energies a step 0 has forces only.
+    /// Makes some steps at a time, up to a step whose grains have moved and whose forces are
+    /// missing. With energy bookkeeping a step 0 has forces only.
     template <bool with_bookkeeping> RVE_INLINE void make_steps(bool direct)
     {
       const int last = last_step();
@@ -128,7 +128,7 @@ inline namespace RVE_ISA {
       if constexpr (with_bookkeeping) save_pairs();
     }
 
-    // ---- steps with bookkeeping: grains are loaded for each phase, the work in between takes regi
+    // ---- steps with bookkeeping: grains are loaded for each phase -------------------------------
 
     RVE_INLINE void begin_bookkeeping(const Bookkeeping &books)
     {
@@ -145,8 +145,8 @@ inline namespace RVE_ISA {
       load_pairs();
     }
 
-    /// Forces of step k, if its grains have moved, and the move of the next step; else the move of
-    /// step k.
+    /// Computes the forces of step k if its grains have moved, and makes the move of the next step.
+    /// Otherwise it makes the move of step k. Returns the step of the move.
     RVE_INLINE int make_step(const Bookkeeping &books, int k, bool moved)
     {
       if (moved) {
@@ -162,8 +162,8 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void sum_forces_and_stress(const Bookkeeping &books, int k)
     {
-      // grains of their own: what threads without a grain have must not seem alive from step to
-      // step
+      // These grains are local: with common ones the values of threads without a grain would be
+      // live from step to step.
       StepGrains grains(block, shared, call.work, num_grains);
       load_with_forces(grains);
       forces<Wanted::LoveSums>(grains, call.planned(k)).sum_love_terms([&] {
@@ -181,7 +181,7 @@ inline namespace RVE_ISA {
                       [&](const auto i) RVE_INLINE_LAMBDA { grains.load_with_forces(i); });
     }
 
-    /// Pairs that stay in memory, and the rows of packs of grains.
+    /// Loads pairs that stay in memory, and the rows of packs of grains.
     RVE_INLINE void load_pairs()
     {
       if constexpr (!std::is_same_v<StepGrains, Grains> || Scene::in_memory) {
@@ -190,7 +190,7 @@ inline namespace RVE_ISA {
                         [&](const auto i) RVE_INLINE_LAMBDA { grains.load(shared, i); });
       }
     }
-    /// To where list building and the end of the call read them.
+    /// Saves pairs for the building of lists and the end of the call.
     RVE_INLINE void save_pairs()
     {
       if constexpr (Scene::in_memory) {
@@ -201,15 +201,15 @@ inline namespace RVE_ISA {
 
     // ---- steps without bookkeeping: grains stay loaded from step to step ------------------------
 
-    /// Makes the steps from k on, as far as they are planned. If `moved`, the grains have made the
-    /// move of the first one. Returns a step whose move was made, and whose forces are missing: the
-    /// last one, the last that is planned, or one whose list is too old (needs_renewal). No
-    /// function is called from the steps: the registers belong to the grains.
+    /// Makes the planned steps from k on. With `moved` the grains have already made the move of the
+    /// first step. Returns a step whose move was made and whose forces are missing: the last step,
+    /// the last planned step, or a step that needs a new list (needs_renewal). The steps call no
+    /// function, since the grains occupy the registers.
     RVE_INLINE int make_segment(int k, bool moved, bool direct)
     {
-      // a renewal has planned step k
+      // A renewal has planned step k.
       if (k > call.plan_last || (moved && !needs_renewal)) Planning::make_plan(block, call, k);
-      // kept from the beginning of the call it would have no register
+      // A value kept from the beginning of the call would have no register.
       const int n = block.read_again(call.num_grains);
       const int first = call.plan_first, last = last_step();
       const int end = (last < call.plan_last ? last : call.plan_last) - first;
@@ -230,8 +230,8 @@ inline namespace RVE_ISA {
       }
       int t = k - first;
       if constexpr (Traits::disks_in_registers) {
-        block.for_empty_places(num_grains,
-                               [&](Item i) RVE_INLINE_LAMBDA { grains.be_nobody(shared, i); });
+        block.for_empty_places(
+            num_grains, [&](Item i) RVE_INLINE_LAMBDA { grains.set_resting_grain(shared, i); });
         t = step_in_places(grains, t, end, n, moved, k > 1);
       } else {
         for (bool kicks = k > 1;; kicks = true, ++t) {
@@ -239,7 +239,7 @@ inline namespace RVE_ISA {
           const auto held = hold_constants<Scene>(block, call.law, plan, n);
           if (!moved) {
             if (move<Visit::Items>(grains, plan, call.alpha, held.num_grains, kicks)) {
-              t = ~t;    // a flag of its own would take a register through all steps
+              t = ~t;    // a separate flag would take a register through all steps
               break;
             }
           }
@@ -255,12 +255,12 @@ inline namespace RVE_ISA {
       return first + (needs_renewal ? ~t : t);
     }
 
-    /// Steps of disks in registers: the forces of entry t of the plan, after its move if that is
-    /// not made, up to the move of entry `end`. Returns the entry of the last move, or its
-    /// complement if the list is too old. The first move is before the loop, which has no branch
-    /// but around pairs that do not touch, and what all steps read of the call is in registers: 3 %
-    /// fewer instructions. Spheres have no such loop: their kernels would be too large for uniform
-    /// registers.
+    /// Steps disks in registers: computes the forces of entry t of the plan, after its move if that
+    /// is missing, and continues up to the move of entry `end`. Returns the entry of the last move,
+    /// or its complement if a new list is needed. The first move is before the loop, whose only
+    /// branch is around pairs that do not touch, and all steps read the data of the call from
+    /// registers: 3 % fewer instructions. Spheres have no such loop: their kernels would be too
+    /// large for uniform registers.
     RVE_INLINE int step_in_places(StepGrains &grains, int t, int end, int n, bool moved, bool kicks)
     {
       const PlanOf<Scene> *plan = call.plan + t;
@@ -278,7 +278,7 @@ inline namespace RVE_ISA {
       return end;
     }
 
-    /// Forces by a plan, for phases that need more than forces.
+    /// Returns the forces by a plan, for phases that need more than forces.
     template <Wanted wanted, class SomeGrains>
     RVE_INLINE auto forces(SomeGrains &grains, const PlanOf<Scene> &plan)
     {
@@ -288,7 +288,7 @@ inline namespace RVE_ISA {
 
     // ---- move -----------------------------------------------------------------------------------
 
-    /// Kick of a grain, or of a pack of them, by the forces of the phase before.
+    /// Kicks a grain, or a pack of grains, by the forces of the previous phase.
     template <class SomeGrains, class SomeItem, class Numbers, int D>
     RVE_INLINE void kick_item(SomeGrains &grains, SomeItem i,
                               const GrainResponse<Numbers, D> &response,
@@ -304,8 +304,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Kick of the step before, then drift in the present cell. Returns whether a grain has left
-    /// the safety of the list, or the step allows none to be in it.
+    /// Makes the kick of the step before and the drift in the current cell. Returns whether a grain
+    /// has moved farther than the list allows, or the plan requires a new list.
     template <Visit way>
     RVE_INLINE bool move(StepGrains &grains, const PlanOf<Scene> &plan, Real alpha, int n,
                          bool kick_first)
@@ -324,7 +324,7 @@ inline namespace RVE_ISA {
           grains.publish_motion(i, grain.motion);
         if constexpr (Traits::checks_list_by_predicate) {
           if (is_in_safe_box(step, grain.motion, response)) return Block::predicate(false);
-          // what only few grains need is not kept for all of them
+          // Data that only few grains need are not kept for all of them.
           block.reread();
           const MoveConstants<typename Scene::Numbers, Scene::D> exact(plan, Real(0));
           return Block::predicate(squared_displacement(exact, grain.motion, response) >
@@ -338,11 +338,11 @@ inline namespace RVE_ISA {
 
     // ---- the end of a call ----------------------------------------------------------------------
 
-    /// The last forces, and what follows from them.
+    /// Computes the last forces and all results.
     RVE_INLINE void finish(AnswerRecord<Scene::D> &answer, DetailRecord<Scene::D> *detail)
     {
-      // an evaluation must not change the history: the Coulomb limit may be another one, with
-      // dashpots or after a change of friction
+      // An evaluation must not change the history: the Coulomb limit may differ, with dashpots or
+      // after a change of friction.
       if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
       if constexpr (Traits::uniform_constants)
         finish_without_details(answer);
@@ -350,10 +350,10 @@ inline namespace RVE_ISA {
         finish_with_details(answer, detail);
     }
 
-    /// By one way through the code, which has to be small.
+    /// Finishes a call by one path of code, which must be small.
     RVE_INLINE void finish_without_details(AnswerRecord<Scene::D> &answer)
     {
-      Grains grains(block, shared, num_grains);
+      Grains grains(block, shared, call.work, num_grains);
       reduce_last_forces(grains);
       std::uint32_t word = End::check(call);
       if (evaluates() || (word & status::Fatal) || !End::is_sound(call))
@@ -378,12 +378,12 @@ inline namespace RVE_ISA {
       std::uint32_t word;
       const auto write = [&](int part) { End::write_result(call, word, part, answer); };
       {
-        Grains grains(block, shared, num_grains);
+        Grains grains(block, shared, call.work, num_grains);
         reduce_last_forces(grains);
         word = End::check(call);
-        // the cell of a servo is known at the end only
+        // The cell of a servo is known only at the end.
         if (bookkeeping().has_servo && !(determinant(call.cell) > 0.0)) word |= status::NonFinite;
-        // as nearly always: nothing else reads the grains
+        // In nearly all calls no other code reads the grains.
         if (Block::kInRegisters && !evaluates() && !keeps_books() && !detail &&
             !(word & status::Fatal) && End::is_sound(call)) {
           store<true>(grains, End::kResults, write);
@@ -399,9 +399,9 @@ inline namespace RVE_ISA {
         return;
       }
       if (detail) homogenize_last_forces(*detail);
-      Grains grains(block, shared, num_grains);
+      Grains grains(block, shared, call.work, num_grains);
       if (keeps_books()) {
-        // the work of damping is complete with the last kick
+        // The work of damping is complete after the last kick.
         store<false>(grains, 0, write);
         const EnergyLoss lost = bookkeeping().losses();
         block.once([&] { Progress::note_progress(call, lost); });
@@ -414,7 +414,7 @@ inline namespace RVE_ISA {
                    detail->progress);
     }
 
-    /// The forces of the last step, and call.totals.
+    /// Computes the forces of the last step and call.totals.
     RVE_INLINE void reduce_last_forces(Grains &grains)
     {
       if constexpr (std::is_same_v<StepGrains, Grains>) {
@@ -426,8 +426,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Leaves the forces where single grains have them, in the same arrays. It is a function of its
-    /// own so that it takes no registers from the steps.
+    /// Computes the last forces in packs and stores them in the arrays of single grains. It is a
+    /// separate function so that it takes no registers from the steps.
     RVE_COLD void reduce_in_packs(const PlanOf<Scene> &plan)
     {
       StepGrains packs(block, shared, call.work, num_grains);
@@ -435,7 +435,7 @@ inline namespace RVE_ISA {
       forces<Wanted::Reduction>(packs, plan).reduce();
       block.own_items(num_grains, [&](const auto item) RVE_INLINE_LAMBDA {
         packs.for_each_grain(item, num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-          packs.leave_forces(i, IsPack<std::decay_t<decltype(item)>>::value);
+          packs.store_forces(i, kIsPack<std::decay_t<decltype(item)>>);
         });
       });
     }
@@ -455,7 +455,7 @@ inline namespace RVE_ISA {
       block.once([&] { End::write_failure(call, word, answer); });
     }
 
-    /// Force and torque on grain i, which are left where the last kick reads them.
+    /// Returns force and torque on grain i, and stores them for the last kick.
     RVE_INLINE typename Grains::Sums collect_own(Item i)
     {
       if constexpr (Scene::in_memory) {
@@ -480,12 +480,12 @@ inline namespace RVE_ISA {
       homogenize(block, call, last_step(), detail);
     }
 
-    /// Loads the grains from the memory of the RVE, in internal units.
+    /// Loads the grains from the stored state, in internal units.
     RVE_INLINE void fetch(StepGrains &grains)
     {
       block.for_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
         const auto stored = Stored::read_grain(call.image, i, num_grains, true);
-        grains.radius.keep(i, Stored::show_grain(call, shared, i, stored));
+        grains.radius.keep(i, Stored::publish_grain(call, shared, i, stored));
         grains.motion.keep(i, Stored::internal_motion(call, stored));
         grains.spin.keep(i, stored.spin);
         grains.largest_force.keep(i, Real(0));
@@ -493,19 +493,19 @@ inline namespace RVE_ISA {
         for (int k = 0; k < Scene::owned_pairs; ++k) {
           if constexpr (Scene::has_friction)
             grains.history[k].keep(
-                i, Scene::Law::between_looks(Stored::internal_history(call, stored.history[k])));
-          else    // they are zero, and stay there
+                i,
+                Scene::Law::history_for_steps(Stored::internal_history(call, stored.history[k])));
+          else    // they are zero and stay zero
             grains.history[k].publish(i, typename Scene::History());
         }
         set_response(shared, i, Stored::response_of(call, grains.radius[i], stored.list_position));
       });
       block.own_items(num_grains,
-                      [&](Item i) RVE_INLINE_LAMBDA { grains.partners.look_at_all(shared, i); });
+                      [&](Item i) RVE_INLINE_LAMBDA { grains.partners.load_radii(shared, i); });
     }
 
-    /// The last kick, then everything back to the memory of the RVE, and parts(0) ...
-    /// parts(num_parts - 1) at the same time. Loaded: the grains are loaded, with their last
-    /// forces.
+    /// Makes the last kick, writes the stored state, and calls parts(0) ... parts(num_parts - 1) at
+    /// the same time. With Loaded the grains are loaded, with their last forces.
     template <bool Loaded, class Parts>
     RVE_INLINE void store(Grains &grains, int num_parts, const Parts &parts)
     {
@@ -531,7 +531,7 @@ inline namespace RVE_ISA {
         if (Scene::has_friction)
           for (int k = 0; k < Scene::owned_pairs; ++k)
             Block::write_whole(image.history[k * num_grains + i],
-                               history_to_user(grains.remembered(k, i)));
+                               history_to_user(grains.saved_history(k, i)));
         if (relisted) {
           image.list_position[i] = list_position_of(shared, i);
           image.number[i] = call.work.number[i];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What steps need to know of the cell, planned for many steps at a time.
+// Plans of steps: the data of the cell, planned for many steps at a time.
 
 #pragma once
 
@@ -15,13 +15,14 @@ inline namespace RVE_ISA {
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
 
-    /// Steps that are planned before the call begins: not before there is a list, nor with a servo, whose first cell is not known.
+    /// Returns the number of steps to plan before the call begins. It requires a list, and is zero
+    /// with a servo, whose first cell is not known.
     static RVE_INLINE int steps_to_plan(const PreparedCall<Scene> &call)
     {
       return call.has_servo() ? 0 : steps_to_plan(call, 1);
     }
 
-    /// H after step k, which is planned or about to be.
+    /// Returns H after step k, which is planned or about to be planned.
     static RVE_INLINE Tensor<double, Scene::D> cell_of_step(const PreparedCall<Scene> &call, int k)
     {
       if (call.has_servo()) return call.cell;
@@ -29,7 +30,7 @@ inline namespace RVE_ISA {
       return cell_on(path, k);
     }
 
-    /// How many steps from `first` on can be planned.
+    /// Returns how many steps from `first` on can be planned.
     static RVE_INLINE int steps_to_plan(const PreparedCall<Scene> &call, int first)
     {
       const int left = call.drive.substeps - first + 1;
@@ -37,7 +38,7 @@ inline namespace RVE_ISA {
       return left < kPlanSteps<Scene> ? left : kPlanSteps<Scene>;
     }
 
-    /// Plans the steps from `first` on, as far as they can be known.
+    /// Plans as many steps from `first` on as possible.
     static RVE_COLD void make_plan(Block block, CallState<Scene> &call, int first)
     {
       const int count = steps_to_plan(call, first);
@@ -49,7 +50,7 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// Entry t of a plan that starts with step `first`.
+    /// Makes entry t of a plan that starts with step `first`.
     static RVE_INLINE void plan_step(PreparedCall<Scene> &call, int t, int first)
     {
       if (call.has_servo()) {
@@ -65,8 +66,8 @@ inline namespace RVE_ISA {
         const int segment = path.present_segment();
         cell = cell_on(path, first + t);
         // A step around a corner of the path goes straight from cell to cell. With the rate of the
-        // next segment a pair that turns with the cell would slip, always in the same direction
-        // where the axis leans to its normal, and a rotation would do work.
+        // next segment a pair that turns with the cell would slip, always in the same direction if
+        // the axis is inclined to the normal, and a rotation would do work.
         rate = path.present_segment() == segment ? path.cell_rate()
                                                  : (1.0 / call.drive.dt) * (cell - before);
       }
@@ -75,8 +76,8 @@ inline namespace RVE_ISA {
       plan_list(call, call.plan[t], cell, inverse(call.list_cell));
     }
 
-    /// Step k of a servo, whose cell and rate are known; f() after its motion is planned, by the same thread. Another one plans the list
-    /// meanwhile.
+    /// Plans step k of a servo, whose cell and rate are known. The thread that plans the motion
+    /// calls f() afterwards; another thread plans the list at the same time.
     template <class F>
     static RVE_INLINE void plan_servo_step(Block &block, CallState<Scene> &call, int k, F f)
     {
@@ -93,26 +94,27 @@ inline namespace RVE_ISA {
    private:
     static RVE_INLINE Tensor<double, Scene::D> cell_on(CellPath<Scene::D> &path, int step)
     {
-      // else it would take more registers than anything else in the kernel
+      // Inlined code would need more registers than any other part of the kernel.
       if constexpr (KernelTraits<Block, Scene>::uniform_constants)
         return path.cell_apart(step);
       else
         return path.cell(step);
     }
 
-    /// What moves of grains and their contacts need to know of the only step that is planned with a servo.
+    /// Plans the motion in the only planned step of a servo.
     static RVE_INLINE void plan_servo_motion(PreparedCall<Scene> &call)
     {
       const Tensor<double, Scene::D> cell = call.cell;
       Tensor<double, Scene::D> gradient = call.servo_gradient;
-      // as on a path, the change of a branch in the step over the branch at its end: (1 - exp(-L dt))/dt
+      // The plan has the change of a branch in the step over the branch at its end, as on a path:
+      // (1 - exp(-L dt))/dt.
       if constexpr (Scene::D == 3)
         gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
       plan_motion(call, call.plan[0], cell, inverse(cell), gradient);
       call.end_per_volume = CallProgress<Scene>::per_volume(call, call.plan[0].volume);
     }
 
-    /// What moves of grains and their contacts need to know.
+    /// Plans the motion of grains and their contacts in a step.
     static RVE_INLINE void plan_motion(const PreparedCall<Scene> &call, PlanOf<Scene> &plan,
                                        const Tensor<double, Scene::D> &cell,
                                        const Tensor<double, Scene::D> &inverse_cell,
@@ -125,25 +127,27 @@ inline namespace RVE_ISA {
       plan.volume = determinant(cell);
     }
 
-    /// How far grains may go with the present list, and whether the cell allows it.
+    /// Plans how far grains may move with the current list, and whether the cell allows the list.
     static RVE_INLINE void plan_list(const PreparedCall<Scene> &call, PlanOf<Scene> &plan,
                                      const Tensor<double, Scene::D> &cell,
                                      const Tensor<double, Scene::D> &list_inverse)
     {
       const double per_length = call.units.per_length;
-      // a little less than allowed covers the rounding of the displacements
+      // The factor covers the rounding of displacements.
       const double allowed = (1.0 - 1e-5) * per_length *
           allowed_displacement(cell, list_inverse, contact_range<Scene>(call.header), call.skin);
       const bool serves = allowed > 0.0 && !is_lattice_step_due(cell);
       const Tensor<float, Scene::D> lengths = fraction_to_length<FastNumbers>(per_length * cell);
       plan.set_list_to_length(lengths);
-      // all lengths are beyond -1 but those of a cell that is not finite, and a call does not end soundly with it
+      // The squared length of a displacement is always above -1, unless the cell is not finite;
+      // such a call does not end successfully.
       plan.allowed_squared = serves ? static_cast<float>(allowed * allowed) : -1.0f;
       plan.safe_box = serves ? safe_box(lengths, allowed) : 0;
     }
 
-    /// A corner of the box is no farther away than `allowed`: along an internal axis it is no farther than the sum of what its edges give. A
-    /// little less covers the rounding of the exact answer, which is computed outside of the box.
+    /// Returns the half width of a box whose corners are at most `allowed` away: along an internal
+    /// axis a corner is no farther than the sum over the edges. The factor covers the rounding of
+    /// the exact displacement, which is computed outside of the box.
     static RVE_INLINE std::uint32_t safe_box(const Tensor<float, Scene::D> &to_length,
                                              double allowed)
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How a grain comes from the memory of an RVE into the internal units of a call.
+// Conversion of a grain from the stored state of an RVE to the internal units of a call.
 
 #pragma once
 
@@ -8,13 +8,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Reads grains of an image, and shows them to the block.
+  /// Reads stored grains and publishes them in the block.
   template <class Block, class Scene> struct StoredGrains {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
     using History = typename Scene::History;
-    /// A grain and its owned pairs as the image has them.
+    /// A stored grain and its owned pairs.
     struct StoredGrain {
       Vec<typename Scene::Coordinate, Scene::D> position;
       Vec<Real, Scene::D> velocity;
@@ -25,7 +25,7 @@ inline namespace RVE_ISA {
       History history[Scene::owned_pairs];
     };
 
-    /// Everything is read before anything is written: a thread waits for memory once.
+    /// Reads a grain. All reads precede all writes, so that a thread waits for memory once.
     static RVE_INLINE StoredGrain read_grain(const ImageView<Scene> &image, int i, int num_grains,
                                              bool with_pairs)
     {
@@ -55,10 +55,11 @@ inline namespace RVE_ISA {
                              static_cast<Real>(call.units.per_length) * stored.velocity};
     }
 
-    /// What others see of a grain beside its motion, and room for the forces that they put on it. Returns its internal radius.
-    static RVE_INLINE Wide show_grain(const PreparedCall<Scene> &call,
-                                      const SharedView<Scene> &shared, int i,
-                                      const StoredGrain &stored)
+    /// Publishes the data of a grain except its motion, and clears the sums of its forces. Returns
+    /// its internal radius.
+    static RVE_INLINE Wide publish_grain(const PreparedCall<Scene> &call,
+                                         const SharedView<Scene> &shared, int i,
+                                         const StoredGrain &stored)
     {
       const Wide radius = static_cast<Wide>(call.units.per_length) * stored.radius;
       shared.spin[i] = stored.spin;
@@ -67,7 +68,7 @@ inline namespace RVE_ISA {
       return radius;
     }
 
-    /// How a grain answers forces.
+    /// Returns the response of a grain to forces.
     static RVE_INLINE GrainResponseOf<Scene>
     response_of(const PreparedCall<Scene> &call, Wide internal_radius,
                 const Vec<std::uint32_t, Scene::D> &list_position)
@@ -95,7 +96,7 @@ inline namespace RVE_ISA {
         });
     }
 
-    /// Partners and histories of a grain, and how it answers forces.
+    /// Publishes partners and histories of a grain, and its response to forces.
     static RVE_INLINE void take_pairs(const CallState<Scene> &call, const SharedView<Scene> &shared,
                                       int i, const StoredGrain &stored)
     {
@@ -110,7 +111,8 @@ inline namespace RVE_ISA {
     static RVE_COLD void copy_history(Block block, CallState<Scene> &call, PairView<Scene> from,
                                       PairView<Scene> to)
     {
-      // each by the thread that has the grain: it may have written it in the present phase
+      // Each history is copied by the thread of its grain, which may have written it in the current
+      // phase.
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
         for (int m = i; m < Scene::owned_pairs * n; m += n) to.history[m] = from.history[m];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Stress servo: steers components of the velocity gradient until the stress meets its goal.
+// Stress servo: steers components of the velocity gradient until the stress reaches its goal.
 
 #pragma once
 
@@ -11,9 +11,10 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// New value of a controlled component of L [1/time]: L + (1 - g s) gain dt (goal - stress), g = 0.25 and s the sign of
-  /// L (goal - stress), which lets the rate grow more slowly than it falls (the controller of SudoDEM's and YADE's periodic
-  /// triaxial test). Stress tension positive.
+  /// Returns the new value of a controlled component of L [1/time]: L + (1 - g s) gain dt (goal -
+  /// stress), with g = 0.25 and the sign s of L (goal - stress). The rate therefore grows more
+  /// slowly than it falls (the controller of SudoDEM's and YADE's periodic triaxial test). Tensile
+  /// stress is positive.
   RVE_INLINE double steer_rate(double rate, double stress, double goal, double gain, double dt,
                                double max_rate)
   {
@@ -25,7 +26,7 @@ inline namespace RVE_ISA {
     return steered > max_rate ? max_rate : (steered < -max_rate ? -max_rate : steered);
   }
 
-  /// Amplitude of a mode in L [1/time].
+  /// Returns the amplitude of a mode in L [1/time].
   template <int D>
   RVE_INLINE double amplitude_in(const SteeredMode<D> &mode, const Tensor<double, D> &gradient)
   {
@@ -34,7 +35,8 @@ inline namespace RVE_ISA {
     return sum;
   }
 
-  /// L = what is prescribed + the sum of amplitude(mode) times its velocity gradient of amplitude one.
+  /// Returns the prescribed L plus the sum over modes of amplitude(mode) times the velocity
+  /// gradient of amplitude one.
   template <int D, class Amplitude>
   RVE_INLINE Tensor<double, D> gradient_of_modes(const SteeredModes<D> &modes,
                                                  const Tensor<double, D> &prescribed,

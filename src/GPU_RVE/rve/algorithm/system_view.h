@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Pointers into the memory of one RVE: its image between calls, and the workspace of the block that advances it.
-// Views own nothing and are passed by value.
+// Pointers into the memory of one RVE: its stored state, and the workspace of the block that
+// advances it. Views do not own memory and are passed by value.
 
 #pragma once
 
@@ -15,7 +15,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Hands out aligned arrays from one piece of memory.
+  /// Assigns aligned arrays in one block of memory.
   class Carver {
    public:
     RVE_INLINE explicit Carver(char *memory) : base(memory), used(0) {}
@@ -32,8 +32,8 @@ inline namespace RVE_ISA {
     std::size_t used;
   };
 
-  /// Hands out arrays from the chip while they fit there, and from memory what does not fit: take
-  /// first what matters most.
+  /// Assigns arrays on the chip while they fit, and other arrays in memory: the most frequently
+  /// used arrays are taken first.
   class ChipFirst {
    public:
     RVE_INLINE ChipFirst(char *chip, std::size_t chip_size, char *memory) :
@@ -57,7 +57,7 @@ inline namespace RVE_ISA {
     std::size_t left;
   };
 
-  /// Measures what a Carver would hand out.
+  /// Computes the size of the arrays of a Carver.
   class Measure {
    public:
     template <class T> RVE_INLINE void take(T *&array, std::size_t count)
@@ -72,16 +72,23 @@ inline namespace RVE_ISA {
     std::size_t used = 0;
   };
 
-  /// Takes arrays of as many elements, in this order.
+  /// Takes arrays of `count` elements each, in this order.
   template <class Carving, class... T>
   RVE_INLINE void take_each(Carving &carver, std::size_t count, T *&...array)
   {
     (carver.take(array, count), ...);
   }
 
-  /// Image of an RVE: what lives between calls. Arrays of N grains; owned pairs as [slot * N +
-  /// grain].
-  template <class Scene> struct ImageView {
+  /// Pairs of an RVE as arrays: owned pairs are [slot * N + grain], followed by extra pairs.
+  template <class Scene> struct PairView {
+    std::int32_t *partner;    ///< own number: the slot is free
+    typename Scene::History *history;
+    std::int32_t *extra_first, *extra_second;
+    typename Scene::History *extra_history;
+  };
+
+  /// Stored header and grains of an RVE. Arrays have N grains.
+  template <class Scene> struct StoredGrainsView {
     ImageHeader<Scene::D> *header;
     Vec<typename Scene::Coordinate, Scene::D> *position;
     /// Leading bits of the positions when the list was built.
@@ -89,11 +96,11 @@ inline namespace RVE_ISA {
     Vec<typename Scene::Real, Scene::D> *velocity;
     Spin<typename Scene::Real, Scene::D> *spin;
     typename Scene::Wide *radius;
-    std::int32_t *number;     ///< of the grain in the RveState
-    std::int32_t *partner;    ///< own number: slot is free
-    typename Scene::History *history;
-    std::int32_t *extra_first, *extra_second;
-    typename Scene::History *extra_history;
+    std::int32_t *number;    ///< number of the grain in the RveState
+  };
+
+  /// Stored state of an RVE.
+  template <class Scene> struct ImageView : StoredGrainsView<Scene>, PairView<Scene> {
   };
 
   template <class Scene, class Carving>
@@ -122,19 +129,21 @@ inline namespace RVE_ISA {
     return measure.size();
   }
 
-  /// 16 bytes are read at a time; packs of numbers want more.
+  /// Alignment of records: 16 bytes are read at a time; packs of numbers need more.
   template <class Number>
   constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
 
-  /// Of Motion in the plane: that of the coordinates where more would leave a gap behind each record. With a gap the positions of `mixed` would
-  /// lie in half of the banks of a GPU's memory on chip.
+  /// Alignment of Motion in the plane: that of the coordinates if a larger one would leave a gap
+  /// after each record. With a gap the positions of `mixed` would occupy half of the banks of a
+  /// GPU's shared memory.
   template <class Numbers>
   constexpr std::size_t kMotionAlignment =
       (sizeof(typename Numbers::Coordinate) + sizeof(typename Numbers::Real)) % 8 == 0
       ? kRecordAlignment<typename Numbers::Coordinate>
       : alignof(typename Numbers::Coordinate);
 
-  /// Where a grain is and how fast it moves relative to the mean field. In the plane its partners read it as it is.
+  /// Position of a grain, and velocity relative to the mean field. In the plane partners read this
+  /// struct.
   template <class Numbers, int D>
   struct alignas(D == 2 ? kMotionAlignment<Numbers>
                         : alignof(typename Numbers::Coordinate)) Motion {
@@ -143,26 +152,26 @@ inline namespace RVE_ISA {
   };
   template <class Scene> using MotionOf = Motion<typename Scene::Numbers, Scene::D>;
 
-  /// Sixteen bytes, or none.
+  /// Padding of sixteen bytes, or none.
   template <bool Some> struct Spare {
   };
   template <> struct Spare<true> {
     std::uint32_t unused[4];
   };
 
-  /// Bytes of a SphereRecord that are used.
+  /// Used bytes of a SphereRecord.
   template <class Numbers>
   constexpr std::size_t kUsedOfSphere = 3 * sizeof(typename Numbers::Coordinate) +
       sizeof(typename Numbers::Wide) + 8 * sizeof(typename Numbers::Real);
 
-  /// What the partners of a sphere read of it, and how it answers forces, in pieces that are read and written at a time: the first one says
-  /// whether they touch.
+  /// Data of a sphere that its partners read, and its response to forces, in pieces that are read
+  /// and written at a time. The first piece shows whether two spheres touch.
   template <class Numbers> struct alignas(16) SpherePieces {
-    Vec<typename Numbers::Coordinate, 3> position;      ///< of Motion
+    Vec<typename Numbers::Coordinate, 3> position;      ///< as in Motion
     typename Numbers::Wide radius;                      ///< [internal length]
-    Vec<typename Numbers::Real, 3> velocity;            ///< of Motion
+    Vec<typename Numbers::Real, 3> velocity;            ///< as in Motion
     Vec<typename Numbers::Real, 3> spin;                ///< [1/time]
-    typename Numbers::Real velocity_unit, spin_unit;    ///< of GrainResponse
+    typename Numbers::Real velocity_unit, spin_unit;    ///< as in GrainResponse
 
     RVE_INLINE operator Motion<Numbers, 3>() const { return {position, velocity}; }
     RVE_INLINE void operator=(const Motion<Numbers, 3> &motion)
@@ -172,7 +181,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// An odd number of pieces: the spheres of a row then lie in all banks of a GPU's memory on chip.
+  /// Record of a sphere with an odd number of pieces: consecutive spheres then use all banks of a
+  /// GPU's shared memory.
   template <class Numbers>
   struct alignas(16) SphereRecord :
       SpherePieces<Numbers>,
@@ -180,8 +190,8 @@ inline namespace RVE_ISA {
     using SpherePieces<Numbers>::operator=;
   };
 
-  /// The pieces of a sphere with InMemory, in two arrays: what says whether two of them touch, and
-  /// the rest.
+  /// Pieces of a sphere with InMemory, in two arrays: the data that show whether two spheres touch,
+  /// and the other data.
   template <class Numbers> struct alignas(16) SpherePlace {
     Vec<typename Numbers::Coordinate, 3> position;
     typename Numbers::Wide radius;
@@ -191,7 +201,7 @@ inline namespace RVE_ISA {
     Spin<typename Numbers::Real, 3> spin;
     typename Numbers::Real velocity_unit, spin_unit;
   };
-  /// One of them.
+  /// References to the data of one sphere.
   template <class Numbers> struct SphereInParts {
     Vec<typename Numbers::Coordinate, 3> &position;
     Vec<typename Numbers::Real, 3> &velocity;
@@ -214,7 +224,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// A member of the records of an array, as an array of numbers or vectors of its own.
+  /// Array of one member of the records of an array.
   template <class T, std::size_t Stride> class MemberArray {
     char *first;
 
@@ -224,7 +234,8 @@ inline namespace RVE_ISA {
     RVE_INLINE T &operator[](int i) const { return *reinterpret_cast<T *>(first + i * Stride); }
   };
 
-  /// What others see of a grain: in the plane each in an array of its own.
+  /// Distance of the published data of two grains; in the plane each member has an array of its
+  /// own.
   template <class Scene, class T>
   constexpr std::size_t kSeenStride = !Scene::in_memory
       ? sizeof(SphereRecord<typename Scene::Numbers>)
@@ -236,12 +247,12 @@ inline namespace RVE_ISA {
   template <class Scene>
   using SeenMotion =
       std::conditional_t<Scene::D == 2, MotionOf<Scene>, SphereRecord<typename Scene::Numbers>>;
-  /// Motion of all grains, and what lies beside it.
+  /// Motion of all grains, and for spheres the other data of their records.
   template <class Scene>
   using SeenMotions = std::conditional_t<Scene::in_memory, SpheresInParts<typename Scene::Numbers>,
                                          SeenMotion<Scene> *>;
 
-  /// Whether velocity and spin are numbers.
+  /// Returns whether velocity and spin are not NaN.
   template <int D, class Real>
   RVE_INLINE bool moves_soundly(const Vec<Real, D> &velocity, const Spin<Real, D> &spin)
   {
@@ -252,8 +263,8 @@ inline namespace RVE_ISA {
     return sound;
   }
 
-  /// How a grain answers forces, and where it was when the list was built. Only the grain itself reads it, once a step: it is not worth
-  /// registers.
+  /// Response of a grain to forces, and its position in the list. Only the grain itself reads them,
+  /// once per step, so that they are not kept in registers.
   template <class Numbers, int D>
   struct alignas(D == 2 ? kRecordAlignment<typename Numbers::Real>
                         : alignof(typename Numbers::Real)) GrainResponse {
@@ -264,44 +275,38 @@ inline namespace RVE_ISA {
   };
   template <class Scene> using GrainResponseOf = GrainResponse<typename Scene::Numbers, Scene::D>;
 
-  /// Pairs of an RVE as arrays: owned ones as [slot * N + grain], and extra ones.
-  template <class Scene> struct PairView {
-    std::int32_t *partner;    ///< own number: slot is free
-    typename Scene::History *history;
-    std::int32_t *extra_first, *extra_second;
-    typename Scene::History *extra_history;
-  };
-
-  /// What InMemory has beside all others.
+  /// Additional data with InMemory.
   template <bool InMemory> struct PairWords {
   };
   template <> struct PairWords<true> {
-    std::int32_t *partner_word;    ///< (Scene::owned_pairs, N) as PassingPairs has it
+    std::int32_t *partner_word;    ///< (Scene::owned_pairs, N) as in PassingPairs
   };
 
-  /// What the steps work on; on chip on the GPU.
+  /// Data of the steps, on chip on a GPU.
   template <class Scene> struct SharedView : PairWords<Scene::in_memory> {
     SeenMotions<Scene> motion;
     SeenArray<Scene, Spin<typename Scene::Real, Scene::D>> spin;
     SeenArray<Scene, typename Scene::Wide> radius;    ///< [internal length]
-    /// Components of the force and of the torque from partners that own the pair.
+    /// Components of force and torque from partners that own the pair.
     typename Scene::Sum *force[Scene::freedoms];
     Vec<typename Scene::Sum, Scene::freedoms> *own;    ///< force and torque from owned pairs
-    typename Scene::Real *largest_force;    ///< that counts, of an owned contact in this call
-    /// In the plane. In space the record of a sphere has it, but for `list_position`.
+    typename Scene::Real *largest_force;    ///< force that counts, of an owned contact in this call
+    /// In the plane only. In space the records of spheres have it, except for `list_position`.
     GrainResponseOf<Scene> *response;
-    /// In space.
+    /// In space only.
     Vec<typename Scene::Leading::Coordinate, Scene::D> *list_position;
-    std::int32_t *partner;    ///< (Scene::owned_pairs, N) own number: slot is free
-    /// (Scene::owned_pairs, N) minus the own one: slot is free, it never touches. Not used where it is in registers.
+    std::int32_t *partner;    ///< (Scene::owned_pairs, N) own number: the slot is free
+    /// (Scene::owned_pairs, N) The negative own radius marks a free slot, which never touches. It
+    /// is not used if it is in registers.
     typename Scene::Wide *partner_radius;
     typename Scene::History *history;    ///< (Scene::owned_pairs, N)
-    /// With streams_history or InMemory: (numbers of a History, Scene::owned_pairs, capacity) what the steps have of it.
+    /// With streams_history or InMemory: (numbers of a History, Scene::owned_pairs, capacity)
+    /// history during steps.
     typename Scene::Spring *passing;
     int capacity;    ///< in grains
   };
 
-  /// Where grain i was when the list was built.
+  /// Returns the position of grain i when the list was built.
   template <class Scene>
   RVE_INLINE Vec<typename Scene::Leading::Coordinate, Scene::D> &
   list_position_of(const SharedView<Scene> &shared, int i)
@@ -334,23 +339,27 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// With it no grain is in anyone's reach: radii are below 1/2 and laws reach no farther than one [internal length].
+  /// Radius with which a grain has no contacts: radii are below 1/2, and laws reach at most one
+  /// [internal length].
   template <class Scene>
-  constexpr typename Scene::Wide kRadiusOfNobody = typename Scene::Wide(-1024);
+  constexpr typename Scene::Wide kRadiusWithoutContact = typename Scene::Wide(-1024);
 
-  /// For the slot of grain i that holds partner j.
+  /// Returns the radius for the slot of grain i that holds partner j.
   template <class Scene>
   RVE_INLINE typename Scene::Wide radius_of_partner(const SharedView<Scene> &shared, int i, int j)
   {
-    const auto nobody = Scene::Law::has_reach ? kRadiusOfNobody<Scene> : -shared.radius[i];
-    return j == i ? nobody : shared.radius[j];
+    const auto no_contact =
+        Scene::Law::has_reach ? kRadiusWithoutContact<Scene> : -shared.radius[i];
+    return j == i ? no_contact : shared.radius[j];
   }
 
-  /// In the order of what the chip is for: sums that many add to, then what partners read anywhere, then what the threads of a
-  /// block read in a row. With a constant capacity, in grains, the addresses are constants too.
+  /// Assigns the arrays in the order in which they profit from the chip: sums that many threads add
+  /// to, then data that partners read anywhere, then data that the threads of a block read in a
+  /// row. If `capacity`, in grains, is constant, the addresses are constants too.
   ///
-  /// in_registers: what a thread knows of its grain's partners needs no room. In space there is a hidden grain then, which touches
-  /// none (PackedPartners), and what only the rare work wants to find in arrays lies `beside`.
+  /// With in_registers the data of a grain's partners need no array. In space there is then a
+  /// hidden grain without contacts (PackedPartners), and arrays that only rare code needs are in
+  /// `beside`.
   template <class Scene, class OnChip, class Beside>
   RVE_INLINE SharedView<Scene> lay_out_shared(OnChip &chip, Beside &beside, int capacity,
                                               int num_grains, bool in_registers)
@@ -373,7 +382,7 @@ inline namespace RVE_ISA {
       chip.take(view.list_position, capacity);
       using SpinArray = SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>;
       using RadiusArray = SeenArray<Scene, typename Scene::Wide>;
-      // what is only measured has no records
+      // A Measure has no records.
       constexpr bool there = !std::is_same_v<OnChip, Measure>;
       if constexpr (there && Scene::in_memory) {
         view.spin = SpinArray(view.motion.course->spin);
@@ -408,7 +417,7 @@ inline namespace RVE_ISA {
     return lay_out_shared<Scene>(carver, carver, num_grains, num_grains, in_registers);
   }
 
-  /// For a block with registers for so many grains.
+  /// Assigns the arrays of a block with registers for `capacity` grains.
   template <class Scene>
   RVE_INLINE SharedView<Scene> carve_shared_beside(char *chip, int capacity, char *memory,
                                                    int num_grains)
@@ -432,7 +441,8 @@ inline namespace RVE_ISA {
     return measure.size();
   }
 
-  /// The view that a block has, for work that is rare: what lies at places on chip that are known when the program is compiled is said to lie there.
+  /// Returns the view of a block, for rare code. Arrays at addresses on chip that are known at
+  /// compile time get these addresses.
   template <class Block, class Scene>
   RVE_INLINE SharedView<Scene> at_known_places(const SharedView<Scene> &shared)
   {
@@ -452,7 +462,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Bytes on chip and beside it of carve_shared_beside.
+  /// Bytes of carve_shared_beside() on chip and beside it.
   struct DividedSize {
     std::size_t on_chip, beside;
   };
@@ -463,8 +473,8 @@ inline namespace RVE_ISA {
     return {on_chip.size(), beside.size()};
   }
 
-  /// How many pairs a grain owns, in one number: those of its row, and those that others gave to
-  /// it.
+  /// Number of pairs that a grain owns, packed into one number: the pairs of its row, and those
+  /// received from other grains.
   struct PairCount {
     std::int32_t packed;
     static constexpr int kReceivedBits = 4;
@@ -477,31 +487,32 @@ inline namespace RVE_ISA {
     RVE_INLINE PairCount with_one_less_in_row() const { return {packed - (1 << kReceivedBits)}; }
   };
 
-  /// Arrays of doubles over grains in a workspace. In the steps packs of grains have their forces there (packed_grains.h).
+  /// Number of double arrays over grains in a workspace. During steps packs of grains have their
+  /// forces there (packed_grains.h).
   template <int D> constexpr int kScratch = D == 2 ? 8 : 14;
 
-  /// Room to build a list in, and for what is needed rarely. One per block, not per RVE.
+  /// Memory to build a list in, and for rare code. It belongs to a block, not to an RVE.
   template <class Scene> struct WorkspaceView {
-    int pair_capacity;           ///< of the rows
-    int cell_capacity;           ///< of the search grid
+    int pair_capacity;           ///< capacity of the rows
+    int cell_capacity;           ///< capacity of the search grid
     std::int32_t *cell_start;    ///< (cell_capacity + 1)
     std::int32_t *cell_of;       ///< (N)
     std::int32_t *cell_grain;    ///< (N)
-    // by places in the grid, until the owners of pairs are known (build_list)
+    // The arrays are ordered by index in the grid until the owners of pairs are known (build_list).
     PairCount *count;                ///< (N) pairs owned now
-    std::int32_t *row_start;         ///< (N) where rows are long: the first pair of them
-    std::int32_t *row_partner;       ///< (pair_capacity) and their partners
-    std::int32_t *load;              ///< (N) what grains are ordered by
-    std::int32_t *proposal;          ///< (N) which pair of the own row is offered, or -1
-    std::int32_t *accepted;          ///< (N) grain whose offer is taken, less with each round
+    std::int32_t *row_start;         ///< (N) first pair of a grain, if rows are long
+    std::int32_t *row_partner;       ///< (pair_capacity) partners of these pairs
+    std::int32_t *load;              ///< (N) number by which grains are ordered
+    std::int32_t *proposal;          ///< (N) index of the offered pair in the own row, or -1
+    std::int32_t *accepted;          ///< (N) accepted grain plus an offset of the round
     std::int32_t *overloaded;        ///< (N) grains with too many pairs
-    std::int32_t *num_overloaded;    ///< (2) how many they are in even rounds, and in odd ones
+    std::int32_t *num_overloaded;    ///< (2) their number in even rounds, and in odd ones
     std::int32_t *received;          ///< (Scene::owned_pairs, N) grains that gave a pair
     std::int32_t *excess_start;      ///< (N)
     std::int32_t *contact_count;     ///< (N)
-    std::int32_t *number;            ///< (N) as that of the image, of an RVE with a new list
-    /// (N) Energy that each grain lost in this call, by its number, in local damping [force length], and with its pairs in friction and
-    /// in dashpots [internal].
+    std::int32_t *number;            ///< (N) as in the stored state, for an RVE with a new list
+    /// (N) Energy that each grain lost in this call, by its number: in local damping [force
+    /// length], and with its pairs in friction and in dashpots [internal].
     double *damping, *friction, *viscous;
     double *scratch;          ///< (kScratch<D>, N) terms of sums and maxima over grains
     PairView<Scene> fresh;    ///< the list that is being built
@@ -509,7 +520,7 @@ inline namespace RVE_ISA {
     typename Scene::History *extra_history;
   };
 
-  /// Cells of a search grid for so many grains, at most.
+  /// Returns the largest number of cells of a search grid for `num_grains` grains.
   RVE_INLINE constexpr int cell_capacity(int num_grains)
   {
     return num_grains + 64;
@@ -546,10 +557,10 @@ inline namespace RVE_ISA {
     return lay_out_workspace<Scene>(carver, num_grains, pair_capacity);
   }
 
-  /// Memory that is lent: arrays from it while they fit, and else those that are there anyway.
-  class LentRoom {
+  /// Borrowed memory: arrays are moved to it while they fit, and otherwise stay where they are.
+  class BorrowedMemory {
    public:
-    RVE_INLINE LentRoom(void *first, std::size_t size_in) :
+    RVE_INLINE BorrowedMemory(void *first, std::size_t size_in) :
         next(static_cast<char *>(first)), left(size_in)
     {
     }
@@ -567,23 +578,24 @@ inline namespace RVE_ISA {
     std::size_t left;
   };
 
-  /// Puts what grains ask of each other while a list is built on the chip, in a view of so many of them at most: where forces are added up, where
-  /// disks keep those of their own pairs, and where steps are planned. Nobody needs that room then. Zero is to be left of the sums (clear_sums).
+  /// Moves the arrays of list building onto the chip, for at most `capacity` grains: into the sums
+  /// of forces, the forces of disks' own pairs, and the plans, which are not used during list
+  /// building. The sums must be cleared afterwards (clear_sums).
   template <class Scene, class Plan>
   RVE_INLINE void build_on_chip(WorkspaceView<Scene> &work, const SharedView<Scene> &shared,
                                 Plan &plan, int capacity)
   {
-    LentRoom sums(shared.force[0], Scene::freedoms * capacity * sizeof(typename Scene::Sum));
+    BorrowedMemory sums(shared.force[0], Scene::freedoms * capacity * sizeof(typename Scene::Sum));
     take_each(sums, capacity, work.accepted, work.count, work.overloaded);
-    // in space it is in memory
-    LentRoom own(shared.own, Scene::D == 2 ? capacity * sizeof(*shared.own) : 0);
-    LentRoom &room = Scene::D == 2 ? own : sums;
-    room.take(work.num_overloaded, 2);
-    room.take(work.cell_start, cell_capacity(capacity) + 1);
-    room.take(work.cell_grain, capacity);
-    LentRoom plans(&plan, sizeof(plan));
+    // In space `own` is in memory.
+    BorrowedMemory own(shared.own, Scene::D == 2 ? capacity * sizeof(*shared.own) : 0);
+    BorrowedMemory &memory = Scene::D == 2 ? own : sums;
+    memory.take(work.num_overloaded, 2);
+    memory.take(work.cell_start, cell_capacity(capacity) + 1);
+    memory.take(work.cell_grain, capacity);
+    BorrowedMemory plans(&plan, sizeof(plan));
     take_each(plans, capacity, work.proposal, work.cell_of);
-    work.load = work.accepted;    // when all pairs have owners
+    work.load = work.accepted;    // used after all pairs have owners
   }
 
   template <class Block, class Scene>
@@ -592,7 +604,7 @@ inline namespace RVE_ISA {
     for (int k = 0; k < Scene::freedoms; ++k) Block::begin_sum(shared.force[k], shared.capacity, i);
   }
 
-  /// Numbers of 8 bytes per grain behind a workspace, for what is asked for rarely.
+  /// Numbers of 8 bytes per grain after a workspace, for rarely requested results.
   template <int D> constexpr int kSpare = D == 2 ? 8 : 14;
 
   template <class Scene> RVE_INLINE char *spare_of(const WorkspaceView<Scene> &work)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Verlet list of a periodic, deformable cell: when a new one is needed, and how it is built.
+// Verlet list of a periodic, deformable cell: test for a new list, and its construction.
 
 #pragma once
 
@@ -13,12 +13,14 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// How far a grain may have moved relative to the mean field since the list was built [length].
+  /// Returns how far a grain may move relative to the mean field until a new list is needed
+  /// [length].
   ///
-  /// A pair that is not listed had |b| >= R + skin then, R the distance at which it acts. Now b' = G b + u_j - u_i with G = H H_list^-1, so
-  /// that |b'| >= s (R + skin) - 2 u with s the smallest stretch of G. It cannot act while 2 u <= s skin - (1 - s) R. In
-  /// compression the largest R decides; in expansion the smallest, for which nothing is counted on.
-  /// Negative: the strain alone demands a new list.
+  /// A pair that is not listed had |b| >= R + skin when the list was built, where R is the distance
+  /// at which it acts. Now b' = G b + u_j - u_i with G = H H_list^-1, so that |b'| >= s (R + skin)
+  /// - 2 u with the smallest stretch s of G. It cannot act while 2 u <= s skin - (1 - s) R. In
+  /// compression the largest R decides; in expansion the smallest, whose term is neglected. A
+  /// negative result means that the strain alone requires a new list.
   template <int D>
   RVE_INLINE double allowed_displacement(const Tensor<double, D> &cell,
                                          const Tensor<double, D> &list_inverse,
@@ -29,7 +31,8 @@ inline namespace RVE_ISA {
     return 0.5 * (stretch * skin - lost);
   }
 
-  /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of. aside() by one thread meanwhile.
+  /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of. One
+  /// thread calls aside() at the same time.
   template <class Block, class Scene, class Aside>
   RVE_HD void sort_into_grid(Block &block, const SeenMotions<Scene> &motion,
                              const WorkspaceView<Scene> &work, int num_grains,
@@ -37,7 +40,7 @@ inline namespace RVE_ISA {
   {
     using Item = typename Block::Item;
     const int num_cells = grid.size();
-    // nobody needs them now
+    // These arrays are not used now.
     std::int32_t *const arrival = work.accepted, *const arrived = work.overloaded;
     block.for_each(
         num_cells, [&](Item c) { work.cell_start[c] = 0; }, aside);
@@ -49,7 +52,7 @@ inline namespace RVE_ISA {
     block.scan_to_starts(work.cell_start, num_cells);
     block.for_each(num_grains,
                    [&](Item i) { arrived[work.cell_start[work.cell_of[i]] + arrival[i]] = i; });
-    // the order of arrival is chance, the order of numbers is not
+    // The order of arrival is random; the order of numbers is not.
     block.for_each(num_grains, [&](Item i) {
       const int c = work.cell_of[i], first = work.cell_start[c], end = work.cell_start[c + 1];
       int place = first;
@@ -58,7 +61,8 @@ inline namespace RVE_ISA {
     });
   }
 
-  /// Where an old list has the pair of two grains: a slot of the one that asks, or of the other one. -1: in none.
+  /// Index of the pair of two grains in an old list, among the slots of the first or the second
+  /// grain; -1: in none.
   struct OldSlot {
     int mine, others;
   };
@@ -75,7 +79,7 @@ inline namespace RVE_ISA {
     return slot;
   }
 
-  /// The history that the old list holds for the pair of i and j, as i sees it, or zero.
+  /// Returns the history of the pair of i and j in the old list, as i sees it, or zero.
   template <class Scene>
   RVE_INLINE typename Scene::History old_history(const PairView<Scene> &old, OldSlot slot,
                                                  int num_old_extra, int i, int j)
@@ -90,14 +94,14 @@ inline namespace RVE_ISA {
     return typename Scene::History();
   }
 
-  /// What build_list found. Beyond work.pair_capacity `num_pairs` is all that holds.
+  /// Sizes of a list. If num_pairs is above work.pair_capacity, num_extra is not valid.
   struct ListSizes {
     int num_pairs, num_extra;
   };
 
-  /// The grains of a list that is built, and who is near to whom. Until the owners of pairs are
-  /// known a grain is called by its index in the grid: those of neighbouring threads then read the
-  /// same others.
+  /// Grains of a new list, and tests of their distances. Until the owners of pairs are known a
+  /// grain is identified by its index in the grid: neighbouring threads then read the same other
+  /// grains.
   template <class Block, class Scene> struct NearGrains {
     using Wide = typename Scene::Wide;
     using Point = Vec<typename Scene::Coordinate, Scene::D>;
@@ -111,7 +115,7 @@ inline namespace RVE_ISA {
     Wide margin;       ///< reach and skin
     bool has_sides;    ///< of the grid
 
-    /// True if grain j is nearer to a point than its radius and `within`.
+    /// Returns whether grain j is nearer to a point than its radius plus `within`.
     RVE_INLINE bool is_within(const Point &here, Wide within, int j) const
     {
       const auto branch =
@@ -119,15 +123,15 @@ inline namespace RVE_ISA {
       return gap_squared(branch, within + radius[j]) > Wide(0);
     }
 
-    /// take(q) for the indices q of the grains whose pairs with the one at index p are its own at
-    /// first.
+    /// Calls take(q) for the indices q of the grains whose pairs with the grain at index p belong
+    /// to it at first.
     template <class Take> RVE_INLINE void for_each_owned(int p, Take take) const
     {
       const int i = work.cell_grain[p];
       const Wide within = radius[i] + margin;
       const Point here = motion[i].position;
       grid.rows_around(here, has_sides, [&](int layer, int first, int reach, bool own) {
-        // the grains of a row of cells lie one after the other
+        // The grains of a row of cells have consecutive indices.
         const std::int32_t *const start = work.cell_start + layer;
         const int end = start[grid.count[0]], length = end - start[0], beyond = first + reach;
         const int last = beyond <= grid.count[0] ? start[beyond]
@@ -152,13 +156,14 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// The pairs that grains own at first, and how many they are in all.
+  /// Pairs that grains own at first, and their total number.
   struct FoundPairs {
     PairRows rows;
     int num_pairs;
   };
-  /// Rows are next to each other where all have space for theirs, in memory that is not used now,
-  /// and else one after the other in work.row_partner, which has space for work.pair_capacity.
+  /// Finds the pairs. Rows are interleaved if all of them fit into memory that is not used now.
+  /// Otherwise they follow each other in work.row_partner, which has space for work.pair_capacity
+  /// pairs.
   template <class Block, class Scene>
   RVE_INLINE FoundPairs find_pairs(Block &block, const NearGrains<Block, Scene> &near)
   {
@@ -193,9 +198,9 @@ inline namespace RVE_ISA {
     return {PairRows{work.row_partner, work.row_start, 1}, num_pairs};
   }
 
-  /// Sorts partners by rank: ascending in how far ahead they are in the grid, free slots last, so
-  /// that neighbouring threads read neighbouring grains. In space partners that touch come first,
-  /// so that many threads have nothing to do in the last slots (ListRenewal::order_grains).
+  /// Sorts partners by rank. Ranks ascend with the distance ahead in the grid, and free slots are
+  /// last, so that neighbouring threads read neighbouring grains. In space touching partners come
+  /// first, so that many threads have no work in the last slots (ListRenewal::order_grains).
   template <int slots> RVE_INLINE void sort_by_rank(int (&rank)[slots], int (&partner)[slots])
   {
     for (int k = 1; k < slots; ++k)
@@ -209,8 +214,8 @@ inline namespace RVE_ISA {
       }
   }
 
-  /// Writes the pairs of the grain at index p of the grid to work.fresh, with the histories of old
-  /// pairs.
+  /// Writes the pairs of the grain at index p of the grid to work.fresh, with the histories of the
+  /// old pairs.
   template <class Block, class Scene>
   RVE_INLINE void write_pairs(const NearGrains<Block, Scene> &near, const PairRows &rows, int p,
                               const PairView<Scene> &old, int num_old_extra)
@@ -225,7 +230,7 @@ inline namespace RVE_ISA {
     const auto index_of_partner = [&](int m) {
       return m < received ? work.received[m * num_grains + p] : row[m - received];
     };
-    // all are read before the first one is used: here, and with each of what follows
+    // Here and below, all values are read before the first one is used.
     int partner[slots], rank[slots];
     for (int k = 0; k < slots; ++k) partner[k] = k < owned ? index_of_partner(k) : p;
     for (int k = 0; k < slots; ++k) {
@@ -233,7 +238,7 @@ inline namespace RVE_ISA {
       partner[k] = k < owned ? work.cell_grain[partner[k]] : i;
     }
     int touching = 0;
-    // without these braces NVRTC 13.0 forgets the next declaration
+    // Without these braces NVRTC 13.0 loses the next declaration.
     if constexpr (Scene::D == 3) {
       const auto here = near.motion[i].position;
       for (int k = 0; k < slots; ++k) {
@@ -264,11 +269,12 @@ inline namespace RVE_ISA {
       work.load[i] = touching;
   }
 
-  /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and carries
-  /// the contact history over: `old` pairs in, work.fresh out. work.load has how many pairs a disk
-  /// owns, by its index in the grid; of spheres how many of these touch, by their numbers. Lengths
-  /// in the units of `cell` and `radius`; the cells of `grid` are as wide as the list reaches.
-  /// aside(sizes) by one thread when they are known, while all others write the pairs.
+  /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and copies
+  /// the contact history from `old` to work.fresh. For disks work.load has the number of owned
+  /// pairs, by index in the grid; for spheres the number of touching ones, by number of the grain.
+  /// Lengths have the unit of `cell` and `radius`; the cells of `grid` are as wide as the list
+  /// reaches. One thread calls aside(sizes) when the sizes are known, while all others write the
+  /// pairs.
   template <class Block, class Scene, class Aside>
   RVE_HD ListSizes build_list(Block &block, const SeenMotions<Scene> &motion,
                               SeenArray<Scene, typename Scene::Wide> radius,
@@ -279,7 +285,7 @@ inline namespace RVE_ISA {
   {
     using Item = typename Block::Item;
     using Wide = typename Scene::Wide;
-    sort_into_grid(block, motion, work, num_grains, grid, [&] { clear_overloaded(work); });
+    sort_into_grid(block, motion, work, num_grains, grid, [&] { work.num_overloaded[0] = 0; });
     const NearGrains<Block, Scene> near{motion,
                                         radius,
                                         work,

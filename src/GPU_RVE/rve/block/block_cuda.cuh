@@ -1,10 +1,10 @@
-// SPDX-License-Identifier: GPL-2.0-only The vocabulary of block_serial.h on one CUDA thread block.
-// Only files in block/ and the CUDA engine know of threads. A block has any size from 1 to 1024,
-// which may change from launch to launch; CUB's block primitives have the size as a template
-// parameter and are not used for that reason.
+// SPDX-License-Identifier: GPL-2.0-only
+// The functions of block_serial.h for one CUDA thread block. Only files in block/ and the CUDA
+// engine use threads. A block has any size from 1 to 1024, which may change from launch to launch.
+// CUB's block primitives have the size as a template parameter and are not used for that reason.
 //
-//   cuda_threads.cuh       warps and memory of the collectives
-//   cuda_phases.cuh        which thread has which item; barriers
+//   cuda_threads.cuh       warps and shared memory of the collectives
+//   cuda_phases.cuh        assignment of items to threads; barriers
 //   cuda_reductions.cuh    sums and maxima
 //   cuda_scans.cuh         scans and orders, for lists
 //   cuda_hints.cuh         hints to the compiler
@@ -22,9 +22,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Block with at most MostThreads threads. ItemsPerThread: 1 or 2, each thread has at most so
-  /// many resident items and keeps them in registers; 0: any number, in memory. Arrays on chip have
-  /// space for `Capacity` items.
+  /// Block with at most MostThreads threads. With ItemsPerThread of 1 or 2 each thread has at most
+  /// so many resident items and keeps them in registers. With 0 it has any number of them, in
+  /// memory. Arrays on chip have space for `Capacity` items.
   template <int ItemsPerThread, int MostThreads = 1024, int Capacity = ItemsPerThread *MostThreads>
   class BlockCuda :
       public CudaReductions<ItemsPerThread, MostThreads>,
@@ -35,7 +35,8 @@ inline namespace RVE_ISA {
     static constexpr bool kInRegisters = ItemsPerThread > 0;
     static constexpr int kOnTheWay = 4;
     static constexpr int kCapacity = Capacity;
-    /// A thread with one item has registers enough: the compiler would leave uniforms there.
+    /// A thread with one item has enough registers: the compiler would keep the uniform numbers
+    /// there.
     static constexpr bool kHasUniforms = ItemsPerThread == 2;
 
     static RVE_DEVICE char *chip()
@@ -51,9 +52,10 @@ inline namespace RVE_ISA {
     }
     RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i) { return taken(sums + i); }
 
-    /// 64-bit atomics on shared memory are compare-and-swap loops. Two limbs, 24 bits and the rest,
-    /// add up without carries: up to 256 terms of less than 2^55 / 256. Each limb has a row of its
-    /// own: next to each other the limbs of many sums would lie in half of the banks.
+    /// 64-bit atomics on shared memory are compare-and-swap loops. Each sum therefore has two
+    /// limbs, 24 bits and the rest, which are added without carries: up to 256 terms of less than
+    /// 2^55 / 256. Each kind of limb has its own row: next to each other the limbs of many sums
+    /// would occupy half of the banks.
     static RVE_DEVICE void begin_sum(std::int64_t *sums, int capacity, int i)
     {
       auto *limbs = reinterpret_cast<int *>(sums);
@@ -98,29 +100,21 @@ inline namespace RVE_ISA {
         array[item] = x;
       }
     };
-    template <class T> struct Copy<T, 0> {
-      T *array;
-      RVE_DEVICE T &operator[](int item) { return array[item]; }
-      RVE_DEVICE void load(int) {}
-      RVE_DEVICE void save(int) {}
-      RVE_DEVICE void load_whole(int) {}
-      RVE_DEVICE void save_whole(int) {}
-      RVE_DEVICE void keep(int item, const T &x) { array[item] = x; }
-      RVE_DEVICE void publish(int item, const T &x) { array[item] = x; }
+    template <class T> struct Copy<T, 0> : ItemsInArray<T> {
     };
     template <class T> using Resident = Copy<T, ItemsPerThread>;
 
     template <class T> RVE_DEVICE Resident<T> resident(T *array)
     {
-      // a value from the start, also for threads without an item: otherwise it would seem alive all
-      // over the kernel
+      // All threads set a value, also those without an item. Otherwise the value would be live in
+      // the whole kernel.
       Resident<T> copy = Resident<T>();
       copy.array = array;
       return copy;
     }
 
    private:
-    /// Returns a sum and leaves zero: on chip in one access, where reading it and a zero are two.
+    /// Returns a sum and sets it to zero: on chip in one access instead of two.
     static RVE_DEVICE int taken(int *sum)
     {
       if constexpr (kInRegisters) return atomicExch(sum, 0);

@@ -1,8 +1,9 @@
-// SPDX-License-Identifier: GPL-2.0-only The execution vocabulary of a block program, and its
-// implementation by one CPU thread.
+// SPDX-License-Identifier: GPL-2.0-only
+// The functions of a block, in which kernels are written, and their implementation by one CPU
+// thread.
 //
-// A block program is written once, as phases over items, and runs on a CPU thread (BlockSerial) or
-// on a CUDA thread block (BlockCuda). A Block has these functions:
+// A kernel is written once, as phases over items, and runs on a CPU thread (BlockSerial) or on a
+// CUDA thread block (BlockCuda). A Block has these functions:
 //
 // Phases. Each ends in a barrier.
 //   for_each(n, f)          f(item) for items 0 ... n - 1; `item` converts to int
@@ -24,36 +25,38 @@
 // Integer accumulation from inside a phase.
 //   add(p, v), fetch_min(p, v), fetch_add(p, v)
 //   accumulate(sums, capacity, i, v)
-//                           adds to sum i of an array with `capacity` sums, whose layout is the
-//                           block's: only collect(sums, capacity, i), which returns the sum and
-//                           leaves zero, and begin_sum(sums, capacity, i) access it as well
+//                           adds v to sum i of an array with `capacity` sums, whose layout the
+//                           block chooses. Two other functions access the array:
+//                           begin_sum(sums, capacity, i) clears a sum, and
+//                           collect(sums, capacity, i) returns a sum and clears it
 //
-// Resident items: arrays whose elements only their own items access. They may live in registers.
+// Resident items are elements of arrays that only the items themselves access. They may be in
+// registers.
 //   resident(array)         an item's own numbers in array[item]
 //   for_items, any_item     as for_each and any, over the items of resident arrays only. If f takes
 //                           `const auto i` it may also get a PackItem, several items at a time.
 //                           for_items<way>, any_item<way>, reduce_items<M, Term, way>: by a Visit
 //   for_items(n, f, m, g)   and g(0) ... g(m - 1) at the same time
-//   for_empty_places(n, f)  f(place) in threads with registers for an item and none in them; no
+//   for_empty_places(n, f)  f(i) in threads with registers for an item but without an item; no
 //                           barrier
 //   own_items(n, f)         as for_items, but f(item) does not access what other items access
 //                           before the next phase: no barrier
 //   reduce_items<M, Term>(n, f, rest, reduction)
 //                           f(item, Term *term, float &largest) adds to the item's terms, integers
-//                           of 32 or 64 bits (64 of a PackItem), and raises `largest`, which is not
-//                           negative; rest(Term *term) adds to the terms of a thread; leaves the
-//                           sums and the largest number where all threads can read them
+//                           of 32 or 64 bits (64 for a PackItem), and raises `largest`, which is
+//                           not negative; rest(Term *term) adds to the terms of a thread; writes
+//                           the sums and the largest number where all threads can read them
 //   add_up_items<M, Term>(n, f, sum, then)
-//                           f(item, Term *term) adds to terms; leaves the sums in `sum`; then() by
+//                           f(item, Term *term) adds to terms; writes the sums to `sum`; then() by
 //                           one thread afterwards. begin_add_up() and a barrier come before it
 //
-// Hints to the compiler: compiler_hints.h.
+// The hints to the compiler are in compiler_hints.h.
 //
-// The contract that makes one text correct on both:
+// A kernel is correct on both machines under this contract:
 //   1. a variable declared outside a phase is uniform: every thread holds the same value;
 //   2. in a phase, item i writes only item i's data, or adds to an integer accumulator;
 //   3. collectives return the result to every thread and are called in uniform control flow;
-//   4. only what is declared by `resident` lives in registers across phases.
+//   4. only numbers declared by `resident` are in registers across phases.
 
 #pragma once
 
@@ -67,17 +70,17 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// One CPU thread is the block: phases are plain loops, barriers are nothing.
+  /// A single CPU thread is the block: phases are plain loops, and barriers are empty.
   class BlockSerial : public NoCompilerHints {
    public:
     using Item = int;
-    /// True if resident items live in registers.
+    /// True if resident items are in registers.
     static constexpr bool kInRegisters = false;
     static constexpr bool kHasUniforms = false;
-    /// Most resident items where arrays begin at addresses on a chip that are known at compile
-    /// time, from chip() on; 0: there are no such addresses.
+    /// Largest number of resident items, if arrays begin at addresses on a chip that are known at
+    /// compile time, from chip() on; 0: such addresses do not exist.
     static constexpr int kCapacity = 0;
-    /// Reads of a loop that are issued together, where each would be waited for.
+    /// Number of reads in a loop that are issued together to hide their latency.
     static constexpr int kOnTheWay = 1;
 
     template <class F> RVE_INLINE void for_each(int n, F f)
@@ -123,7 +126,7 @@ inline namespace RVE_ISA {
       then();
     }
 
-    /// f(k) for the numbers among 0 ... count - 1 that are the share of resident item i of n.
+    /// Calls f(k) for the share of resident item i of n in the numbers 0 ... count - 1.
     template <class F> static RVE_INLINE void share_out(int i, int n, int count, F f)
     {
       for (int k = i; k < count; k += n) f(k);
@@ -144,7 +147,7 @@ inline namespace RVE_ISA {
       return any(n, f);
     }
 
-    /// Chunks of 32 items, each summed in order, then the chunks in order: BlockCuda does the same.
+    /// Sums chunks of 32 items in order, then the chunks in order, as BlockCuda does.
     RVE_INLINE double sum_array(int n, const double *a)
     {
       double total = 0.0;
@@ -224,19 +227,9 @@ inline namespace RVE_ISA {
 
     /// An item's own numbers in array[item], which a block may keep in registers across phases:
     /// between load and save it may keep another value, and only publish makes it visible to other
-    /// items. load_whole and save_whole are as read_whole and write_whole. Here it is the array
-    /// itself.
-    template <class T> struct Resident {
-      T *array;
-      RVE_INLINE T &operator[](int item) const { return array[item]; }
-      RVE_INLINE void load(int) const {}
-      RVE_INLINE void save(int) const {}
-      RVE_INLINE void load_whole(int) const {}
-      RVE_INLINE void save_whole(int) const {}
-      RVE_INLINE void keep(int item, const T &value) const { array[item] = value; }
-      RVE_INLINE void publish(int item, const T &value) const { array[item] = value; }
-    };
-
+    /// items. load_whole and save_whole access memory as read_whole and write_whole do. BlockSerial
+    /// uses the array itself.
+    template <class T> using Resident = ItemsInArray<T>;
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
 
    protected:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One CPU thread with SIMD as a block.
+// A block of one CPU thread with SIMD.
 
 #pragma once
 
@@ -11,7 +11,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A BlockSerial that calls phases that take packs with packs of grains, and with single grains
+  /// A BlockSerial with packs: a phase that accepts packs gets packs of grains, and single grains
   /// for the rest.
   template <int Lanes> class BlockSimd : public BlockSerial {
    public:
@@ -33,7 +33,7 @@ inline namespace RVE_ISA {
       return result;
     }
 
-    /// A pack adds to the sums themselves.
+    /// A pack adds directly to the sums.
     template <int M, class Term, Visit = Visit::Items, class F, class Rest>
     RVE_INLINE void reduce_items(int n, F f, Rest rest, Reduction<M> &reduction)
     {

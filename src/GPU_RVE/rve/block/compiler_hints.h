@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only Hints to the compiler of a GPU, by name. They change
-// registers and instructions, never results. On a CPU they do nothing; CudaHints (cuda_hints.cuh)
-// has them for nvcc and NVRTC.
+// SPDX-License-Identifier: GPL-2.0-only
+// Hints to the compiler of a GPU. They change registers and instructions, never results. On a CPU
+// they do nothing; CudaHints (cuda_hints.cuh) has them for nvcc and NVRTC.
 
 #pragma once
 
@@ -10,17 +10,16 @@ namespace rve {
 inline namespace RVE_ISA {
 
   struct NoCompilerHints {
-    /// Values that were read from memory are read again; the compiler keeps none in a register.
+    /// Makes the compiler read values from memory again instead of keeping them in registers.
     static RVE_INLINE void reread() {}
-    /// Returns a number in memory; the compiler keeps no copy of it from an earlier read.
+    /// Returns a number in memory; the compiler does not reuse an earlier read.
     template <class T> static RVE_INLINE T read_again(const T &x) { return x; }
-    /// Returns x; what follows from it is computed again and not kept in registers.
+    /// Returns x; the compiler computes values that follow from it again and does not keep them.
     static RVE_INLINE int opaque(int x) { return x; }
     /// Returns x, which is the same for all threads; a block with kHasUniforms keeps it once per
     /// warp.
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
-    /// Returns a truth that several branches of a function return, in a form that ends in a
-    /// predicate.
+    /// Returns a truth value of several branches of a function in a form that becomes a predicate.
     static RVE_INLINE bool predicate(bool x) { return x; }
     /// Reads or writes an element of an array in the memory of an RVE; a GPU moves 16 bytes at a
     /// time where elements have 16, 32, ... bytes.

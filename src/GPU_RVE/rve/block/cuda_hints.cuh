@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only Hints to nvcc and NVRTC. NoCompilerHints (compiler_hints.h)
-// says what they are for; the reasons are those of CUDA 13.0.
+// SPDX-License-Identifier: GPL-2.0-only
+// Hints to nvcc and NVRTC. NoCompilerHints (compiler_hints.h) describes them; the reasons given
+// here hold for CUDA 13.0.
 
 #pragma once
 
@@ -22,11 +23,11 @@ inline namespace RVE_ISA {
       return x;
     }
 
-    /// The compiler leaves x in uniform registers, which products take as an operand, on three
-    /// conditions. It must see that the threads of the warp are together: __syncwarp() says so. The
-    /// kernel must be small with all that it calls: up to about 15,000 instructions. And nothing
-    /// that it calls may need more than about 160 registers. Else x takes ordinary registers, and
-    /// what was there is spilled: bench/uniform_registers.sh checks it.
+    /// The compiler keeps x in uniform registers, which products take as an operand, under three
+    /// conditions. The threads of the warp must be together: __syncwarp() tells the compiler so.
+    /// The kernel must be small with all functions that it calls: up to about 15,000 instructions.
+    /// No called function may need more than about 160 registers. Otherwise x occupies ordinary
+    /// registers, whose contents are spilled; bench/uniform_registers.sh checks it.
     template <class T> static RVE_DEVICE T uniform(const T &x)
     {
       constexpr int words = sizeof(T) / sizeof(unsigned);
@@ -41,7 +42,7 @@ inline namespace RVE_ISA {
       return same;
     }
 
-    /// Numbers become a predicate; a truth of two branches becomes a number.
+    /// A number becomes a predicate; a truth value of two branches would become a number.
     static RVE_DEVICE int predicate(bool x) { return x ? 1 : 0; }
 
     template <class T> static RVE_DEVICE T read_whole(const T &element)
@@ -67,9 +68,9 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Returns a copy of x in other registers. A piece of 16 bytes needs four registers in a row,
-    /// which numbers that live through all steps should not need (6 % with two histories of Hertz'
-    /// law). The compiler does not see that the zero is one.
+    /// Returns a copy of x in other registers. A piece of 16 bytes needs four consecutive
+    /// registers, which numbers that live through all steps should not need (6 % with two histories
+    /// of Hertz' law). The compiler does not see that `zero` is zero.
     template <class T> static RVE_DEVICE T in_other_registers(const T &x)
     {
       if constexpr (sizeof(T) % sizeof(Piece) != 0) {
@@ -86,8 +87,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Returns threadIdx.x, read again: addresses of a thread's second item, kept from step to
-    /// step, would be spilled (1 to 3 % of the steps of spheres).
+    /// Returns threadIdx.x, read again: addresses of a thread's second item would be spilled if
+    /// they were kept from step to step (1 to 3 % of the steps of spheres).
     static RVE_DEVICE int thread_again()
     {
       int thread;
@@ -96,7 +97,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// What is read or written at a time. The arrays of an RVE begin at multiples of its size.
+    /// Unit of a read or write. The arrays of an RVE begin at multiples of its size.
     struct alignas(16) Piece {
       unsigned word[4];
     };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Phases of a CUDA thread block: which thread has which item, and where the barriers are.
+// Phases of a CUDA thread block: assignment of items to threads, and barriers.
 
 #pragma once
 
@@ -35,7 +35,7 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
-    /// g first by the threads that most often have no item.
+    /// Threads that most often have no item do g first.
     template <Visit way = Visit::Items, class F, class G>
     RVE_DEVICE void for_items(int n, F f, int m, G g)
     {
@@ -67,7 +67,7 @@ inline namespace RVE_ISA {
 
     template <Visit way = Visit::Items, class F> RVE_DEVICE bool any_item(int n, F f)
     {
-      // a number where all threads take part, a truth in a branch
+      // The result is a number if all threads take part, and a truth value in a branch.
       std::conditional_t<way == Visit::Places, int, bool> mine = 0;
       visit_items<way>(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
       return __syncthreads_or(mine) != 0;
@@ -81,8 +81,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// With two items of a thread they are the share of the first. Places without an item have
-    /// none.
+    /// Calls f(k) for the share of an item in the numbers 0 ... count - 1. If a thread has two
+    /// items, the first one has the share of both. Threads without an item have no share.
     template <class F> static RVE_DEVICE void share_out(Item i, int n, int count, F f)
     {
       if (slot_of(i) != 0) return;
@@ -92,18 +92,18 @@ inline namespace RVE_ISA {
     }
 
    protected:
-    /// Where a thread has several items, every second round of threads goes backwards: spheres are
-    /// numbered by how much there is to do, and no warp waits for one that has most twice (16 to 20
-    /// % of the steps of spheres in `fast`, on an H100). An item always has the same thread: some
-    /// phases need no barrier for that.
+    /// If a thread has several items, every second round of threads runs backwards. Spheres are
+    /// numbered by their amount of work, so that no warp has the largest amount twice (16 to 20 %
+    /// of the steps of spheres in `fast`, on an H100). An item always has the same thread, so that
+    /// some phases need no barrier.
     template <class F> static RVE_DEVICE void visit_all(int n, F f)
     {
       if constexpr (ItemsPerThread == 1) {
-        // without names for its index: they would be kept in registers
+        // A name for the index would be kept in registers.
         for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
       } else {
         const int threads = blockDim.x, me = threadIdx.x;
-        // a small kernel: CudaHints::uniform()
+        // A rolled loop keeps the kernel small: CudaHints::uniform().
         RVE_ROLLED
         for (int i = me, hop = 2 * (threads - me) - 1; i < n; i += hop, hop = 2 * threads - hop) {
           if constexpr (ItemsPerThread == 2)
@@ -114,8 +114,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// f(item) for resident items: as many as a thread has, where they are in registers. With two
-    /// items of a thread each is in a branch anyway.
+    /// Calls f(item) for resident items. If they are in registers, a thread visits as many as it
+    /// has. With two items per thread each call is in a branch anyway.
     template <Visit way, class F> static RVE_DEVICE void visit_items(int n, F f)
     {
       if constexpr (ItemsPerThread == 1) {
@@ -138,7 +138,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// By the thread that most often has no item.
+    /// Runs aside() in the thread that most often has no item.
     template <class Aside> static RVE_DEVICE void do_aside(Aside aside)
     {
       if (threadIdx.x == blockDim.x - 1) aside();

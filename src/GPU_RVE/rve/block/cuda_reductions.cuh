@@ -51,7 +51,7 @@ inline namespace RVE_ISA {
       Sum sum[M];
       float largest = 0.0f;
       for (int m = 0; m < M; ++m) sum[m] = 0;
-      // to terms of 32 bits, of which several can be more
+      // Terms have 32 bits; the sum of several terms can have more.
       const auto add = [&](auto g) RVE_INLINE_LAMBDA {
         if constexpr (one_item) {
           g(sum);
@@ -66,7 +66,7 @@ inline namespace RVE_ISA {
         add([&](Term *term) RVE_INLINE_LAMBDA { f(i, term, largest); });
       });
       add(rest);
-      // the bits are ordered as the numbers are, which are not negative
+      // The bits of numbers that are not negative have the same order as the numbers.
       const int of_warp = __reduce_max_sync(warps::kAllLanes, __float_as_int(largest));
       if (warps::lane() == 0) scratch().largest[warps::index()] = of_warp;
       sum_in_warps<M>(sum);
@@ -90,8 +90,8 @@ inline namespace RVE_ISA {
       for (int k = threadIdx.x; k < kTotals; k += blockDim.x) totals()[k] = 0;
     }
 
-    /// Each warp adds its sums to the totals on chip, in limbs that add up without carries: no
-    /// other phase is needed until one thread has them.
+    /// Each warp adds its sums to the totals on chip, in limbs that add up without carries. No
+    /// other phase is needed before one thread reads them.
     template <int M, class Term, class F, class Then>
     RVE_DEVICE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {
@@ -104,7 +104,7 @@ inline namespace RVE_ISA {
         f(i, term);
         for (int m = 0; m < M; ++m) own[m] += term[m];
       });
-      // of a thread's one or two terms of 32 bits all limbs but the first have 17
+      // Two terms of 32 bits add up to 33 bits: 16 in the first limb, 17 in the other.
       using Limbed = std::conditional_t<(ItemsPerThread > 0), Term, std::int64_t>;
       constexpr int limbs = kLimbs<Limbed>;
       static_assert(M * limbs <= kTotals, "a total for each limb");
@@ -118,7 +118,7 @@ inline namespace RVE_ISA {
       __syncthreads();
       if (threadIdx.x == 0) {
         sum_of_totals<M, Limbed>(sum);
-        CudaHints::reread();    // the sums: kept, they would be spilled
+        CudaHints::reread();    // if the sums were kept, they would be spilled
         then();
       }
       __syncthreads();
@@ -130,7 +130,7 @@ inline namespace RVE_ISA {
       return cuda_scratch<MostThreads / 32>();
     }
 
-    /// Sums over the threads of each warp, in scratch().sum.
+    /// Sums over the threads of each warp and writes the sums to scratch().sum.
     template <int M, class Term> RVE_DEVICE void sum_in_warps(const Term *term)
     {
       static_assert(M <= 16, "CudaScratch::sum holds 16 numbers");
@@ -142,7 +142,7 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
-    /// Sum of what sum_in_warps has left, by the threads of one warp.
+    /// Returns the sum of the results of sum_in_warps(), by the threads of one warp.
     RVE_DEVICE long long sum_over_warps(int m)
     {
       std::int64_t mine = 0;
@@ -151,8 +151,8 @@ inline namespace RVE_ISA {
       return warps::sum(mine);
     }
 
-    /// Limbs of a term of add_up_items: all but the last one have so few bits that those of 1024
-    /// threads add up in 32.
+    /// Limbs of a term of add_up_items(). All but the last one have so few bits that those of 1024
+    /// threads add up in 32 bits.
     template <class Limbed> static constexpr int kLimbs = sizeof(Limbed) > 4 ? 3 : 2;
     template <class Limbed> static constexpr int kLimbBits = sizeof(Limbed) > 4 ? 22 : 16;
     static constexpr int kTotals = 32;
@@ -188,7 +188,7 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Chunks of 32 items, each reduced in order, then the chunks in order, as BlockSerial does.
+    /// Reduces chunks of 32 items in order, then the chunks in order, as BlockSerial does.
     template <class Operation> RVE_DEVICE double reduce(int n, const double *a, Operation operation)
     {
       double total = 0.0;

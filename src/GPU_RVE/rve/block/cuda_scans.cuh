@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Scans and orders of items of a CUDA thread block, for the building of lists.
+// Scans and orders of the items of a CUDA thread block, to build lists.
 
 #pragma once
 
@@ -27,12 +27,13 @@ inline namespace RVE_ISA {
     template <int Classes, class ClassOf, class Take>
     RVE_DEVICE void order_by_class(int n, ClassOf class_of, Take take)
     {
-      static_assert(Classes <= 16, "CudaScratch::of_class has room for 16 classes");
-      // by all lanes: with __syncwarp() here spheres would have no uniforms (CudaHints::uniform())
+      static_assert(Classes <= 16, "CudaScratch::of_class has space for 16 classes");
+      // All lanes set the numbers: with __syncwarp() here, spheres would have no uniforms
+      // (CudaHints::uniform()).
       int next[Classes];
       RVE_UNROLL
       for (int k = 0; k < Classes; ++k) { next[k] = 0; }
-      // evaluated once where a thread has one item
+      // The class is evaluated once if a thread has one item.
       int first_class = -1;
       class_by_class(
           n,
@@ -46,8 +47,8 @@ inline namespace RVE_ISA {
         for (int k = 0; k < Classes; ++k) { scratch().of_class[k][warps::index()] = next[k]; }
       }
       __syncthreads();
-      // first index of each class in this warp's items: after all of the classes before, and after
-      // those of its own in the warps before
+      // The first index of each class in this warp's items follows all earlier classes, and the
+      // items of the same class in earlier warps.
       int first = 0;
       RVE_UNROLL
       for (int k = 0; k < Classes; ++k) {
@@ -69,19 +70,20 @@ inline namespace RVE_ISA {
 
     template <class F> static RVE_DEVICE void one_by_one(int first, int last, F f)
     {
-      // a small kernel: CudaHints::uniform()
+      // A rolled loop keeps the kernel small: CudaHints::uniform().
       RVE_ROLLED
       for (int i = first; i < last; ++i) { f(i); }
     }
 
-    /// visit(item, number[its class]), after which that number is one more for the next item of the
-    /// class. Each warp has items in a row and numbers of its own, which all lanes have.
+    /// Calls visit(item, number[its class]) and then raises that number by one for the next item of
+    /// the class. Each warp has consecutive items and its own numbers, which are the same in all
+    /// lanes.
     template <int Classes, class ClassOf, class Visit>
     static RVE_DEVICE void class_by_class(int n, ClassOf class_of, int (&number)[Classes],
                                           Visit visit)
     {
       const int threads = blockDim.x, lanes = warps::lanes_here(), in_turn = 32 * warps::count();
-      // most often without a division
+      // A division is rarely needed.
       const int turns = n <= threads ? 1 : (n + in_turn - 1) / in_turn;
       const int begin = 32 * turns * warps::index(), end = min(begin + 32 * turns, n);
       const unsigned before = (1u << warps::lane()) - 1u;
@@ -100,23 +102,23 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Items of a thread where they follow each other.
+    /// Consecutive items of a thread.
     struct Share {
       int first, last;
     };
     static RVE_DEVICE Share share_of(int n)
     {
       const int threads = blockDim.x, me = threadIdx.x;
-      // most often without a division
+      // A division is rarely needed.
       const int share = n <= threads ? 1 : (n + threads - 1) / threads;
       const int first = min(me * share, n);
       return {first, min(first + share, n)};
     }
 
-    /// Sum of the numbers of this warp's threads up to this one.
+    /// Returns the sum of x over this warp's lanes up to this one.
     static RVE_DEVICE int sum_of_lanes_up_to(int x)
     {
-      // rolled loops, for a small kernel: CudaHints::uniform()
+      // Rolled loops keep the kernel small: CudaHints::uniform().
       RVE_ROLLED
       for (int offset = 1; offset < 32; offset *= 2) {
         const int left = __shfl_up_sync(warps::kAllLanes, x, offset);
@@ -126,7 +128,7 @@ inline namespace RVE_ISA {
     }
 
     /// Sums of a number of each warp: over the warps before this one, and over all. Each warp
-    /// computes them: another barrier would take longer.
+    /// computes them, which is faster than another barrier.
     struct WarpCounts {
       int before, all;
     };
@@ -144,7 +146,7 @@ inline namespace RVE_ISA {
               __reduce_add_sync(warps::kAllLanes, counts.all)};
     }
 
-    /// a[i] becomes the sum of the numbers of the items before. Without a barrier at the end.
+    /// Replaces a[i] by the sum of the numbers before it. The function has no barrier at its end.
     RVE_DEVICE int scan(int *a, int n)
     {
       const Share share = share_of(n);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Warps, memory on chip and items of the threads of a CUDA thread block.
+// Warps, shared memory and items of the threads of a CUDA thread block.
 
 #pragma once
 
@@ -13,8 +13,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// An item of a thread with two of them. `slot` is its number in the thread; it is known at
-  /// compile time where the item is in registers, which have no addresses.
+  /// Item of a thread that has two of them. `slot` is its number in the thread. It is known at
+  /// compile time if the item is in registers, which have no addresses.
   struct ItemOfThread {
     int index, slot;
     RVE_DEVICE operator int() const { return index; }
@@ -31,7 +31,8 @@ inline namespace RVE_ISA {
   namespace warps {
 
     /// All lanes of a warp. Lanes that do not exist in the last warp count as lanes that have
-    /// ended. A mask that is unknown at compile time takes ten instructions of each exchange.
+    /// ended. With a mask that is unknown at compile time each exchange would need ten more
+    /// instructions.
     constexpr unsigned kAllLanes = 0xffffffffu;
 
     RVE_DEVICE int lane()
@@ -47,13 +48,13 @@ inline namespace RVE_ISA {
     {
       return (blockDim.x + 31) / 32;
     }
-    /// Lanes of this thread's warp: the last one may have fewer than 32.
+    /// Number of lanes of this thread's warp: the last one may have fewer than 32.
     RVE_DEVICE int lanes_here()
     {
       return min(32, static_cast<int>(blockDim.x) - 32 * index());
     }
 
-    /// Sum over the threads of a warp, by three limbs whose sums fit into 32 bits.
+    /// Returns the sum over the threads of a warp, by three limbs whose sums fit into 32 bits.
     RVE_DEVICE long long sum(std::int64_t term)
     {
       const unsigned low = static_cast<unsigned>(term) & 0x7ffffffu,
@@ -65,7 +66,7 @@ inline namespace RVE_ISA {
                                  << 54);
     }
 
-    /// The same by two limbs.
+    /// Returns the sum by two limbs.
     RVE_DEVICE long long sum(std::int32_t term)
     {
       const unsigned low = static_cast<unsigned>(term) & 0xffffu;
@@ -76,7 +77,7 @@ inline namespace RVE_ISA {
 
   }    // namespace warps
 
-  /// Shared memory of the collectives of a block with at most so many warps.
+  /// Shared memory of the collectives of a block with at most `Warps` warps.
   template <int Warps> struct CudaScratch {
     static constexpr int kChunks = 8 * Warps;
     union {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The few operations whose form decides about speed and about bits: roots, quotients, minima. Strict: IEEE, the same bits on CPU
-// and GPU. Relaxed (RVE_RELAXED, CUDA only): the hardware's approximations; doc/src/accuracy.rst has their gain and their error.
+// Arithmetic whose form decides about speed and bits: roots, quotients, minima. Strict arithmetic
+// is IEEE and gives the same bits on CPU and GPU. Relaxed arithmetic (RVE_RELAXED, CUDA only) uses
+// the hardware's approximations; doc/src/accuracy.rst has their gain and error.
 
 #pragma once
 
@@ -11,7 +12,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  // Formulas call these without std::, and select instead of ?:, so that they serve packs of numbers too (core/pack.h).
+  // Formulas call these functions without std::, and select() instead of ?:, so that they also work
+  // for packs of numbers (core/pack.h).
   using std::copysign;
   using std::fabs;
   using std::fma;
@@ -22,32 +24,34 @@ inline namespace RVE_ISA {
     return condition ? yes : no;
   }
 
-  /// Whether sums of products may be fused in another order, where that makes less of them. Of spheres: disks take no other form.
+  /// True if sums of products may be fused in an order that needs fewer operations. Only formulas
+  /// of spheres have such a form.
 #if defined(RVE_RELAXED)
   constexpr bool kIsRelaxed = true;
 #else
   constexpr bool kIsRelaxed = false;
 #endif
 
-  /// From 1 to the next number.
+  /// Difference between 1 and the next number.
   template <class T> constexpr double kEpsilon = 0x1p-52;
   template <> constexpr double kEpsilon<float> = 0x1p-23;
 
-  /// What a comparison of two T gives: bool, or a truth for each number of a pack.
+  /// Result of a comparison of two T: bool, or one truth value for each number of a pack.
   template <class T> using Truth = decltype(T() < T());
 
-  /// x where the condition holds, zero elsewhere. x may be a record of numbers.
+  /// Returns x if the condition holds, and zero otherwise. x may be a struct of numbers.
   template <class T> RVE_INLINE T where(bool condition, const T &x)
   {
     return condition ? x : T();
   }
 
-  /// Whether the condition holds for any number.
+  /// Returns true if the condition holds for any number of a pack.
   RVE_INLINE bool any(bool condition)
   {
     return condition;
   }
-  /// For how many it holds; and the other one does not.
+  /// Returns the number of lanes where the condition holds; count_without() excludes those where
+  /// `other` holds as well.
   RVE_INLINE int count(bool condition)
   {
     return condition ? 1 : 0;
@@ -57,15 +61,16 @@ inline namespace RVE_ISA {
     return condition && !other ? 1 : 0;
   }
 
-  /// The same truth for numbers of another width.
+  /// Converts a truth value to that of numbers of another width.
   RVE_INLINE void convert_truth(bool x, bool &y)
   {
     y = x;
   }
 
 #if defined(__CUDA_ARCH__)
-  /// 1/y of y > 0, IEEE rounded, from what is nearly it. An iteration rounds all of them but one in each binade (P. W. Markstein, IBM J. Res.
-  /// Dev. 34 (1990) 111): where all digits of y are ones, 1/y is a little more than the middle of two numbers.
+  /// Returns 1/y of y > 0, IEEE rounded, from an approximation `nearly`. One iteration gives the
+  /// rounded value of all y but one in each binade (P. W. Markstein, IBM J. Res. Dev. 34 (1990)
+  /// 111): if all digits of y are ones, 1/y is slightly above the middle between two numbers.
   RVE_INLINE double rounded_inverse(double y, double nearly)
   {
     const double inverse = ::fma(nearly, ::fma(-y, nearly, 1.0), nearly);
@@ -75,13 +80,13 @@ inline namespace RVE_ISA {
   }
 #endif
 
-  /// A length and its reciprocal from the squared length.
+  /// Square root of a number and its reciprocal.
   template <class Real> struct RootAndInverse {
     Real root, inverse;
   };
 
-  /// sqrt(x) and 1/sqrt(x), each IEEE rounded. x must be a normal number, far from the ends of the range, not zero: in
-  /// internal units lengths are about one.
+  /// Returns sqrt(x) and 1/sqrt(x), each IEEE rounded. x must be a normal number far from the ends
+  /// of the range, and not zero: in internal units lengths are about one.
   RVE_INLINE RootAndInverse<float> root_and_inverse(float x)
   {
 #if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)
@@ -89,7 +94,7 @@ inline namespace RVE_ISA {
     asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(inverse) : "f"(x));
     return {x * inverse, inverse};
 #elif defined(__CUDA_ARCH__)
-    // __fsqrt_rn and __frcp_rn without their paths for denormal numbers
+    // These are __fsqrt_rn and __frcp_rn without their paths for denormal numbers.
     float guess;
     asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(guess) : "f"(x));
     const float first = x * guess;
@@ -105,7 +110,7 @@ inline namespace RVE_ISA {
   RVE_INLINE RootAndInverse<double> root_and_inverse(double x)
   {
 #if defined(__CUDA_ARCH__)
-    // as above: the paths for other numbers would be calls
+    // The paths for other numbers are left out as above, since they would be calls.
     double inverse;
     asm("rsqrt.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(x));
     const double error = ::fma(x, -(inverse * inverse), 1.0);
@@ -119,7 +124,7 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// 1/x, IEEE rounded; x as above.
+  /// Returns 1/x, IEEE rounded; the range of x is that of root_and_inverse().
   RVE_INLINE float reciprocal(float x)
   {
 #if defined(__CUDA_ARCH__)
@@ -140,8 +145,9 @@ inline namespace RVE_ISA {
     return 1.0 / x;
   }
 
-  /// x/y of y > 0, IEEE rounded; y as above, and the quotient, too, or zero. On a GPU without the path for other numbers, which would be a call: all
-  /// registers of a kernel stand back for it.
+  /// Returns x/y, IEEE rounded. The range of y > 0 is that of root_and_inverse(), and so is that of
+  /// the quotient, which may also be zero. A GPU leaves out the path for other numbers: it would be
+  /// a call, which takes all registers of a kernel.
   RVE_INLINE float quotient(float x, float y)
   {
 #if defined(__CUDA_ARCH__)
@@ -171,7 +177,7 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// sqrt(x), IEEE rounded; x as above, or zero.
+  /// Returns sqrt(x), IEEE rounded; the range of x is that of root_and_inverse() and zero.
   RVE_INLINE float root(float x)
   {
 #if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)
@@ -193,8 +199,9 @@ inline namespace RVE_ISA {
     return std::sqrt(x);
   }
 
-  /// The smaller and the larger of two numbers that are not NaN and not zeros of different sign. A GPU has an instruction for `float`; of
-  /// doubles fmin and fmax would look for NaN as well, and with y a NaN they would hide it.
+  /// Return the smaller or the larger of two numbers that are not NaN and not zeros of different
+  /// sign. A GPU has an instruction for `float`. For doubles fmin() and fmax() would also test for
+  /// NaN, and would return x if y is NaN.
   template <class Real> RVE_INLINE Real smaller(Real x, Real y)
   {
 #if defined(__CUDA_ARCH__)
@@ -211,22 +218,22 @@ inline namespace RVE_ISA {
     return x > y ? x : y;
   }
 
-  /// x - y where the condition holds, x elsewhere.
+  /// Returns x - y where the condition holds, and x elsewhere.
   template <class Condition, class Real>
   RVE_INLINE Real difference_where(const Condition &condition, const Real &x, const Real &y)
   {
 #if defined(__CUDA_ARCH__)
-    return select(condition, x - y, x);    // one instruction, under the condition
+    return select(condition, x - y, x);    // one conditional instruction
 #else
     return x - where(condition, y);
 #endif
   }
 
-  /// x, or what has its sign and the magnitude `limit` where that is smaller than |x|.
+  /// Returns x, limited to magnitudes up to `limit`.
   template <class Real> RVE_INLINE Real within(const Real &limit, const Real &x)
   {
 #if defined(__CUDA_ARCH__)
-    // of doubles: the magnitude itself would cost a sum
+    // The magnitude of a double would cost an addition.
     if constexpr (sizeof(Real) == 8) return select(fabs(x) < limit, x, copysign(limit, x));
 #endif
     return copysign(smaller(fabs(x), limit), x);

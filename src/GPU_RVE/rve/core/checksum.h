@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A checksum for what leaves the program and comes back: files and byte images.
+// Checksum of files and of states that are stored as bytes.
 
 #pragma once
 
@@ -8,7 +8,8 @@
 
 namespace rve {
 
-/// FNV-1a, 64 bits: each step is a bijection of the sum, so a changed byte always changes it.
+/// FNV-1a with 64 bits. Each step is a bijection of the sum, so that one changed byte always
+/// changes it.
 class Checksum {
  public:
   void add(const void *data, std::size_t size)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Eigenvalues and principal axes of symmetric tensors. For hosts.
+// Eigenvalues and principal axes of symmetric tensors, for hosts.
 
 #pragma once
 
@@ -11,8 +11,9 @@
 
 namespace rve {
 
-/// t = Σ value_i axis_i ⊗ axis_i, values in descending order, axes of unit length and at right angles to each other: also where
-/// values are equal, which Jacobi's rotations do not notice (Golub & Van Loan 2013, Matrix Computations, section 8.5).
+/// Spectral decomposition t = Σ value_i axis_i ⊗ axis_i. The values are in descending order, and
+/// the axes are orthonormal, also if values are equal. Jacobi's method needs no special case for
+/// equal values (Golub & Van Loan 2013, Matrix Computations, section 8.5).
 template <int N> struct PrincipalAxes {
   double value[N];
   Vec<double, N> axis[N];
@@ -20,7 +21,8 @@ template <int N> struct PrincipalAxes {
   explicit PrincipalAxes(Tensor<double, N> t)
   {
     auto columns = Tensor<double, N>::identity();
-    // each sweep squares what is off the diagonal in comparison with the rest: four leave nothing as a rule
+    // Each sweep squares the ratio of the components off the diagonal to the others: four usually
+    // suffice.
     constexpr int MOST_SWEEPS = 16;
     for (int sweep = 0; sweep < MOST_SWEEPS; ++sweep) {
       bool turned = false;
@@ -38,14 +40,15 @@ template <int N> struct PrincipalAxes {
   }
 
  private:
-  /// The rotation in the plane of two axes that leaves nothing between them; false where there is nothing.
+  /// Rotates in the plane of axes a and b so that t(a, b) vanishes. Returns false if it is zero
+  /// already, to rounding.
   static bool turn(Tensor<double, N> &t, Tensor<double, N> &columns, int a, int b)
   {
     const double between = t(a, b);
     const double scale = std::abs(t(a, a)) + std::abs(t(b, b));
     t(a, b) = t(b, a) = 0.0;
     if (scale + std::abs(between) == scale) return false;
-    // tangent of the smaller angle of the two: t² + 2 t cot(2 angle) - 1 = 0
+    // The tangent of the smaller of two angles solves t² + 2 t cot(2 angle) - 1 = 0.
     const double cotangent = (t(b, b) - t(a, a)) / (2.0 * between);
     const double root = std::abs(cotangent) + std::sqrt(1.0 + cotangent * cotangent);
     const double tangent = cotangent < 0.0 ? -1.0 / root : 1.0 / root;
@@ -68,15 +71,16 @@ template <int N> struct PrincipalAxes {
   }
 };
 
-/// In closed form.
+/// Returns the largest eigenvalue in closed form.
 inline double largest_eigenvalue(const Tensor2 &symmetric)
 {
   const double half_difference = 0.5 * (symmetric(0, 0) - symmetric(1, 1));
   return 0.5 * trace(symmetric) + std::hypot(half_difference, symmetric(0, 1));
 }
 
-/// Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix", Comm. ACM 4, 168: m + 2 sqrt(p) cos(acos(q/p^1.5)/3) with the mean m of the
-/// diagonal, 6 p = |A - m|^2 and 2 q = det(A - m)
+/// Returns the largest eigenvalue after Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix",
+/// Comm. ACM 4, 168: m + 2 sqrt(p) cos(acos(q/p^1.5)/3) with the mean m of the diagonal, 6 p = |A -
+/// m|^2 and 2 q = det(A - m).
 inline double largest_eigenvalue(const Tensor3 &symmetric)
 {
   const double mean = trace(symmetric) / 3.0;

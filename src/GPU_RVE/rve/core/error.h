@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Wrong input ends in this exception, before anything runs. The styles turn it into error->all().
+// Wrong input ends in this exception before anything runs. The styles turn it into error->all().
 
 #pragma once
 
@@ -10,13 +10,13 @@
 
 namespace rve {
 
-/// The message names what is wrong, the value with its unit, and the allowed range.
+/// The message names the cause, the value with its unit, and the allowed range.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A number for a message: as short as it can be said without losing what matters.
+/// Formats a number for a message, with up to nine digits.
 inline std::string number(double value)
 {
   char text[32];
@@ -24,7 +24,8 @@ inline std::string number(double value)
   return text;
 }
 
-/// Text of parts: texts, characters, numbers as number() and std::to_string() write them, and functions that return a text.
+/// Joins parts to one text: texts, characters, numbers in the form of number() and
+/// std::to_string(), and functions that return a text.
 template <class... Parts> std::string concat(const Parts &...parts)
 {
   std::string text;
@@ -43,14 +44,15 @@ template <class... Parts> std::string concat(const Parts &...parts)
   return text;
 }
 
-/// Throws InputError with the text of these parts unless `condition` holds. The text is put together only then: where thousands of
-/// things are checked in every call, that would cost more than the checks. So is what takes time to find, in a function.
+/// Throws InputError with the text of the parts unless `condition` holds. The text is composed only
+/// in that case, since each call checks thousands of items. A part that takes time to find is given
+/// as a function.
 template <class... Parts> void require(bool condition, const Parts &...parts)
 {
   if (!condition) throw InputError(concat(parts...));
 }
 
-/// A measured number for a message: what is beyond a limit, by about how much.
+/// Formats a measured number for a message, with four digits.
 inline std::string rounded(double value)
 {
   char text[32];

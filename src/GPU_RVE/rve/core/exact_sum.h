@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sums without an order: real numbers are rounded once to integers, and integers are added.
+// Sums that do not depend on the order of their terms: real numbers are rounded once to integers,
+// and integers are added.
 //
-// The sum of integers is the same for any order of the terms, any number of threads and any number of ranks. The unit of
-// the integers is a power of two that depends only on the largest magnitude and the number of terms, both of which have
-// no order either.
+// A sum of integers is the same for any order of terms, number of threads and number of ranks. The
+// unit of the integers is a power of two that depends only on the largest magnitude and the number
+// of terms, and neither depends on an order.
 
 #pragma once
 
@@ -17,8 +18,9 @@ inline namespace RVE_ISA {
 
   /// Fixed-point scale for a sum of at most `terms` numbers of magnitude at most `bound`.
   ///
-  /// |sum| < 2⁶² by construction, so a sum cannot wrap; what is left to check is that every term is finite and within the
-  /// bound. Resolution: bound * terms * 2⁻⁶¹ or better (3e-15 of the largest term with 10⁴ terms).
+  /// |sum| < 2⁶² by construction, so that a sum cannot wrap. The caller must check that every term
+  /// is finite and within the bound. The resolution is bound * terms * 2⁻⁶¹ or better (3e-15 of the
+  /// largest term with 10⁴ terms).
   class FixedScale {
    public:
     FixedScale() = default;
@@ -27,13 +29,13 @@ inline namespace RVE_ISA {
       int exponent = 0;
       std::frexp(bound * static_cast<double>(terms), &exponent);    // bound * terms < 2^exponent
       exponent = 62 - exponent;
-      // 2^±1000 are normal
+      // 2^±1000 are normal numbers.
       exponent = exponent < -1000 ? -1000 : exponent > 1000 ? 1000 : exponent;
       per_unit_ = std::ldexp(1.0, exponent);
       unit_ = std::ldexp(1.0, -exponent);
     }
 
-    /// Nearest integer, halves away from zero.
+    /// Rounds to the nearest integer, halves away from zero.
     RVE_HD std::int64_t integer(double value) const
     {
       const double scaled = value * per_unit_;
@@ -42,7 +44,7 @@ inline namespace RVE_ISA {
 
     RVE_HD double real(std::int64_t value) const { return static_cast<double>(value) * unit_; }
 
-    /// The value of one integer step, in the unit of the summed quantity.
+    /// Value of one integer, in the unit of the summed quantity.
     RVE_HD double unit() const { return unit_; }
 
    private:

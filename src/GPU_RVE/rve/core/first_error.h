@@ -8,10 +8,10 @@
 
 namespace rve {
 
-/// Keeps the exception of the lowest item of a parallel loop, for after the loop.
+/// Stores the exception of the lowest item of a parallel loop until the loop has ended.
 class FirstError {
  public:
-  /// Runs body(). Several threads may call it; an exception counts for `item`.
+  /// Runs body() and stores its exception for `item`. Several threads may call it.
   template <class Body> void guard(long item, const Body &body)
   {
     try {
@@ -24,7 +24,7 @@ class FirstError {
     }
   }
 
-  /// Throws the exception, if there is one.
+  /// Throws the stored exception, if there is one.
   void rethrow() const
   {
     if (error) std::rethrow_exception(error);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The two uses of integers in the engine: positions as unsigned fractions of the cell, whose overflow is the periodic wrap, and
-// sums of forces, whose order then does not matter.
+// Integers of the engine. Positions are unsigned fractions of the cell, whose overflow is the
+// periodic wrap. Forces are rounded to integers, so that their sums do not depend on the order of
+// the terms.
 
 #pragma once
 
@@ -18,7 +19,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Nearest integer, ties to even, on both sides the same. The argument must lie in the range of the integer.
+  /// Rounds to the nearest integer, ties to even, in the same way on CPU and GPU. The argument must
+  /// be in the range of the integer.
   RVE_INLINE void round_to(float x, std::int32_t &q)
   {
 #if defined(__CUDA_ARCH__)
@@ -53,13 +55,14 @@ inline namespace RVE_ISA {
     round_to(static_cast<double>(x), q);
   }
 
-  /// The nearest number, ties to even, on both sides the same.
+  /// Converts to the nearest real number, ties to even, in the same way on CPU and GPU.
   template <class Real, class Integer> RVE_INLINE Real to_real(const Integer &q)
   {
 #if defined(__CUDA_ARCH__)
     if constexpr (std::is_same_v<Integer, std::int64_t>) {
-      // A conversion of 64 bits waits for a narrow pipe. Instead each half stands in the digits of a number that begins with a power of
-      // two. The difference is exact, too: the sum alone is rounded.
+      // The conversion instruction for 64 bits has a low throughput. Instead each half of q becomes
+      // the trailing digits of a double that begins with a power of two. The difference is exact,
+      // too, so that only the sum is rounded.
       constexpr int two_to_84 = 0x45300000, two_to_52 = 0x43300000;
       const int high = static_cast<int>(q >> 32), low = static_cast<int>(q);
       const double upper = __hiloint2double(two_to_84, high ^ static_cast<int>(0x80000000u)),
@@ -70,7 +73,8 @@ inline namespace RVE_ISA {
     return static_cast<Real>(q);
   }
 
-  /// Nearest-image difference of two fractions, in units of fraction_unit: the wrapped subtraction is the minimum image.
+  /// Returns the nearest-image difference of two fractions, in units of fraction_unit: wrapped
+  /// subtraction is the minimum image.
   template <class Numbers>
   RVE_INLINE typename Numbers::Wide nearest_image(typename Numbers::Coordinate to,
                                                   typename Numbers::Coordinate from)
@@ -100,12 +104,13 @@ inline namespace RVE_ISA {
     return FloatFraction{fraction < 1.0f ? fraction : 0.0f};
   }
 
-  /// Moves a fraction by a displacement in units of fraction_unit, by half a cell at most: even the wildest grain is seen to have moved.
+  /// Moves a fraction by a displacement in units of fraction_unit. The displacement is limited to
+  /// half a cell, so that even the largest one counts as a motion.
   template <class Numbers>
   RVE_INLINE void drift(typename Numbers::Coordinate &s, typename Numbers::Wide displacement)
   {
     if constexpr (std::is_same_v<typename Numbers::Coordinate, FloatFraction>) {
-      // a NaN goes half a cell too
+      // A NaN counts as half a cell.
       const float bounded = displacement > -0.5f ? (displacement < 0.5f ? displacement : 0.5f)
                                                  : (displacement <= -0.5f ? -0.5f : 0.5f);
       s = wrapped(s.value + bounded);
@@ -116,14 +121,14 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Matrix that turns fractional differences into lengths, H * fraction_unit.
+  /// Returns the matrix H * fraction_unit, which maps fractional differences to lengths.
   template <class Numbers, int D>
   RVE_INLINE Tensor<typename Numbers::Wide, D> fraction_to_length(const Tensor<double, D> &cell)
   {
     return (Numbers::fraction_unit * cell).template as<typename Numbers::Wide>();
   }
 
-  /// The leading 32 bits of a fraction: enough to see how far a grain has gone.
+  /// Returns the leading 32 bits of a fraction, which suffice to measure how far a grain has moved.
   RVE_INLINE std::uint32_t leading_bits(std::uint32_t s)
   {
     return s;
@@ -137,7 +142,7 @@ inline namespace RVE_ISA {
     return static_cast<std::uint32_t>(static_cast<double>(s.value) * 4294967296.0);
   }
 
-  /// Power of two 2^n, exact, without a transcendental function; n in [-1022, 1023].
+  /// Returns 2^n, exact and without a transcendental function; n is in [-1022, 1023].
   RVE_INLINE double power_of_two(int n)
   {
     union {
@@ -148,7 +153,7 @@ inline namespace RVE_ISA {
     return u.value;
   }
 
-  /// floor(log2(x)) of a positive normal number.
+  /// Returns floor(log2(x)) of a positive normal number.
   RVE_INLINE int floor_log2(double x)
   {
     union {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Integer sums: those that wrap, and those over the items of a block.
+// Integer sums: wrapping sums, and sums over the items of a block.
 
 #pragma once
 
@@ -11,8 +11,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// x + y and x - y, modulo 2^bits: forces beyond the range of the sums are noticed at the end of a call, which is then discarded;
-  /// until then nothing undefined may happen.
+  /// Return x + y and x - y modulo 2^bits. Forces beyond the range of the sums are detected at the
+  /// end of a call, which is then discarded. Until then no operation may be undefined.
   template <class Integer> RVE_INLINE Integer wrapping_sum(Integer x, Integer y)
   {
     using Bits = std::make_unsigned_t<Integer>;
@@ -24,7 +24,7 @@ inline namespace RVE_ISA {
     return static_cast<Integer>(static_cast<Bits>(x) - static_cast<Bits>(y));
   }
 
-  /// What a sum, or a pack of sums, adds to one of 64 bits.
+  /// Returns the contribution of an integer, or of a pack of integers, to a sum of 64 bits.
   template <class Integer> RVE_INLINE std::int64_t total(Integer x)
   {
     return static_cast<std::int64_t>(x);
@@ -35,7 +35,7 @@ inline namespace RVE_ISA {
     RVE_INLINE std::int64_t operator[](int m) const { return value[m]; }
   };
 
-  /// Result of Block::reduce_items.
+  /// Result of Block::reduce_items().
   template <int M> struct Reduction {
     std::int64_t sum[M];
     float largest;

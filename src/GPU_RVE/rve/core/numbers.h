@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Number formats: the types that a program computes with, and nothing of physics.
+// Number formats: the types of the numbers in a kernel.
 
 #pragma once
 
@@ -10,22 +10,22 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// 32-bit fractions, fp32 everywhere.
+  /// 32-bit fractions, fp32 for all other numbers.
   struct FastNumbers {
-    using Scalar = FastNumbers;    ///< the format of one number, of packs too
-    /// For the leading 32 bits of coordinates, which show how far a grain has gone.
+    using Scalar = FastNumbers;    ///< format of a single number, also for packs
+    /// Format of the leading 32 bits of coordinates, which measure how far a grain has moved.
     using Leading = FastNumbers;
     using Coordinate = std::uint32_t;
     using SignedCoordinate = std::int32_t;
-    using Wide = float;                                            ///< branch vector and gap
-    using Spring = float;                                          ///< force of a contact's spring
-    using Real = float;                                            ///< the rest
-    using Sum = std::int32_t;                                      ///< force on a grain
+    using Wide = float;          ///< branch vector and gap
+    using Spring = float;        ///< force of the spring of a contact
+    using Real = float;          ///< all other numbers
+    using Sum = std::int32_t;    ///< force on a grain
     static constexpr double fraction_unit = 1.0 / 4294967296.0;    // 2^-32
-    static constexpr int sum_bits = 31;    ///< that a force on a grain may fill
+    static constexpr int sum_bits = 31;                            ///< bits of a force on a grain
   };
 
-  /// 64-bit fractions, branch, gap and tangential history in fp64, the rest in fp32.
+  /// 64-bit fractions; branch vector, gap and tangential history in fp64, other numbers in fp32.
   struct MixedNumbers {
     using Scalar = MixedNumbers;
     using Leading = FastNumbers;
@@ -39,7 +39,7 @@ inline namespace RVE_ISA {
     static constexpr int sum_bits = 31;
   };
 
-  /// 64-bit fractions, fp64 everywhere, forces summed in 64 bits.
+  /// 64-bit fractions, fp64 for all other numbers, forces summed in 64 bits.
   struct DoubleNumbers {
     using Scalar = DoubleNumbers;
     using Leading = FastNumbers;
@@ -50,7 +50,8 @@ inline namespace RVE_ISA {
     using Real = double;
     using Sum = std::int64_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
-    /// The accumulators of a block are two limbs of 32 bits (block/block_cuda.cuh): 24 bits and the rest.
+    /// The sums of a block consist of two limbs of 32 bits (block/block_cuda.cuh): 24 bits and the
+    /// rest.
     static constexpr int sum_bits = 55;
   };
 
@@ -59,8 +60,9 @@ inline namespace RVE_ISA {
     float value;
   };
 
-  /// As the paper: fp32 everywhere, positions too. Those of the paper are Cartesian; fractions have the same resolution, 2^-24 of the
-  /// cell. For the study of what this loses, of disks on a CPU.
+  /// Format of the paper: fp32 everywhere, also for positions. The paper has Cartesian positions;
+  /// fractions have the same resolution, 2^-24 of the cell. It serves to study the loss of
+  /// accuracy, for disks on a CPU.
   struct SingleNumbers {
     using Scalar = SingleNumbers;
     using Leading = FastNumbers;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packs of numbers that are computed with at once, in AVX2 registers. Every operation is the IEEE operation on each number, so
-// that a formula gives the bits that it gives for one number. For translation units compiled for x86-64-v3.
+// Packs of numbers in AVX2 registers, whose numbers are computed at once. Every operation is the
+// IEEE operation on each number, so that a formula has the same bits for a pack as for single
+// numbers. Only translation units compiled for x86-64-v3 include this file.
 //
-// std::experimental::simd is not used: its masks of more than one register are bit sets, which AVX2 must turn back into registers for
-// every selection, and it converts 64-bit integers one by one.
+// std::experimental::simd is not used: its masks of more than one register are bit sets, which AVX2
+// must convert to registers for every selection, and it converts 64-bit integers one by one.
 
 #pragma once
 
@@ -19,13 +20,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A register of numbers, as GCC and clang know it: with the operators of numbers.
+  /// Register type of GCC and clang, which has the operators of numbers.
   template <class T> struct RegisterType {
     typedef T type __attribute__((vector_size(32)));
   };
   template <class T> using RegisterOf = typename RegisterType<T>::type;
 
-  /// What registers have no operator for.
+  /// Operations that the register types have no operator for.
   template <class T> struct Simd;
 
   template <> struct Simd<float> {
@@ -34,7 +35,7 @@ inline namespace RVE_ISA {
       return _mm256_fmadd_ps(x, y, z);
     }
     static RVE_INLINE __m256 root(__m256 x) { return _mm256_sqrt_ps(x); }
-    // x < y ? x : y and x > y ? x : y, also for NaN and zeros
+    // These are x < y ? x : y and x > y ? x : y, also for NaN and zeros.
     static RVE_INLINE __m256 smaller(__m256 x, __m256 y) { return _mm256_min_ps(x, y); }
     static RVE_INLINE __m256 larger(__m256 x, __m256 y) { return _mm256_max_ps(x, y); }
     static RVE_INLINE __m256 choose(__m256 truth, __m256 yes, __m256 no)
@@ -72,12 +73,12 @@ inline namespace RVE_ISA {
     Register part[num_registers];
 
     Pack() = default;
-    /// The same number in all lanes: x - 0 has the bits of x, those of -0, too.
+    /// Sets all lanes to x. The form x - 0 keeps all bits of x, also those of -0.
     RVE_INLINE explicit Pack(T x)
     {
       for (Register &numbers : part) numbers = x - Register{};
     }
-    /// As static_cast of each number.
+    /// Converts each number as static_cast does.
     template <class U> RVE_INLINE explicit Pack(const Pack<U, N> &x) { convert(x, *this); }
 
     static RVE_INLINE Pack load(const T *p)
@@ -96,17 +97,17 @@ inline namespace RVE_ISA {
 
   template <class T, int N> constexpr double kEpsilon<Pack<T, N>> = kEpsilon<T>;
 
-  /// A number of floating point as wide as this one.
+  /// Floating-point type of the same width as T.
   template <class T> using Floating = std::conditional_t<sizeof(T) == 4, float, double>;
 
-  /// N truths, as wide as the numbers that were compared: lanes are all ones or all zeros.
+  /// N truth values as wide as the compared numbers: each lane is all ones or all zeros.
   template <class T, int N> struct PackTruth {
     using Register = decltype(RegisterOf<T>() < RegisterOf<T>());
 
     Register part[Pack<T, N>::num_registers];
   };
 
-  /// f of each register of the packs.
+  /// Applies f to each register of the packs.
   template <class T, int N, class F, class... More>
   RVE_INLINE Pack<T, N> by_register(F f, const Pack<T, N> &x, const More &...more)
   {
@@ -128,7 +129,7 @@ inline namespace RVE_ISA {
   RVE_PACK_OPERATOR(Pack, -)
   RVE_PACK_OPERATOR(Pack, *)
   RVE_PACK_OPERATOR(Pack, /)
-  // as in C++: with a NaN only != is true
+  // A comparison with a NaN is false in C++, except != .
   RVE_PACK_OPERATOR(PackTruth, <)
   RVE_PACK_OPERATOR(PackTruth, >)
   RVE_PACK_OPERATOR(PackTruth, <=)
@@ -145,7 +146,7 @@ inline namespace RVE_ISA {
   {
     return by_register(Simd<T>::fused, x, y, z);
   }
-  /// The sign bits of `sign`, and the other bits of `size`.
+  /// Returns the sign bits of `sign` and the other bits of `size`.
   template <class T, int N>
   RVE_INLINE Pack<T, N> copysign(const Pack<T, N> &size, const Pack<T, N> &sign)
   {
@@ -203,7 +204,7 @@ inline namespace RVE_ISA {
       result.part[m] = Simd<T>::choose((Register) condition.part[m], yes.part[m], no.part[m]);
     return result;
   }
-  /// x where the condition holds, zero elsewhere.
+  /// Returns x in the lanes where the condition holds, and zero in the others.
   template <class T, int N>
   RVE_INLINE Pack<T, N> where(const PackTruth<T, N> &condition, const Pack<T, N> &x)
   {
@@ -214,7 +215,7 @@ inline namespace RVE_ISA {
       result.part[m] = (Register) (condition.part[m] & (Bits) x.part[m]);
     return result;
   }
-  /// Each number of a record of packs where the condition holds, zero elsewhere.
+  /// Applies where() to each pack of a struct of packs.
   template <class T, int N, class Record>
   RVE_INLINE Record where(const PackTruth<T, N> &condition, const Record &record)
   {
@@ -228,7 +229,7 @@ inline namespace RVE_ISA {
     return result;
   }
 
-  /// A bit for each lane.
+  /// Returns a bit for each lane.
   template <class T, int N> RVE_INLINE int signs(const PackTruth<T, N> &condition)
   {
     int bits = 0;
@@ -250,7 +251,7 @@ inline namespace RVE_ISA {
     return __builtin_popcount(signs(condition) & ~signs(other));
   }
 
-  /// The sum of all lanes.
+  /// Returns the sum of all lanes.
   template <class T, int N> RVE_INLINE std::int64_t total(const Pack<T, N> &x)
   {
     T lane[N];
@@ -273,7 +274,7 @@ inline namespace RVE_ISA {
     return Pack<T, N>(Wrapping(x) - Wrapping(y));
   }
 
-  /// A number format for N grains at once.
+  /// Number format for N grains at once.
   template <class Numbers, int N> struct PackNumbers {
     using Scalar = Numbers;
     using Leading = PackNumbers<typename Numbers::Leading, N>;
@@ -285,10 +286,12 @@ inline namespace RVE_ISA {
     using Sum = Pack<typename Numbers::Sum, N>;
   };
 
-  // ---- from one type of numbers to another ----------------------------------------------------------------------------------------
+  // ---- conversions ------------------------------------------------------------------------------
 
-  /// The leading 16 bits as a double, exact, plus the other 48 as another, one rounding: AVX2 has no instruction for it.
-  /// Each is made by its place in the mantissa of a large number: 3 2^67, whose last place is 2^16, and 2^52.
+  /// Converts integers of 64 bits to doubles, which AVX2 has no instruction for. The leading 16
+  /// bits become one double and the other 48 bits another, both exact: only their sum is rounded.
+  /// Each is made by its position in the mantissa of a large number: 3 2^67, whose last digit is
+  /// 2^16, and 2^52.
   RVE_INLINE __m256d to_double(__m256i x)
   {
     const __m256d large = _mm256_set1_pd(442721857769029238784.0);    // 3 2^67
@@ -301,7 +304,8 @@ inline namespace RVE_ISA {
     return _mm256_add_pd(_mm256_sub_pd(_mm256_castsi256_pd(high), both), _mm256_castsi256_pd(low));
   }
 
-  /// From signed to unsigned integers and back, or from signed integers to floating-point numbers of the same size.
+  /// Converts signed integers to unsigned ones and back, or signed integers to floating-point
+  /// numbers of the same size.
   template <class T, class U, int N> RVE_INLINE void convert(const Pack<T, N> &x, Pack<U, N> &y)
   {
     static_assert(sizeof(T) == sizeof(U) && std::is_integral_v<T>, "no other conversion is needed");
@@ -328,7 +332,7 @@ inline namespace RVE_ISA {
           _mm256_set_m128(_mm256_cvtpd_ps(x.part[2 * m + 1]), _mm256_cvtpd_ps(x.part[2 * m]));
   }
 
-  /// The same truths for numbers of another width.
+  /// Converts truth values to those of numbers of another width.
   template <class T, int N>
   RVE_INLINE void convert_truth(const PackTruth<T, N> &x, PackTruth<T, N> &y)
   {
@@ -345,7 +349,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  // ---- rounding to integers, as round_to of each number ---------------------------------------------------------------------------
+  // ---- rounding to integers, as round_to() of each number ---------------------------------------
 
   template <int N> RVE_INLINE void round_to(const Pack<float, N> &x, Pack<std::int32_t, N> &q)
   {
@@ -353,7 +357,8 @@ inline namespace RVE_ISA {
     for (int m = 0; m < x.num_registers; ++m) q.part[m] = (Integers) _mm256_cvtps_epi32(x.part[m]);
   }
 
-  /// Numbers below 2^51 by their place in the mantissa of 3 2^51, larger ones and NaN one by one.
+  /// Rounds numbers below 2^51 by their position in the mantissa of 3 2^51. Packs with larger
+  /// numbers or NaN are rounded one by one.
   template <int N> RVE_INLINE void round_to(const Pack<double, N> &x, Pack<std::int64_t, N> &q)
   {
     using Integers = RegisterOf<std::int64_t>;

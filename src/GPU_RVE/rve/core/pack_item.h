@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How the items of a phase are visited: one by one or several at a time, and in what way by a thread of a GPU.
+// Packs as items of a phase, and the order in which a thread of a GPU visits its items.
 
 #pragma once
 
@@ -14,20 +14,29 @@ inline namespace RVE_ISA {
     int first;
   };
 
-  /// How a thread of a GPU visits the items that it has registers for. On a CPU there is one way.
+  /// Order in which a thread of a GPU visits its items in registers. A CPU has one order.
   enum class Visit {
-    Items,    ///< one after the other, each in registers of its own
-    Places,    ///< also the registers without an item, with a number from n on: no branch around items
-    InTurn    ///< one after the other by the same code, in the registers of the first one
+    Items,     ///< one after the other, each in its own registers
+    Places,    ///< also registers without an item, with a number from n on: no branch around items
+    InTurn     ///< one after the other by the same code, in the registers of the first item
   };
 
-  /// Whether an item of a phase is a pack, in a phase that takes both: `const auto i`.
-  template <class Item> struct IsPack {
-    static constexpr bool value = false;
+  /// Items of an array without copies in registers: all functions of a resident array access the
+  /// array itself (block/block_serial.h).
+  template <class T, class Array = T *> struct ItemsInArray {
+    Array array;
+    RVE_INLINE decltype(auto) operator[](int item) const { return array[item]; }
+    RVE_INLINE void load(int) const {}
+    RVE_INLINE void save(int) const {}
+    RVE_INLINE void load_whole(int) const {}
+    RVE_INLINE void save_whole(int) const {}
+    RVE_INLINE void keep(int item, const T &x) const { array[item] = x; }
+    RVE_INLINE void publish(int item, const T &x) const { array[item] = x; }
   };
-  template <int Lanes> struct IsPack<PackItem<Lanes>> {
-    static constexpr bool value = true;
-  };
+
+  /// True if an item of a phase, whose type is `const auto`, is a pack.
+  template <class Item> constexpr bool kIsPack = false;
+  template <int Lanes> constexpr bool kIsPack<PackItem<Lanes>> = true;
 
 }    // namespace RVE_ISA
 }    // namespace rve

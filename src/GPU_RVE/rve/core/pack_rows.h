@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rows of memory to packs and back. A row has the numbers of one lane; a pack has the first numbers of all rows, another one the second
-// numbers, and so on. `row(lane)` is the address of a row. For translation units compiled for x86-64-v3.
+// Transposition of rows of memory to packs and back. A row has the numbers of one lane. The first
+// pack has the first numbers of all rows, the second pack the second numbers, and so on.
+// `row(lane)` returns the address of a row. Only translation units compiled for x86-64-v3 include
+// this file.
 
 #pragma once
 
@@ -14,13 +16,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// The addresses that lie `bytes` behind those of the rows.
+  /// Returns the addresses `bytes` after those of the rows.
   template <class Row> RVE_INLINE auto behind(const Row &row, std::size_t bytes)
   {
     return [&row, bytes](int lane) { return (char *) row(lane) + bytes; };
   }
 
-  /// Four rows and four columns; of floats, those of each half.
+  /// Transposes four rows and four columns; rows of floats have two such blocks, one in each half.
   RVE_INLINE void transpose(RegisterOf<float> (&x)[4])
   {
     const __m256 a = _mm256_unpacklo_ps(x[0], x[1]), b = _mm256_unpacklo_ps(x[2], x[3]),
@@ -40,8 +42,9 @@ inline namespace RVE_ISA {
     x[3] = _mm256_permute2f128_pd(b, d, 0x31);
   }
 
-  /// Rows of four numbers from part m of the packs x[0], x[1], ..., with zeros behind `count` of them. A register has the row of lane k, of
-  /// numbers of 32 bits also that of lane k + 4.
+  /// Transposes part m of the packs x[0], x[1], ... to rows of four numbers; numbers from `count`
+  /// on are zero. Register k has the row of lane k and, for numbers of 32 bits, also that of lane k
+  /// + 4.
   template <class T, int N>
   RVE_INLINE void to_rows(const Pack<T, N> *x, int count, int m, RegisterOf<Floating<T>> (&rows)[4])
   {
@@ -50,7 +53,7 @@ inline namespace RVE_ISA {
     transpose(rows);
   }
 
-  // ---- two or four numbers of each row ------------------------------------------------------------------------------------------------
+  // ---- two or four numbers of each row ----------------------------------------------------------
 
   template <class T, int N, class Row> RVE_INLINE void load_pairs(const Row &row, Pack<T, N> *x)
   {
@@ -104,7 +107,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// The first K of four numbers of 32 bits. All four are read.
+  /// Loads the first K of four numbers of 32 bits per row. It reads all four.
   template <int K, class T, class Row> RVE_INLINE void load_fours(const Row &row, Pack<T, 8> *x)
   {
     const auto four = [&](int lane) { return _mm_loadu_ps((const float *) row(lane)); };
@@ -114,7 +117,7 @@ inline namespace RVE_ISA {
     for (int c = 0; c < K; ++c) x[c].part[0] = (RegisterOf<T>) columns[c];
   }
 
-  /// The first K, 3 or 4, of four numbers of 32 bits.
+  /// Stores the first K, which are 3 or 4, of four numbers of 32 bits per row.
   template <int K, class T, class Row>
   RVE_INLINE void store_fours(const Row &row, const Pack<T, 8> *x)
   {
@@ -135,9 +138,10 @@ inline namespace RVE_ISA {
     }
   }
 
-  // ---- rows of K numbers --------------------------------------------------------------------------------------------------------------
+  // ---- rows of K numbers ------------------------------------------------------------------------
 
-  /// Two or four at a time; the last ones overlap those before. Of three numbers of 32 bits the word behind them is read, too.
+  /// Loads K numbers per row, two or four at a time; the last group overlaps the group before. For
+  /// three numbers of 32 bits it also reads the word after them.
   template <class T, int N, int K, class Row>
   RVE_INLINE void load_numbers(const Row &row, Vec<Pack<T, N>, K> &x)
   {
@@ -164,7 +168,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Rows of two numbers and two of another type.
+  /// Loads rows of two numbers of one type and two of another.
   template <class T, class U, int N, class Row>
   RVE_INLINE void load_row(const Row &row, Vec<Pack<T, N>, 2> &first, Vec<Pack<U, N>, 2> &second)
   {
@@ -195,7 +199,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  // ---- sums: rows of 4 integers, of which three count, or of 8, of which six do -------------------------------------------------------
+  // ---- sums: rows of 4 integers (3 used) or of 8 (6 used) ---------------------------------------
 
   RVE_INLINE void add_four(std::int32_t *sum, __m128i x)
   {
@@ -208,7 +212,8 @@ inline namespace RVE_ISA {
     _mm256_store_si256(four, _mm256_add_epi64(_mm256_load_si256(four), x));
   }
 
-  /// Adds the numbers of each lane to its row, one lane after the other: rows may be the same.
+  /// Adds the numbers of each lane to its row, one lane after the other: several lanes may have the
+  /// same row.
   template <class T, int N, int K, class Row>
   RVE_INLINE void add_to_row(const Row &row, const Vec<Pack<T, N>, K> &x)
   {
@@ -228,7 +233,7 @@ inline namespace RVE_ISA {
       }
   }
 
-  /// Takes the rows of N lanes, which lie behind one another, and leaves zeros.
+  /// Loads the consecutive rows of N lanes and sets them to zero.
   template <class T, int N, int K> RVE_INLINE void take_rows(T *rows, Vec<Pack<T, N>, K> &sum)
   {
     constexpr int length = K <= 4 ? 4 : 8;
@@ -236,16 +241,16 @@ inline namespace RVE_ISA {
     for (int k = 0; k < length; ++k) Pack<T, N>(T(0)).store(rows + N * k);
   }
 
-  /// Adds the integers of N grains to the sum and leaves zeros.
+  /// Adds the integers of N grains to `sum` and sets them to zero.
   template <class T, int N> RVE_INLINE void take_numbers(T *array, Pack<T, N> &sum)
   {
     sum = wrapping_sum(sum, Pack<T, N>::load(array));
     Pack<T, N>(T(0)).store(array);
   }
 
-  // ---- records that lie behind one another ----------------------------------------------------------------------------------------------
+  // ---- consecutive structs ----------------------------------------------------------------------
 
-  /// Three floats of each lane.
+  /// Loads three floats per lane.
   RVE_INLINE void load_triples(const float *from, Vec<Pack<float, 8>, 3> &x)
   {
     const auto two = [&](int k) {
@@ -274,7 +279,8 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// `single` has the records of the lanes, each of K numbers of one type, and Record is the same of packs P, or such a pack.
+  /// Loads a struct of packs P, or one such pack, from the structs of the lanes, `single`. Both
+  /// consist of K numbers of one type.
   template <class Record, class P, class Single>
   RVE_INLINE Record load_records(const Single *single)
   {
@@ -313,7 +319,7 @@ inline namespace RVE_ISA {
       store_numbers([&](int lane) { return numbers + K * lane; }, packs);
   }
 
-  // ---- single numbers ---------------------------------------------------------------------------------------------------------------
+  // ---- single numbers ---------------------------------------------------------------------------
 
   template <class T, int N> RVE_INLINE Pack<T, N> gather(const T *array, const std::int32_t *index)
   {
@@ -322,7 +328,7 @@ inline namespace RVE_ISA {
     return Pack<T, N>::load(number);
   }
 
-  /// The leading 32 bits of fractions.
+  /// Returns the leading 32 bits of fractions.
   RVE_INLINE Pack<std::uint32_t, 8> leading_bits(const Pack<std::uint32_t, 8> &s)
   {
     return s;

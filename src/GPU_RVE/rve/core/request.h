@@ -2,7 +2,8 @@
 // The handle of an advance of RVEs that may still run.
 //
 // The engine creates it, and RvePoints, fix rve, the constitutive law and the solver of the MPM
-// pass it on unchanged. Each of them has one function that begins a request and one that finishes it.
+// pass it on unchanged. Each of them has one function that begins a request and one that finishes
+// it.
 
 #pragma once
 
@@ -10,7 +11,7 @@
 
 namespace rve {
 
-/// Where the stresses of a finished advance are. Of several advances the largest value counts.
+/// Location of the stresses of a finished advance. The largest value of several advances counts.
 enum class StressesAre {
   OnDevice,          ///< in the arrays of the device; the host did nothing
   OnDeviceByHost,    ///< in the arrays of the device; the host had to repeat some RVEs
@@ -26,10 +27,12 @@ class Request {
   /// need the host. launch() corrects a wrong guess. Returns true if it has launched the call.
   virtual bool launch_early() { return false; }
   /// Reads the plan, once the device has been synchronised, and launches the call unless it runs
-  /// already. False: some RVEs need the host, no RVE has moved, and the request is void.
+  /// already. Returns false if some RVEs need the host; no RVE has moved then, and the request is
+  /// void.
   virtual bool launch() { return true; }
-  /// A number in device memory that is above zero if the call has ended and the host must repeat
-  /// some RVEs: kernels behind the call read it. Null: the device does not know.
+  /// Returns the address of a number in device memory that is above zero if the call has ended and
+  /// the host must repeat some RVEs: kernels after the call read it. Returns null if the device
+  /// does not have it.
   virtual const std::int32_t *needs_host() const { return nullptr; }
   /// Waits until the call has ended. Returns where its stresses are, also when called again.
   StressesAre fetch()
@@ -50,7 +53,7 @@ class Request {
     is_running_ = true;
     stresses_are_ = StressesAre::OnHost;
   }
-  /// A new request, not launched yet.
+  /// Marks a new request that is not launched yet.
   void note_plan() { is_running_ = false; }
 
  private:

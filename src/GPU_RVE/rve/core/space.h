@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How many numbers describe something in a space of D dimensions.
+// Numbers of components in a space of D dimensions.
 
 #pragma once
 

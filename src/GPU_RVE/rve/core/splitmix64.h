@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The mixing function of SplitMix64, behind every choice that is to look random and to depend on nothing but numbers such as the ID of
-// an atom: not on ranks, order or time.
+// The mixing function of SplitMix64. It makes choices that look random and depend only on numbers
+// such as the ID of an atom, not on ranks, order or time.
 
 #pragma once
 
@@ -8,8 +8,9 @@
 
 namespace rve {
 
-/// First output of the generator SplitMix64 with seed `x` (Steele, Lea & Flood, OOPSLA 2014, fig. 17): a bijection of 64 bits, so that
-/// different arguments have different results.
+/// Returns the first output of the generator SplitMix64 with seed `x` (Steele, Lea & Flood, OOPSLA
+/// 2014, fig. 17). It is a bijection of 64 bits, so that different arguments have different
+/// results.
 constexpr std::uint64_t splitmix64(std::uint64_t x)
 {
   x += 0x9e3779b97f4a7c15u;    // odd, nearest to 2^64 over the golden ratio

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a person may have meant by a word that is none of those known. For the parsers of scripts and files.
+// Suggestions for misspelt words, for the parsers of scripts and files.
 
 #pragma once
 
@@ -15,15 +15,15 @@ namespace rve {
 
 using Words = std::vector<std::string_view>;
 
-/// Letters to insert, delete, replace or swap with their neighbor to make one word of the other (Damerau, Commun. ACM 7, 171 (1964)).
-/// Upper and lower case are the same.
+/// Returns how many letters must be inserted, deleted, replaced or swapped with their neighbour to
+/// change one word into the other (Damerau, Commun. ACM 7, 171 (1964)). It ignores case.
 inline std::size_t edit_distance(std::string_view a, std::string_view b)
 {
   const auto same = [&](std::size_t i, std::size_t j) {
     return std::tolower(static_cast<unsigned char>(a[i - 1])) ==
         std::tolower(static_cast<unsigned char>(b[j - 1]));
   };
-  // of the first i letters of a and the first j of b
+  // distance[i][j] is that of the first i letters of a and the first j letters of b.
   std::vector<std::vector<std::size_t>> distance(a.size() + 1,
                                                  std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i)
@@ -38,8 +38,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b)
   return distance.back().back();
 }
 
-/// The known words that look like this one, at most three, the most alike first: a third of the letters may differ, or one of the two
-/// begins with the other.
+/// Returns the known words that are similar to `word`, at most three, the most similar first. A
+/// third of the letters may differ, or one of the words begins with the other.
 inline Words nearest_words(std::string_view word, const Words &known)
 {
   const auto begins = [](std::string_view whole, std::string_view part) {
@@ -58,7 +58,8 @@ inline Words nearest_words(std::string_view word, const Words &known)
   return words;
 }
 
-/// "; did you mean servo or servo_gain?", or, where no known word is near, "; <these_are> a, b, c".
+/// Returns "; did you mean servo or servo_gain?", or "; <these_are> a, b, c" if no known word is
+/// similar.
 inline std::string did_you_mean(std::string_view word, const Words &known,
                                 const std::string &these_are)
 {
@@ -70,7 +71,9 @@ inline std::string did_you_mean(std::string_view word, const Words &known,
   return text + (near.empty() ? "" : "?");
 }
 
-/// "unknown keyword 'frition'; did you mean friction?"; or of a number, that the keyword before it, `before` with its values, takes fewer.
+/// Returns "unknown keyword 'frition'; did you mean friction?". If the word is a number, the
+/// message says instead that a keyword was expected after `before`, the previous keyword with its
+/// values.
 inline std::string unknown_keyword(std::string_view word, const Words &known,
                                    const std::string &before = "")
 {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Whether light work, loops of microseconds that come again and again, is shared by all threads or done by one. Where cores are taken by
-// other programs, a thread that does not run keeps the others waiting at the end of each loop for milliseconds; how many cores are free is
-// nobody's to know, so both ways are timed now and then.
+// Chooses between one thread and all threads for light work, that is for short loops that are
+// repeated often. If other programs use the cores, a thread that is not scheduled delays the end of
+// each loop by milliseconds. The number of free cores is unknown, so that both ways are timed now
+// and then.
 
 #pragma once
 
@@ -9,14 +10,15 @@
 
 namespace rve {
 
-/// Counts loops in windows, and knows the paces of both ways by a mean of their last ones. One thread begins; the first loop after a change
-/// wakes threads and is not representative.
+/// Counts loops in windows and estimates the pace of both ways by a mean over their last windows.
+/// The choice begins with one thread. The first loop after a change is not representative, since it
+/// wakes threads.
 class TeamChoice {
  public:
-  /// Whether the next loop is for one thread.
+  /// Returns true if one thread does the next loop.
   bool alone() const { return alone_; }
 
-  /// A loop over so many items took so long, done as alone() said [s].
+  /// Records that a loop over `items` items took so long, done in the way of alone() [s].
   void done(int items, double seconds)
   {
     if (has_changed_) {
@@ -35,20 +37,24 @@ class TeamChoice {
 
  private:
   static constexpr int WINDOW = 64;        ///< loops
-  static constexpr int LEAST_LOOPS = 8;    ///< of a trial that is given up for its pace
-  /// The other way must be faster by so much; and is as clearly slower when a trial is given up.
+  static constexpr int LEAST_LOOPS = 8;    ///< loops of a trial before its pace can end it
+  /// The tried way is chosen if its pace is below BETTER times the usual one. A trial ends early
+  /// above CLEARLY_WORSE times.
   static constexpr double BETTER = 0.9, CLEARLY_WORSE = 4.0;
-  /// Share of a window in what is known, if it was slower than that, or faster. A thread that does not run for milliseconds, once in a
-  /// thousand loops, makes a window slow in which it happens: one window shall not decide.
+  /// Weights of a window in the mean, if it was slower or faster than the mean. A thread that does
+  /// not run for milliseconds, once in a thousand loops, makes one window slow, which must not
+  /// decide.
   static constexpr double SLOWER = 0.125, FASTER = 0.25;
-  /// A trial is paid for by so many times of what it lost; and comes no sooner than after so many windows.
+  /// The time until the next trial is REST times the loss of the last trial, and at least
+  /// LEAST_REST windows.
   static constexpr double REST = 100.0;
   static constexpr int LEAST_REST = 16;
 
-  double pace() const { return seconds_ / items_; }    ///< of the present window [s per item]
+  double pace() const { return seconds_ / items_; }    ///< pace of the current window [s per item]
   double &known(bool alone) { return known_[alone ? 0 : 1]; }
 
-  /// From the present window. All there is to know, if it was the first or a trial that was given up.
+  /// Updates the mean by the current window. The window replaces the mean if it is the first one,
+  /// or if is_all is set, for a trial that ended early.
   void learn(bool is_all)
   {
     double &known_pace = known(alone_);
@@ -90,7 +96,7 @@ class TeamChoice {
     if (loops_ < WINDOW && !is_slow) return;
     const double lost = std::max(waking_seconds_ + seconds_ - usual * items_, 0.0);
     patience_ = std::max(REST * lost, LEAST_REST * window_seconds_);
-    if (loops_ > 0) learn(loops_ < WINDOW);    // none where waking the team took too long
+    if (loops_ > 0) learn(loops_ < WINDOW);    // skipped if waking the team took too long
     if (is_slow || known(alone_) >= BETTER * usual) change();
     trial_ = false;
     begin_window();
@@ -98,10 +104,10 @@ class TeamChoice {
 
   bool alone_ = true, trial_ = false, has_changed_ = true;
   int loops_ = 0;
-  double items_ = 0.0, seconds_ = 0.0, waking_seconds_ = 0.0;    ///< of the present window
-  /// Paces of one thread and of the team; 0: not known yet [s per item].
+  double items_ = 0.0, seconds_ = 0.0, waking_seconds_ = 0.0;    ///< of the current window
+  /// Paces of one thread and of the team; 0 if not known yet [s per item].
   double known_[2] = {0.0, 0.0};
-  double window_seconds_ = 0.0;    ///< length of the last window that was no trial
+  double window_seconds_ = 0.0;    ///< length of the last window outside trials
   double patience_ = 0.0;          ///< light work until the next trial [s]
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Second-order tensors of a fixed dimension: velocity gradient, cell matrix, deformation gradient, stress.
+// Second-order tensors of a fixed dimension: velocity gradient, cell matrix, deformation gradient,
+// stress.
 
 #pragma once
 
@@ -44,7 +45,7 @@ inline namespace RVE_ISA {
   using Tensor2 = Tensor<double, 2>;
   using Tensor3 = Tensor<double, 3>;
 
-  /// Tensors of records are plain arrays of components, row by row.
+  /// Loads a tensor from an array of components, row by row.
   template <int D = 2> RVE_INLINE Tensor<double, D> load_tensor(const double *component)
   {
     Tensor<double, D> t;
@@ -105,7 +106,7 @@ inline namespace RVE_ISA {
     return v;
   }
 
-  /// x y + z
+  /// Returns x y + z.
   template <class T, int D>
   RVE_INLINE Vec<T, D> fma(const Tensor<T, D> &x, const Vec<T, D> &y, Vec<T, D> z)
   {
@@ -122,7 +123,7 @@ inline namespace RVE_ISA {
     return t;
   }
 
-  /// A deformation in a space of more dimensions: nothing moves along the others.
+  /// Extends a deformation to a space of more dimensions, in which nothing moves along the others.
   template <int Space, class T, int D>
   RVE_INLINE Tensor<T, Space> in_plane_strain(const Tensor<T, D> &f)
   {
@@ -132,7 +133,7 @@ inline namespace RVE_ISA {
     return t;
   }
 
-  /// The components along the first D axes.
+  /// Returns the components along the first D axes.
   template <int D, class T, int Space>
   RVE_INLINE Tensor<T, D> leading_components(const Tensor<T, Space> &x)
   {
@@ -165,7 +166,7 @@ inline namespace RVE_ISA {
     return t;
   }
 
-  /// Columns of a cell matrix are the cell vectors.
+  /// Returns column b: the columns of a cell matrix are the cell vectors.
   template <class T, int D> RVE_INLINE Vec<T, D> column(const Tensor<T, D> &x, int b)
   {
     Vec<T, D> v;
@@ -195,13 +196,13 @@ inline namespace RVE_ISA {
     return (std::isfinite(x.component[K]) && ...);
   }
 
-  /// Whether all components are finite numbers.
+  /// Returns true if all components are finite.
   template <class T, int D> RVE_INLINE bool finite(const Tensor<T, D> &x)
   {
     return all_finite(x, std::make_index_sequence<Space<D>::components>());
   }
 
-  /// x_a y_b
+  /// Returns the dyad x_a y_b.
   template <class T, int D> RVE_INLINE Tensor<T, D> dyad(const Vec<T, D> &x, const Vec<T, D> &y)
   {
     Tensor<T, D> t;

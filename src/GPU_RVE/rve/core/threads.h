@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How many threads share a job, and which part of it is whose; with OpenMP or without it.
+// Number of threads of a loop and the share of each thread, with or without OpenMP.
 
 #pragma once
 
 #include "rve/core/error.h"
 #include "rve/core/team_choice.h"
+#include "rve/core/wall_time.h"
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <string>
 
 #ifdef _OPENMP
@@ -17,10 +17,11 @@
 
 namespace rve {
 
-/// More is a slip of the pen: threads have memory of their own, and their creation fails somewhere.
+/// Larger numbers are mistakes: threads have memory of their own, and at some number their creation
+/// fails.
 constexpr int MOST_THREADS = 1024;
 
-/// Throws InputError unless a number of threads, as given or as OpenMP has it, is sound.
+/// Throws InputError unless a number of threads, given or from OpenMP, is valid.
 inline void require_threads(int threads)
 {
   require(threads >= 1 && threads <= MOST_THREADS, [=] {
@@ -38,41 +39,41 @@ inline int usable_threads(int requested)
 #endif
 }
 
-/// The most threads that team_for() gives, in this process. Beside a GPU, which does what is long, all of them wait for the next loop of
-/// microseconds most of the time, and spin; where they take all cores of a machine, each loop now and then waits for a thread that has none.
+/// Most threads that team_for() returns in this process. If a GPU does the long work, host threads
+/// mostly spin until the next short loop. If they occupy all cores, a loop sometimes has to wait
+/// for a thread that is not scheduled.
 inline std::atomic<int> &most_in_a_team()
 {
   static std::atomic<int> most{MOST_THREADS};
   return most;
 }
 
-/// Threads for so many points, nodes or RVEs: all, or one where waking the others would take longer than the work. Nothing between:
-/// where a team is smaller than the one before, libgomp ends the threads that are left over and creates new ones for the next.
+/// Returns the number of threads for so many points, nodes or RVEs: all, or one if waking the
+/// others takes longer than the work. It returns nothing in between: if a team is smaller than the
+/// previous one, libgomp ends the other threads and creates new ones for the next team.
 inline int team_for(int items, int threads)
 {
   constexpr int WORTH_A_TEAM = 512;
   return items < WORTH_A_TEAM ? 1 : std::min(threads, most_in_a_team().load());
 }
 
-/// A loop of light work over points, nodes or RVEs, for as long as this lives. `team` threads do it: one for few items, as in team_for(),
-/// and for many items one or all, whichever has turned out to be faster. All loops of the calling thread are judged together.
+/// Times a loop of light work over points, nodes or RVEs during its lifetime. `team` is the number
+/// of threads for the loop: one for few items, as in team_for(), and one or all for many items,
+/// whichever has been faster. All loops of the calling thread share one TeamChoice.
 class LightWork {
  public:
   LightWork(int items, int threads) : items_(items), team(choose(items, threads))
   {
-    if (is_timed_) start_ = Clock::now();
+    if (is_timed_) start_ = WallClock::now();
   }
   ~LightWork()
   {
-    if (is_timed_)
-      choice().done(items_, std::chrono::duration<double>(Clock::now() - start_).count());
+    if (is_timed_) choice().done(items_, seconds_since(start_));
   }
   LightWork(const LightWork &) = delete;
   LightWork &operator=(const LightWork &) = delete;
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   static TeamChoice &choice()
   {
     static thread_local TeamChoice choice_of_thread;
@@ -87,7 +88,7 @@ class LightWork {
 
   int items_;
   bool is_timed_ = false;
-  Clock::time_point start_;
+  WallClock::time_point start_;
 
  public:
   const int team;
@@ -102,7 +103,7 @@ inline int this_thread()
 #endif
 }
 
-/// Threads of the present parallel region.
+/// Number of threads of the current parallel region.
 inline int team_size()
 {
 #ifdef _OPENMP
@@ -112,7 +113,8 @@ inline int team_size()
 #endif
 }
 
-/// Of `count` items those of the present thread: the same in every region of the same team, so that they stay in its caches.
+/// Share of the current thread in `count` items. It is the same in every region of the same team,
+/// so that its items stay in its caches.
 struct ThreadShare {
   int begin, end;
   explicit ThreadShare(int count)

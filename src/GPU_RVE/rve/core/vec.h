@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Vectors of a fixed dimension. Knows nothing of grains.
+// Vectors of a fixed dimension.
 
 #pragma once
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/space.h"
+
+#include <type_traits>
 
 namespace rve {
 inline namespace RVE_ISA {
@@ -23,7 +25,7 @@ inline namespace RVE_ISA {
       return v;
     }
 
-    /// The same vector in another number format.
+    /// Converts to another number format.
     template <class U> RVE_INLINE Vec<U, D> as() const
     {
       Vec<U, D> v;
@@ -53,7 +55,7 @@ inline namespace RVE_ISA {
     return v;
   }
 
-  /// factor * x + y, each component rounded once.
+  /// Returns factor * x + y, each component rounded once.
   template <class T, int D>
   RVE_INLINE Vec<T, D> fma(T factor, const Vec<T, D> &x, const Vec<T, D> &y)
   {
@@ -62,14 +64,9 @@ inline namespace RVE_ISA {
     return v;
   }
 
-  /// Spin of a body or torque on it: a component for each plane that it can turn in. In the plane it is that number.
-  template <class T, int D> struct SpinType {
-    using type = Vec<T, Space<D>::spins>;
-  };
-  template <class T> struct SpinType<T, 2> {
-    using type = T;
-  };
-  template <class T, int D> using Spin = typename SpinType<T, D>::type;
+  /// Spin of a body or torque on it, with a component for each plane that it can turn in. In the
+  /// plane it is a number.
+  template <class T, int D> using Spin = std::conditional_t<D == 2, T, Vec<T, Space<D>::spins>>;
 
   template <class T> RVE_INLINE T &spin_component(T &spin, int)
   {
@@ -84,8 +81,9 @@ inline namespace RVE_ISA {
     return spin[k];
   }
 
-  /// Products and sums are fused where nothing depends on the order of the terms: all arguments may change sign together and
-  /// the result keeps its bits, but x and y are not interchangeable to the bit in `cross`.
+  /// Products and sums are fused where no result depends on the order of the terms: if all
+  /// arguments change sign together, the result keeps its bits. In `cross`, x and y are not
+  /// interchangeable to the bit.
   template <class T, int D> RVE_INLINE T dot(const Vec<T, D> &x, const Vec<T, D> &y)
   {
     T sum = x[0] * y[0];
@@ -93,7 +91,7 @@ inline namespace RVE_ISA {
     return sum;
   }
 
-  /// Out-of-plane component of the cross product of two plane vectors.
+  /// Returns the out-of-plane component of the cross product of two plane vectors.
   template <class T> RVE_INLINE T cross(const Vec<T, 2> &x, const Vec<T, 2> &y)
   {
     return fma(x[0], y[1], -(x[1] * y[0]));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Wall time, which is measured and decides nothing.
+// Wall time.
 
 #pragma once
 
@@ -9,7 +9,7 @@ namespace rve {
 
 using WallClock = std::chrono::steady_clock;
 
-/// [seconds]
+/// Returns the wall time since `start` [s].
 inline double seconds_since(WallClock::time_point start)
 {
   return std::chrono::duration<double>(WallClock::now() - start).count();

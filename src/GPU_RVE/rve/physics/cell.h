@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The deformable periodic cell: widths, strain since a reference, lattice reduction. Of the plane, and what is alike in space: solid_cell.h
-// has the rest.
+// The deformable periodic cell: widths, strain since a reference, lattice reduction. This file has
+// the functions for the plane and those for both dimensions; solid_cell.h has the others for space.
 
 #pragma once
 
@@ -13,8 +13,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Distance between the two cell faces that cell vector `axis` connects [length]. Neighbour search and the minimum image
-  /// need this, not the edge length: a sheared cell is narrow between long edges.
+  /// Returns the distance between the two cell faces that cell vector `axis` connects [length].
+  /// Neighbour search and the minimum image need this distance, not the length of the edge: a
+  /// sheared cell is narrow between long edges.
   RVE_INLINE double perpendicular_width(const Tensor2 &cell, int axis)
   {
     const int other = 1 - axis;
@@ -33,7 +34,7 @@ inline namespace RVE_ISA {
     return smallest;
   }
 
-  /// Smallest singular value of G: no vector shrinks more than this under G [-].
+  /// Returns the smallest singular value of G: no vector shrinks more than this under G [-].
   RVE_INLINE double smallest_stretch(const Tensor2 &g)
   {
     const double sum =
@@ -43,13 +44,14 @@ inline namespace RVE_ISA {
     return 0.5 * (std::sqrt(sum + 2.0 * det) - difference);    // (s1 + s2) - (s1 - s2), halved
   }
 
-  /// One step of lattice reduction, H <- H M: the vector `axis` loses multiples of the others.
+  /// Step of lattice reduction, H <- H M: multiples of the other vectors are subtracted from
+  /// the vector `axis`.
   template <int D> struct LatticeStep {
     int axis;                    ///< the vector that changes; -1: the cell is reduced well enough
-    std::int64_t multiple[D];    ///< of vector k, which is subtracted; of the axis itself 0
+    std::int64_t multiple[D];    ///< multiple of vector k to subtract; 0 for the axis itself
   };
 
-  /// Whether lattice_step would change the cell; cheaper.
+  /// Returns whether lattice_step() would change the cell, at a lower cost.
   RVE_INLINE bool is_lattice_step_due(const Tensor2 &cell)
   {
     const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);
@@ -58,9 +60,10 @@ inline namespace RVE_ISA {
     return std::fabs(ab) > 0.6 * (aa <= bb ? aa : bb);
   }
 
-  /// Reduction is due when one vector leans over the other by more than 0.6 of its length; 0.5 would be the reduced lattice,
-  /// the margin keeps a cell at the border from flipping back and forth.
-  /// Lagrange's reduction: how often the shorter vector fits into the longer one.
+  /// Returns the step of Lagrange's reduction: the shorter vector is subtracted from the longer one
+  /// as often as it fits. A step is due when one vector leans over the other by more than 0.6 of
+  /// its length. A reduced lattice has at most 0.5; the margin keeps a cell at the border from
+  /// flipping back and forth.
   RVE_INLINE LatticeStep<2> lattice_step(const Tensor2 &cell)
   {
     const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);
@@ -74,7 +77,7 @@ inline namespace RVE_ISA {
     return step;
   }
 
-  /// H M of the step.
+  /// Returns H M of the step.
   template <int D>
   RVE_INLINE Tensor<double, D> apply_lattice_step(const Tensor<double, D> &cell,
                                                   const LatticeStep<D> &step)
@@ -88,7 +91,7 @@ inline namespace RVE_ISA {
     return reduced;
   }
 
-  /// M^-1 s, exact in wrapping integers: the point stays where it is.
+  /// Returns M^-1 s, exact in wrapping integers: the point stays where it is.
   template <class Coordinate, int D>
   RVE_INLINE Vec<Coordinate, D> apply_lattice_step(const Vec<Coordinate, D> &s,
                                                    const LatticeStep<D> &step)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The way of the cell through one macro increment: a straight line from H to dF H, or a polygon of such lines where the
-// increment rotates by more than 0.01 rad (a chord cuts off area: theta^2/4 of it at most). The end point is exact.
+// Path of the cell through one macro increment: a straight line from H to dF H, or a polygon if the
+// increment rotates by more than 0.01 rad (a chord loses at most theta^2/4 of the area). The end
+// point is exact.
 
 #pragma once
 
@@ -9,7 +10,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Increment dF = R U as the host prepared it: `rotation` is R^(1/segments), `stretch` is U - I.
+  /// Increment dF = R U as prepared by the host: `rotation` is R^(1/segments), `stretch` is U - I.
   template <int D> struct CellIncrement {
     using Matrix = Tensor<double, D>;
     Matrix deformation;
@@ -32,7 +33,7 @@ inline namespace RVE_ISA {
       right = knot(1);
     }
 
-    /// H after `step` of the substeps (1-based, in ascending order).
+    /// Returns H after `step` of the substeps (1-based, in ascending order).
     RVE_INLINE Matrix cell(int step)
     {
       while (static_cast<long long>(step) * path.segments >
@@ -46,26 +47,27 @@ inline namespace RVE_ISA {
       return (left + along * (right - left)) * start;
     }
 
-    /// The same, for those who have no registers for it.
+    /// Calls cell() out of line, for kernels without registers for it.
     RVE_COLD Matrix cell_apart(int step) { return cell(step); }
 
-    /// Which of the straight lines cell() was on last.
+    /// Number of the straight line that cell() used last.
     RVE_INLINE int present_segment() const { return segment; }
 
-    /// H after all substeps.
+    /// Returns H after all substeps.
     RVE_INLINE Matrix end() const { return path.deformation * start; }
 
-    /// dH/dt on the present segment.
+    /// Returns dH/dt on the current segment.
     RVE_INLINE Matrix cell_rate() const
     {
       return (path.segments / time) * ((right - left) * start);
     }
 
-    /// Follows a change of the lattice: H M for the start, everything else is relative to it.
+    /// Applies a change of the lattice to the start, H M; all other numbers are relative to the
+    /// start.
     template <class Map> RVE_INLINE void map_start(const Map &map) { start = map(start); }
 
    private:
-    /// Deformation at the end of segment j - 1: R^(j/m) (I + j/m (U - I)).
+    /// Returns the deformation at the end of segment j - 1: R^(j/m) (I + j/m (U - I)).
     RVE_INLINE Matrix knot(int j)
     {
       if (j >= path.segments) return path.deformation;

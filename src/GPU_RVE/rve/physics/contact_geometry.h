@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Geometry of one contact of two disks (or spheres): numbers in, numbers out.
+// Geometry of the contact of two disks or spheres.
 
 #pragma once
 
@@ -9,8 +9,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// R^2 - d^2 [length^2]: positive when two grains touch, equation (7). One rounding of the small difference, where R - d
-  /// would carry the rounding of the root: this is what keeps stiff grains accurate.
+  /// Returns R^2 - d^2 [length^2], which is positive if two grains touch, equation (7). The small
+  /// difference is rounded once, whereas R - d contains the rounding of the root: stiff grains need
+  /// this accuracy.
   template <class Wide, int D>
   RVE_INLINE Wide gap_squared(const Vec<Wide, D> &branch, Wide sum_of_radii)
   {
@@ -19,8 +20,9 @@ inline namespace RVE_ISA {
     return gap;
   }
 
-  /// A touching pair seen from grain i. Under exchange of i and j the branch and the normal change sign exactly and everything
-  /// else keeps its bits, so the force does not depend on which of the two grains owns the pair.
+  /// Geometry of a pair as seen from grain i. If i and j are exchanged, branch and normal change
+  /// sign exactly and all other numbers keep their bits, so that the force does not depend on the
+  /// owner of the pair.
   template <class Real, int D> struct ContactGeometry {
     Vec<Real, D> branch;    ///< from grain i to the nearest image of grain j [length]
     Vec<Real, D> normal;    ///< unit, from i to j
@@ -29,14 +31,15 @@ inline namespace RVE_ISA {
     Real overlap;           ///< R_i + R_j - |branch| [length]
   };
 
-  /// Added to squared distances [internal length^2]: far below the rounding of any that physics knows. Coinciding centres get a
-  /// normal of zero and their full overlap instead of NaN, which integer sums would turn into any number.
+  /// Number added to squared distances [internal length^2], far below the rounding of physical
+  /// ones. With it coinciding centres have a normal of zero and their full overlap instead of NaN,
+  /// which integer sums would turn into any number.
   constexpr double kLeastSquaredDistance = 1e-30;
 
-  /// Equations (8)-(10). The grains touch when the overlap is positive.
+  /// Returns the geometry by equations (8)-(10). The grains touch if the overlap is positive.
   ///
-  /// With a wider format for the branch the overlap is (R^2 - d^2) / (R + d), whose numerator alone needs the wide format;
-  /// otherwise R - d is as good.
+  /// If the branch has a wider format, the overlap is (R^2 - d^2) / (R + d): only the numerator
+  /// needs the wide format. Otherwise R - d is as accurate.
   template <class Real, class Wide, int D>
   RVE_INLINE ContactGeometry<Real, D> contact_geometry(const Vec<Wide, D> &branch,
                                                        Wide sum_of_radii)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Local damping: Cundall's, and one that knows no axes.
+// Local damping: Cundall's, and an objective form.
 
 #pragma once
 
@@ -9,11 +9,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Equation (4) on one component of an acceleration, or of the velocity increment that it makes: a - alpha |a| sign(v), v the
-  /// velocity at the full step, sign(0) = 0. The signs are never multiplied as numbers: a product could underflow and change
-  /// the answer with the units. Without a branch.
+  /// Applies equation (4) to one component of an acceleration or of its velocity increment: a -
+  /// alpha |a| sign(v), with the velocity v at the full step and sign(0) = 0. The signs are not
+  /// multiplied as numbers, since a product could underflow, and the result would depend on the
+  /// units. The formula has no branch.
   ///
-  /// BySign: of a velocity of exactly zero the sign bit decides. What rests without a force stays at rest all the same.
+  /// With BySign the sign bit of a zero velocity counts. A grain at rest without a force stays at
+  /// rest.
   template <bool BySign = false, class Real>
   RVE_INLINE Real locally_damped(Real alpha, Real increment, Real velocity)
   {
@@ -22,8 +24,9 @@ inline namespace RVE_ISA {
     return difference_where(velocity != Real(0), increment, loss);
   }
 
-  /// The same of a whole vector: a (1 - alpha sign(a . v)), which damps the part along the velocity as above and turns with the axes. It
-  /// takes alpha |F . v| of the power, Cundall's alpha sum |F_k v_k|.
+  /// Applies objective damping to a vector: a (1 - alpha sign(a . v)). It damps the part along the
+  /// velocity as above and turns with the axes. It takes alpha |F . v| of the power, where
+  /// Cundall's damping takes alpha sum |F_k v_k|.
   template <class Real, int D>
   RVE_INLINE Vec<Real, D> objectively_damped(Real alpha, const Vec<Real, D> &increment,
                                              const Vec<Real, D> &velocity)

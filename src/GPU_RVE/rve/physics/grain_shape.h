@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Grains: disks in the plane, spheres in space.
+// Shape of grains: disks in the plane, spheres in space.
 
 #pragma once
 
@@ -9,14 +9,14 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// x r^D: masses and volumes go with it.
+  /// Returns x r^D, as for masses and volumes.
   template <int D> RVE_INLINE double times_power(double x, double radius)
   {
     for (int a = 0; a < D; ++a) x *= radius;
     return x;
   }
 
-  /// r^D.
+  /// Returns r^D.
   template <int D, class Number> RVE_INLINE Number power(Number radius)
   {
     Number x = radius;
@@ -27,7 +27,7 @@ inline namespace RVE_ISA {
   /// A ball in D dimensions.
   template <int D> struct GrainShape;
   template <> struct GrainShape<2> {
-    static constexpr double volume = kPi;    ///< of radius 1
+    static constexpr double volume = kPi;    ///< of a grain of radius 1
     /// Moment of inertia over mass and squared radius.
     static constexpr double inertia = 0.5;
   };
@@ -37,7 +37,7 @@ inline namespace RVE_ISA {
     static constexpr double inertia = 0.4;
   };
 
-  /// Area of a disk [length^2], volume of a sphere [length^3].
+  /// Returns the area of a disk [length^2] or the volume of a sphere [length^3].
   template <int D> RVE_INLINE double grain_volume(double radius)
   {
     return times_power<D>(GrainShape<D>::volume, radius);

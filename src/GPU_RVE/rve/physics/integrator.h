@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Leapfrog in peculiar velocity and fractional coordinate: c' = F_damped/m, s' = H^-1 c. The mean field never enters
-// (doc/theory: equations (19)-(23), (38), (39) of the paper reduce to this).
+// Leapfrog integration of peculiar velocity and fractional coordinate: c' = F_damped/m, s' = H^-1
+// c. The mean field does not occur in it: equations (19)-(23), (38) and (39) of the paper reduce to
+// this form (doc/src/theory_rve.rst).
 
 #pragma once
 
@@ -11,15 +12,15 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// One velocity component after a step, equations (3a) and (4): `increment` is dt F/m, and damping looks at the velocity
-  /// at the full step.
+  /// Returns one velocity component after a step, equations (3a) and (4). `increment` is dt F/m;
+  /// damping uses the velocity at the full step.
   template <bool BySign = false, class Real>
   RVE_INLINE Real kick(Real velocity, Real increment, Real alpha)
   {
     return velocity + locally_damped<BySign>(alpha, increment, velocity + Real(0.5) * increment);
   }
 
-  /// The same of a vector, with damping that knows no axes.
+  /// Returns the velocity after a step with objective damping.
   template <class Real, int D>
   RVE_INLINE Vec<Real, D> kick_objectively(const Vec<Real, D> &velocity,
                                            const Vec<Real, D> &increment, Real alpha)
@@ -27,8 +28,9 @@ inline namespace RVE_ISA {
     return velocity + objectively_damped(alpha, increment, fma(Real(0.5), increment, velocity));
   }
 
-  /// Longest stable step of that [time]: w^2 and B are the largest eigenvalues of M^-1 K [1/time^2] and of M^-1 C [1/time], and
-  /// damping makes a force up to 1 + alpha times as large. A dashpot sees the velocity of half a step before.
+  /// Returns the longest stable step [time] for the largest eigenvalues w^2 of M^-1 K [1/time^2]
+  /// and B of M^-1 C [1/time]. Damping increases a force up to 1 + alpha times. A dashpot uses the
+  /// velocity of half a step before.
   RVE_INLINE double leapfrog_bound(double frequency_squared, double dashpot_rate, double alpha)
   {
     const double gain = 1.0 + alpha;

@@ -1,68 +1,64 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What grains are made of: the parameters of their contacts and of their motion, each said once. Checks, packing files, restart records,
-// keywords of scripts and the memory of an RVE follow from this table. Plain data, outside of the instruction-set namespaces.
+// Material of grains: the parameters of their contacts and of their motion. The table below is the
+// only list of them: checks, packing files, restart records, keywords of scripts and the stored
+// state of an RVE follow from it. The structs are plain data, outside of the instruction-set
+// namespaces.
 
 #pragma once
 
 namespace rve {
 
-/// contact_law(name, word): the laws that contacts may have, with their names in packing files and scripts, which are LAMMPS'. Rolling
-/// resistance is no law of its own: every one may have it.
-#define RVE_CONTACT_LAWS(contact_law) \
-  contact_law(Linear, "hooke") contact_law(Hertz, "hertz") contact_law(Dmt, "dmt")
+/// Laws of contacts. Rolling resistance is not a law of its own: each law may have it.
+enum class ContactLaw { Linear, Hertz, Dmt };
 
-#define RVE_CONTACT_LAW_NAME(name, word) name,
-enum class ContactLaw { RVE_CONTACT_LAWS(RVE_CONTACT_LAW_NAME) };
-#undef RVE_CONTACT_LAW_NAME
-
-#define RVE_CONTACT_LAW_WORD(name, word) word,
-constexpr const char *CONTACT_LAW_WORDS[] = {RVE_CONTACT_LAWS(RVE_CONTACT_LAW_WORD)};
-#undef RVE_CONTACT_LAW_WORD
+/// Names of the laws in packing files and scripts, in the order of ContactLaw. LAMMPS has the same.
+constexpr const char *CONTACT_LAW_WORDS[] = {"hooke", "hertz", "dmt"};
 
 constexpr const char *word_of(ContactLaw law)
 {
   return CONTACT_LAW_WORDS[static_cast<int>(law)];
 }
 
-/// Consistent units, as given by the script. In the order of restart records.
+/// Parameters in the consistent units of the script, in the order of restart records.
 struct MaterialNumbers {
   double normal_stiffness;        ///< k_n [force/length]
   double tangential_stiffness;    ///< k_t [force/length]
   double friction;                ///< Coulomb coefficient mu [-]
-  /// k_r, of the rolling displacement [force/length]; 0: no resistance.
+  /// k_r of the rolling displacement [force/length]; 0: no resistance.
   double rolling_stiffness;
   double rolling_friction;        ///< mu_r, rolling force at most mu_r f_n [-]; 0: no resistance
   double density;                 ///< of the grain material [mass/length^3]
   double local_damping;           ///< Cundall's alpha_d of equation (4) [-]
   double normal_viscosity;        ///< gamma_n, LAMMPS `damping velocity` [force time/length]
   double tangential_viscosity;    ///< gamma_t [force time/length]
-  double thickness;               ///< of the disks, enters the stress volume only [length]
-  double mass_depth;              ///< out-of-plane depth that the mass is counted for [length]
+  double thickness;               ///< of disks; only the stress volume depends on it [length]
+  double mass_depth;              ///< out-of-plane depth for the mass [length]
   double hertz_stiffness;         ///< k_n = 4/3 E* [force/length^2]
   double mindlin_stiffness;       ///< k_t = 8 G* [force/length^2]
   double viscoelastic_damping;    ///< eta of gamma = eta m a [1/(length time)]
   double restitution_damping;     ///< c of gamma = c sqrt(m k_n a) [-]
   double mindlin_damping;         ///< gamma_t / gamma [-]
-  /// 1: tangential displacements are kept while contacts grow and shrink, 0: forces; 3 and 2: the same, but what contacts keep shrinks with
-  /// them.
+  /// 1: contacts keep their tangential displacement while they grow and shrink; 0: their force. 3
+  /// and 2: the same, and the kept quantity decreases with a shrinking contact.
   double mindlin_displacement;
   double surface_energy;        ///< w of the attraction 4 pi w R [force/length]
-  double twisting_stiffness;    ///< k_q, of the twisting angle [force length]; 0: no resistance
-  /// mu_q, twisting moment at most mu_q times what limits friction [length]; 0: no resistance.
+  double twisting_stiffness;    ///< k_q of the twisting angle [force length]; 0: no resistance
+  /// mu_q: the twisting moment is at most mu_q times the force that limits friction [length]; 0: no
+  /// resistance.
   double twisting_friction;
-  double rolling_viscosity;     ///< gamma_r, of the rolling velocity [force time/length]
-  double twisting_viscosity;    ///< gamma_q, of the twisting velocity [force length time]
-  /// 1: local damping looks at whole vectors, 0: at their components [-].
+  double rolling_viscosity;     ///< gamma_r of the rolling velocity [force time/length]
+  double twisting_viscosity;    ///< gamma_q of the twisting velocity [force length time]
+  /// 1: objective local damping; 0: Cundall's, which damps each component [-].
   double objective_damping;
-  /// 1: friction over the area of contact resists twisting; 0: k_q and mu_q do [-].
+  /// 1: friction over the area of contact resists twisting; 0: k_q and mu_q resist it [-].
   double twisting_marshall;
-  /// h, how far apart grains attract each other [length]; 0: while they touch.
+  /// h, the distance up to which grains attract each other [length]; 0: only while they touch.
   double adhesion_reach;
 };
 
-/// Nothing yet, for disks of unit thickness.
+/// Material of disks of unit thickness; all other numbers are zero.
 struct Material : MaterialNumbers {
-  ContactLaw law = ContactLaw::Linear;    ///< others leave the numbers zero that they do not have
+  ContactLaw law = ContactLaw::Linear;    ///< parameters of other laws are zero
 
   constexpr Material() : MaterialNumbers{} { thickness = mass_depth = 1.0; }
 };
@@ -71,14 +67,15 @@ struct Material : MaterialNumbers {
 enum class MaterialRange {
   Positive,       ///< above 0
   NotNegative,    ///< 0 and above
-  /// 0 to 1e10: beyond it forces along contacts have no digits in common with those across them.
+  /// 0 to 1e10: above it forces along contacts have no common digits with forces across them.
   Friction,
   Fraction,    ///< [0, 1)
   Choice,      ///< 0, 1, 2 or 3
   Switch       ///< 0 or 1
 };
 
-/// The contact laws that have a parameter, a bit each. A parameter of no law is one of the grains.
+/// Set of contact laws that have a parameter, with one bit each. A parameter of the grains has no
+/// law.
 using LawSet = unsigned;
 constexpr LawSet OF_GRAINS = 0, OF_ALL_LAWS = ~LawSet(0);
 constexpr LawSet of_law(ContactLaw law)
@@ -86,10 +83,12 @@ constexpr LawSet of_law(ContactLaw law)
   return LawSet(1) << static_cast<int>(law);
 }
 
-/// Hertz' contact with or without adhesion.
-constexpr LawSet OF_HERTZ = of_law(ContactLaw::Hertz) | of_law(ContactLaw::Dmt);
+constexpr LawSet OF_LINEAR = of_law(ContactLaw::Linear), OF_DMT = of_law(ContactLaw::Dmt);
+/// Laws of Hertz' contact, with and without adhesion.
+constexpr LawSet OF_HERTZ = of_law(ContactLaw::Hertz) | OF_DMT;
 
-/// Written in place, nvcc hands g++ parentheses around the member's name that g++ warns of.
+/// Pointer to a parameter. The alias avoids a warning of g++: nvcc would write parentheses around
+/// the name of the member.
 using MaterialMember = double MaterialNumbers::*;
 
 struct MaterialParameter {
@@ -99,15 +98,17 @@ struct MaterialParameter {
   const char *unit;
   MaterialRange range;
   LawSet laws;
-  /// In packing files: written when it or another one is not zero, and zero where it is not given.
+  /// True if packing files may omit the parameter: it is then zero. It is written if it or another
+  /// optional one is not zero.
   bool optional;
   MaterialMember member;
-  int dimension = 0;    ///< of the grains that may have it; 0: disks and spheres
-  /// Came when there were files and records already: these have it only where it is not zero.
+  int dimension = 0;    ///< dimension of grains that may have it; 0: disks and spheres
+  /// True if the parameter is newer than files and records: these contain it only if it is not
+  /// zero.
   bool later = false;
 
   constexpr bool of_contact() const { return laws != OF_GRAINS; }
-  /// Whether a material of this law has it, of disks or of spheres.
+  /// Returns whether a material of this law has it, for disks or spheres.
   constexpr bool is_of(ContactLaw law, int of_dimension = 2) const
   {
     return (dimension == 0 || dimension == of_dimension) &&
@@ -115,38 +116,64 @@ struct MaterialParameter {
   }
 };
 
-/// In the order of packing files.
+/// All parameters, in the order of packing files.
 constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     // clang-format off
-    {"normal_stiffness", "kn", "normal stiffness", "[force/length]", MaterialRange::Positive, of_law(ContactLaw::Linear), false, &MaterialNumbers::normal_stiffness},
-    {"tangential_stiffness", "kt", "tangential stiffness", "[force/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear), false, &MaterialNumbers::tangential_stiffness},
-    {"friction", "friction", "friction coefficient", "[-]", MaterialRange::Friction, OF_ALL_LAWS, false, &MaterialNumbers::friction},
-    {"density", "density", "grain density", "[mass/length^3]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::density},
-    {"local_damping", "damping", "local damping", "[-]", MaterialRange::Fraction, OF_GRAINS, false, &MaterialNumbers::local_damping},
-    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear) | OF_HERTZ, false, &MaterialNumbers::normal_viscosity},
-    {"tangential_viscosity", "gamma_t", "tangential viscosity", "[force time/length]", MaterialRange::NotNegative, of_law(ContactLaw::Linear), false, &MaterialNumbers::tangential_viscosity},
-    {"thickness", "thickness", "thickness", "[length]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::thickness},
-    {"mass_depth", "mass_depth", "mass depth times mass scaling", "[length]", MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::mass_depth},
-    {"rolling_stiffness", "kr", "rolling stiffness", "[force/length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_stiffness},
-    {"rolling_friction", "rolling_friction", "rolling friction coefficient", "[-]", MaterialRange::Friction, OF_ALL_LAWS, true, &MaterialNumbers::rolling_friction},
-    {"hertz_stiffness", "hertz_kn", "Hertz' stiffness", "[force/length^2]", MaterialRange::Positive, OF_HERTZ, false, &MaterialNumbers::hertz_stiffness},
-    {"mindlin_stiffness", "mindlin_kt", "Mindlin's stiffness", "[force/length^2]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::mindlin_stiffness},
-    {"viscoelastic_damping", "viscoelastic_damping", "viscoelastic damping", "[1/(length time)]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::viscoelastic_damping},
-    {"restitution_damping", "restitution_damping", "damping by restitution", "[-]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::restitution_damping},
-    {"mindlin_damping", "mindlin_damping", "tangential over normal damping", "[-]", MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::mindlin_damping},
-    {"mindlin_displacement", "mindlin_displacement", "choice of a displacement that is kept", "[-]", MaterialRange::Choice, OF_HERTZ, false, &MaterialNumbers::mindlin_displacement},
-    {"surface_energy", "surface_energy", "surface energy", "[force/length]", MaterialRange::NotNegative, of_law(ContactLaw::Dmt), false, &MaterialNumbers::surface_energy},
-    {"twisting_stiffness", "k_twist", "twisting stiffness", "[force length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_stiffness, 3},
-    {"twisting_friction", "twisting_friction", "twisting friction", "[length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_friction, 3},
-    {"rolling_viscosity", "gamma_r", "rolling viscosity", "[force time/length]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_viscosity, 0, true},
-    {"twisting_viscosity", "gamma_twist", "twisting viscosity", "[force length time]", MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_viscosity, 3, true},
-    {"objective_damping", "damping_objective", "choice of objective local damping", "[-]", MaterialRange::Switch, OF_GRAINS, true, &MaterialNumbers::objective_damping, 3, true},
-    {"twisting_marshall", "twisting_marshall", "choice of twisting resistance by friction", "[-]", MaterialRange::Switch, OF_ALL_LAWS, true, &MaterialNumbers::twisting_marshall, 3, true},
-    {"adhesion_reach", "adhesion_reach", "reach of the adhesion", "[length]", MaterialRange::NotNegative, of_law(ContactLaw::Dmt), true, &MaterialNumbers::adhesion_reach, 0, true},
+    {"normal_stiffness", "kn", "normal stiffness", "[force/length]",
+     MaterialRange::Positive, OF_LINEAR, false, &MaterialNumbers::normal_stiffness},
+    {"tangential_stiffness", "kt", "tangential stiffness", "[force/length]",
+     MaterialRange::NotNegative, OF_LINEAR, false, &MaterialNumbers::tangential_stiffness},
+    {"friction", "friction", "friction coefficient", "[-]",
+     MaterialRange::Friction, OF_ALL_LAWS, false, &MaterialNumbers::friction},
+    {"density", "density", "grain density", "[mass/length^3]",
+     MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::density},
+    {"local_damping", "damping", "local damping", "[-]",
+     MaterialRange::Fraction, OF_GRAINS, false, &MaterialNumbers::local_damping},
+    {"normal_viscosity", "gamma_n", "normal viscosity", "[force time/length]",
+     MaterialRange::NotNegative, OF_LINEAR | OF_HERTZ, false, &MaterialNumbers::normal_viscosity},
+    {"tangential_viscosity", "gamma_t", "tangential viscosity", "[force time/length]",
+     MaterialRange::NotNegative, OF_LINEAR, false, &MaterialNumbers::tangential_viscosity},
+    {"thickness", "thickness", "thickness", "[length]",
+     MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::thickness},
+    {"mass_depth", "mass_depth", "mass depth times mass scaling", "[length]",
+     MaterialRange::Positive, OF_GRAINS, false, &MaterialNumbers::mass_depth},
+    {"rolling_stiffness", "kr", "rolling stiffness", "[force/length]",
+     MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_stiffness},
+    {"rolling_friction", "rolling_friction", "rolling friction coefficient", "[-]",
+     MaterialRange::Friction, OF_ALL_LAWS, true, &MaterialNumbers::rolling_friction},
+    {"hertz_stiffness", "hertz_kn", "Hertz' stiffness", "[force/length^2]",
+     MaterialRange::Positive, OF_HERTZ, false, &MaterialNumbers::hertz_stiffness},
+    {"mindlin_stiffness", "mindlin_kt", "Mindlin's stiffness", "[force/length^2]",
+     MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::mindlin_stiffness},
+    {"viscoelastic_damping", "viscoelastic_damping", "viscoelastic damping", "[1/(length time)]",
+     MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::viscoelastic_damping},
+    {"restitution_damping", "restitution_damping", "damping by restitution", "[-]",
+     MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::restitution_damping},
+    {"mindlin_damping", "mindlin_damping", "tangential over normal damping", "[-]",
+     MaterialRange::NotNegative, OF_HERTZ, false, &MaterialNumbers::mindlin_damping},
+    {"mindlin_displacement", "mindlin_displacement", "choice of a displacement that is kept", "[-]",
+     MaterialRange::Choice, OF_HERTZ, false, &MaterialNumbers::mindlin_displacement},
+    {"surface_energy", "surface_energy", "surface energy", "[force/length]",
+     MaterialRange::NotNegative, OF_DMT, false, &MaterialNumbers::surface_energy},
+    {"twisting_stiffness", "k_twist", "twisting stiffness", "[force length]",
+     MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_stiffness, 3},
+    {"twisting_friction", "twisting_friction", "twisting friction", "[length]",
+     MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_friction, 3},
+    {"rolling_viscosity", "gamma_r", "rolling viscosity", "[force time/length]",
+     MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::rolling_viscosity, 0, true},
+    {"twisting_viscosity", "gamma_twist", "twisting viscosity", "[force length time]",
+     MaterialRange::NotNegative, OF_ALL_LAWS, true, &MaterialNumbers::twisting_viscosity, 3, true},
+    {"objective_damping", "damping_objective", "choice of objective local damping", "[-]",
+     MaterialRange::Switch, OF_GRAINS, true, &MaterialNumbers::objective_damping, 3, true},
+    {"twisting_marshall", "twisting_marshall", "choice of twisting resistance by friction", "[-]",
+     MaterialRange::Switch, OF_ALL_LAWS, true, &MaterialNumbers::twisting_marshall, 3, true},
+    {"adhesion_reach", "adhesion_reach", "reach of the adhesion", "[length]",
+     MaterialRange::NotNegative, OF_DMT, true, &MaterialNumbers::adhesion_reach, 0, true},
     // clang-format on
 };
 
-/// The power of a quantity in a unit as the table writes it: of length in "[force time/length]" -1.
+/// Returns the power of a quantity in a unit of the table: that of length in "[force time/length]"
+/// is -1.
 constexpr int power_in(const char *unit, const char *quantity)
 {
   int sign = 1, power = 0;

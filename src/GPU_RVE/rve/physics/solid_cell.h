@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The deformable periodic cell in space: widths, strain since a reference, lattice reduction. Beside cell.h, which has those of the plane.
+// The deformable periodic cell in space: widths, strain since a reference, lattice reduction.
+// cell.h has the functions for the plane.
 
 #pragma once
 
@@ -8,16 +9,17 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Distance between the two cell faces that cell vector `axis` connects [length].
+  /// Returns the distance between the two cell faces that cell vector `axis` connects [length].
   RVE_INLINE double perpendicular_width(const Tensor3 &cell, int axis)
   {
     const Vec<double, 3> face = cross(column(cell, (axis + 1) % 3), column(cell, (axis + 2) % 3));
     return std::fabs(dot(column(cell, axis), face)) / std::sqrt(dot(face, face));
   }
 
-  /// A bound of the smallest singular value of G from below: no vector shrinks more than this under G [-]. Of the eigenvalues of
-  /// C = G^T G with mean q and p^2 = tr((C - q I)^2)/6 none is below q - 2 p, which is one of them where the other two are equal. Without
-  /// a transcendental function, which the closed form has.
+  /// Returns a lower bound of the smallest singular value of G: no vector shrinks more than this
+  /// under G [-]. With the mean q of the eigenvalues of C = G^T G and p^2 = tr((C - q I)^2)/6, no
+  /// eigenvalue is below q - 2 p, and one equals it if the other two are equal. The closed form
+  /// would need a transcendental function.
   RVE_INLINE double smallest_stretch(const Tensor3 &g)
   {
     const Tensor3 c = transpose(g) * g;
@@ -32,9 +34,11 @@ inline namespace RVE_ISA {
     return least > 0.0 ? std::sqrt(least) : 0.0;
   }
 
-  /// Reduction is due when one vector leans over another by more than 0.6 of its length, as in the plane, or when a sum of all three,
-  /// a +- b +- c, is shorter than 0.8 of the longest: three vectors can lie in a plane though no two lean on each other. 0.5 and 1 would
-  /// be the reduced lattice (Minkowski); the margins keep a cell at the border from flipping back and forth.
+  /// Returns a step of lattice reduction. It is due when one vector leans over another by more than
+  /// 0.6 of its length, as in the plane. It is also due when a sum of all three, a +- b +- c, is
+  /// shorter than 0.8 of the longest one: three vectors can be nearly coplanar although no two lean
+  /// over each other. A reduced lattice (Minkowski) has 0.5 and 1; the margins keep a cell at the
+  /// border from flipping back and forth.
   RVE_INLINE LatticeStep<3> lattice_step(const Tensor3 &cell)
   {
     double gram[3][3];
@@ -69,7 +73,7 @@ inline namespace RVE_ISA {
     return LatticeStep<3>{-1, {0, 0, 0}};    // a NaN ends here too
   }
 
-  /// Whether lattice_step would change the cell.
+  /// Returns whether lattice_step() would change the cell.
   RVE_INLINE bool is_lattice_step_due(const Tensor3 &cell)
   {
     return lattice_step(cell).axis >= 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangential contact laws.
+// Tangential contact laws of disks.
 
 #pragma once
 
@@ -8,24 +8,28 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Force of a spring with a limit after one step: along the contact of two disks a number, of two spheres a vector.
+  /// Force of a spring with a limit after one step. It is a number along the contact of two disks
+  /// and a vector for two spheres.
   template <class Real, class History, int D> struct LimitedForce {
-    Spin<Real, D> force;        ///< on grain i [force]
-    Spin<History, D> spring;    ///< part of it that the spring carries on to the next step [force]
-    /// Spring force that the limit took away; zero when sticking [force].
+    Spin<Real, D> force;    ///< on grain i [force]
+    /// Part of the force that the spring keeps for the next step [force]
+    Spin<History, D> spring;
+    /// Part of the spring force above the limit; zero if sticking [force].
     Spin<History, D> slipped;
     Truth<History> sliding;    ///< at the limit
   };
 
-  /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed number, so load reversal unloads
-  /// the spring; equation (14) as printed adds magnitudes along the present increment and cannot unload.
-  /// Viscous: a dashpot beside the spring, under the same limit; compiled in only for scenes that have one.
+  /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed
+  /// number, so that a reversed load unloads the spring. Equation (14) as printed adds magnitudes
+  /// along the current increment and cannot unload it. Viscous: the spring has a parallel dashpot
+  /// under the same limit; only kernels with dashpots are compiled with it.
   template <class Real, class History, bool Viscous> struct LinearTangential {
     History stiffness;    ///< k_t [force/length]
     Real friction;        ///< mu [-]
     Real viscosity;       ///< gamma_t [force time/length]
 
-    /// `spring` is the history, `velocity` the tangential velocity of j relative to i at the contact [length/time].
+    /// Advances the history `spring` by one step; `velocity` is the tangential velocity of j
+    /// relative to i at the contact [length/time].
     RVE_INLINE LimitedForce<Real, History, 2> advance(History spring, Real velocity,
                                                       Real normal_force, Real dt) const
     {
@@ -33,7 +37,7 @@ inline namespace RVE_ISA {
       History viscous = History(0), trial = elastic;
       if constexpr (Viscous) {
         viscous = History(viscosity) * History(velocity);
-        // without viscosity not even a zero is added: it could change the sign of a zero
+        // Without viscosity the sum is not formed: adding zero could change the sign of a zero.
         if (viscosity != Real(0)) trial = elastic + viscous;
       }
       const History limit = History(friction * fabs(normal_force));
@@ -42,7 +46,7 @@ inline namespace RVE_ISA {
       LimitedForce<Real, History, 2> result;
       result.force = Real(capped);
       result.sliding = magnitude >= limit;
-      // a sticking contact keeps its spring to the bit: evaluating it again must not change it
+      // A sticking contact keeps the bits of its spring, so that it can be evaluated again.
       result.spring = capped;
       if constexpr (Viscous) {
         if (viscosity != Real(0)) result.spring = result.sliding ? capped - viscous : elastic;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A spring with a Coulomb limit for a force that is a vector: along the contact of two spheres, or for what is turned.
+// A spring with a Coulomb limit for a force vector: the tangential force of two spheres, and their
+// rolling force.
 
 #pragma once
 
@@ -8,34 +9,39 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Added to squared forces [internal force^2], to keep a force of zero from 0/0: far below the rounding of any that counts.
+  /// Number added to squared forces [internal force^2], so that a force of zero does not give 0/0.
+  /// It is far below the rounding of relevant forces.
   constexpr double kLeastSquaredForce = 1e-30;
 
-  /// How a contact turned in the step that led to where it is: its normal changed by `tilt` = dt times its rate, across it, and the mean of
-  /// both grains turned by `twist` = dt/2 (w_i + w_j) . n about it [rad].
+  /// Rotation of a contact in the last step: its normal changed by `tilt`, dt times its rate,
+  /// across the normal, and both grains turned about it by a mean angle `twist` = dt/2 (w_i + w_j)
+  /// . n [rad].
   template <class Real> struct ContactTurn {
     Vec<Real, 3> tilt;
     Real twist;
   };
 
-  /// The normal of the middle of the step that led to n.
+  /// Returns the normal at the middle of the step that ended at n.
   template <class Real>
   RVE_INLINE Vec<Real, 3> middle_normal(const Vec<Real, 3> &n, const ContactTurn<Real> &turn)
   {
     return fma(Real(-0.5), turn.tilt, n);
   }
 
-  /// What a contact of spheres remembers is a force in its plane, which turns with it,
+  /// A contact of spheres stores a force in its plane, which turns with it:
   ///
-  ///   h <- h - (n - tilt/2) (n . h) + twist n x h - twist^2/2 h:
+  ///   h <- h - (n - tilt/2) (n . h) + twist n x h - twist^2/2 h.
   ///
-  /// from the plane of the old normal n - tilt to that of the new one by the least rotation, then about the normal, both to second order of
-  /// the angles of a step. A rigid rotation of the pair turns the force with it, about any axis. Falling onto the new plane, as it is often
-  /// written, h - n (n . h), shortens h in one direction and not in the other, which turns it by as much as the angle of a step in a whole
-  /// turn; LAMMPS does so, and leaves the twist out. Under exchange of the grains all signs change, and no bits. Without a turn, as in a
-  /// step of no time, the force stays to the bit.
+  /// The force turns from the plane of the old normal n - tilt to that of the new one by the
+  /// smallest rotation, then about the normal, both to second order in the angles of a step. A
+  /// rigid rotation of the pair about any axis turns the force with it. The usual projection onto
+  /// the new plane, h - n (n . h), shortens h in one direction only, which turns it by about the
+  /// angle of a step per revolution; LAMMPS does so, and omits the twist. If the grains are
+  /// exchanged, all signs change and no bits. Without a rotation, as in a step of zero time, the
+  /// force keeps its bits.
   ///
-  /// The sum of what was kept and this change is left to who adds more in the same step: it is rounded once, in the numbers of what is kept.
+  /// `kept` and `change` are added by the caller, which may add more in the same step: the sum is
+  /// rounded once, in the format of `kept`.
   template <class Real, class History> struct TurnedForce {
     Vec<History, 3> kept;
     Vec<Real, 3> change;
@@ -49,7 +55,7 @@ inline namespace RVE_ISA {
                       const Vec<Real, 3> &middle, Real twist, const Truth<Real> &moves)
   {
     const Vec<Real, 3> h = force.template as<Real>();
-    // out of the plane by the rounding of the normal, too
+    // The rounding of the normal also moves the force out of the plane.
     const Real lift = select(moves, dot(normal, h), Real(0));
     const Real shrink = Real(-0.5) * twist * twist;
     const Vec<Real, 3> aside = cross(normal, h);
@@ -59,8 +65,9 @@ inline namespace RVE_ISA {
     return turned;
   }
 
-  /// As LinearTangential, for vectors: the limit is a circle, and what slides keeps its direction. The changes of a step and the length of
-  /// the force have the numbers of forces: only what adds up over many steps needs better ones.
+  /// LinearTangential for vectors: the limit is a circle, and a sliding force keeps its direction.
+  /// The change in a step and the length of the force have the format Real; only the spring, which
+  /// accumulates over many steps, has the format History.
   template <class Real, class History, bool Viscous> struct VectorSpring {
     Real stiffness;    ///< [force/length]
     Real friction;     ///< [-]
@@ -74,7 +81,7 @@ inline namespace RVE_ISA {
                      normal_force, dt);
     }
 
-    /// `velocity` is of j relative to i [length/time].
+    /// Advances the spring by one step; `velocity` is that of j relative to i [length/time].
     RVE_INLINE LimitedForce<Real, History, 3> advance(const TurnedForce<Real, History> &spring,
                                                       const Vec<Real, 3> &velocity,
                                                       Real normal_force, Real dt) const
@@ -86,7 +93,8 @@ inline namespace RVE_ISA {
         if (viscosity != Real(0)) trial = fma(viscosity, velocity, trial);
       const Real limit = friction * fabs(normal_force);
       const Real squared = dot(trial, trial), squared_limit = limit * limit;
-      // a force at the limit, looked at again, must keep its bits and be at the limit: its length is rounded a few times
+      // A force at the limit must keep its bits and be at the limit when it is evaluated again: its
+      // length is rounded a few times.
       constexpr double kSlack = 16.0 * kEpsilon<Real>;
       const auto beyond = squared > Real(1.0 + kSlack) * squared_limit;
       LimitedForce<Real, History, 3> result{trial, elastic, Vec<History, 3>::zero(), {}};
@@ -103,7 +111,7 @@ inline namespace RVE_ISA {
               capped = capped - History((Real(1) - share) * (viscosity * velocity[a]));
           result.spring[a] = select(slips, capped, elastic[a]);
           result.slipped[a] = elastic[a] - result.spring[a];
-          // what looks at the spring again shall see the same force
+          // A later evaluation of the spring must give the same force.
           result.force[a] = select(beyond, Real(capped), trial[a]);
           if constexpr (Viscous)
             if (viscosity != Real(0)) result.force[a] = select(beyond, share * trial[a], trial[a]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the contact of two disks and that of two spheres have in common.
+// Common parts of the contact of two disks and of two spheres.
 
 #pragma once
 
@@ -9,9 +9,11 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Arms: torque r - overlap/2, the distance to the contact point of equation (11), and the same for the surface velocity: the arms add
-  /// up to |b|, so that a rigid rotation of the pair gives no slip. With an arm of its own the velocity is taken at r - velocity_arm *
-  /// overlap: 1/2, or 0 as LAMMPS has it (not objective, for cross-checks).
+  /// Lever arms of the surface velocity. The lever arm of torques is r - overlap/2, the distance to
+  /// the contact point of equation (11). The same arms for the velocity add up to |b|, so that a
+  /// rigid rotation of the pair gives no slip. A law with an arm of its own takes the velocity at r
+  /// - velocity_arm * overlap, with velocity_arm = 1/2, or 0 as in LAMMPS (not objective, for
+  /// cross-checks).
   template <class Real> struct VelocityArms {
     Real i, j;
   };
@@ -19,9 +21,10 @@ inline namespace RVE_ISA {
   template <class Real, int D> struct ContactMotion {
     Real normal_velocity;    ///< of j relative to i, separation positive [length/time]
     Along<Real, D> tangential_velocity;    ///< of j relative to i, along the contact [length/time]
-    Real arm_i, arm_j;                     ///< of torques [length]
+    Real arm_i, arm_j;                     ///< lever arms of torques [length]
 
-    /// Relative velocity c_j - c_i + L b: equation (20a) without any counting of periods.
+    /// Returns the relative velocity c_j - c_i + L b, equation (20a), which needs no count of
+    /// periods.
     static RVE_INLINE Vec<Real, D> relative_velocity(const ContactGeometry<Real, D> &contact,
                                                      const GrainMotion<Real, D> &i,
                                                      const GrainMotion<Real, D> &j,
@@ -32,7 +35,7 @@ inline namespace RVE_ISA {
       return difference + velocity_gradient * contact.branch;
     }
 
-    /// Sets those of torques, and returns those of the surface velocity.
+    /// Sets the lever arms of torques and returns those of the surface velocity.
     template <bool OwnVelocityArm>
     RVE_INLINE VelocityArms<Real> set_arms(Real overlap, Real radius_i, Real radius_j,
                                            Real velocity_arm)
@@ -47,7 +50,7 @@ inline namespace RVE_ISA {
       return arms;
     }
 
-    /// The answer of a law with friction, but for force and torques.
+    /// Writes the result of a law with friction, except force and torques.
     template <class Force, class Shear>
     RVE_INLINE void answer(Real normal_force, const Shear &shear, Force &result) const
     {

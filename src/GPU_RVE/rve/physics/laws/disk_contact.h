@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How two disks move at their contact, and what forces there do to them: the same for every contact law.
+// Motion of two disks at their contact, and effect of the contact force on them, for all contact
+// laws.
 
 #pragma once
 
@@ -9,7 +10,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// The tangential velocity is a number along t = (-n_y, n_x).
+  /// Contact of two disks. The tangential velocity is a number along t = (-n_y, n_x).
   template <class Real> struct DiskContact : ContactMotion<Real, 2> {
     template <bool OwnVelocityArm>
     static RVE_INLINE DiskContact of(const ContactGeometry<Real, 2> &contact,
@@ -25,25 +26,25 @@ inline namespace RVE_ISA {
       const VelocityArms<Real> arms = moving.template set_arms<OwnVelocityArm>(
           contact.overlap, i.radius, j.radius, velocity_arm);
       moving.normal_velocity = dot(velocity, n);
-      // a sum of two products, not fma: it must not depend on the order of the grains
+      // This is a sum of two products, not fma: it must not depend on the order of the grains.
       moving.tangential_velocity = cross(n, velocity) - (arms.i * i.spin + arms.j * j.spin);
       return moving;
     }
 
-    /// What a pair remembers, in the plane of the contact now: a number along t turns with it.
+    /// Returns a history in the current plane of the contact: a number along t turns with it.
     template <class History>
     RVE_INLINE const History &turned(const History &history, const Vec<Real, 2> &, Real) const
     {
       return history;
     }
 
-    /// The answer of a law with friction.
+    /// Writes the result of a law with friction.
     template <class Force, class Shear>
     RVE_INLINE void apply(const Vec<Real, 2> &n, Real normal_force, const Shear &shear,
                           Force &result) const
     {
       this->answer(normal_force, shear, result);
-      // force on i: -f_n n + f_t t with t = (-n_y, n_x)
+      // The force on i is -f_n n + f_t t with t = (-n_y, n_x).
       result.force[0] = fma(-shear.force, n[1], -(normal_force * n[0]));
       result.force[1] = fma(shear.force, n[0], -(normal_force * n[1]));
       result.torque_i = this->arm_i * shear.force;

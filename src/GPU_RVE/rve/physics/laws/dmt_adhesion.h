@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Adhesion after Derjaguin, Muller and Toporov (1975), J. Colloid Interface Sci. 53, 314: a constant attraction beside Hertz' contact.
+// Adhesion after Derjaguin, Muller and Toporov (1975), J. Colloid Interface Sci. 53, 314: a
+// constant attraction in addition to Hertz' contact.
 //
-// As LAMMPS' `pair granular dmt`: f_n = k_n a d - f_a - gamma v_n with f_a = 4 pi w R, w the surface energy and R the reduced radius, and
-// friction that is a share of |k_n a d + f_a|, what the spring and the attraction press together.
+// The law is that of LAMMPS' `pair granular dmt`: f_n = k_n a d - f_a - gamma v_n with f_a = 4 pi w
+// R, the surface energy w and the reduced radius R. Friction is limited by a share of |k_n a d +
+// f_a|, the force with which spring and attraction press the grains together.
 //
-// In LAMMPS the attraction ends where the grains part. Here it may reach a distance h beyond, over which it falls to zero in a line, as of
-// van der Waals' forces that are cut off or of a film: f_n = -f_a (1 + d/h) at -h < d < 0 (Luding 2008, Granular Matter 10, 235, and Singh
-// et al. 2014, Phys. Rev. E 90, 022202, "reversible adhesion"). No friction and no dashpot acts at a distance. Two grains that come
-// together jump into contact, two that are pulled apart let go at d = -h, after the work f_a h/2 beyond that of the contact.
+// In LAMMPS the attraction ends where the grains separate. Here it may act up to a distance h, over
+// which it decreases linearly to zero, as for van der Waals forces with a cutoff or for a film: f_n
+// = -f_a (1 + d/h) at -h < d < 0 (Luding 2008, Granular Matter 10, 235, and Singh et al. 2014,
+// Phys. Rev. E 90, 022202, "reversible adhesion"). Friction and dashpots do not act at a distance.
+// Two approaching grains jump into contact. Two grains that are pulled apart separate at d = -h,
+// after a work f_a h/2 in addition to that of the contact.
 
 #pragma once
 
@@ -54,7 +58,7 @@ inline namespace RVE_ISA {
     using Force = DmtContactForce<Real, typename NumberFormat::Spring, D>;
     using Constants = DmtConstants<typename NumberFormat::Scalar, D>;
     static constexpr ContactLaw contact_law = ContactLaw::Dmt;
-    // where spring and attraction cancel, friction is there all the same
+    // Friction acts also where spring and attraction cancel.
     static constexpr bool bounds_tangential_forces = false;
     static constexpr bool has_reach = true;
 
@@ -104,7 +108,7 @@ inline namespace RVE_ISA {
         return -of_reach * share * share;
       }
       const double a = double(force.contact_radius);
-      // f_a d, with R d = a^2
+      // The work of the attraction is f_a d, and R d = a^2.
       return Hertz::elastic_energy(contact, force) - double(adhesion.attraction) * a * a - of_reach;
     }
 
@@ -121,7 +125,7 @@ inline namespace RVE_ISA {
     {
       return place.overlap > 0.0 ? force_scale(place) : 0.0;
     }
-    /// An attraction that falls with the distance has a negative stiffness.
+    /// An attraction that decreases with the distance has a negative stiffness.
     RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
     {
       if (place.overlap > 0.0 || !(adhesion.reach > Real(0))) return Hertz::stiffness(place);
@@ -134,7 +138,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// 1 + d/h.
+    /// Returns the share 1 + d/h of the attraction at a distance -d.
     template <class Number> RVE_INLINE Number share_apart(Number overlap) const
     {
       return Number(1) + overlap * Number(adhesion.per_reach);
@@ -150,7 +154,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// The laws that programs have beside DmtAdhesion of disks.
+  /// Laws of kernels, in addition to DmtAdhesion of disks.
   template <class Numbers> using RollingDmt = WithRolling<DmtAdhesion<Numbers>>;
   template <class Numbers> using SphereDmtAdhesion = DmtAdhesion<Numbers, 3>;
   template <class Numbers> using SphereRollingDmt = WithRolling<SphereDmtAdhesion<Numbers>>;

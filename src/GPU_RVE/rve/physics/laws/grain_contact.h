@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The contact of two grains in D dimensions, and the spring along it.
+// Contact of two grains in D dimensions, and its tangential spring.
 
 #pragma once
 
@@ -16,7 +16,7 @@ inline namespace RVE_ISA {
   template <class Real, int D>
   using GrainContact = std::conditional_t<D == 2, DiskContact<Real>, SphereContact<Real>>;
 
-  /// How two grains move at their contact in a step of dt.
+  /// Returns the motion of two grains at their contact in a step of dt.
   template <class Law, class Real, int D>
   RVE_INLINE GrainContact<Real, D>
   motion_at_contact(const Law &law, const ContactGeometry<Real, D> &contact,
@@ -27,7 +27,7 @@ inline namespace RVE_ISA {
                                                               Real(law.constants.velocity_arm), dt);
   }
 
-  /// The force of a contact in a step of dt.
+  /// Returns the force of a contact in a step of dt.
   template <class Law, class Real, int D>
   RVE_INLINE typename Law::Force
   evaluate(const Law &law, const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &i,
@@ -42,7 +42,8 @@ inline namespace RVE_ISA {
   using TangentialSpring = std::conditional_t<D == 2, LinearTangential<Real, Spring, Viscous>,
                                               VectorSpring<Real, Spring, Viscous>>;
 
-  /// What lies along a contact as its other grain sees it: in space the vector turns round; in the plane t does so, too, and the number stays.
+  /// Returns a tangential quantity as the other grain of the contact sees it. In space the vector
+  /// changes sign. In the plane t changes sign, too, and the number stays.
   template <class Number> RVE_INLINE Number along_from_partner(Number along)
   {
     return along;
@@ -52,7 +53,7 @@ inline namespace RVE_ISA {
     return Number(-1) * along;
   }
 
-  /// A force along a contact after its turn.
+  /// Returns a tangential force after the rotation of its contact.
   template <class Number> RVE_INLINE Number sum_of_turned(const Number &turned)
   {
     return turned;
@@ -63,7 +64,7 @@ inline namespace RVE_ISA {
     return turned.sum();
   }
 
-  /// What lies along a contact of an RVE that is turned as a whole: in space.
+  /// Returns a tangential vector after a rigid rotation of the RVE, in space.
   template <class Number>
   RVE_INLINE Vec<Number, 3> along_turned(const Vec<Number, 3> &along, const Tensor3 &rotation)
   {

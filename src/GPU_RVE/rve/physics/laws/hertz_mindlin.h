@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Hertz' normal contact and Mindlin's tangential one, between spheres, or disks that touch as spheres of their radii do.
+// Hertz' normal contact and Mindlin's tangential contact of spheres, and of disks that touch like
+// spheres of their radii.
 //
-// As LAMMPS' `pair granular hertz ... tangential mindlin`, `mindlin/force` and their variants `mindlin_rescale`. With the reduced radius R = r_i r_j / (r_i + r_j) and the
-// reduced mass m = m_i m_j / (m_i + m_j), at an overlap d the contact has the radius a = sqrt(R d) and
+// The law is that of LAMMPS' `pair granular hertz ... tangential mindlin`, `mindlin/force` and
+// their variants `mindlin_rescale`. With the reduced radius R = r_i r_j / (r_i + r_j) and the
+// reduced mass m = m_i m_j / (m_i + m_j), a contact of overlap d has the radius a = sqrt(R d) and
+//
 //     f_n = k_n a d - gamma v_n,    |f_t| <= mu |f_n|,    df_t = k_t a v_t dt,
-// with k_n = 4/3 E*, k_t = 8 G* of the elastic constants (Johnson, Contact Mechanics, 1985, chapters 4 and 7) and a dashpot
-//     gamma = gamma_n + eta m a + c sqrt(m k_n a),
-// the sum of those that LAMMPS calls velocity, viscoelastic (Brilliantov et al. 1996, Phys. Rev. E 53, 5382) and coeff_restitution, with which
-// the restitution depends on no velocity (Tsuji et al. 1992, Powder Technol. 71, 239).
+//
+// with k_n = 4/3 E*, k_t = 8 G* of the elastic constants (Johnson, Contact Mechanics, 1985,
+// chapters 4 and 7) and a dashpot
+//
+//     gamma = gamma_n + eta m a + c sqrt(m k_n a).
+//
+// The dashpot is the sum of LAMMPS' velocity, viscoelastic (Brilliantov et al. 1996, Phys. Rev. E
+// 53, 5382) and coeff_restitution, for which the restitution does not depend on the velocity (Tsuji
+// et al. 1992, Powder Technol. 71, 239).
 
 #pragma once
 
@@ -21,10 +29,10 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// What a pair remembers.
+  /// History of a pair.
   template <class Number, int D = 2> struct MindlinHistory {
-    Along<Number, D> tangential;    ///< force on the first grain along the contact [force]
-    Number contact_radius;          ///< at which it was, a [length]
+    Along<Number, D> tangential;    ///< tangential force on the first grain [force]
+    Number contact_radius;          ///< contact radius a at that force [length]
   };
 
   template <class Numbers, int D = 2> struct alignas(16) HertzConstants {
@@ -32,7 +40,8 @@ inline namespace RVE_ISA {
     typename Numbers::Real normal_stiffness;          ///< k_n [force/length^2]
     typename Numbers::Real friction;
     typename Numbers::Real dt;    ///< zero evaluates without advancing the history [time]
-    /// gamma = velocity + viscoelastic m a + restitution sqrt(m a), m in masses of a grain of radius one.
+    /// Coefficients of gamma = velocity + viscoelastic m a + restitution sqrt(m a), with m in
+    /// masses of a grain of radius one.
     typename Numbers::Real velocity_damping, viscoelastic_damping, restitution_damping;
     typename Numbers::Real tangential_damping;    ///< gamma_t / gamma [-]
     typename Numbers::Real velocity_arm;
@@ -54,7 +63,7 @@ inline namespace RVE_ISA {
       keeps_displacement = Real(kept & 1);
       rescales = Real(kept >> 1);
 
-      // of what depends on the mass, which has no unit of its own
+      // These coefficients depend on the mass, which has no internal unit.
       const double length = units.length, viscosity_unit = length * units.per_force;
       const double mass_unit = times_power<D>(
           GrainShape<D>::volume * parameters.density * parameters.mass_depth, length);
@@ -72,7 +81,7 @@ inline namespace RVE_ISA {
     Real contact_radius;    ///< [length]
     Spring stiffness;       ///< k_t a [force/length]
     Real viscosity;         ///< gamma [force time/length]
-    Real limiting_force;    ///< of which friction allows a share [force]
+    Real limiting_force;    ///< force that limits friction [force]
     /// Energy that the spring lost while the contact radius changed [force length].
     Real taken_by_area;
 
@@ -82,8 +91,10 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact). Rescaling: where springs change with the contact
-  /// radius, as with all variants but `mindlin/force`. Without, no step asks for the radius of the history, and the last look of a call puts it there.
+  /// Hertz-Mindlin contact. Damped: the law has dashpots, and its own lever arm for the surface
+  /// velocity (DiskContact). Rescaling: springs change with the contact radius, as in all variants
+  /// but `mindlin/force`. Otherwise steps do not read the contact radius of the history, and only
+  /// the last forces of a call store it.
   template <class NumberFormat, int Dimension = 2, bool Damped = true, bool Rescaling = true>
   struct HertzMindlin : TouchingGrains {
     using Numbers = NumberFormat;
@@ -107,7 +118,7 @@ inline namespace RVE_ISA {
     {
       return {along_from_partner(h.tangential), h.contact_radius};
     }
-    /// As of LinearFrictionLaw.
+    /// Rotates a history as LinearFrictionLaw::turned() does.
     static RVE_INLINE History turned(const History &h, const Tensor3 &rotation)
     {
       return {along_turned(h.tangential, rotation), h.contact_radius};
@@ -117,7 +128,7 @@ inline namespace RVE_ISA {
     {
       return {Spring(force) * h.tangential, Spring(length) * h.contact_radius};
     }
-    static RVE_INLINE History between_looks(const History &h)
+    static RVE_INLINE History history_for_steps(const History &h)
     {
       return {h.tangential, Rescaling ? h.contact_radius : Spring(0)};
     }
@@ -135,7 +146,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void take(const Constants &given) { constants = given; }
 
-    /// A contact without adhesion.
+    /// Returns the force of a contact without adhesion.
     RVE_INLINE Force answer(const ContactGeometry<Real, D> &contact, const GrainMotion<Real, D> &i,
                             const GrainMotion<Real, D> &j, const GrainContact<Real, D> &moving,
                             const History &history, Real dt) const
@@ -152,20 +163,21 @@ inline namespace RVE_ISA {
       return larger(so_far, magnitude(force.tangential));
     }
 
-    /// Contacts that grow or shrink take energy from a spring, or give it some.
+    /// Adds the dissipation of a step. A contact that grows or shrinks takes energy from its
+    /// spring, or adds some.
     RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real dt,
-                              Dissipation &heat) const
+                              Dissipation &dissipated) const
     {
       const double vn = force.normal_velocity;
       double tangential_viscosity = 0.0;
       if constexpr (Damped) {
         const double viscosity = double(force.viscosity);
-        heat.viscous += viscosity * vn * vn * double(dt);
+        dissipated.viscous += viscosity * vn * vn * double(dt);
         tangential_viscosity = double(constants.tangential_damping) * viscosity;
       }
-      heat.friction += double(force.taken_by_area);
+      dissipated.friction += double(force.taken_by_area);
       dissipate_spring(force.tangential, force.spring, force.slipped, force.tangential_velocity,
-                       double(force.stiffness), tangential_viscosity, double(dt), heat);
+                       double(force.stiffness), tangential_viscosity, double(dt), dissipated);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
@@ -186,7 +198,8 @@ inline namespace RVE_ISA {
       return {Real(force.stiffness), constants.tangential_damping * force.viscosity,
               constants.friction};
     }
-    /// k_t a^2 at a depth d/R, over that at a depth of one: here k_t grows with the contact radius, too.
+    /// Returns k_t a^2 at a depth d/R, relative to that at a depth of one. Here k_t also grows with
+    /// the contact radius.
     template <class Number> static RVE_INLINE Number share_at(Number depth)
     {
       return depth * std::sqrt(depth);
@@ -230,7 +243,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE double k_t() const { return double(constants.tangential_stiffness); }
 
-    /// gamma at a contact radius.
+    /// Returns gamma at a contact radius.
     template <class Number>
     RVE_INLINE Number damping(Number contact_radius, Number radius_i, Number radius_j) const
     {
@@ -241,7 +254,8 @@ inline namespace RVE_ISA {
            Number(constants.restitution_damping) * std::sqrt(product));
     }
 
-    /// Contact radius and what follows from it. Returns the normal force of the spring.
+    /// Sets the contact radius and the numbers that depend on it. Returns the normal force of the
+    /// spring.
     RVE_INLINE Real press(Real overlap, Real radius_i, Real radius_j, Force &result) const
     {
       const Real a = root(reduced(radius_i, radius_j) * overlap);
@@ -251,13 +265,14 @@ inline namespace RVE_ISA {
       return Real(constants.normal_stiffness) * a * overlap;
     }
 
-    /// Friction of a contact that is pressed: at most mu times `limiting_force`.
+    /// Computes the friction of a pressed contact: at most mu times `limiting_force`.
     RVE_INLINE void shear(const ContactGeometry<Real, D> &contact,
                           const GrainContact<Real, D> &moving, Real normal_force,
                           Real limiting_force, const History &history, Real dt, Force &result) const
     {
       const Spring before = history.contact_radius, a = Spring(result.contact_radius);
-      // a displacement that is kept bears more where the contact has grown, and nothing is lost of a force that is
+      // A kept displacement carries a larger force if the contact has grown; a kept force does not
+      // change.
       Along<Spring, D> spring =
           sum_of_turned(moving.turned(history.tangential, contact.normal, dt));
       const bool keeps = Rescaling && constants.keeps_displacement > 0,
@@ -267,7 +282,7 @@ inline namespace RVE_ISA {
         if (keeps) spring = select(before > Spring(0), growth, Spring(1)) * spring;
         if (rescales) spring = select(a < before, growth, Spring(1)) * spring;
       }
-      // for books, which are kept for one contact after the other
+      // The energy bookkeeping has one contact at a time.
       if constexpr (std::is_same_v<Truth<Real>, bool>) {
         const double stiffness_before = double(constants.tangential_stiffness * before);
         result.taken_by_area = Real(energy_of_spring(history.tangential, stiffness_before) -
@@ -286,7 +301,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// The laws that programs have beside HertzMindlin of disks.
+  /// Laws of kernels, in addition to HertzMindlin of disks.
   template <class Numbers> using UndampedHertz = HertzMindlin<Numbers, 2, false>;
   template <class Numbers> using RollingHertz = WithRolling<HertzMindlin<Numbers>>;
   template <class Numbers> using SphereHertzMindlin = HertzMindlin<Numbers, 3>;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Linear springs with friction: f_n = k_n d - gamma_n v_n, |f_t| <= mu |f_n|, df_t = k_t v_t dt, with gamma_t v_t beside the spring.
+// Linear springs with friction: f_n = k_n d - gamma_n v_n, |f_t| <= mu |f_n|, df_t = k_t v_t dt,
+// with a dashpot gamma_t v_t parallel to the spring.
 
 #pragma once
 
@@ -10,7 +11,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Parameters of the linear laws in internal units, side by side for those whose calls are prepared alike.
+  /// Parameters of the linear laws in internal units. They are the same for all linear laws, so
+  /// that calls are prepared by the same code.
   template <class Numbers> struct alignas(16) LinearConstants {
     typename Numbers::Spring tangential_stiffness;
     typename Numbers::Real normal_stiffness, friction;
@@ -34,8 +36,9 @@ inline namespace RVE_ISA {
 
   /// Linear springs and Coulomb friction, for disks or spheres, in a number format.
   ///
-  /// Damped: with dashpots, and with an arm of its own for the surface velocity (DiskContact).
-  /// Frictional: compiled in only for scenes that have friction. Without, the law is that with a coefficient of zero.
+  /// Damped: the law has dashpots, and its own lever arm for the surface velocity (DiskContact).
+  /// Frictional: only kernels with friction are compiled with it. Otherwise the friction
+  /// coefficient is zero.
   template <class NumberFormat, bool Damped, bool Frictional = true, int Dimension = 2>
   struct LinearFrictionLaw : TouchingGrains {
     using Numbers = NumberFormat;
@@ -53,22 +56,22 @@ inline namespace RVE_ISA {
     static constexpr bool has_constant_moduli = true;
     static constexpr bool bounds_tangential_forces = true;
 
-    /// The same law in other numbers.
+    /// The same law in another number format.
     template <class OtherNumbers> using In = LinearFrictionLaw<OtherNumbers, Damped, Frictional, D>;
 
     static RVE_INLINE History seen_from_partner(const History &h) { return along_from_partner(h); }
-    /// What a pair of an RVE remembers that is turned as a whole: in space.
+    /// Returns the history of a pair after a rigid rotation of the RVE, in space.
     static RVE_INLINE History turned(const History &h, const Tensor3 &rotation)
     {
       return along_turned(h, rotation);
     }
-    /// The tangential force on the first grain that a pair remembers [force].
+    /// Returns the stored tangential force on the first grain [force].
     static RVE_INLINE History tangential_force(const History &h) { return h; }
     static RVE_INLINE History in_units(const History &h, double force, double)
     {
       return Spring(force) * h;
     }
-    static RVE_INLINE const History &between_looks(const History &h) { return h; }
+    static RVE_INLINE const History &history_for_steps(const History &h) { return h; }
     template <class Pair> static History of_pair(const Pair &pair)
     {
       return in_numbers<Spring>(pair.tangential_force);
@@ -126,7 +129,7 @@ inline namespace RVE_ISA {
         result.force = -normal_force * contact.normal;
         result.tangential = result.torque_i = result.torque_j = Along<Real, D>();
         result.spring = result.slipped = History();
-        result.sliding = Spring(0) >= Spring(0);    // at its limit of zero
+        result.sliding = Spring(0) >= Spring(0);    // at the limit, which is zero
       }
       return result;
     }
@@ -137,15 +140,15 @@ inline namespace RVE_ISA {
     }
 
     RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real dt,
-                              Dissipation &heat) const
+                              Dissipation &dissipated) const
     {
       const double vn = force.normal_velocity;
       if constexpr (Damped)
-        heat.viscous += double(constants.normal_viscosity) * vn * vn * double(dt);
+        dissipated.viscous += double(constants.normal_viscosity) * vn * vn * double(dt);
       if constexpr (Frictional)
         dissipate_spring(force.tangential, force.spring, force.slipped, force.tangential_velocity,
                          double(shear().stiffness), Damped ? double(shear().viscosity) : 0.0,
-                         double(dt), heat);
+                         double(dt), dissipated);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
@@ -163,7 +166,7 @@ inline namespace RVE_ISA {
     {
       return {Real(shear().stiffness), shear().viscosity, shear().friction};
     }
-    /// k_t a^2 at a depth d/R, over that at a depth of one.
+    /// Returns k_t a^2 at a depth d/R, relative to that at a depth of one.
     template <class Number> static RVE_INLINE Number share_at(Number depth) { return depth; }
 
    private:
@@ -174,11 +177,11 @@ inline namespace RVE_ISA {
       return {decltype(Shear::stiffness)(constants.tangential_stiffness), Real(constants.friction),
               Real(constants.tangential_viscosity)};
     }
-    /// Without friction no tangential force is carried.
+    /// Returns false without friction: no tangential force acts then.
     RVE_INLINE bool slides() const { return Frictional && constants.friction > 0; }
   };
 
-  /// The laws that programs have (engine/programs.h).
+  /// Laws of kernels (engine/programs.h).
   template <class Numbers> using NormalSprings = LinearFrictionLaw<Numbers, false, false>;
   template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
   template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Resistance to rolling and, of spheres, to twisting: moments against the turning of two grains on each other, beside any contact law.
+// Resistance to rolling and, for spheres, to twisting: moments against the relative rotation of two
+// grains, in addition to any contact law.
 //
-// As LAMMPS' `pair granular ... rolling sds k_roll gamma_roll mu_roll twisting sds k_twist gamma_twist mu_twist`, after Luding (2008),
-// "Cohesive, frictional powders: contact models for tension", Granular Matter 10, 235-246: a spring and a dashpot with a limit for a force
-// that exists in name only, "pseudo-force", since only its moment acts. And as its `twisting marshall`, after Marshall (2009),
-// "Discrete-element modeling of particulate aerosol flows", J. Comput. Phys. 228, 1541-1561.
+// The law is that of LAMMPS' `pair granular ... rolling sds k_roll gamma_roll mu_roll twisting sds
+// k_twist gamma_twist mu_twist`, after Luding (2008), "Cohesive, frictional powders: contact models
+// for tension", Granular Matter 10, 235-246: a spring with a parallel dashpot and a limit for a
+// "pseudo-force", of which only the moment acts. The other twisting law is `twisting marshall`,
+// after Marshall (2009), "Discrete-element modeling of particulate aerosol flows", J. Comput. Phys.
+// 228, 1541-1561.
 
 #pragma once
 
@@ -13,7 +16,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A spring with a dashpot and a limit: without a spring there is no force to limit, and without a limit no use for a dashpot.
+  /// Spring with a dashpot and a limit. Without a spring the limit is zero, and without a limit the
+  /// dashpot.
   template <class Numbers> struct SpringConstants {
     typename Numbers::Spring stiffness;
     typename Numbers::Real friction, viscosity;
@@ -27,7 +31,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// k_r, mu_r and gamma_r, and of spheres k_q, mu_q and gamma_q.
+  /// Constants k_r, mu_r, gamma_r and, for spheres, k_q, mu_q, gamma_q.
   template <class Numbers, int D> struct TurningConstants {
     SpringConstants<Numbers> rolling;
   };
@@ -36,7 +40,7 @@ inline namespace RVE_ISA {
     typename Numbers::Real twists_by_friction;    ///< 1: after Marshall, 0: not
   };
 
-  /// What a pair remembers of its turning.
+  /// History of the rotation resistance of a pair.
   template <class Number, int D> struct TurningHistory {
     Number rolling;    ///< f_r [force]
   };
@@ -45,27 +49,31 @@ inline namespace RVE_ISA {
     Number twisting;           ///< moment on the first grain along the normal [force length]
   };
 
-  /// Of two spheres: twisting velocity w_q = (w_j - w_i) . n and a moment along the normal m_q <- m_q + k_q w_q dt, with gamma_q w_q beside it at
-  /// most mu_q times the force that limits friction. Under exchange of the grains m_q does not change.
+  /// Twisting resistance of two spheres. The twisting velocity is w_q = (w_j - w_i) . n, and the
+  /// moment along the normal is m_q <- m_q + k_q w_q dt, with a parallel dashpot gamma_q w_q; it is
+  /// at most mu_q times the force that limits friction. If the grains are exchanged, m_q does not
+  /// change.
   ///
-  /// After Marshall friction over the area of contact, of radius a, resists twisting (his equations 30, 32 and 44): k_q = k_t a^2/2,
-  /// gamma_q = gamma_t a^2/2 and mu_q = 2/3 mu a, with a^2 = R d at an overlap d. The angle is remembered, as the moment that it has at a
-  /// depth d/R of one; the moment now is the `share` k_t a^2 of it.
+  /// After Marshall, friction over the contact area of radius a resists twisting (equations 30, 32
+  /// and 44): k_q = k_t a^2/2, gamma_q = gamma_t a^2/2 and mu_q = 2/3 mu a, with a^2 = R d at an
+  /// overlap d. The history is the moment of the twisting angle at a depth d/R of one; the current
+  /// moment is `share` times the history, since it grows with k_t a^2.
   template <class Real, class Spring> struct TwistingResistance {
     using Moment = LinearTangential<Real, Spring, true>;
 
-    /// k_q [force length], mu_q [length], gamma_q [force length time].
+    /// Constants k_q [force length], mu_q [length] and gamma_q [force length time].
     Moment given;
     Real by_friction;    ///< 1: after Marshall
 
     struct Answer {
-      Moment spring;            ///< of this contact
-      Real share;               ///< of what is remembered
-      Real moment, velocity;    ///< on grain i along n [force length], w_q
+      Moment spring;            ///< spring of this contact
+      Real share;               ///< current moment over that of the history
+      Real moment, velocity;    ///< moment on grain i along n [force length], and w_q
       Spring history, slipped;
     };
 
-    /// `stiffness`: k_t or gamma_t of the contact, and k_q or gamma_q. Over the squared reduced radius.
+    /// Returns the modulus over the squared reduced radius. `tangential` is k_t or gamma_t of the
+    /// contact, `twisting` is k_q or gamma_q.
     RVE_INLINE double modulus(double tangential, double twisting, const ContactPlace &place) const
     {
       const double reduced_radius = reduced(place.radius_i, place.radius_j);
@@ -95,20 +103,21 @@ inline namespace RVE_ISA {
       return answer;
     }
 
-    /// An area of contact that grows or shrinks takes energy from the spring, or gives it some.
+    /// Adds the dissipation of a step. A contact area that grows or shrinks takes energy from the
+    /// spring, or adds some.
     template <class Law>
     RVE_INLINE void dissipate(const Law &law, double overlap, const Answer &twisted,
-                              double normal_velocity, double dt, Dissipation &heat) const
+                              double normal_velocity, double dt, Dissipation &dissipated) const
     {
       Dissipation of_spring{0.0, 0.0};
       dissipate_spring(twisted.moment, twisted.history, twisted.slipped, twisted.velocity,
                        double(twisted.spring.stiffness), double(twisted.spring.viscosity), dt,
                        of_spring);
-      heat.friction += double(twisted.share) * of_spring.friction;
-      heat.viscous += double(twisted.share) * of_spring.viscous;
+      dissipated.friction += double(twisted.share) * of_spring.friction;
+      dissipated.viscous += double(twisted.share) * of_spring.viscous;
       if (by_friction > Real(0)) {
         const double before = larger(0.0, overlap + normal_velocity * dt);
-        heat.friction += (law.share_at(before / overlap) - 1.0) * elastic_energy(twisted);
+        dissipated.friction += (law.share_at(before / overlap) - 1.0) * elastic_energy(twisted);
       }
     }
     RVE_INLINE double elastic_energy(const Answer &twisted) const
@@ -116,14 +125,15 @@ inline namespace RVE_ISA {
       return double(twisted.share) *
           energy_of_spring(twisted.history, double(twisted.spring.stiffness));
     }
-    /// After Marshall what resists twisting vanishes with the area of contact, and its energy has gone before.
+    /// Returns the energy that is lost when the contact opens. After Marshall the resistance
+    /// vanishes with the contact area, and its energy has been dissipated before.
     RVE_INLINE double released(Spring history) const
     {
       return by_friction > Real(0) ? 0.0 : energy_of_spring(history, double(given.stiffness));
     }
 
    private:
-    /// The spring that is remembered: over `share` of what it is now.
+    /// Returns the spring of the history, which is the current spring over `share`.
     static RVE_INLINE Moment after_marshall(const SlidingResistance<Real> &sliding, Real depth,
                                             Real reduced_radius, Real per_share)
     {
@@ -138,26 +148,29 @@ inline namespace RVE_ISA {
     struct Answer {};
   };
 
-  /// Of two disks: rolling velocity v_r = R (w_j - w_i) with the reduced radius R = r_i r_j / (r_i + r_j); rolling force
-  /// f_r <- f_r + k_r v_r dt, with gamma_r v_r beside it at most mu_r times the force that limits friction, kept as the tangential spring is;
-  /// moments R f_r on grain i and -R f_r on grain j, and no force. A rigid rotation has equal spins and gives none. Under exchange of the
-  /// grains v_r and f_r change sign exactly.
+  /// Rolling resistance of two disks. The rolling velocity is v_r = R (w_j - w_i) with the reduced
+  /// radius R = r_i r_j / (r_i + r_j). The rolling force is f_r <- f_r + k_r v_r dt, with a
+  /// parallel dashpot gamma_r v_r; it is at most mu_r times the force that limits friction, and is
+  /// limited as the tangential spring is. The moments are R f_r on grain i and -R f_r on grain j,
+  /// and there is no force. A rigid rotation has equal spins and no rolling velocity. If the grains
+  /// are exchanged, v_r and f_r change sign exactly.
   ///
-  /// Of two spheres: v_r = R (w_j - w_i) x n lies across the normal and f_r turns with the contact; moments R n x f_r and that of twisting. Under
-  /// exchange of the grains f_r does not change: the relative spin and the normal both turn round.
+  /// For two spheres, v_r = R (w_j - w_i) x n lies across the normal, and f_r turns with the
+  /// contact. The moments are those of R n x f_r and of the twisting resistance. If the grains are
+  /// exchanged, f_r does not change, since the relative spin and the normal both change sign.
   template <class Real, class Spring, int D> struct TurningResistance {
     using History = TurningHistory<Spring, D>;
     using Twisting = std::conditional_t<D == 3, TwistingResistance<Real, Spring>, NoTwisting>;
 
-    /// k_r [force/length], mu_r [-], gamma_r [force time/length].
+    /// Constants k_r [force/length], mu_r [-] and gamma_r [force time/length].
     TangentialSpring<Real, Spring, true, D> rolling;
     Twisting twisting;
 
     struct Answer {
       Spin<Real, D> moment;              ///< on grain i; grain j gets the opposite [force length]
-      History history;                   ///< the new one
+      History history;                   ///< new history
       Along<Spring, D> slipped;          ///< see LimitedForce
-      Along<Real, D> force, velocity;    ///< f_r with its dashpot, v_r
+      Along<Real, D> force, velocity;    ///< f_r with its dashpot, and v_r
       typename Twisting::Answer twisted;
     };
 
@@ -207,7 +220,7 @@ inline namespace RVE_ISA {
         moduli.twisting =
             twisting.modulus(moduli.tangential, double(twisting.given.stiffness), place);
     }
-    /// `dashpots` has the tangential one already, as the moduli have above.
+    /// Adds viscosities to `dashpots`, which has the tangential one already.
     RVE_INLINE void add_viscosity(const ContactPlace &place, ContactModuli &dashpots) const
     {
       if (rolling.friction > Real(0)) dashpots.rolling = double(rolling.viscosity);
@@ -246,7 +259,8 @@ inline namespace RVE_ISA {
       return answer;
     }
 
-    /// A component of the moment, with reduced radii that are below half an internal length: of disks at most this, of spheres twice this.
+    /// Returns a bound of the components of the moment, as reduced radii are below half an internal
+    /// length: the components are at most this number for disks, and twice this number for spheres.
     static RVE_INLINE Real largest(const Answer &turned)
     {
       const Real rolling = Real(Spring(0.5) * magnitude(turned.history.rolling));
@@ -257,12 +271,13 @@ inline namespace RVE_ISA {
     template <class Law>
     RVE_INLINE void dissipate(const Law &law, const ContactGeometry<Real, D> &contact,
                               const Answer &turned, double normal_velocity, double dt,
-                              Dissipation &heat) const
+                              Dissipation &dissipated) const
     {
       dissipate_spring(turned.force, turned.history.rolling, turned.slipped, turned.velocity,
-                       double(rolling.stiffness), double(rolling.viscosity), dt, heat);
+                       double(rolling.stiffness), double(rolling.viscosity), dt, dissipated);
       if constexpr (D == 3)
-        twisting.dissipate(law, double(contact.overlap), turned.twisted, normal_velocity, dt, heat);
+        twisting.dissipate(law, double(contact.overlap), turned.twisted, normal_velocity, dt,
+                           dissipated);
     }
 
     RVE_INLINE double elastic_energy(const Answer &turned) const
@@ -284,9 +299,9 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// What a pair remembers.
+  /// History of a pair with rolling resistance.
   template <class ContactHistory, class Turning> struct RollingHistory {
-    ContactHistory contact;    ///< of the law without rolling resistance
+    ContactHistory contact;    ///< history of the law without rolling resistance
     Turning turning;
   };
 
@@ -320,7 +335,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// A contact law with resistance to rolling, and to twisting in space. The same bits where that has coefficients of zero.
+  /// Contact law with resistance to rolling, and to twisting in space. With coefficients of zero it
+  /// gives the bits of the law without resistance.
   template <class Contact> struct WithRolling : Contact {
     using Numbers = typename Contact::Numbers;
     static constexpr int D = Contact::D;
@@ -335,19 +351,19 @@ inline namespace RVE_ISA {
     template <class OtherNumbers>
     using In = WithRolling<typename Contact::template In<OtherNumbers>>;
 
-    /// The moments on the two grains are opposite.
+    /// Returns the history of the second grain; the moments on the two grains are opposite.
     static RVE_INLINE History seen_from_partner(const History &h)
     {
       return {Contact::seen_from_partner(h.contact), Resistance::seen_from_partner(h.turning)};
     }
-    /// As of LinearFrictionLaw.
+    /// Rotates a history as LinearFrictionLaw::turned() does.
     static RVE_INLINE History turned(const History &h, const Tensor3 &rotation)
     {
       return {Contact::turned(h.contact, rotation), Resistance::turned(h.turning, rotation)};
     }
-    static RVE_INLINE History between_looks(const History &h)
+    static RVE_INLINE History history_for_steps(const History &h)
     {
-      return {Contact::between_looks(h.contact), h.turning};
+      return {Contact::history_for_steps(h.contact), h.turning};
     }
     static RVE_INLINE Along<Spring, D> tangential_force(const History &h)
     {
@@ -416,11 +432,11 @@ inline namespace RVE_ISA {
     }
 
     RVE_INLINE void dissipate(const ContactGeometry<Real, D> &contact, const Force &force, Real dt,
-                              Dissipation &heat) const
+                              Dissipation &dissipated) const
     {
-      Contact::dissipate(contact, force, dt, heat);
+      Contact::dissipate(contact, force, dt, dissipated);
       resistance.dissipate(static_cast<const Contact &>(*this), contact, force.turned,
-                           double(force.normal_velocity), double(dt), heat);
+                           double(force.normal_velocity), double(dt), dissipated);
     }
 
     RVE_INLINE double elastic_energy(const ContactGeometry<Real, D> &contact,
@@ -440,7 +456,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Grains that do not touch resist no turning.
+    /// Returns whether the grains touch: only then they resist rotation.
     static RVE_INLINE bool touches(const ContactPlace &place)
     {
       return !Contact::has_reach || place.overlap > 0.0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How two spheres move at their contact, and what forces there do to them: the same for every contact law. Beside disk_contact.h.
+// Motion of two spheres at their contact, and effect of the contact force on them, for all contact
+// laws; disk_contact.h has those of disks.
 
 #pragma once
 
@@ -10,12 +11,13 @@ namespace rve {
 inline namespace RVE_ISA {
 
   template <class Real> struct SphereContact : ContactMotion<Real, 3> {
-    ContactTurn<Real> turn;    ///< in the step
-    Vec<Real, 3> middle;       ///< normal of its middle
+    ContactTurn<Real> turn;    ///< rotation of the contact in the step
+    Vec<Real, 3> middle;       ///< normal at the middle of the step
 
-    /// In a step of dt. Spins move the surfaces across the normal of the middle of the step, as the branch has moved: with that of its end a
-    /// pair that turns as one would slip by the square of the angle of a step, always the same way where the axis leans to the normal. In
-    /// the plane it never does.
+    /// Returns the motion in a step of dt. Spins move the surfaces across the normal of the middle
+    /// of the step, as the branch has moved. With the normal of the end of the step a rigidly
+    /// rotating pair would slip by the square of the angle of a step, always in the same direction
+    /// if the axis is inclined to the normal. In the plane this slip does not occur.
     template <bool OwnVelocityArm>
     static RVE_INLINE SphereContact of(const ContactGeometry<Real, 3> &contact,
                                        const SphereMotion<Real> &i, const SphereMotion<Real> &j,
@@ -38,12 +40,12 @@ inline namespace RVE_ISA {
       else
         moving.middle = middle_normal(n, moving.turn);
       moving.turn.twist = Real(0.5) * (dt * dot(i.spin + j.spin, n));
-      // sums of two products, not fma: they must not depend on the order of the grains
+      // These are sums of two products, not fma: they must not depend on the order of the grains.
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
       const Vec<Real, 3> &middle = moving.middle;
       if constexpr (kIsRelaxed) {
-        // out of the plane by less than its rounding: by half of the angle of the step times what goes across. What a pair remembers
-        // falls back into the plane in the next step
+        // The result leaves the contact plane by less than its rounding: by half of the angle of
+        // the step times the velocity across. The history returns to the plane in the next step.
         for (int a = 0; a < 3; ++a) {
           const int b = (a + 1) % 3, c = (a + 2) % 3;
           moving.tangential_velocity[a] =
@@ -56,7 +58,7 @@ inline namespace RVE_ISA {
       return moving;
     }
 
-    /// What a pair remembers, in the plane of the contact after a step of dt.
+    /// Returns a history in the plane of the contact after a step of dt.
     template <class Number>
     RVE_INLINE TurnedForce<Real, Number> turned(const Vec<Number, 3> &history,
                                                 const Vec<Real, 3> &n, Real dt) const
@@ -64,15 +66,15 @@ inline namespace RVE_ISA {
       return turned_with_contact(history, n, middle, turn.twist, Truth<Real>(dt > Real(0)));
     }
 
-    /// The answer of a law with friction.
+    /// Writes the result of a law with friction.
     template <class Force, class Shear>
     RVE_INLINE void apply(const Vec<Real, 3> &n, Real normal_force, const Shear &shear,
                           Force &result) const
     {
       this->answer(normal_force, shear, result);
-      // force on i: -f_n n + f_t
+      // The force on i is -f_n n + f_t.
       for (int a = 0; a < 3; ++a) result.force[a] = fma(-normal_force, n[a], shear.force[a]);
-      const Vec<Real, 3> moment = cross(n, shear.force);    // of an arm of 1
+      const Vec<Real, 3> moment = cross(n, shear.force);    // for a lever arm of 1
       result.torque_i = this->arm_i * moment;
       result.torque_j = this->arm_j * moment;
     }
