@@ -3,13 +3,7 @@
 
 #pragma once
 
-#include "fix_rve_advice.h"
-#include "fix_rve_attached.h"
-#include "fix_rve_changes.h"
-#include "fix_rve_drives.h"
-#include "fix_rve_memory.h"
-#include "fix_rve_shadows.h"
-#include "fix_rve_time_step.h"
+#include "fix_rve_jobs.h"
 
 #include <cstdio>
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "fix_rve_memory.h"
+#include "fix_rve_jobs.h"
 
 #include "comm.h"
 #include "error.h"

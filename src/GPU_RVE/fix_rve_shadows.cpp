@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "fix_rve_shadows.h"
+#include "fix_rve_jobs.h"
 
 #include "atom.h"
 #include "comm.h"
