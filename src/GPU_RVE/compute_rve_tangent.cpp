@@ -144,7 +144,7 @@ struct ComputeRveTangent::Impl {
   template <int D>
   std::vector<double> measure(const FixRve::ImplOf<D> &rves, const std::vector<int> &atoms) const
   {
-    macro::TangentProbesOf<D> probes(fix->empty_engine<D>(settings.format), settings.options());
+    macro::TangentProbesOf<D> probes(rves.empty_engine(settings.format), settings.options());
     const auto answers = probes.probe(
         static_cast<int>(atoms.size()), [&](int k) { return rves.state(atoms[k]); },
         [&](int k) { return rves.point(atoms[k]).rate_of_deformation(); });

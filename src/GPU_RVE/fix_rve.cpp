@@ -35,7 +35,6 @@
 #include "update.h"
 
 #include <algorithm>
-#include <cmath>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -157,21 +156,16 @@ void FixRve::setup(int)
 /// Files that cannot be written end a run before it begins, not at the first dump.
 void FixRve::check_dump_files() const
 {
-  const auto &settings = impl->settings;
-  if (!settings.dump_interval) return;
+  if (!impl->settings.dump_interval) return;
   collectively(lmp, fmt::format("fix rve {}: dump", id), [&] {
-    for (const int i : impl->atoms_with_rve())
-      if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) !=
-          settings.dump_atoms.end())
-        rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
+    for (const int i : impl->dumped_atoms()) rve::require_writable(impl->dump_file(i));
   });
 }
 
 /// This is the one place where time passes for RVEs that fix mpm does not drive.
 void FixRve::final_integrate()
 {
-  if (impl->settings.driver == RveDriver::Mpm) return;
-  impl->advance_by_script();
+  if (impl->settings.driver != RveDriver::Mpm) impl->advance_by_script();
 }
 
 void FixRve::end_of_step()
@@ -193,13 +187,8 @@ void FixRve::end_of_step()
       impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
     if (due) impl->advise(false);
   }
-  if (!settings.dump_interval || step % settings.dump_interval) return;
-  for (const int i : impl->atoms_with_rve()) {
-    if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
-        settings.dump_atoms.end())
-      continue;
-    impl->write_dump(i, impl->dump_file(atom->tag[i], step));
-  }
+  if (settings.dump_interval && step % settings.dump_interval == 0)
+    for (const int i : impl->dumped_atoms()) impl->write_dump(i);
 }
 
 void FixRve::post_run()
@@ -219,24 +208,9 @@ void FixRve::post_run()
     if (comm->me == 0)
       utils::logmesg(lmp, "fix rve {}: all paths have ended at step {}\n", id, update->ntimestep);
   }
-  report_shadows();
+  impl->report_shadows();
   impl->progress.end();
   time_integrate = 1;    // until the next run is initialized
-}
-
-void FixRve::report_shadows() const
-{
-  if (impl->settings.num_shadows == 0) return;
-  const auto [of_shadows, total] = impl->shadow_times();
-  double mine[2] = {of_shadows, total}, all[2];
-  MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);
-  const auto report = impl->shadow_report();
-  if (comm->me == 0)
-    utils::logmesg(lmp,
-                   "fix rve {}: shadows took {:.1f} % of the wall time of RVEs; their stress "
-                   "deviates by {:.3g} on average, {:.3g} at most (atom {})\n",
-                   id, all[1] > 0.0 ? 100.0 * all[0] / all[1] : 0.0, report.mean, report.largest,
-                   report.atom);
 }
 
 FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
@@ -256,18 +230,6 @@ FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
   if (!found) error->all(FLERR, "{}: fix {} is of style {}, not rve", who, id, fix->style);
   return found;
 }
-
-template <int D> std::unique_ptr<rve::EngineOf<D>> FixRve::empty_engine(rve::Format format) const
-{
-  rve::Options options = impl->settings.options;
-  options.contacts = static_cast<const ImplOf<D> &>(*impl).points->contacts();
-  options.format = format;
-  options.arithmetic = rve::Arithmetic::Strict;
-  return rve::make_engine<D>(options);
-}
-
-template std::unique_ptr<rve::EngineOf<2>> FixRve::empty_engine<2>(rve::Format) const;
-template std::unique_ptr<rve::EngineOf<3>> FixRve::empty_engine<3>(rve::Format) const;
 
 bool FixRve::reads_results() const
 {

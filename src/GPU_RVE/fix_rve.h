@@ -32,10 +32,6 @@ FixStyle(rve,FixRve);
 namespace mpm {
 template <int D> class Constitutive;
 }
-namespace rve {
-template <int D> class EngineOf;
-enum class Format;
-}    // namespace rve
 
 namespace LAMMPS_NS {
 
@@ -78,8 +74,6 @@ class FixRve : public Fix {
   template <int D> ImplOf<D> &rves_of() const { return static_cast<ImplOf<D> &>(*impl); }
   // whether variables of drive or servo, evaluated in each step, may read fixes or computes
   bool reads_results() const;
-  // an engine without RVEs that takes these, on the same device, in a number format of its own; throws what rve::make_engine does
-  template <int D> std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format) const;
   // the RVEs as a material for fix mpm, in a continuum of D dimensions; owned by this fix; error unless `drive mpm`
   template <int D> mpm::Constitutive<D> *constitutive();
 
@@ -89,7 +83,6 @@ class FixRve : public Fix {
   // whether LAMMPS counts this fix among those that integrate
   void claim_integration();
   void check_dump_files() const;
-  void report_shadows() const;
 };
 
 }    // namespace LAMMPS_NS

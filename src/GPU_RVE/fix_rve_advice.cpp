@@ -21,56 +21,35 @@ static constexpr double NOTABLE_SHARE = 0.05;
 template <int D> void RveAdvice<D>::advise(bool at_start)
 {
   constexpr int KINDS = rve::NUM_ADVICE_KINDS;
-  struct Judgement {
-    double worst[KINDS] = {};
-    int beyond[KINDS] = {};
-    tagint id[KINDS];
-    std::string message[KINDS];
-
-    Judgement() { std::fill_n(id, KINDS, MAXTAGINT); }
-    /// The worst of a kind; of equal ones that with the lowest id.
-    void take(int kind, double severity, tagint tag, const std::string &words)
-    {
-      if (severity < worst[kind] || (severity == worst[kind] && tag > id[kind])) return;
-      worst[kind] = severity;
-      id[kind] = tag;
-      message[kind] = words;
-    }
-  };
   rves.complete();
   const std::vector<int> atoms = rves.atoms_with_rve();
   const int count = static_cast<int>(atoms.size());
-  Judgement mine;
+  std::vector<std::vector<rve::Advice>> lists(count);
   rve::FirstError failed;
   {
     const rve::LightWork work(count, rves.threads());
-#pragma omp parallel num_threads(work.team)
-    {
-      Judgement some;
-#pragma omp for
-      for (int k = 0; k < count; ++k) {
-        const tagint tag = atom->tag[atoms[k]];
-        failed.guard(k, [&] {
-          for (const rve::Advice &advice : advice_on(atoms[k], at_start)) {
-            const int kind = static_cast<int>(advice.kind);
-            ++some.beyond[kind];
-            some.take(kind, advice.severity(), tag, advice.message);
-          }
-        });
-      }
-#pragma omp critical(advice_on_rves)
-      for (int kind = 0; kind < KINDS; ++kind) {
-        mine.beyond[kind] += some.beyond[kind];
-        if (some.beyond[kind] > 0)
-          mine.take(kind, some.worst[kind], some.id[kind], some.message[kind]);
-      }
-    }
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k)
+      failed.guard(k, [&] { lists[k] = advice_on(atoms[k], at_start); });
   }
   rves.guarded([&] { failed.rethrow(); });
-  double worst_of_all[KINDS];
-  int all_beyond[KINDS];
-  tagint lowest[KINDS];
-  auto &[worst, beyond, id, message] = mine;
+  // the worst RVE of each kind; of equal ones that with the lowest ID
+  double worst[KINDS] = {}, worst_of_all[KINDS];
+  int beyond[KINDS] = {}, all_beyond[KINDS];
+  tagint id[KINDS], lowest[KINDS];
+  std::string message[KINDS];
+  std::fill_n(id, KINDS, MAXTAGINT);
+  for (int k = 0; k < count; ++k)
+    for (const rve::Advice &advice : lists[k]) {
+      const int kind = static_cast<int>(advice.kind);
+      const double severity = advice.severity();
+      const tagint tag = atom->tag[atoms[k]];
+      ++beyond[kind];
+      if (severity < worst[kind] || (severity == worst[kind] && tag > id[kind])) continue;
+      worst[kind] = severity;
+      id[kind] = tag;
+      message[kind] = advice.message;
+    }
   MPI_Allreduce(worst, worst_of_all, KINDS, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(beyond, all_beyond, KINDS, MPI_INT, MPI_SUM, world);
   for (int kind = 0; kind < KINDS; ++kind)

@@ -33,6 +33,16 @@ template <int D> std::vector<int> AttachedRves<D>::slots_of(const std::vector<in
   return some;
 }
 
+template <int D>
+std::unique_ptr<rve::EngineOf<D>> AttachedRves<D>::empty_engine(rve::Format format) const
+{
+  rve::Options options = settings.options;
+  options.contacts = points->contacts();
+  options.format = format;
+  options.arithmetic = rve::Arithmetic::Strict;
+  return rve::make_engine<D>(options);
+}
+
 template <int D> void AttachedRves<D>::take_in(int atom, const double *record, int size)
 {
   slot[atom] = -1;
@@ -70,7 +80,6 @@ void AttachedRves<D>::check(const Matrix &tensor, const char *what, const char *
                    update->ntimestep);
 }
 
-/// True if this step needs complete results. Other readers request them on demand.
 template <int D> bool AttachedRves<D>::wants_details() const
 {
   const int interval = settings.dt_check_interval;
@@ -110,7 +119,6 @@ void AttachedRves<D>::advance(const std::vector<int> &atoms, const std::vector<D
   });
 }
 
-/// Notes whether the checks of an advance that begins in this step are postponed.
 template <int D> void AttachedRves<D>::note_begin()
 {
   checks_postponed = all_on_devices && !wants_details();
@@ -167,10 +175,9 @@ rve::Request *AttachedRves<D>::plan(const std::vector<int> &atoms, bool is_as_be
 
 template <int D> bool AttachedRves<D>::is_as_before(const std::vector<int> &atoms)
 {
-  const int count = static_cast<int>(atoms.size());
-  bool same = count == static_cast<int>(slots.size());
-  for (int k = 0; same && k < count; ++k) same = slots[k] == slot[atoms[k]];
-  return same && points.as_they_are().is_as_before(slots, atoms);
+  const auto has_slot = [this](int number, int atom) { return number == slot[atom]; };
+  return std::equal(slots.begin(), slots.end(), atoms.begin(), atoms.end(), has_slot) &&
+      points.as_they_are().is_as_before(slots, atoms);
 }
 
 template <int D> void AttachedRves<D>::finish()

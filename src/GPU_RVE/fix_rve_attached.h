@@ -17,7 +17,6 @@
 #include "update.h"
 
 #include <cstdio>
-#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,7 +25,6 @@ namespace LAMMPS_NS {
 
 /// What LAMMPS' hooks ask of the RVEs, whatever their dimension, and what does not depend on it.
 struct FixRve::Impl : protected Pointers {
- public:
   FixRve *fix;
   const int dimension;    // of the RVEs: 2 for disks, 3 for spheres
   FixRveSettings settings;
@@ -43,7 +41,7 @@ struct FixRve::Impl : protected Pointers {
 
   /// That of the RVEs that the packings make.
   static std::unique_ptr<Impl> make(FixRve *fix, FixRveSettings settings);
-  virtual ~Impl() = default;
+  ~Impl() noexcept override = default;
   LAMMPS *lammps() const { return lmp; }
 
   /// Reads the packings and chooses or checks the DEM time step; collective.
@@ -88,9 +86,8 @@ struct FixRve::Impl : protected Pointers {
     double mean, largest;
     tagint atom;
   };
-  virtual ShadowReport shadow_report() const = 0;
-  /// Wall time of shadows, and of all RVEs, of this rank [seconds]
-  virtual std::pair<double, double> shadow_times() const = 0;
+  /// Logs the wall time of shadows and their deviations at the end of a run; collective.
+  virtual void report_shadows() const = 0;
   virtual double engine_time() const = 0;
   virtual double bounding_time() const = 0;
 
@@ -132,7 +129,7 @@ struct FixRve::Impl : protected Pointers {
   virtual double measured_wave_share(const std::vector<int> &atoms) const = 0;
   virtual void scale_waves(double share) = 0;
   /// For LAMMPS: the grains of an RVE as a file.
-  virtual void write_dump(int atom, const std::string &path) const = 0;
+  virtual void write_dump(int atom) const = 0;
 
   /// Looks up the variables of drive and servo.
   void find_variables();
@@ -144,11 +141,10 @@ struct FixRve::Impl : protected Pointers {
   void check_dump() const;
   /// What happened to RVEs since this was called last, for the log; collective.
   void say_notes();
-  /// Of the dump of an atom in a step.
-  std::string dump_file(tagint id, bigint step) const
-  {
-    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
-  }
+  /// Local atoms that `dump` names.
+  std::vector<int> dumped_atoms() const;
+  /// Returns the path of the file for the RVE of an atom in this step.
+  std::string dump_file(int atom) const;
 
   /// Returns work(). If it throws, this rank ends with an error that names the fix, the step and,
   /// unless it is -1, the atom.
@@ -227,12 +223,13 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   {
   }
 
-  ~AttachedRves() noexcept override = default;
-
   int threads() const { return settings.options.threads; }
   std::vector<int> slots_of(const std::vector<int> &atoms) const;
   /// Atoms whose RVEs are not frozen.
   std::vector<int> advancing_atoms() const;
+  /// Makes an engine without RVEs that takes these, on the same device, in another number format.
+  /// Throws what rve::make_engine() does.
+  std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format format) const;
   State state(int atom) const
   {
     return guarded([&] { return points->state(slot[atom]); }, atom);

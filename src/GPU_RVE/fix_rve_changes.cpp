@@ -48,11 +48,9 @@ static std::string text_of_dt(bool is_auto, double fraction, double dt)
   return is_auto ? "auto " + rve::number(fraction) : rve::number(dt);
 }
 
-static std::string joined(const std::vector<std::string> &parts)
+static std::string text_of_dt(const FixRveSettings &settings)
 {
-  std::string text;
-  for (const std::string &part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
+  return text_of_dt(settings.dt_auto, settings.dt_fraction, settings.dt);
 }
 
 /// "skin automatic -> 0.001" for each entry that differs.
@@ -145,7 +143,7 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
                "fix rve {}: the RVEs of the restart file keep their grains and were made of "
                "other packings than those of this fix ({}); give the packing files of the "
                "run before, unchanged, or give the fix another ID for RVEs of these packings",
-               rves.fix->id, joined(changes));
+               rves.fix->id, utils::join_words(changes, ", "));
   }
 
   // what the script does not say stays
@@ -156,8 +154,7 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
     rves.settings.dt_fraction = head.dt_fraction;
     rves.settings.dt = head.dt;
   }
-  const std::string dt_now =
-      text_of_dt(rves.settings.dt_auto, rves.settings.dt_fraction, rves.settings.dt);
+  const std::string dt_now = text_of_dt(rves.settings);
   if (dt_before != dt_now) changes.push_back(fmt::format("dt {} -> {}", dt_before, dt_now));
   time_step.is_old = rves.settings.dt_auto != is_auto ||
       (is_auto ? rves.settings.dt_fraction != head.dt_fraction : rves.settings.dt != head.dt);
@@ -176,11 +173,9 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
   const double scaling_before = rves.settings.mass_scaling.value_or(1.0);
   const double scaling = rves.settings.mass_scaling.value_or(head.mass_scaling);
   rves.settings.mass_scaling = scaling;
-  if (unsaid.any() || scaling != scaling_before) {
-    // of RVEs that are made later
+  if (unsaid.any() || scaling != scaling_before)    // of RVEs that are made later
     collectively(lmp, fmt::format("fix rve {}", rves.fix->id),
                  [&] { rves.packings.change(unsaid, scaling, scaling_before); });
-  }
   is_continued = true;
 
   // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
@@ -195,15 +190,15 @@ template <int D> void RveChanges<D>::adopt_restart()
   if (!is_continued) return;
   is_continued = false;
   rves.has_run = true;
-  for (const std::string &change : change_materials(rves.settings.material, mass_scaling_of_rves))
-    changes.push_back(change);
+  const auto of_materials = change_materials(rves.settings.material, mass_scaling_of_rves);
+  changes.insert(changes.end(), of_materials.begin(), of_materials.end());
   if (time_step.is_old) time_step.choose();
   if (path_has_changed && rves.settings.path.any())
     drives.resume_paths(*rves.settings.path.template of<D>());
   if (comm->me == 0 && !changes.empty())
     utils::logmesg(lmp,
                    "fix rve {}: continues the run that wrote the restart file with changes: {}\n",
-                   rves.fix->id, joined(changes));
+                   rves.fix->id, utils::join_words(changes, ", "));
   changes.clear();
 }
 
@@ -222,16 +217,16 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialWords &wo
   const rve::ContactLaw law_before = rves.points->contacts().law;
   int with_other_law = 0;
   const std::string who = fmt::format("fix rve {}", rves.fix->id);
+  const std::vector<int> slots = rves.slots_of(rves.atoms_with_rve());
   std::vector<rve::Material> wanted;
   collectively(lmp, who, [&] {
-    for (const int i : rves.atoms_with_rve()) {
-      wanted.push_back(rves.points->material(rves.slot[i]));
+    for (const int slot : slots) {
+      wanted.push_back(rves.points->material(slot));
       change_material(wanted.back(), words, mass_scaling, mass_scaling_before);
     }
   });
-  std::size_t next = 0;
-  for (const int i : rves.atoms_with_rve()) {
-    const rve::Material before = rves.points->material(rves.slot[i]), after = wanted[next++];
+  for (std::size_t n = 0; n < slots.size(); ++n) {
+    const rve::Material before = rves.points->material(slots[n]), after = wanted[n];
     bool differs = after.law != before.law;
     if (differs) ++with_other_law;
     for (int k = 0; k < NUM_PARAMETERS; ++k) {
@@ -244,7 +239,7 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialWords &wo
       for (int m = 0; m < 4; ++m) range[k][m] = std::max(range[k][m], values[m]);
     }
     if (!differs) continue;
-    changed.push_back(rves.slot[i]);
+    changed.push_back(slots[n]);
     materials.push_back(after);
   }
   collectively(lmp, who, [&] {
@@ -279,7 +274,7 @@ template <int D> void RveChanges<D>::modify(int narg, char **arg)
 {
   adopt_restart();
   const FixRveSettings wanted = rves.settings.modified(lmp, narg, arg);
-  const std::vector<int> atoms = rves.atoms_with_rve(), slots = rves.slots_of(atoms);
+  const std::vector<int> slots = rves.slots_of(rves.atoms_with_rve());
   const FixRveSettings settings_before = rves.settings;
   const RvePackingsOf<D> packings_before = rves.packings;
   const double dt_before = rves.dt;
@@ -308,8 +303,7 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   const double scaling_before = rves.settings.mass_scaling.value_or(1.0);
   const double scaling = wanted.mass_scaling.value_or(scaling_before);
   const bool dt_given = wanted.dt_given;
-  const std::string dt_before =
-      text_of_dt(rves.settings.dt_auto, rves.settings.dt_fraction, rves.settings.dt);
+  const std::string dt_before = text_of_dt(rves.settings);
   std::vector<std::string> list = differences(rves.settings.account(), wanted.account());
 
   // RVEs that are made later begin like those that are there
@@ -325,12 +319,11 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   if (words.any() || scaling != scaling_before) {
     collectively(lmp, fmt::format("fix_modify of fix rve {}", rves.fix->id),
                  [&] { rves.packings.change(words, scaling, scaling_before); });
-    for (const std::string &change : change_materials(words, scaling_before))
-      list.push_back(change);
+    const auto of_materials = change_materials(words, scaling_before);
+    list.insert(list.end(), of_materials.begin(), of_materials.end());
     time_step.is_old = true;
   }
-  const std::string dt_now =
-      text_of_dt(rves.settings.dt_auto, rves.settings.dt_fraction, rves.settings.dt);
+  const std::string dt_now = text_of_dt(rves.settings);
   if (dt_now != dt_before) list.push_back(fmt::format("dt {} -> {}", dt_before, dt_now));
   rves.points->set_options(rves.settings.macro_step);
   rves.progress.set_interval(rves.settings.progress_interval);
@@ -338,7 +331,7 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   if (dt_given || time_step.is_old) time_step.choose();
   if (comm->me == 0 && !list.empty())
     utils::logmesg(lmp, "fix rve {}: from step {} on {}\n", rves.fix->id, update->ntimestep,
-                   joined(list));
+                   utils::join_words(list, ", "));
 }
 
 template <int D> void RveChanges<D>::warn_of_loss() const

@@ -122,6 +122,21 @@ void FixRve::Impl::check_dump() const
                  fix->id, settings.dump_atoms[k], group->names[fix->igroup]);
 }
 
+std::vector<int> FixRve::Impl::dumped_atoms() const
+{
+  std::vector<int> atoms;
+  for (const int i : atoms_with_rve())
+    if (std::count(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]))
+      atoms.push_back(i);
+  return atoms;
+}
+
+std::string FixRve::Impl::dump_file(int atom) const
+{
+  return fmt::format("{}.{}.{}.data", settings.dump_prefix, this->atom->tag[atom],
+                     update->ntimestep);
+}
+
 std::vector<int> FixRve::Impl::atoms_with_rve() const
 {
   std::vector<int> atoms;

@@ -17,7 +17,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 using namespace LAMMPS_NS;
@@ -207,7 +206,7 @@ template <int D> void FixRve::ImplOf<D>::run_postponed_checks()
   if (!std::exchange(this->checks_postponed, false)) return;
   this->reports_last_advance = true;
   this->say_notes();
-  if (this->settings.dt_check_interval) time_step.recheck(Check::EveryStep);
+  if (this->settings.dt_check_interval) time_step.recheck(Impl::Check::EveryStep);
   this->reports_last_advance = false;
 }
 
@@ -227,7 +226,7 @@ macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &a
     }
   });
   error_if_any(this->lmp, message);
-  if (this->settings.dt_check_interval) time_step.recheck(Check::InSitu);
+  if (this->settings.dt_check_interval) time_step.recheck(Impl::Check::InSitu);
   return report;
 }
 
@@ -242,7 +241,7 @@ template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
   if (n == 7) return now.dt;
   if (n == 8 && !this->settings.macro_step.adaptive) return now.substeps;
   if (n >= 10 && n <= 12) {
-    const auto report = shadow_report();
+    const auto report = shadows.report();
     return n == 10 ? report.mean : n == 11 ? report.largest : report.atom;
   }
 
@@ -292,8 +291,7 @@ template <int D> double FixRve::ImplOf<D>::measured_wave_share(const std::vector
   return this->guarded([&] {
     const rve::Format format = this->settings.options.format;
     macro::TangentProbesOf<D> probes(
-        this->fix->template empty_engine<D>(format),
-        macro::TangentOptions::of(format, macro::TangentKind::Elastic));
+        this->empty_engine(format), macro::TangentOptions::of(format, macro::TangentKind::Elastic));
     const auto state_of = [&](int atom) { return this->points->state(this->slot[atom]); };
     if constexpr (D == 3)
       if (this->lmp->domain->dimension == 3)
@@ -314,9 +312,11 @@ template <int D> double FixRve::ImplOf<D>::inertial_number(int atom) const
   return rve::inertial_number(point.last_steps(), point.material, point.strain_rate());
 }
 
-template <int D> void FixRve::ImplOf<D>::write_dump(int atom, const std::string &path) const
+template <int D> void FixRve::ImplOf<D>::write_dump(int atom) const
 {
-  this->guarded([&] { rve::write_lammps_data(path, this->points->state(this->slot[atom])); }, atom);
+  this->guarded(
+      [&] { rve::write_lammps_data(this->dump_file(atom), this->points->state(this->slot[atom])); },
+      atom);
 }
 
 template struct FixRve::ImplOf<2>;

@@ -7,7 +7,6 @@
 
 #include <cstdio>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,9 +15,6 @@ namespace LAMMPS_NS {
 template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   using Rves = AttachedRves<D>;
   using typename Rves::State;
-  using Check = FixRve::Impl::Check;
-  using PathReport = FixRve::Impl::PathReport;
-  using ShadowReport = FixRve::Impl::ShadowReport;
 
   ImplOf(FixRve *_fix, FixRveSettings _settings) : Rves(_fix, std::move(_settings)), of_plane(*this)
   {
@@ -38,22 +34,18 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   void set_exchange_size() override;
 
   void advance_by_script() override { drives.advance_by_script(); }
-  PathReport path_report(int atom) const override { return drives.path_report(atom); }
+  Impl::PathReport path_report(int atom) const override { return drives.path_report(atom); }
   bool all_paths_ended() const override { return drives.all_paths_ended(); }
   void write_restart_head(FILE *fp) const override { changes.write_restart_head(fp); }
   void read_restart_head(const char *buf) override { changes.read_restart_head(buf); }
   void modify(int narg, char **arg) override { changes.modify(narg, arg); }
   void warn_of_loss() const override { changes.warn_of_loss(); }
   void choose_shadows() override { shadows.choose(); }
-  ShadowReport shadow_report() const override { return shadows.report(); }
+  void report_shadows() const override { shadows.log_report(); }
   void advise(bool at_start) override { advice.advise(at_start); }
   void report_fast_strain() override { advice.report_fast_strain(); }
-  void recheck_time_step(Check check) override { time_step.recheck(check); }
+  void recheck_time_step(Impl::Check check) override { time_step.recheck(check); }
 
-  std::pair<double, double> shadow_times() const override
-  {
-    return {this->points->shadow_time(), this->points->total_time()};
-  }
   double engine_time() const override { return this->points.as_they_are().engine_time(); }
   double bounding_time() const override { return this->points.as_they_are().bounding_time(); }
   double vector_component(int n) const override;
@@ -74,7 +66,7 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
     of_plane.scale_waves(share);
     if constexpr (D == 3) of_space->scale_waves(share);
   }
-  void write_dump(int atom, const std::string &path) const override;
+  void write_dump(int atom) const override;
 
  private:
   // as materials; disks are none in space

@@ -49,6 +49,7 @@ template <int D> class RveShadows : protected Pointers {
   /// Adds shadows up to the number of the settings, to atoms that depend on IDs only; collective.
   void choose();
   FixRve::Impl::ShadowReport report() const;
+  void log_report() const;
 
  private:
   /// Keeps so many shadows, of those that choose() would choose first; collective.

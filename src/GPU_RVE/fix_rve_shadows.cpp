@@ -106,5 +106,19 @@ template <int D> FixRve::Impl::ShadowReport RveShadows<D>::report() const
   return {scale.real(all_sums[1]) / static_cast<double>(all_sums[0]), most_of_all, lowest};
 }
 
+template <int D> void RveShadows<D>::log_report() const
+{
+  if (rves.settings.num_shadows == 0) return;
+  double times[2] = {rves.points->shadow_time(), rves.points->total_time()};
+  MPI_Allreduce(MPI_IN_PLACE, times, 2, MPI_DOUBLE, MPI_SUM, world);
+  const auto [mean, largest, id] = report();
+  if (comm->me == 0)
+    utils::logmesg(lmp,
+                   "fix rve {}: shadows took {:.1f} % of the wall time of RVEs; their stress "
+                   "deviates by {:.3g} on average, {:.3g} at most (atom {})\n",
+                   rves.fix->id, times[1] > 0.0 ? 100.0 * times[0] / times[1] : 0.0, mean, largest,
+                   id);
+}
+
 template class LAMMPS_NS::RveShadows<2>;
 template class LAMMPS_NS::RveShadows<3>;

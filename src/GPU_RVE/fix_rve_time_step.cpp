@@ -60,44 +60,30 @@ typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int>
   struct Candidate {
     double bound;
     tagint atom;
-    int place;    // among the atoms of this rank, or -1
+    int rank, index;    // rank that has the atom, and its index in `atoms` there
   };
   const auto lower = [](const Candidate &a, const Candidate &b) {
     return a.bound < b.bound || (a.bound == b.bound && a.atom < b.atom);
   };
+  const int me = comm->me;
   std::vector<Candidate> mine;
   for (std::size_t k = 0; k < atoms.size(); ++k)
-    if (bounds[k] < enough) mine.push_back({bounds[k], tag[atoms[k]], static_cast<int>(k)});
+    if (bounds[k] < enough) mine.push_back({bounds[k], tag[atoms[k]], me, static_cast<int>(k)});
   std::sort(mine.begin(), mine.end(), lower);
-  mine.resize(MOST_EXACT_BOUNDS, {HUGE_VAL, MAXTAGINT, -1});
-  double values[MOST_EXACT_BOUNDS];
-  tagint ids[MOST_EXACT_BOUNDS];
-  for (int k = 0; k < MOST_EXACT_BOUNDS; ++k) {
-    values[k] = mine[k].bound;
-    ids[k] = mine[k].atom;
-  }
-  const int ranks = comm->nprocs, me = comm->me;
-  std::vector<double> all_values(ranks * MOST_EXACT_BOUNDS);
-  std::vector<tagint> all_ids(all_values.size());
-  MPI_Allgather(values, MOST_EXACT_BOUNDS, MPI_DOUBLE, all_values.data(), MOST_EXACT_BOUNDS,
-                MPI_DOUBLE, world);
-  MPI_Allgather(ids, MOST_EXACT_BOUNDS, MPI_LMP_TAGINT, all_ids.data(), MOST_EXACT_BOUNDS,
-                MPI_LMP_TAGINT, world);
-  std::vector<Candidate> candidates;
-  for (int m = 0; m < ranks * MOST_EXACT_BOUNDS; ++m)
-    if (all_values[m] < HUGE_VAL)
-      candidates.push_back({all_values[m], all_ids[m],
-                            m / MOST_EXACT_BOUNDS == me ? mine[m % MOST_EXACT_BOUNDS].place : -1});
-  if (candidates.empty()) return {HUGE_VAL, MAXTAGINT};
+  mine.resize(MOST_EXACT_BOUNDS, {HUGE_VAL, MAXTAGINT, -1, -1});
+  constexpr int BYTES = MOST_EXACT_BOUNDS * sizeof(Candidate);
+  std::vector<Candidate> candidates(comm->nprocs * MOST_EXACT_BOUNDS);
+  MPI_Allgather(mine.data(), BYTES, MPI_BYTE, candidates.data(), BYTES, MPI_BYTE, world);
   std::sort(candidates.begin(), candidates.end(), lower);
-  if (candidates.size() > MOST_EXACT_BOUNDS) candidates.resize(MOST_EXACT_BOUNDS);
+  candidates.resize(MOST_EXACT_BOUNDS);
+  if (candidates[0].rank < 0) return {HUGE_VAL, MAXTAGINT};
 
   std::vector<rve::RveStateOf<D>> states;
   std::vector<tagint> whose;
   collectively(lmp, who, [&] {
     for (const Candidate &candidate : candidates) {
-      if (candidate.place < 0) continue;
-      states.push_back(rves.points.as_they_are().state(some[candidate.place]));
+      if (candidate.rank != me) continue;
+      states.push_back(rves.points.as_they_are().state(some[candidate.index]));
       whose.push_back(candidate.atom);
     }
   });
