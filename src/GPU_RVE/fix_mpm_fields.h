@@ -45,19 +45,17 @@ template <int D> struct MpmFields : mpm::PointArrays<D> {
   }
   Record point(int i) const { return {reference[i], this->record(i), remembering[i]}; }
 
-  /// Return how many numbers they have written or read.
-  int pack_point(int i, double *buf) const
+  /// Writes or reads DOUBLES numbers.
+  void pack_point(int i, double *buf) const
   {
     const Record record = point(i);
     memcpy(buf, &record, sizeof(record));
-    return DOUBLES;
   }
-  int unpack_point(int i, const double *buf)
+  void unpack_point(int i, const double *buf)
   {
     Record record;
     memcpy(static_cast<void *>(&record), buf, sizeof(record));
     set_point(i, record);
-    return DOUBLES;
   }
 
   /// A field of one number by its name, and its unit; null: there is none.

@@ -75,6 +75,8 @@ template <int D> FixMpm::ImplOf<D>::~ImplOf()
 
 template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
 {
+  if (D == 2) state_columns.emplace_back("out_of_plane_stress");
+  state_columns.emplace_back("plastic_strain");
   for (const MpmModel<D> &model : settings.models)
     law_of_model.push_back(
         layout.add(model.word, model.law ? model.law->state_variables() : mpm::StateVariables()));
@@ -110,20 +112,6 @@ template <int D> void FixMpm::ImplOf<D>::begin_memory(int i)
   remembering[i] = law_of_model[model[i]];
   std::fill_n(memory_of(i), layout.width(), 0.0);
   if (const auto &law = settings.models[model[i]].law) law->begin_memory(stress[i], memory_of(i));
-}
-
-template <int D> int FixMpm::ImplOf<D>::pack(int i, double *buf, int num_memory)
-{
-  const int m = Fields::pack_point(i, buf);
-  std::copy_n(memory_of(i), num_memory, buf + m);
-  return m + num_memory;
-}
-
-template <int D> int FixMpm::ImplOf<D>::unpack(int i, const double *buf, int num_memory)
-{
-  const int m = Fields::unpack_point(i, buf);
-  std::copy_n(buf + m, num_memory, memory_of(i));
-  return m + num_memory;
 }
 
 template <int D> void FixMpm::ImplOf<D>::find_members()
@@ -230,12 +218,6 @@ template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
   return view;
 }
 
-template <int D> void FixMpm::ImplOf<D>::find_models()
-{
-  Scene::find_models();
-  waves.begin_run();
-}
-
 /// The command fix_modify: points keep what their law remembers, and their stress until the next
 /// step.
 template <int D> void FixMpm::ImplOf<D>::modify_models(int narg, char **arg)
@@ -326,11 +308,9 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
   initial_volume[i] = volume[i] = settings.initial_volume;
   if (!rigid) stress[i] = source ? stress_of<D>(*source, i) : settings.initial_stress;
   if (!rigid) begin_memory(i);
-  const double density = this->given_density(points(), i);
+  const double density = this->density_of(points(), i);
   if (density > 0.0)
     mass[i] = density * settings.initial_volume;
-  else if (source)
-    mass[i] = source->rves().bulk_density(i) * settings.initial_volume;
   else if (rigid)
     mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
   else
@@ -522,18 +502,20 @@ template <int D> void FixMpm::ImplOf<D>::set_arrays(int i)
 template <int D> int FixMpm::ImplOf<D>::pack_exchange(int i, double *buf)
 {
   take_over();
+  Fields::pack_point(i, buf);
+  double *const columns = std::copy_n(memory_of(i), layout.width(), buf + DOUBLES);
   // with its columns: variables may read them before the step ends
-  const int m = pack(i, buf, layout.width());
-  std::copy_n(fix->array_atom[i], fix->size_peratom_cols, buf + m);
-  return m + fix->size_peratom_cols;
+  std::copy_n(fix->array_atom[i], fix->size_peratom_cols, columns);
+  return fix->maxexchange;
 }
 
 template <int D> int FixMpm::ImplOf<D>::unpack_exchange(int i, const double *buf)
 {
   take_over();
-  const int m = unpack(i, buf, layout.width());
-  std::copy_n(buf + m, fix->size_peratom_cols, fix->array_atom[i]);
-  return m + fix->size_peratom_cols;
+  Fields::unpack_point(i, buf);
+  std::copy_n(buf + DOUBLES, layout.width(), memory_of(i));
+  std::copy_n(buf + DOUBLES + layout.width(), fix->size_peratom_cols, fix->array_atom[i]);
+  return fix->maxexchange;
 }
 
 template <int D> int FixMpm::ImplOf<D>::pack_restart(int i, double *buf)
@@ -541,7 +523,8 @@ template <int D> int FixMpm::ImplOf<D>::pack_restart(int i, double *buf)
   bring_back();
   const int size = size_restart(i);
   RestartRecords::write_header(lmp, i, size, buf);
-  pack(i, buf + RestartRecords::HEADER, num_remembered(i));
+  Fields::pack_point(i, buf + RestartRecords::HEADER);
+  std::copy_n(memory_of(i), num_remembered(i), buf + RestartRecords::HEADER + DOUBLES);
   buf[size - 1] = mpm_checksum(buf, size - 1);
   return size;
 }
@@ -559,7 +542,7 @@ template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
   if (!is_same_checksum(extra[size - 1], mpm_checksum(extra, size - 1)))
     damaged("its checksum is not that of its numbers");
   if (size < RECORD) damaged(fmt::format("it has {} numbers, not {}", size, RECORD));
-  unpack(i, extra + RestartRecords::HEADER, 0);
+  Fields::unpack_point(i, extra + RestartRecords::HEADER);
   double &law = remembering[i];
   int num_memory = 0;
   if (law != NO_LAW) {
@@ -623,14 +606,14 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
   std::vector<std::string> groups;
   for (const auto &[about, values] : then.words)
     if (utils::strmatch(about, "^rigid \\S+$")) groups.push_back(about.substr(strlen("rigid ")));
-  std::string new_bodies;
+  std::vector<std::string> new_bodies;
   for (int b = 0; b < (int) settings.bodies.size(); b++) {
     const std::string &group = settings.bodies[b].group;
     const std::size_t k = std::find(groups.begin(), groups.end(), group) - groups.begin();
     const bool turns = solver->rigid_bodies().can_turn(b);
     // one that could not turn knows nothing of it, and the other way round
     if (k >= then.bodies.size() || then.bodies[k].turning.empty() == turns) {
-      new_bodies += (new_bodies.empty() ? "" : ", ") + group;
+      new_bodies.push_back(group);
       continue;
     }
     const auto &body = then.bodies[k];
@@ -651,7 +634,7 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
     error->warning(FLERR,
                    "Fix mpm {}: rigid bodies that are not in the restart file begin with the "
                    "displacement 0: {}",
-                   fix->id, new_bodies);
+                   fix->id, utils::join_words(new_bodies, ", "));
 }
 
 template struct FixMpm::ImplOf<2>;

@@ -32,7 +32,11 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
   ImplOf(FixMpm *_fix, int narg, char **arg);
   ~ImplOf() override;
 
-  void find_models() override;
+  void find_models() override
+  {
+    Scene::find_models();
+    waves.begin_run();
+  }
   void setup_pre_force() override;
   void pre_force() override;
   void setup() override;
@@ -105,17 +109,12 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
   std::vector<int> size_in_file;    // state variables of each law in the restart file
   // of the per-atom output from STATE on: the state variable of each column, and its place in a
   // row, -1 where a law has none
-  std::vector<std::string> state_columns = first_state_columns();
+  std::vector<std::string> state_columns;
   std::vector<std::vector<int>> place_of_law;
   // the field of the points that a column shows where a law has no such state variable, or null
   std::vector<const std::vector<double> *> field_columns;
 
   double *memory_of(int i) { return rows.data() + (std::size_t) i * layout.width(); }
-  static std::vector<std::string> first_state_columns()
-  {
-    if (D == 2) return {"out_of_plane_stress", "plastic_strain"};
-    return {"plastic_strain"};
-  }
   int num_columns() const { return STATE + (int) state_columns.size(); }
 
   /// Which state variables the laws have, and which of them are columns of the output.
@@ -139,11 +138,6 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
     solver->points_changed();
     members_are_known = false;
   }
-
-  /// With the first `num_memory` doubles of its row of memory.
-  int pack(int i, double *buf, int num_memory);
-
-  int unpack(int i, const double *buf, int num_memory);
 
   // of a restart file: header, the point and a checksum, without its row of memory
   static constexpr int RECORD = RestartRecords::HEADER + DOUBLES + 1;

@@ -88,18 +88,12 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const std::vecto
   return ground;
 }
 
-template <int D> double MpmGround<D>::density_of(const Points &points, int i) const
-{
-  const double given = scene.given_density(points, i);
-  return given > 0.0 ? given : scene.grains[points.model[i]]->rves().bulk_density(i);
-}
-
 template <int D>
 std::vector<double> MpmGround<D>::densities(const Points &points,
                                             const std::vector<int> &made) const
 {
   std::vector<double> values;
-  for (const int i : made) values.push_back(density_of(points, i));
+  for (const int i : made) values.push_back(scene.density_of(points, i));
   return values;
 }
 
@@ -117,7 +111,7 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points,
   for (const int i : made) {
     if (scene.given_density(points, i) > 0.0) continue;
     height.push_back(atom->x[i][D - 1]);
-    value.push_back(density_of(points, i));
+    value.push_back(scene.density_of(points, i));
   }
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
@@ -207,14 +201,13 @@ std::vector<typename MpmGround<D>::Start> MpmGround<D>::find(const Points &point
   return starts;
 }
 
+/// Returns the stress that a point has now: that of its RVE, or the goal where it has none.
 template <int D>
-typename MpmGround<D>::Start MpmGround<D>::start_of(const Points &points, int i,
-                                                    const macro::StressGoal &goal) const
+mpm::Tensor<D> MpmGround<D>::stress_at(const Points &points, int i,
+                                       const macro::StressGoal &goal) const
 {
   const FixRve *source = scene.grains[points.model[i]];
-  Start start;
-  start.stress = source ? stress_of<D>(*source, i) : rve::leading_components<D>(goal.stress);
-  return start;
+  return source ? stress_of<D>(*source, i) : rve::leading_components<D>(goal.stress);
 }
 
 template <int D>
@@ -229,10 +222,8 @@ MpmGround<D>::find_by_components(const Points &points, const std::vector<int> &m
   const double tolerance = scene.settings.in_situ.tolerance.value_or(ERROR_OF_STRESS * largest);
   const macro::InSituReport report = bring_grains(points, made, goals, tolerance);
   std::vector<Start> starts;
-  for (std::size_t n = 0; n < made.size(); n++) {
-    starts.push_back(start_of(points, made[n], goals[n]));
-    starts.back().density = density_of(points, made[n]);
-  }
+  for (std::size_t n = 0; n < made.size(); n++)
+    starts.push_back({stress_at(points, made[n], goals[n]), scene.density_of(points, made[n]), {}});
   weight_of_cell = 0.0;
   report_grains(report, 1);
   return starts;
@@ -261,13 +252,12 @@ std::vector<typename MpmGround<D>::Start> MpmGround<D>::find_at_rest(const Point
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
-    Start start = start_of(points, i, goal);
     // the weight that the stress balances
     const double given = scene.given_density(points, i);
-    start.density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
+    const double density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
+    starts.push_back({stress_at(points, i, goal), density, {}});
     // the stress across the plane is a lateral one too
-    if (D == 2 && !scene.grains[points.model[i]]) start.across_plane = goal.stress(2, 2);
-    starts.push_back(start);
+    if (D == 2 && !scene.grains[points.model[i]]) starts.back().across_plane = goal.stress(2, 2);
   }
   weight_of_cell = in_situ.gravity * ground.density().value(0) * cell_volume();
   report_grains(report, ground.rounds());

@@ -73,6 +73,15 @@ template <int D> struct MpmScene {
                      : settings.density_of(settings.models[points.model[i]]);
   }
 
+  /// Density that the script gives a point or its RVE has [mass/length^3]; 0: none.
+  double density_of(const Points &points, int i) const
+  {
+    const double given = given_density(points, i);
+    if (given > 0.0 || points.rigid_body[i] >= 0) return given;
+    const FixRve *source = grains[points.model[i]];
+    return source ? source->rves().bulk_density(i) : 0.0;
+  }
+
   /// Runs work(). If it throws, this rank ends with an error that names the fix and the step.
   template <class Work> void guarded(const Work &work) const
   {
@@ -221,8 +230,8 @@ template <int D> class MpmGround : protected Pointers {
   /// How a new point begins.
   struct Start {
     Tensor stress;                         ///< [stress]
+    double density;                        ///< [mass/length^3]
     std::optional<double> across_plane;    ///< of a law in the plane that remembers it [stress]
-    double density = 0.0;                  ///< [mass/length^3]
   };
   /// Finds the stress in situ of the new points `made`, and brings their RVEs there. Returns how
   /// they begin, in the same order.
@@ -243,10 +252,9 @@ template <int D> class MpmGround : protected Pointers {
 
   std::vector<Start> find_at_rest(const Points &points, const std::vector<int> &made);
   std::vector<Start> find_by_components(const Points &points, const std::vector<int> &made);
-  Start start_of(const Points &points, int i, const macro::StressGoal &goal) const;
+  Tensor stress_at(const Points &points, int i, const macro::StressGoal &goal) const;
   macro::GroundAtRest at_rest(const Points &points, const std::vector<int> &made) const;
   std::vector<macro::StressGoal> goals_by_components(const std::vector<int> &made) const;
-  double density_of(const Points &points, int i) const;
   std::vector<double> densities(const Points &points, const std::vector<int> &made) const;
   macro::HeightProfile density_of_grains(const Points &points, const std::vector<int> &made,
                                          const macro::GroundAtRest &ground) const;

@@ -165,12 +165,11 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
   for (const MpmWords *words : {&then, &now})
     for (const auto &one : *words)
       if (std::find(keys.begin(), keys.end(), one.first) == keys.end()) keys.push_back(one.first);
-  std::string text;
+  std::vector<std::string> changes;
   for (const std::string &key : keys) {
     if (is_aside(key) || is_of_points(key) != of_points) continue;
     const std::string before = said(then, key), after = said(now, key);
-    if (!is_same(before, after))
-      text += (text.empty() ? "" : ", ") + key + " " + before + " -> " + after;
+    if (!is_same(before, after)) changes.push_back(key + " " + before + " -> " + after);
   }
-  return text;
+  return utils::join_words(changes, ", ");
 }

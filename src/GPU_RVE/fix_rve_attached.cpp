@@ -219,16 +219,14 @@ void AttachedRves<D>::report(const std::vector<int> &failed, const std::vector<i
         rve::number(settings.options.overlap_limit), rve::number(void_ratio), rve::number(dt_dem),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
     // a packing that fails before its first step has no better one
-    if (settings.policy == RvePolicy::Stop || (settings.policy == RvePolicy::Fresh && is_new))
-      notes.push_back({atom->tag[i], NoteKind::Error,
-                       message + rve::remedy_of_status(result.status) +
-                           "; with policy freeze the run goes on without this RVE"});
-    else
-      notes.push_back({atom->tag[i], NoteKind::Warning,
-                       message +
-                           (settings.policy == RvePolicy::Fresh
-                                ? "; none of the packings can take its place, and it is frozen"
-                                : "; it is frozen")});
+    const bool is_fresh = settings.policy == RvePolicy::Fresh;
+    const bool ends_run = settings.policy == RvePolicy::Stop || (is_fresh && is_new);
+    const std::string outcome = ends_run ? rve::remedy_of_status(result.status) +
+            "; with policy freeze the run goes on without this RVE"
+        : is_fresh ? "; none of the packings can take its place, and it is frozen"
+                   : "; it is frozen";
+    notes.push_back(
+        {atom->tag[i], ends_run ? NoteKind::Error : NoteKind::Warning, message + outcome});
   }
 }
 

@@ -15,10 +15,7 @@ using namespace LAMMPS_NS;
 
 template <int D> void RveDrives<D>::advance_by_script()
 {
-  if (const auto &paths = rves.settings.path.template of<D>()) {
-    advance_on_paths(*paths);
-    return;
-  }
+  if (const auto &paths = rves.settings.path.template of<D>()) return advance_on_paths(*paths);
   modify->clearstep_compute();
   const std::vector<int> atoms = rves.atoms_with_rve();
   const std::vector<rve::DriveOf<D>> wanted = drives(atoms);
@@ -157,13 +154,11 @@ template <int D> std::vector<rve::DriveOf<D>> RveDrives<D>::drives(const std::ve
     }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {
-    rve::DriveOf<D> &drive = drives[k];
-    drive.dt = clock.dt;
-    drive.substeps = clock.substeps;
-    drive.servo_gain =
-        rves.settings.servo_gain.value_or(rves.points->servo_gain(rves.slot[atoms[k]]));
-    drive.servo_max_rate =
-        rves.settings.servo_max_rate.value_or(macro::SERVO_STRAIN_PER_STEP / clock.dt);
+    const macro::PathStep step = path_step(atoms[k], clock);
+    drives[k].dt = step.dt;
+    drives[k].substeps = step.substeps;
+    drives[k].servo_gain = step.servo_gain;
+    drives[k].servo_max_rate = step.servo_max_rate;
   }
   return drives;
 }
