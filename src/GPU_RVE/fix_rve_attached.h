@@ -111,15 +111,6 @@ struct FixRve::Impl : protected Pointers {
   virtual double vector_component(int n) const = 0;
   virtual double bytes() const = 0;
   virtual double bulk_density(int atom) const = 0;
-  virtual double inertial_number(int atom) const = 0;
-  virtual double servo_error(int atom) const = 0;
-  virtual double copies(int atom) const = 0;
-  virtual double renewals(int atom) const = 0;
-  /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
-  struct PathReport {
-    double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
-  };
-  virtual PathReport path_report(int atom) const = 0;
   /// Whether all RVEs that can advance are behind the ends of their paths; collective.
   virtual bool all_paths_ended() const = 0;
   /// As materials of a continuum; nullptr in space if they are of disks.

@@ -85,7 +85,7 @@ template <int D> void RveDrives<D>::advance_on_paths(const macro::LoadPathsOf<D>
     rves.points->follow_path(rves.slot[i], paths, path_step(i, clock), of_atom(i));
 }
 
-template <int D> FixRve::Impl::PathReport RveDrives<D>::path_report(int atom) const
+template <int D> typename RveDrives<D>::PathReport RveDrives<D>::path_report(int atom) const
 {
   const macro::PathState<D> &state = rves.points->path(rves.slot[atom]);
   if (!rves.settings.path.any() || state.path < 0) return {};

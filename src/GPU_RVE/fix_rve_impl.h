@@ -34,7 +34,7 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   void set_exchange_size() override;
 
   void advance_by_script() override { drives.advance_by_script(); }
-  Impl::PathReport path_report(int atom) const override { return drives.path_report(atom); }
+  auto path_report(int atom) const { return drives.path_report(atom); }
   bool all_paths_ended() const override { return drives.all_paths_ended(); }
   void write_restart_head(FILE *fp) const override { changes.write_restart_head(fp); }
   void read_restart_head(const char *buf) override { changes.read_restart_head(buf); }
@@ -51,13 +51,8 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   double vector_component(int n) const override;
   double bytes() const override;
   double bulk_density(int atom) const override;
-  double inertial_number(int atom) const override;
-  double servo_error(int atom) const override
-  {
-    return this->points->servo_error(this->slot[atom]);
-  }
-  double copies(int atom) const override { return this->points->copies(this->slot[atom]); }
-  double renewals(int atom) const override { return this->points->renewals(this->slot[atom]); }
+  double inertial_number(int atom) const;
+  double servo_error(int atom) const { return this->points->servo_error(this->slot[atom]); }
   mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
   mpm::Constitutive<3> *material_of_space() override { return of_space.get(); }
   double measured_wave_share(const std::vector<int> &atoms) const override;

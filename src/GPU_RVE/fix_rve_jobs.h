@@ -92,7 +92,11 @@ template <int D> class RveDrives : protected Pointers {
 
   /// All RVEs make what the script asks for in this LAMMPS step.
   void advance_by_script();
-  FixRve::Impl::PathReport path_report(int atom) const;
+  /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
+  struct PathReport {
+    double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
+  };
+  PathReport path_report(int atom) const;
   /// True if all RVEs that can advance are at the ends of their paths; collective.
   bool all_paths_ended() const;
   /// RVEs that have ended another path continue on this one.
