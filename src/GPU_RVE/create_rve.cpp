@@ -28,6 +28,7 @@
 
 #include <algorithm>
 #include <climits>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,37 +59,31 @@ struct PackingRequest {
     return bigint(std::max<std::size_t>(1, frictions.size() + void_ratios.size())) *
         bigint(pressures.size()) * std::max(1, num_seeds);
   }
-  /// Of the library: pressure by pressure, for each one goal by goal as given, frictions before void ratios, and seed by seed for each.
-  std::vector<rve::PackingRecipe> recipes() const;
+  /// Recipes of a library, pressure by pressure, for each one goal by goal as given, frictions before void ratios, and seed by seed for each.
+  std::vector<rve::PackingRecipe> recipes() const
+  {
+    std::vector<rve::PackingRecipe> goals, all;
+    for (const double friction : frictions) {
+      goals.push_back(recipe);
+      goals.back().preparation_friction = friction;
+    }
+    for (const double void_ratio : void_ratios) {
+      goals.push_back(recipe);
+      goals.back().void_ratio = void_ratio;
+    }
+    if (goals.empty()) goals.push_back(recipe);
+    for (const double pressure : pressures)
+      for (const auto &goal : goals)
+        for (int k = 0; k < std::max(1, num_seeds); ++k) {
+          all.push_back(goal);
+          all.back().pressure = pressure;
+          all.back().seed += k;
+        }
+    return all;
+  }
 };
 
-std::vector<rve::PackingRecipe> PackingRequest::recipes() const
-{
-  std::vector<rve::PackingRecipe> goals;
-  for (const double friction : frictions) {
-    goals.push_back(recipe);
-    goals.back().preparation_friction = friction;
-  }
-  for (const double void_ratio : void_ratios) {
-    goals.push_back(recipe);
-    goals.back().void_ratio = void_ratio;
-  }
-  if (goals.empty()) goals.push_back(recipe);
-  std::vector<rve::PackingRecipe> all;
-  for (const double pressure : pressures)
-    for (const auto &goal : goals)
-      for (int k = 0; k < std::max(1, num_seeds); ++k) {
-        all.push_back(goal);
-        all.back().pressure = pressure;
-        all.back().seed += k;
-      }
-  return all;
-}
-
-std::vector<double> several_numbers(ScriptWords &words)
-{
-  return words.numbers();
-}
+const auto several_numbers = std::mem_fn(&ScriptWords::numbers);
 
 using Recipe = rve::PackingRecipe;
 
@@ -150,11 +145,11 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
     if (!material.read(words)) words.read(KEYWORDS, request);
   if (words.has("seed") && words.has("seeds"))
     error->all(FLERR, "create_rve: seed and seeds exclude each other");
-  std::string missing;
+  std::vector<std::string> missing;
   for (const std::string needed : {"radius", "kn", "density", "pressure"})
-    if (!words.has(needed) && !(needed == "kn" && words.has("contact")))
-      missing += (missing.empty() ? "" : ", ") + needed;
-  if (!missing.empty()) error->all(FLERR, "create_rve: {} must be given", missing);
+    if (!words.has(needed) && !(needed == "kn" && words.has("contact"))) missing.push_back(needed);
+  if (!missing.empty())
+    error->all(FLERR, "create_rve: {} must be given", utils::join_words(missing, ", "));
 
   for (const char *of_disks : {"thickness", "mass_depth"})
     if (request.dimension == 3 && words.has(of_disks))
@@ -282,21 +277,19 @@ void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
   std::string failures;
   for (std::size_t k = 0; k < packings.size(); ++k) {
     rve::PreparedPackingOf<D> &packing = packings[k];
+    const rve::PackingRecipe &recipe = recipes[k];
     if (packing.ready()) {
-      const rve::RveStateOf<D> &state = packing.state;
-      const rve::LibraryRow row{recipes[k].seed,
-                                state.void_ratio(),
+      const rve::LibraryRow row{recipe.seed,
+                                packing.state.void_ratio(),
                                 packing.preparation_friction,
                                 packing.overconsolidation_ratio,
-                                recipes[k].pressure,
-                                state.num_grains()};
+                                recipe.pressure,
+                                packing.state.num_grains()};
       library.add(row, std::move(packing.state));
     } else {
-      failures += fmt::format("\n  seed {}{}: {}", recipes[k].seed,
-                              request.pressures.size() > 1
-                                  ? fmt::format(", pressure {}", rve::number(recipes[k].pressure))
-                                  : "",
-                              packing.failure);
+      const std::string pressure =
+          request.pressures.size() > 1 ? ", pressure " + rve::number(recipe.pressure) : "";
+      failures += fmt::format("\n  seed {}{}: {}", recipe.seed, pressure, packing.failure);
     }
   }
   if (!failures.empty()) {
@@ -334,9 +327,7 @@ void CreateRve::command(int narg, char **arg)
   require_mechanical_units(lmp, "create_rve");
   PackingRequest request;
   collectively(lmp, "create_rve", [&] { request = parse(lmp, narg, arg); });
-  request.options.log = [this](const std::string &line) {
-    say(lmp, fmt::format("create_rve: {}\n", line));
-  };
+  request.options.log = [this](const std::string &line) { say(lmp, "create_rve: " + line + "\n"); };
 
   const std::string failure = on_rank_zero(world, [&]() {
     rve::require_writable(request.path);    // before the work, not after it
