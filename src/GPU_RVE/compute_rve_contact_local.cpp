@@ -15,7 +15,6 @@
 #include "compute_rve_contact_local.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "group.h"
 #include "lammps/rve_columns.h"

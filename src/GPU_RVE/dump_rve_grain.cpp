@@ -15,7 +15,6 @@
 #include "dump_rve_grain.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "group.h"
 #include "lammps/rve_columns.h"

@@ -23,9 +23,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
-#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -464,7 +462,7 @@ template <int D> double FixMpm::ImplOf<D>::vector_component(int n)
   const int body = (n - HEAD) / PER_BODY;
   const int what = (n - HEAD) % PER_BODY;
   if (what < BODY_UX) return solver->body_reaction(body)[what - REACTION_X];
-  return loads.displacement_of(body)[what - BODY_UX];
+  return loads.displacement[body][what - BODY_UX];
 }
 
 template <int D> double FixMpm::ImplOf<D>::bytes() const
@@ -565,7 +563,7 @@ template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
   MpmRestartHead<D> head;
   head.step = (double) update->ntimestep;
   for (int b = 0; b < (int) settings.bodies.size(); b++) {
-    head.bodies.push_back({loads.displacement_of(b), solver->body_velocity_before(b), {}});
+    head.bodies.push_back({loads.displacement[b], solver->body_velocity_before(b), {}});
     if (solver->rigid_bodies().can_turn(b))
       head.bodies.back().turning = solver->rigid_bodies().record(b);
   }
@@ -617,7 +615,7 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
       continue;
     }
     const auto &body = then.bodies[k];
-    loads.displacement_of(b) = body.displacement;
+    loads.displacement[b] = body.displacement;
     solver->set_body_velocity_before(b, body.velocity);
     if (turns) solver->rigid_bodies().set_record(b, body.turning.data());
   }

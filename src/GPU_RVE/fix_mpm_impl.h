@@ -11,9 +11,7 @@
 #include "mpm/memory_layout.h"
 
 #include <cstdint>
-#include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {

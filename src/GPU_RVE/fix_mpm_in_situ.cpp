@@ -9,7 +9,6 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
-#include "group.h"
 #include "update.h"
 
 #include <algorithm>

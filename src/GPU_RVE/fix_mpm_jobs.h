@@ -107,7 +107,7 @@ template <int D> class MpmLoads : protected Pointers {
   using Vec = mpm::Vec<D>;
 
   explicit MpmLoads(const MpmScene<D> &_scene) :
-      Pointers(_scene.lmp), scene(_scene), displacement(_scene.settings.bodies.size(), Vec::zero())
+      Pointers(_scene.lmp), displacement(_scene.settings.bodies.size(), Vec::zero()), scene(_scene)
   {
   }
 
@@ -117,9 +117,7 @@ template <int D> class MpmLoads : protected Pointers {
 
   /// Largest prescribed component of a body in the last step [velocity].
   double body_speed() const { return speed; }
-  /// Way of a body since the fix was defined [length].
-  Vec &displacement_of(std::size_t body) { return displacement[body]; }
-  const Vec &displacement_of(std::size_t body) const { return displacement[body]; }
+  std::vector<Vec> displacement;    ///< of each body since the fix was defined [length]
 
   /// Whether variables or regions that are evaluated in each step may read fixes or computes.
   bool reads_results() const;
@@ -127,7 +125,6 @@ template <int D> class MpmLoads : protected Pointers {
  private:
   const MpmScene<D> &scene;
   std::vector<mpm::TractionLoad<D>> loads;    // of this step
-  std::vector<Vec> displacement;
   double speed = 0.0;
 
   mpm::TractionLoad<D> load_of(const MpmTraction<D> &traction, const Points &points) const;

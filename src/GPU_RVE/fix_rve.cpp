@@ -29,7 +29,6 @@
 #include "lammps/state_readers.h"
 #include "lammps/unit_styles.h"
 #include "modify.h"
-#include "rve/core/error.h"
 #include "rve/engine/files.h"
 #include "timer.h"
 #include "update.h"

@@ -6,9 +6,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
-#include "group.h"
 #include "lammps/rank_resources.h"
-#include "modify.h"
 #include "rve/core/error.h"
 #include "rve/core/threads.h"
 #include "rve/engine/cell_width.h"
@@ -113,7 +111,7 @@ template <int D> void FixRve::ImplOf<D>::attach()
         this->fix->id, total);
 
   const std::vector<const State *> states =
-      this->packings.choose(this->lmp, this->fix->igroup, this->settings, atoms);
+      this->packings.choose(this->lmp, this->fix->igroup, this->settings.choice, atoms);
   bigint sums[2] = {0, 0}, all_sums[2];
   std::vector<int> grains;
   for (const State *state : states) {

@@ -3,7 +3,6 @@
 
 #include "comm.h"
 #include "error.h"
-#include "rve/core/error.h"
 
 #include <cmath>
 #include <functional>

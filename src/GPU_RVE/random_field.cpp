@@ -24,11 +24,9 @@
 #include "lammps/collective_error.h"
 #include "lammps/on_rank_zero.h"
 #include "lammps/script_words.h"
-#include "rve/core/error.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <string>
 #include <vector>

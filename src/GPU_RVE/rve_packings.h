@@ -43,7 +43,7 @@ template <int D> class RvePackingsOf {
 
   /// The states that these local atoms of the group begin with; collective. They depend on the IDs of the atoms and on the
   /// settings, not on ranks. The pointers are good until the next call.
-  std::vector<const State *> choose(LAMMPS *lmp, int igroup, FixRveSettings &settings,
+  std::vector<const State *> choose(LAMMPS *lmp, int igroup, PackingChoice &choice,
                                     const std::vector<int> &atoms);
 
  private:
@@ -54,6 +54,7 @@ template <int D> class RvePackingsOf {
   std::vector<int> file_of;
   std::vector<double> stable;
   std::vector<double> void_ratios;
+
   /// Packings among which void ratios and random draws choose: those of a stress, or all.
   struct Pool {
     std::vector<int> packings;
@@ -63,13 +64,12 @@ template <int D> class RvePackingsOf {
   std::optional<rve::StressLevels> levels;        // of the pools, if there is a choice by stress
   std::map<std::pair<int, int>, State> images;    // of packing, number of the image
 
+  struct Atoms;
+
   void make_pools(LAMMPS *lmp, bool by_stress);
-  std::vector<int> choose_pools(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                const std::vector<int> &atoms) const;
-  std::vector<int> choose_packings(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                   const std::vector<int> &atoms);
-  std::vector<int> choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                 const std::vector<int> &atoms);
+  std::vector<int> choose_pools(const Atoms &atoms, PackingChoice &choice) const;
+  std::vector<int> choose_packings(const Atoms &atoms, PackingChoice &choice) const;
+  std::vector<int> choose_images(const Atoms &atoms, PackingChoice &choice) const;
   void report(LAMMPS *lmp, const std::vector<int> &chosen) const;
   void warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
                       const std::vector<int> &image) const;

@@ -15,13 +15,11 @@
 #include "write_rve.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "lammps/collective_error.h"
 #include "lammps/rve_columns.h"
 #include "lammps/script_words.h"
 #include "modify.h"
-#include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
 
 #include <string>
