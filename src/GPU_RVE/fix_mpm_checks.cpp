@@ -26,12 +26,6 @@ constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
 // area of the points in a cell over that of the cell, above which it is too much
 constexpr double FULL = 1.3;
 
-/// In the plane area.
-template <int D> constexpr const char *volume_word()
-{
-  return D == 2 ? "area" : "volume";
-}
-
 /// What boxes of points take of a cell.
 struct CellShare {
   std::int64_t id = 0;    // of the cell in the whole grid
@@ -214,6 +208,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   if (over == 0) return;
   const bool are_all_new = total == deformable;
   const double h = grid.cell_size();
+  const char *const volume = D == 2 ? "area" : "volume";
   const std::string text =
       fmt::format("{} of {} cells that {}points fill, {} [distance] each, have more than {} "
                   "times their {} in points, the fullest {:.3g} times. They are too heavy and "
@@ -222,8 +217,8 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
                   "twice{}",
                   over, cells, are_all_new ? "" : "new ",
                   D == 2 ? fmt::format("{} by {}", h, h) : fmt::format("{} by {} by {}", h, h, h),
-                  FULL, volume_word<D>(), fullest, volume_word<D>(), scene.settings.initial_volume,
-                  D, are_all_new ? "" : " or on top of those that were there");
+                  FULL, volume, fullest, volume, scene.settings.initial_volume, D,
+                  are_all_new ? "" : " or on top of those that were there");
   if (are_all_new && 2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
   warned_full = in_run;
   if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", scene.fix->id, text);

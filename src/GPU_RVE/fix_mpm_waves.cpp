@@ -38,13 +38,7 @@ template <int D>
 std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source,
                                       const mpm::Constitutive<D> &law) const
 {
-  struct Candidate {
-    double slowness, id;
-    bool operator<(const Candidate &other) const
-    {
-      return slowness != other.slowness ? slowness < other.slowness : id < other.id;
-    }
-  };
+  using Candidate = std::array<double, 2>;    // squared slowness, ID of the atom
   const int count = scene.settings.wave_tests;
   std::vector<Candidate> mine;
   for (int i = 0; i < atom->nlocal; i++)
@@ -58,9 +52,10 @@ std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source
   std::sort(all.begin(), all.end());
   std::vector<int> chosen;
   for (int k = 0; k < count; k++) {
-    if (std::isinf(all[k].slowness)) break;
+    const auto [slowness, id] = all[k];
+    if (std::isinf(slowness)) break;
     for (int i = 0; i < atom->nlocal; i++)
-      if (atom->tag[i] == (tagint) all[k].id) chosen.push_back(i);
+      if (atom->tag[i] == (tagint) id) chosen.push_back(i);
   }
   return chosen;
 }

@@ -148,17 +148,12 @@ void FixRve::setup(int)
                id, group->names[igroup], id);
   // a material may have changed since the last run
   if (impl->settings.dt_check_interval) impl->recheck_time_step(Impl::Check::Run);
-  check_dump_files();
+  // files that cannot be written end a run before it begins, not at the first dump
+  if (impl->settings.dump_interval)
+    collectively(lmp, fmt::format("fix rve {}: dump", id), [&] {
+      for (const int i : impl->dumped_atoms()) rve::require_writable(impl->dump_file(i));
+    });
   impl->progress.begin([this] { return impl->dem_steps(); });
-}
-
-/// Files that cannot be written end a run before it begins, not at the first dump.
-void FixRve::check_dump_files() const
-{
-  if (!impl->settings.dump_interval) return;
-  collectively(lmp, fmt::format("fix rve {}: dump", id), [&] {
-    for (const int i : impl->dumped_atoms()) rve::require_writable(impl->dump_file(i));
-  });
 }
 
 /// This is the one place where time passes for RVEs that fix mpm does not drive.

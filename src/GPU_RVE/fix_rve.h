@@ -82,7 +82,6 @@ class FixRve : public Fix {
 
   // whether LAMMPS counts this fix among those that integrate
   void claim_integration();
-  void check_dump_files() const;
 };
 
 }    // namespace LAMMPS_NS

@@ -165,7 +165,6 @@ struct FixRve::Impl : protected Pointers {
   bool printed_tension = false;
   // on rank 0
   std::string print_all(const std::string &all);
-  void print(const Note &note);
 
   Impl(FixRve *_fix, FixRveSettings _settings, int _dimension) :
       Pointers(_fix->lmp), fix(_fix), dimension(_dimension), settings(std::move(_settings)),

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <sstream>
 
 using namespace LAMMPS_NS;
 
@@ -123,13 +124,9 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
 
   rves.restart_step = head.step;
   std::map<std::string, std::string> account;
-  std::size_t begin = 0;
-  const std::string text(buf + sizeof(head), head.length);
-  while (begin < text.size()) {
-    const std::size_t blank = text.find(' ', begin), end = text.find('\n', begin);
-    account[text.substr(begin, blank - begin)] = text.substr(blank + 1, end - blank - 1);
-    begin = end + 1;
-  }
+  std::istringstream text(std::string(buf + sizeof(head), head.length));
+  for (std::string keyword, value; std::getline(text, keyword, ' ') && std::getline(text, value);)
+    account[keyword] = value;
   changes = differences(account, rves.settings.account());
   path_has_changed = account["path"] != rves.settings.path.text;
 

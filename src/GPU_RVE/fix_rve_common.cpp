@@ -58,7 +58,14 @@ std::string FixRve::Impl::print_all(const std::string &all)
   }
   std::stable_sort(of_all.begin(), of_all.end(),
                    [](const Note &a, const Note &b) { return a.atom < b.atom; });
-  for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) print(of_all[k]);
+  for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) {
+    const Note &note = of_all[k];
+    if (note.kind == NoteKind::Line)
+      utils::logmesg(lmp, fmt::format("fix rve {}: {}\n", fix->id, note.text));
+    else if (note.kind == NoteKind::Warning ||
+             (note.kind == NoteKind::Tension && !std::exchange(printed_tension, true)))
+      error->warning(FLERR, fmt::format("fix rve {}: {}", fix->id, note.text));
+  }
   if (of_all.size() > MOST_NOTES)
     utils::logmesg(lmp,
                    fmt::format("fix rve {}: and similar notes for {} more RVEs in this step\n",
@@ -66,15 +73,6 @@ std::string FixRve::Impl::print_all(const std::string &all)
   for (const Note &note : of_all)
     if (note.kind == NoteKind::Error) return "fix rve: " + note.text;
   return "";
-}
-
-void FixRve::Impl::print(const Note &note)
-{
-  if (note.kind == NoteKind::Error) return;    // say_notes() ends the run with it
-  if (note.kind == NoteKind::Line)
-    utils::logmesg(lmp, fmt::format("fix rve {}: {}\n", fix->id, note.text));
-  else if (note.kind == NoteKind::Warning || !std::exchange(printed_tension, true))
-    error->warning(FLERR, fmt::format("fix rve {}: {}", fix->id, note.text));
 }
 
 std::string FixRve::Impl::place_of_failure(int atom) const

@@ -43,14 +43,6 @@ const ScriptKeyword<FileRequest> KEYWORDS[] = {
     {"format", "rve | lammps",
      into(one_of<bool>({{"rve", true}, {"lammps", false}}), &FileRequest::native)}};
 
-template <int D> void write(const FileRequest &request, const rve::RveStateOf<D> &state)
-{
-  if (request.native)
-    rve::write_packing(request.path, state);
-  else
-    rve::write_lammps_data(request.path, state);
-}
-
 }    // namespace
 
 // write_rve fix-ID atom ID file path [format lammps|rve]
@@ -74,7 +66,10 @@ void WriteRve::command(int narg, char **arg)
       for (int i = 0; i < atom->nlocal; i++) {
         if (atom->tag[i] != request.id || rves.slot[i] < 0) continue;
         mine = 1;
-        write(request, rves.state(i));
+        if (request.native)
+          rve::write_packing(request.path, rves.state(i));
+        else
+          rve::write_lammps_data(request.path, rves.state(i));
       }
     });
   });
