@@ -22,15 +22,12 @@
 #include "fix_rve_impl.h"
 #include "group.h"
 #include "input.h"
-#include "lammps/collective_error.h"
 #include "lammps/lammps_version.h"
 #include "lammps/no_pairs.h"
 #include "lammps/restart_record.h"
 #include "lammps/state_readers.h"
 #include "lammps/unit_styles.h"
 #include "modify.h"
-#include "rve/engine/files.h"
-#include "timer.h"
 #include "update.h"
 
 #include <algorithm>
@@ -77,7 +74,6 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
                domain->dimension);
   impl = Impl::make(this, std::move(settings));
   warn_of_dropped_records(lmp, fmt::format("fix rve {}", id));
-  impl->read_packings();
   impl->make_engine();
 
   FixRve::grow_arrays(atom->nmax);
@@ -115,13 +111,7 @@ void FixRve::init()
                id);
   claim_integration();
   settle_without_pairs(lmp);
-  impl->find_variables();
-  impl->attach();
-  impl->check_clock();
-  impl->check_dump();
-  impl->choose_shadows();
-  impl->set_exchange_size();
-  impl->advise(true);
+  impl->init();
 }
 
 /// Makes LAMMPS count one fix that integrates: it warns if there is none, and of atoms that several
@@ -146,64 +136,22 @@ void FixRve::setup(int)
                "fix rve {}: drive mpm, but no model of a fix mpm uses it, and its RVEs would never "
                "advance; name it in fix mpm, as in model {} rve {}, or choose another drive",
                id, group->names[igroup], id);
-  // a material may have changed since the last run
-  if (impl->settings.dt_check_interval) impl->recheck_time_step(Impl::Check::Run);
-  // files that cannot be written end a run before it begins, not at the first dump
-  if (impl->settings.dump_interval)
-    collectively(lmp, fmt::format("fix rve {}: dump", id), [&] {
-      for (const int i : impl->dumped_atoms()) rve::require_writable(impl->dump_file(i));
-    });
-  impl->progress.begin([this] { return impl->dem_steps(); });
+  impl->setup();
 }
 
-/// This is the one place where time passes for RVEs that fix mpm does not drive.
 void FixRve::final_integrate()
 {
-  if (impl->settings.driver != RveDriver::Mpm) impl->advance_by_script();
+  impl->final_integrate();
 }
 
 void FixRve::end_of_step()
 {
-  const auto &settings = impl->settings;
-  const bigint step = update->ntimestep;
-  if (!impl->checks_postponed) {
-    impl->finish();
-    impl->say_notes();
-  }
-  if (settings.path.halts && impl->all_paths_ended()) {
-    impl->is_halted = true;
-    timer->force_timeout();
-  }
-  impl->progress.step_done([this] { return impl->dem_steps(); });
-  if (settings.dt_check_interval) {
-    const bool due = step % settings.dt_check_interval == 0;
-    if (due || !impl->checks_postponed)
-      impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
-    if (due) impl->advise(false);
-  }
-  if (settings.dump_interval && step % settings.dump_interval == 0)
-    for (const int i : impl->dumped_atoms()) impl->write_dump(i);
+  impl->end_of_step();
 }
 
 void FixRve::post_run()
 {
-  impl->has_run = impl->has_run || update->nsteps > 0;
-  impl->run_postponed_checks();
-  // a run may be shorter than the interval of checks
-  const int interval = impl->settings.dt_check_interval;
-  if (interval && update->ntimestep % interval) {
-    impl->recheck_time_step(Impl::Check::Run);
-    impl->advise(false);
-  }
-  impl->report_fast_strain();
-  if (impl->is_halted) {
-    impl->is_halted = false;
-    timer->reset_timeout();
-    if (comm->me == 0)
-      utils::logmesg(lmp, "fix rve {}: all paths have ended at step {}\n", id, update->ntimestep);
-  }
-  impl->report_shadows();
-  impl->progress.end();
+  impl->post_run();
   time_integrate = 1;    // until the next run is initialized
 }
 

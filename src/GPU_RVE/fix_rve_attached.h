@@ -35,7 +35,6 @@ struct FixRve::Impl : protected Pointers {
   double restart_step = 0.0;    // of the head of a restart file
   RestartRecords records;
   bool is_material = false;    // fix mpm has asked for it
-  bool is_halted = false;      // the run ends because all paths have
   bool has_run = false;        // RVEs have advanced, here or before a restart
   Progress progress;
 
@@ -44,22 +43,23 @@ struct FixRve::Impl : protected Pointers {
   ~Impl() noexcept override = default;
   LAMMPS *lammps() const { return lmp; }
 
-  /// Reads the packings and chooses or checks the DEM time step; collective.
-  virtual void read_packings() = 0;
-  /// One engine per rank, on the device of its local rank; collective.
+  /// Reads the packings, chooses or checks the DEM time step, and makes an engine on the device of the local rank; collective.
   virtual void make_engine() = 0;
+
+  // LAMMPS' hooks, which are collective
+  virtual void init() = 0;
+  virtual void setup() = 0;
+  virtual void final_integrate() = 0;
+  virtual void end_of_step() = 0;
+  virtual void post_run() = 0;
+
   /// Gives an RVE to every atom of the group that has none; collective.
   virtual void attach() = 0;
   virtual macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
                                               const std::vector<macro::StressGoal> &goals,
                                               double tolerance) = 0;
-  /// All RVEs make what the script asks for in this LAMMPS step.
-  virtual void advance_by_script() = 0;
   /// Ends the advance that is under way, on this rank alone.
   virtual void finish() = 0;
-  /// Reports the notes of the last advance and checks its time step, if that was postponed;
-  /// collective.
-  virtual void run_postponed_checks() = 0;
 
   // What changes of RVEs that are there; all collective. A restart file has a head of this fix: what its RVEs were made with.
   virtual void write_restart_head(FILE *fp) const = 0;
@@ -76,51 +76,20 @@ struct FixRve::Impl : protected Pointers {
   virtual std::vector<double> record(int atom) const = 0;
   virtual int record_size(int atom) const = 0;
   virtual void take_in(int atom, const double *record, int size) = 0;
-  /// Room for the largest RVE in LAMMPS' buffers.
-  virtual void set_exchange_size() = 0;
 
-  /// Fills the number of shadows up, with atoms that depend on their IDs only; collective.
-  virtual void choose_shadows() = 0;
-  /// Deviation from shadows: mean, largest, and the ID of its atom (0: no shadow); collective.
-  struct ShadowReport {
-    double mean, largest;
-    tagint atom;
-  };
-  /// Logs the wall time of shadows and their deviations at the end of a run; collective.
-  virtual void report_shadows() const = 0;
+  /// Wall time in calls of the engine of the RVEs, and in bounds of their DEM time steps, on this rank [seconds]
   virtual double engine_time() const = 0;
   virtual double bounding_time() const = 0;
-
-  /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
-  virtual void advise(bool at_start) = 0;
-  virtual void report_fast_strain() = 0;
-  /// When the DEM time step is looked at again.
-  enum class Check {
-    EveryStep,    ///< of RVEs that have stiffened since their last check
-    Interval,     ///< of all RVEs
-    InSitu,       ///< of all RVEs, before the first step from a stress that they were brought to
-    /// Of all RVEs, before and after a run, if the step was given: it fails only above the bound.
-    Run
-  };
-  /// Checks the bound again: warns, fails, or lowers an automatic step; collective.
-  virtual void recheck_time_step(Check check) = 0;
-
-  /// DEM steps of the RVEs of this rank since their packings were read.
-  virtual double dem_steps() const = 0;
   /// Component n of the vector of the fix; collective.
   virtual double vector_component(int n) const = 0;
   virtual double bytes() const = 0;
   virtual double bulk_density(int atom) const = 0;
-  /// Whether all RVEs that can advance are behind the ends of their paths; collective.
-  virtual bool all_paths_ended() const = 0;
   /// As materials of a continuum; nullptr in space if they are of disks.
   virtual mpm::Constitutive<2> *material_of_plane() = 0;
   virtual mpm::Constitutive<3> *material_of_space() = 0;
   /// Of those materials: modulus of waves that tangents of these atoms have at most, over the bound of their contacts; 0: none measured.
   virtual double measured_wave_share(const std::vector<int> &atoms) const = 0;
   virtual void scale_waves(double share) = 0;
-  /// For LAMMPS: the grains of an RVE as a file.
-  virtual void write_dump(int atom) const = 0;
 
   /// Looks up the variables of drive and servo.
   void find_variables();
@@ -228,7 +197,8 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   std::vector<double> record(int atom) const override { return points->record(slot[atom]); }
   int record_size(int atom) const override { return points->record_size(slot[atom]); }
   void take_in(int atom, const double *record, int size) override;
-  double dem_steps() const override;
+  /// DEM steps of the RVEs of this rank since their packings were read.
+  double dem_steps() const;
 
   /// Advances RVEs by drives, with complete results if this step needs them.
   void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives);

@@ -14,6 +14,9 @@ namespace LAMMPS_NS {
 
 template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   using Rves = AttachedRves<D>;
+  using Rves::atom, Rves::comm, Rves::error, Rves::lmp, Rves::timer, Rves::update, Rves::world;
+  using Rves::checks_postponed, Rves::dt, Rves::fix, Rves::packings, Rves::points, Rves::progress;
+  using Rves::settings, Rves::slot;
   using typename Rves::State;
 
   ImplOf(FixRve *_fix, FixRveSettings _settings) : Rves(_fix, std::move(_settings)), of_plane(*this)
@@ -23,36 +26,31 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
 
   ~ImplOf() noexcept override = default;
 
-  void read_packings() override;
   void make_engine() override;
+  void init() override;
+  void setup() override;
+  void final_integrate() override;
+  void end_of_step() override;
+  void post_run() override;
   void attach() override;
   macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
                                       const std::vector<macro::StressGoal> &goals,
                                       double tolerance) override;
   void synchronise_ranks() override;
-  void run_postponed_checks() override;
-  void set_exchange_size() override;
 
-  void advance_by_script() override { drives.advance_by_script(); }
-  auto path_report(int atom) const { return drives.path_report(atom); }
-  bool all_paths_ended() const override { return drives.all_paths_ended(); }
   void write_restart_head(FILE *fp) const override { changes.write_restart_head(fp); }
   void read_restart_head(const char *buf) override { changes.read_restart_head(buf); }
   void modify(int narg, char **arg) override { changes.modify(narg, arg); }
   void warn_of_loss() const override { changes.warn_of_loss(); }
-  void choose_shadows() override { shadows.choose(); }
-  void report_shadows() const override { shadows.log_report(); }
-  void advise(bool at_start) override { advice.advise(at_start); }
-  void report_fast_strain() override { advice.report_fast_strain(); }
-  void recheck_time_step(Impl::Check check) override { time_step.recheck(check); }
 
-  double engine_time() const override { return this->points.as_they_are().engine_time(); }
-  double bounding_time() const override { return this->points.as_they_are().bounding_time(); }
+  double engine_time() const override { return points.as_they_are().engine_time(); }
+  double bounding_time() const override { return points.as_they_are().bounding_time(); }
   double vector_component(int n) const override;
   double bytes() const override;
   double bulk_density(int atom) const override;
+  auto path_report(int atom) const { return drives.path_report(atom); }
   double inertial_number(int atom) const;
-  double servo_error(int atom) const { return this->points->servo_error(this->slot[atom]); }
+  double servo_error(int atom) const { return points->servo_error(slot[atom]); }
   mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
   mpm::Constitutive<3> *material_of_space() override { return of_space.get(); }
   double measured_wave_share(const std::vector<int> &atoms) const override;
@@ -61,9 +59,10 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
     of_plane.scale_waves(share);
     if constexpr (D == 3) of_space->scale_waves(share);
   }
-  void write_dump(int atom) const override;
 
  private:
+  using Check = typename RveTimeStep<D>::Check;
+
   // as materials; disks are none in space
   macro::RveConstitutive<2, D> of_plane;
   std::unique_ptr<macro::RveConstitutive<3>> of_space;
@@ -75,6 +74,11 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   RveMemory<D> rve_memory{*this};
   RveChanges<D> changes{*this, time_step, drives, rve_memory};
 
+  bool is_halted = false;    // the run ends because all paths have
+
+  void read_packings();
+  void set_exchange_size();
+  void run_postponed_checks();
   void say_how_far_cells_go(const std::vector<const State *> &states) const;
 };
 

@@ -15,7 +15,14 @@ namespace LAMMPS_NS {
 /// Chooses the DEM time step of the RVEs, or checks it by the stability bound.
 template <int D> class RveTimeStep : protected Pointers {
  public:
-  using Check = FixRve::Impl::Check;
+  /// When the DEM time step is looked at again.
+  enum class Check {
+    EveryStep,    ///< of RVEs that have stiffened since their last check
+    Interval,     ///< of all RVEs
+    InSitu,       ///< of all RVEs, before the first step from a stress that they were brought to
+    /// Of all RVEs, before and after a run, if the step was given: it fails only above the bound.
+    Run
+  };
 
   explicit RveTimeStep(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
@@ -48,7 +55,14 @@ template <int D> class RveShadows : protected Pointers {
 
   /// Adds shadows up to the number of the settings, to atoms that depend on IDs only; collective.
   void choose();
-  FixRve::Impl::ShadowReport report() const;
+  /// Deviation from shadows: mean, largest, and the ID of its atom (0: no shadow).
+  struct Report {
+    double mean, largest;
+    tagint atom;
+  };
+  /// Returns the report of all ranks; collective.
+  Report report() const;
+  /// Logs the wall time of shadows and their deviations at the end of a run; collective.
   void log_report() const;
 
  private:

@@ -81,7 +81,7 @@ template <int D> void RveShadows<D>::choose()
                        std::max(all_shadows[1], 1));
 }
 
-template <int D> FixRve::Impl::ShadowReport RveShadows<D>::report() const
+template <int D> typename RveShadows<D>::Report RveShadows<D>::report() const
 {
   double most = -1.0, most_of_all;
   std::int64_t sums[2] = {0, 0}, all_sums[2];    // number of shadows, sum of deviations
