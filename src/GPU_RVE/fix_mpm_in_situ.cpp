@@ -34,7 +34,7 @@ constexpr double BEYOND_STRENGTH = 1e-6;
 
 /// Evaluates what the script gives for ground at rest at each new point.
 template <int D>
-macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const std::vector<int> &made) const
+macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &made) const
 {
   const MpmInSitu<D> &in_situ = scene.settings.in_situ;
   const double width = scene.settings.width_of_point();
@@ -88,8 +88,7 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const std::vecto
 }
 
 template <int D>
-std::vector<double> MpmGround<D>::densities(const Points &points,
-                                            const std::vector<int> &made) const
+std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &made) const
 {
   std::vector<double> values;
   for (const int i : made) values.push_back(scene.density_of(points, i));
@@ -99,8 +98,7 @@ std::vector<double> MpmGround<D>::densities(const Points &points,
 /// Density over height of the points whose density is that of their RVEs: the mean of those of a
 /// level.
 template <int D>
-macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points,
-                                                     const std::vector<int> &made,
+macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const Atoms &made,
                                                      const macro::GroundAtRest &ground) const
 {
   const auto &models = scene.settings.models;
@@ -120,8 +118,7 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points,
 
 /// Lateral over vertical stress of points that all have RVEs.
 template <int D>
-std::vector<double> MpmGround<D>::stress_ratios(const Points &points,
-                                                const std::vector<int> &made) const
+std::vector<double> MpmGround<D>::stress_ratios(const Points &points, const Atoms &made) const
 {
   std::vector<double> values;
   for (const int i : made) {
@@ -132,14 +129,13 @@ std::vector<double> MpmGround<D>::stress_ratios(const Points &points,
   return values;
 }
 
-template <int D>
-std::vector<macro::StressGoal> MpmGround<D>::goals_by_components(const std::vector<int> &made) const
+template <int D> auto MpmGround<D>::goals_by_components(const Atoms &made) const -> Goals
 {
   const std::vector<ScriptValue> &components = scene.settings.in_situ.components;
   std::vector<std::vector<double>> values(components.size());
   for (std::size_t c = 0; c < values.size(); c++)
     components[c].evaluate(lmp, scene.fix->igroup, values[c]);
-  std::vector<macro::StressGoal> goals;
+  Goals goals;
   CollectiveError wrong;
   for (const int i : made) {
     Tensor sigma = Tensor::zero();
@@ -161,14 +157,13 @@ std::vector<macro::StressGoal> MpmGround<D>::goals_by_components(const std::vect
 
 /// Brings the RVEs of all models to these stresses, and returns what that took, over all ranks.
 template <int D>
-macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const std::vector<int> &made,
-                                               const std::vector<macro::StressGoal> &goals,
-                                               double tolerance) const
+macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const Atoms &made,
+                                               const Goals &goals, double tolerance) const
 {
   macro::InSituReport all;
   for (FixRve *source : scene.sources()) {
     std::vector<int> atoms;
-    std::vector<macro::StressGoal> of_atoms;
+    Goals of_atoms;
     for (std::size_t n = 0; n < made.size(); n++)
       if (scene.grains[points.model[made[n]]] == source) {
         atoms.push_back(made[n]);
@@ -183,16 +178,13 @@ macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const std::
   return all;
 }
 
-template <int D>
-std::vector<typename MpmGround<D>::Start> MpmGround<D>::find(const Points &points,
-                                                             const std::vector<int> &made)
+template <int D> auto MpmGround<D>::find(const Points &points, const Atoms &made) -> Starts
 {
   bigint total = made.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return {};
-  const std::vector<Start> starts = scene.settings.in_situ.is_by_components()
-      ? find_by_components(points, made)
-      : find_at_rest(points, made);
+  const Starts starts = scene.settings.in_situ.is_by_components() ? find_by_components(points, made)
+                                                                  : find_at_rest(points, made);
   is_new = true;
   // not for each point that a fix creates in a run
   if (comm->me == 0 && update->ntimestep == update->firststep)
@@ -210,17 +202,16 @@ mpm::Tensor<D> MpmGround<D>::stress_at(const Points &points, int i,
 }
 
 template <int D>
-std::vector<typename MpmGround<D>::Start>
-MpmGround<D>::find_by_components(const Points &points, const std::vector<int> &made)
+auto MpmGround<D>::find_by_components(const Points &points, const Atoms &made) -> Starts
 {
-  const std::vector<macro::StressGoal> goals = goals_by_components(made);
+  const Goals goals = goals_by_components(made);
   double largest = 0.0;
   for (const macro::StressGoal &goal : goals)
     for (const double x : goal.stress.component) largest = std::max(largest, std::fabs(x));
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   const double tolerance = scene.settings.in_situ.tolerance.value_or(ERROR_OF_STRESS * largest);
   const macro::InSituReport report = bring_grains(points, made, goals, tolerance);
-  std::vector<Start> starts;
+  Starts starts;
   for (std::size_t n = 0; n < made.size(); n++)
     starts.push_back({stress_at(points, made[n], goals[n]), scene.density_of(points, made[n]), {}});
   weight_of_cell = 0.0;
@@ -228,9 +219,7 @@ MpmGround<D>::find_by_components(const Points &points, const std::vector<int> &m
   return starts;
 }
 
-template <int D>
-std::vector<typename MpmGround<D>::Start> MpmGround<D>::find_at_rest(const Points &points,
-                                                                     const std::vector<int> &made)
+template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Atoms &made) -> Starts
 {
   const MpmInSitu<D> &in_situ = scene.settings.in_situ;
   const double h = scene.solver->grid().cell_size();
@@ -247,7 +236,7 @@ std::vector<typename MpmGround<D>::Start> MpmGround<D>::find_at_rest(const Point
     });
   }
   const macro::HeightProfile of_grains = density_of_grains(points, made, ground);
-  std::vector<Start> starts;
+  Starts starts;
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
@@ -284,8 +273,7 @@ template <int D> double MpmGround<D>::cell_volume() const
   return scene.settings.options.thickness * (D == 2 ? h * h : h * h * h);
 }
 
-template <int D>
-void MpmGround<D>::check_strength(const Points &points, const std::vector<int> &made) const
+template <int D> void MpmGround<D>::check_strength(const Points &points, const Atoms &made) const
 {
   const MpmSettings<D> &settings = scene.settings;
   std::vector<Tensor> after(points.stress, points.stress + points.count);

@@ -221,6 +221,8 @@ template <int D> class MpmGround : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
   using Tensor = mpm::Tensor<D>;
+  using Atoms = std::vector<int>;
+  using Goals = std::vector<macro::StressGoal>;
 
   explicit MpmGround(const MpmScene<D> &_scene) : Pointers(_scene.lmp), scene(_scene) {}
 
@@ -230,12 +232,13 @@ template <int D> class MpmGround : protected Pointers {
     double density;                        ///< [mass/length^3]
     std::optional<double> across_plane;    ///< of a law in the plane that remembers it [stress]
   };
+  using Starts = std::vector<Start>;
   /// Finds the stress in situ of the new points `made`, and brings their RVEs there. Returns how
   /// they begin, in the same order.
-  std::vector<Start> find(const Points &points, const std::vector<int> &made);
+  Starts find(const Points &points, const Atoms &made);
   /// Warns of stresses of new points that are beyond the strength of their law: it changes them at
   /// no strain.
-  void check_strength(const Points &points, const std::vector<int> &made) const;
+  void check_strength(const Points &points, const Atoms &made) const;
   /// Says what is out of balance, where forces are complete, if there are new points since the last
   /// report.
   void report(const Points &points);
@@ -247,17 +250,16 @@ template <int D> class MpmGround : protected Pointers {
   bool is_new = false;
   double weight_of_cell = 0.0;    // of the new points; 0 if it is not known [force]
 
-  std::vector<Start> find_at_rest(const Points &points, const std::vector<int> &made);
-  std::vector<Start> find_by_components(const Points &points, const std::vector<int> &made);
+  Starts find_at_rest(const Points &points, const Atoms &made);
+  Starts find_by_components(const Points &points, const Atoms &made);
   Tensor stress_at(const Points &points, int i, const macro::StressGoal &goal) const;
-  macro::GroundAtRest at_rest(const Points &points, const std::vector<int> &made) const;
-  std::vector<macro::StressGoal> goals_by_components(const std::vector<int> &made) const;
-  std::vector<double> densities(const Points &points, const std::vector<int> &made) const;
-  macro::HeightProfile density_of_grains(const Points &points, const std::vector<int> &made,
+  macro::GroundAtRest at_rest(const Points &points, const Atoms &made) const;
+  Goals goals_by_components(const Atoms &made) const;
+  std::vector<double> densities(const Points &points, const Atoms &made) const;
+  macro::HeightProfile density_of_grains(const Points &points, const Atoms &made,
                                          const macro::GroundAtRest &ground) const;
-  std::vector<double> stress_ratios(const Points &points, const std::vector<int> &made) const;
-  macro::InSituReport bring_grains(const Points &points, const std::vector<int> &made,
-                                   const std::vector<macro::StressGoal> &goals,
+  std::vector<double> stress_ratios(const Points &points, const Atoms &made) const;
+  macro::InSituReport bring_grains(const Points &points, const Atoms &made, const Goals &goals,
                                    double tolerance) const;
   void report_grains(const macro::InSituReport &report, int rounds) const;
   double cell_volume() const;

@@ -30,12 +30,11 @@ std::unique_ptr<FixRve::Impl> FixRve::Impl::make(FixRve *fix, FixRveSettings set
 template <int D> void FixRve::ImplOf<D>::read_packings()
 {
   packings.read(lmp, settings);
-  const std::vector<double> &bounds = packings.bounds();
-  if (settings.dt_auto) {
-    dt = settings.dt_fraction * *std::min_element(bounds.begin(), bounds.end());
-    return;
-  }
-  for (int k = 0; k < packings.size(); ++k) time_step.check(dt, bounds[k], packings.name(k));
+  if (settings.dt_auto)
+    dt = settings.dt_fraction * packings.least_bound();
+  else
+    for (int k = 0; k < packings.size(); ++k)
+      time_step.check(dt, packings.bounds()[k], packings.name(k));
 }
 
 template <int D> void FixRve::ImplOf<D>::make_engine()
@@ -205,12 +204,11 @@ template <int D> void FixRve::ImplOf<D>::attach()
   });
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, world);
   if (comm->me == 0)
-    utils::logmesg(
-        lmp,
-        "fix rve {}: {} RVEs with {} grains, {:.1f} MB; DEM time step {}, stability "
-        "bound {}\n",
-        fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
-        rve::number(*std::min_element(packings.bounds().begin(), packings.bounds().end())));
+    utils::logmesg(lmp,
+                   "fix rve {}: {} RVEs with {} grains, {:.1f} MB; DEM time step {}, stability "
+                   "bound {}\n",
+                   fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
+                   rve::number(packings.least_bound()));
   say_how_far_cells_go(states);
   this->say_notes();
 }

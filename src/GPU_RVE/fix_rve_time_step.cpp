@@ -162,8 +162,7 @@ template <int D> void RveTimeStep<D>::recheck(Check check)
 template <int D> void RveTimeStep<D>::choose()
 {
   is_old = false;
-  const std::vector<double> &bounds = rves.packings.bounds();
-  const double of_packings = *std::min_element(bounds.begin(), bounds.end());
+  const double of_packings = rves.packings.least_bound();
   const std::vector<int> advancing = rves.advancing_atoms();
   // with every contact lost an RVE bears a step some times longer than that of its packing
   const LeastBound lowest = least(advancing, 100.0 * of_packings);

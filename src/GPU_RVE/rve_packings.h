@@ -7,6 +7,7 @@
 #include "rve/engine/contact_model.h"
 #include "rve/engine/packing_library.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -35,6 +36,7 @@ template <int D> class RvePackingsOf {
   std::string name(int packing) const;
   /// Stable time step of each packing [time].
   const std::vector<double> &bounds() const { return stable; }
+  double least_bound() const { return *std::min_element(stable.begin(), stable.end()); }
 
   /// What has been read, before the script changed its material, in a number.
   std::uint64_t identity() const { return checksum; }
