@@ -114,12 +114,13 @@ void FixRve::init()
   impl->init();
 }
 
-/// Makes LAMMPS count one fix that integrates: it warns if there is none, and of atoms that several
-/// fixes integrate. RVEs may advance alone, or while another fix moves their points.
+/// Sets time_integrate so that LAMMPS counts one fix that integrates. LAMMPS warns if there is no
+/// such fix, and if several fixes integrate the same atoms. RVEs may advance alone, or while
+/// another fix moves their atoms.
 void FixRve::claim_integration()
 {
   time_integrate = 1;
-  bool is_before = true;    // of fixes rve the first one
+  bool is_before = true;    // the first of several fixes rve counts
   for (const Fix *other : modify->get_fix_list()) {
     if (other == this)
       is_before = false;
@@ -130,7 +131,7 @@ void FixRve::claim_integration()
 
 void FixRve::setup(int)
 {
-  // all fixes are initialized: who needs these RVEs has asked for them
+  // all fixes are initialized here, and each fix mpm has called constitutive() for its models
   if (impl->settings.driver == RveDriver::Mpm && !impl->is_material)
     error->all(FLERR,
                "fix rve {}: drive mpm, but no model of a fix mpm uses it, and its RVEs would never "
@@ -152,7 +153,7 @@ void FixRve::end_of_step()
 void FixRve::post_run()
 {
   impl->post_run();
-  time_integrate = 1;    // until the next run is initialized
+  time_integrate = 1;    // init() of the next run changes it
 }
 
 FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
@@ -211,7 +212,7 @@ double FixRve::memory_usage()
   return static_cast<double>(atom->nmax) * sizeof(int) + impl->bytes();
 }
 
-/// The per-atom array has slots. An RVE leaves the engine with its atom.
+/// The per-atom array has the slot of the RVE in the engine, or -1.
 void FixRve::grow_arrays(int nmax)
 {
   impl->slot.resize(nmax, -1);
@@ -219,7 +220,7 @@ void FixRve::grow_arrays(int nmax)
 
 void FixRve::copy_arrays(int i, int j, int delflag)
 {
-  impl->finish();    // RVEs under way answer to the slots of their atoms
+  impl->finish();    // an advance that is under way uses the slots of its atoms
   if (delflag && impl->slot[j] >= 0) impl->remove(j);
   impl->slot[j] = impl->slot[i];
 }
@@ -230,7 +231,7 @@ void FixRve::set_arrays(int i)
   impl->slot[i] = -1;
 }
 
-/// Packs the header of records, then the record of the RVE if there is one.
+/// Packs the header of restart records, then the record of the RVE if there is one.
 int FixRve::pack_exchange(int i, double *buf)
 {
   const int size = size_restart(i);
@@ -245,7 +246,7 @@ int FixRve::pack_exchange(int i, double *buf)
 int FixRve::unpack_exchange(int nlocal, double *buf)
 {
   const int size = static_cast<int>(buf[0]);
-  impl->take_in(nlocal, buf + RestartRecords::HEADER, size - RestartRecords::HEADER);
+  impl->add_record(nlocal, buf + RestartRecords::HEADER, size - RestartRecords::HEADER);
   return size;
 }
 
@@ -263,8 +264,8 @@ void FixRve::unpack_restart(int nlocal, int nth)
 {
   const RestartRecord record =
       impl->records.of(lmp, fmt::format("fix rve {}", id), nlocal, nth, impl->restart_step);
-  impl->take_in(nlocal, record.values + RestartRecords::HEADER,
-                record.size - RestartRecords::HEADER);
+  impl->add_record(nlocal, record.values + RestartRecords::HEADER,
+                   record.size - RestartRecords::HEADER);
 }
 
 int FixRve::size_restart(int i)
@@ -291,7 +292,6 @@ void FixRve::restart(char *buf)
   impl->read_restart_head(buf);
 }
 
-/// Reads all words at once.
 int FixRve::modify_param(int narg, char **arg)
 {
   impl->modify(narg, arg);

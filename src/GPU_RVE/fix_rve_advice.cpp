@@ -14,8 +14,9 @@
 
 using namespace LAMMPS_NS;
 
-// Share of the RVEs whose inertial numbers are above the limit of quasi-static deformation, from which on a warning comes. Next to edges
-// of rigid bodies a few RVEs exceed the limit in almost any scene, and the response of the whole does not depend on them.
+// Share of RVEs with inertial numbers above the limit of quasi-static deformation that causes a
+// warning. A few RVEs near edges of rigid bodies exceed the limit in almost every model, and the
+// global response does not depend on them.
 static constexpr double NOTABLE_SHARE = 0.05;
 
 template <int D> void RveAdvice<D>::advise(bool at_start)
@@ -33,7 +34,7 @@ template <int D> void RveAdvice<D>::advise(bool at_start)
       failed.guard(k, [&] { lists[k] = advice_on(atoms[k], at_start); });
   }
   rves.guarded([&] { failed.rethrow(); });
-  // the worst RVE of each kind; of equal ones that with the lowest ID
+  // find the worst RVE of each kind, the one with the lowest ID of equal ones
   double worst[KINDS] = {}, worst_of_all[KINDS];
   int beyond[KINDS] = {}, all_beyond[KINDS];
   tagint id[KINDS], lowest[KINDS];
@@ -77,29 +78,27 @@ template <int D> void RveAdvice<D>::advise(bool at_start)
                                             100.0 * share)
                               : "",
                           update->ntimestep, message[kind]));
-    // the log file belongs to rank 0
+    // only rank 0 has the log file
     if (comm->me == 0) error->warning(FLERR, text);
   }
 }
 
-/// Records a check in which a share of the RVEs strained too fast. Returns true if a warning is due, which is once in a run.
 template <int D> bool RveAdvice<D>::note_fast_strain(double share, double worst, tagint id)
 {
-  if (update->ntimestep <= update->firststep) return false;    // of the run before
+  if (update->ntimestep <= update->firststep) return false;    // these steps were in the last run
   fast_strain.share = std::max(fast_strain.share, share);
   if (worst > fast_strain.worst) {
     fast_strain.worst = worst;
     fast_strain.id = id;
     fast_strain.step = update->ntimestep;
   }
-  return share >= NOTABLE_SHARE && !std::exchange(fast_strain.is_told, true);
+  return share >= NOTABLE_SHARE && !std::exchange(fast_strain.has_warned, true);
 }
 
-/// Logs at the end of a run the share that was too small for a warning.
 template <int D> void RveAdvice<D>::report_fast_strain()
 {
   const FastStrain run = std::exchange(fast_strain, {});
-  if (comm->me != 0 || run.share == 0.0 || run.is_told) return;
+  if (comm->me != 0 || run.share == 0.0 || run.has_warned) return;
   constexpr double LIMIT = rve::QUASI_STATIC_INERTIAL_NUMBER;
   utils::logmesg(lmp,
                  "fix rve {}: up to {:.3g} % of the RVEs had inertial numbers above the {:g} of "

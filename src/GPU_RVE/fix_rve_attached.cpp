@@ -16,7 +16,7 @@
 
 using namespace LAMMPS_NS;
 
-/// Of the sum of radii.
+/// Returns the largest overlap over the sum of radii [-].
 template <int D> static double largest_overlap(const rve::RveStateOf<D> &state)
 {
   double largest = 0.0;
@@ -43,7 +43,7 @@ std::unique_ptr<rve::EngineOf<D>> AttachedRves<D>::empty_engine(rve::Format form
   return rve::make_engine<D>(options);
 }
 
-template <int D> void AttachedRves<D>::take_in(int atom, const double *record, int size)
+template <int D> void AttachedRves<D>::add_record(int atom, const double *record, int size)
 {
   slot[atom] = -1;
   if (size == 0) return;
@@ -186,15 +186,14 @@ template <int D> void AttachedRves<D>::finish()
   const UnderWay advance = std::exchange(under_way, {});
   const bool reported_last_advance = std::exchange(reports_last_advance, true);
   guarded([&] {
-    const std::vector<int> places = points.as_they_are().finish();
+    const std::vector<int> indices = points.as_they_are().finish();
     ++num_advances;
     note_copies(*advance.atoms);
     std::vector<int> failed;
-    for (const int place : places) failed.push_back(slots[place]);
+    for (const int k : indices) failed.push_back(slots[k]);
     if (settings.policy == RvePolicy::Fresh) failed = renew(failed, *advance.atoms);
     report(failed, *advance.atoms, advance.increments->dt, false);
-    for (const int place : places)
-      advance.increments->take_stress(place, stress((*advance.atoms)[place]));
+    for (const int k : indices) advance.increments->take_stress(k, stress((*advance.atoms)[k]));
   });
   reports_last_advance = reported_last_advance;
 }
@@ -208,7 +207,7 @@ void AttachedRves<D>::report(const std::vector<int> &failed, const std::vector<i
     const int i = atoms[k];
     if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
     const rve::ResultOf<D> &result = point(i).result;
-    // a call that fails leaves the state before it; of a packing this is the state that failed
+    // a failed advance keeps the state before it; the state of a new RVE is the one that failed
     const double overlap = is_new ? largest_overlap(state(i)) : result.largest_overlap;
     const double void_ratio = is_new ? state(i).void_ratio() : result.void_ratio;
     const std::string message = fmt::format(
@@ -218,7 +217,7 @@ void AttachedRves<D>::report(const std::vector<int> &failed, const std::vector<i
         is_new ? "its packing" : "before", rve::number(overlap),
         rve::number(settings.options.overlap_limit), rve::number(void_ratio), rve::number(dt_dem),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
-    // a packing that fails before its first step has no better one
+    // the policy fresh has no replacement for a packing that fails before its first step
     const bool is_fresh = settings.policy == RvePolicy::Fresh;
     const bool ends_run = settings.policy == RvePolicy::Stop || (is_fresh && is_new);
     const std::string outcome = ends_run ? rve::remedy_of_status(result.status) +

@@ -18,18 +18,20 @@
 
 using namespace LAMMPS_NS;
 
-// Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
+// Version of the contents of restart files; it increases with every change of the contents. Files
+// of versions 1 and 2 have no version number.
 static constexpr int RESTART_VERSION = 6;
 
 namespace {
 
-// In front of the account of settings. All members have eight bytes: nothing lies between them.
+// Head of the fix in a restart file, before the text of its settings. All members have eight bytes,
+// so that there is no padding.
 struct RestartHead {
-  double version;    // negative, because files without a version begin with the time step
+  double version;    // with a minus, because files without a version begin with the time step
   double step, dt, dt_auto, dt_fraction, mass_scaling;
-  std::uint64_t num_packings, packings;    // their number, and their identity
+  std::uint64_t num_packings, packings;    // number and checksum of the packings
   std::uint64_t length, checksum_of_account;
-  std::uint64_t checksum;    // of all above
+  std::uint64_t checksum;    // checksum of the members above
 
   std::uint64_t own_checksum() const
   {
@@ -54,7 +56,7 @@ static std::string text_of_dt(const FixRveSettings &settings)
   return text_of_dt(settings.dt_auto, settings.dt_fraction, settings.dt);
 }
 
-/// "skin automatic -> 0.001" for each entry that differs.
+/// Returns a text as "skin automatic -> 0.001" for each entry of `now` that differs from `before`.
 static std::vector<std::string> differences(const std::map<std::string, std::string> &before,
                                             const std::map<std::string, std::string> &now)
 {
@@ -75,7 +77,7 @@ template <int D> void RveChanges<D>::write_restart_head(FILE *fp) const
   if (rves.settings.material.law)
     account += std::string("contact ") + rve::word_of(*rves.settings.material.law) + "\n";
   for (const auto &parameter : rve::MATERIAL_PARAMETERS)
-    if (rves.settings.material[parameter.member])    // all digits
+    if (rves.settings.material[parameter.member])    // the format {} writes all digits
       account +=
           fmt::format("{} {}\n", parameter.keyword, *rves.settings.material[parameter.member]);
   RestartHead head;
@@ -143,7 +145,7 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
                rves.fix->id, utils::join_words(changes, ", "));
   }
 
-  // what the script does not say stays
+  // settings that the script does not give keep the values of the restart file
   const bool is_auto = head.dt_auto != 0.0;
   const std::string dt_before = text_of_dt(is_auto, head.dt_fraction, head.dt);
   if (!rves.settings.dt_given) {
@@ -157,25 +159,26 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
       (is_auto ? rves.settings.dt_fraction != head.dt_fraction : rves.settings.dt != head.dt);
   rves.dt = time_step.is_old ? rves.settings.dt : head.dt;
 
-  MaterialWords unsaid;
+  MaterialWords kept;
   const auto contact = account.find("contact");
   if (contact != account.end() && !rves.settings.material.law)
-    rves.settings.material.law = unsaid.law = rve::contact_law_of(contact->second);
+    rves.settings.material.law = kept.law = rve::contact_law_of(contact->second);
   for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
     const auto word = account.find(parameter.keyword);
     if (word == account.end() || rves.settings.material[parameter.member]) continue;
-    rves.settings.material[parameter.member] = unsaid[parameter.member] = std::stod(word->second);
+    rves.settings.material[parameter.member] = kept[parameter.member] = std::stod(word->second);
   }
   mass_scaling_of_rves = head.mass_scaling;
   const double scaling_before = rves.settings.mass_scaling.value_or(1.0);
   const double scaling = rves.settings.mass_scaling.value_or(head.mass_scaling);
   rves.settings.mass_scaling = scaling;
-  if (unsaid.any() || scaling != scaling_before)    // of RVEs that are made later
+  if (kept.any() || scaling != scaling_before)    // this changes RVEs that are made later
     collectively(lmp, fmt::format("fix rve {}", rves.fix->id),
-                 [&] { rves.packings.change(unsaid, scaling, scaling_before); });
+                 [&] { rves.packings.change(kept, scaling, scaling_before); });
   is_continued = true;
 
-  // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
+  // The numbers of grains of the RVEs, which are read next, are not known yet. The check takes the
+  // smallest packing, so that it refuses no run that has enough memory.
   const auto in_group =
       std::count_if(atom->mask, atom->mask + atom->nlocal,
                     [groupbit = rves.fix->groupbit](int mask) { return (mask & groupbit) != 0; });
@@ -207,7 +210,7 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialWords &wo
   constexpr int NUM_PARAMETERS = std::size(rve::MATERIAL_PARAMETERS);
   std::vector<int> changed;
   std::vector<rve::Material> materials;
-  // least and largest value before and after, of the RVEs where it changes; as largest values: -least
+  // negative of the least value and largest value, before and after, over the RVEs with a change
   double range[NUM_PARAMETERS][4];
   int count[NUM_PARAMETERS] = {};
   std::fill_n(&range[0][0], 4 * NUM_PARAMETERS, -HUGE_VAL);
@@ -241,7 +244,7 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialWords &wo
   }
   collectively(lmp, who, [&] {
     if (!changed.empty()) rves.points->set_materials(changed, materials);
-    rves.points->expect(rves.packings.contacts());    // of RVEs that are made later
+    rves.points->expect(rves.packings.contacts());    // contacts of RVEs that are made later
   });
 
   MPI_Allreduce(MPI_IN_PLACE, range, 4 * NUM_PARAMETERS, MPI_DOUBLE, MPI_MAX, world);
@@ -281,7 +284,7 @@ template <int D> void RveChanges<D>::modify(int narg, char **arg)
   try {
     apply(wanted);
   } catch (const LAMMPSException &) {
-    // a caller that goes on has what it had before
+    // restores everything for callers that catch the error and continue
     rves.settings = settings_before;
     rves.packings = packings_before;
     rves.dt = dt_before;
@@ -303,12 +306,13 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   const std::string dt_before = text_of_dt(rves.settings);
   std::vector<std::string> list = differences(rves.settings.account(), wanted.account());
 
-  // RVEs that are made later begin like those that are there
+  // RVEs that are made later get the same materials as existing ones
   wanted.material = rves.settings.material;
   wanted.material.add(words);
   wanted.mass_scaling = scaling;
   wanted.dt_given = rves.settings.dt_given || dt_given;
-  if (wanted.path.of<D>() != rves.settings.path.template of<D>())    // another path begins anew
+  if (wanted.path.of<D>() !=
+      rves.settings.path.template of<D>())    // a new path begins at its start
     for (const int i : rves.atoms_with_rve())
       rves.points->path(rves.slot[i]) = macro::PathState<D>();
   rves.settings = wanted;
@@ -333,7 +337,7 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
 
 template <int D> void RveChanges<D>::warn_of_loss() const
 {
-  // no communication: a rank may be alone here, after an error
+  // no communication, because after an error other ranks may not call this
   if (!update || comm->me != 0 || !rves.has_run) return;
   error->warning(FLERR,
                  "fix rve {} is deleted, and with it its RVEs, which have advanced: a new fix rve "

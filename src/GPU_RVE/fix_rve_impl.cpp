@@ -44,7 +44,7 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
   settings.options.device_number = share.rank;
   if (!settings.threads_given) settings.options.threads = share.threads();
   settings.options.log = [fix = fix](const std::string &line) {
-    // one rank compiles for all of its machine, perhaps one that has no log
+    // one rank compiles kernels for all ranks of its machine, and that rank may have no log file
     if (fix->comm->me != 0) {
       std::fprintf(stderr, "fix rve %s: %s\n", fix->id, line.c_str());
       return;
@@ -53,7 +53,7 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     utils::flush_buffers(fix->lmp);
   };
   std::string notice;
-  // perhaps on some ranks only: there may be fewer devices than ranks
+  // some ranks may fail and others not, since there may be fewer devices than ranks
   collectively(lmp, "fix rve", [&] {
     settings.options.contacts = packings.contacts();
     auto engine = rve::make_engine<D>(settings.options, &notice);
@@ -67,7 +67,8 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     points = std::make_unique<macro::RvePointsOf<D>>(std::move(engine), std::move(shadows),
                                                      settings.macro_step, this->threads());
   });
-  // what a fix before this one has chosen does not last: beside an engine on the CPU teams of two sizes would alternate
+  // this fix overwrites the limit that an earlier fix rve has set: if teams of two sizes
+  // alternated, OpenMP would end and create threads again and again
   const bool is_beside_gpu = points->cuda_device() >= 0 && !settings.threads_given;
   rve::most_in_a_team() = is_beside_gpu ? share.threads_beside_gpu() : rve::MOST_THREADS;
   int on_device = points->cuda_device() >= 0 ? 1 : 0, on_all;
@@ -106,9 +107,9 @@ template <int D> void FixRve::ImplOf<D>::init()
 
 template <int D> void FixRve::ImplOf<D>::setup()
 {
-  // a material may have changed since the last run
+  // the material may have changed since the last run
   if (settings.dt_check_interval) time_step.recheck(Check::Run);
-  // files that cannot be written end a run before it begins, not at the first dump
+  // a file that cannot be written ends the run before its first step, not at the first dump
   if (settings.dump_interval)
     collectively(lmp, fmt::format("fix rve {}: dump", fix->id), [&] {
       for (const int i : this->dumped_atoms()) rve::require_writable(this->dump_file(i));
@@ -116,7 +117,7 @@ template <int D> void FixRve::ImplOf<D>::setup()
   progress.begin([this] { return this->dem_steps(); });
 }
 
-/// This is the one place where time passes for RVEs that fix mpm does not drive.
+/// Advances the RVEs, unless fix mpm does so.
 template <int D> void FixRve::ImplOf<D>::final_integrate()
 {
   if (settings.driver != RveDriver::Mpm) drives.advance_by_script();
@@ -126,7 +127,7 @@ template <int D> void FixRve::ImplOf<D>::end_of_step()
 {
   if (!checks_postponed) {
     this->finish();
-    this->say_notes();
+    this->log_notes();
   }
   if (settings.path.halts && drives.all_paths_ended()) {
     is_halted = true;
@@ -148,7 +149,7 @@ template <int D> void FixRve::ImplOf<D>::post_run()
 {
   this->has_run = this->has_run || update->nsteps > 0;
   run_postponed_checks();
-  // a run may be shorter than the interval of checks
+  // the run may be shorter than the interval of checks
   const int interval = settings.dt_check_interval;
   if (interval && update->ntimestep % interval) {
     time_step.recheck(Check::Run);
@@ -209,14 +210,16 @@ template <int D> void FixRve::ImplOf<D>::attach()
                    "bound {}\n",
                    fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
                    rve::number(packings.least_bound()));
-  say_how_far_cells_go(states);
-  this->say_notes();
+  log_cell_limits(states);
+  this->log_notes();
 }
 
 template <int D>
-void FixRve::ImplOf<D>::say_how_far_cells_go(const std::vector<const State *> &states) const
+void FixRve::ImplOf<D>::log_cell_limits(const std::vector<const State *> &states) const
 {
-  double worst[D + 1] = {}, of_all[D + 1];    // least shares, and -grains
+  // the largest of the least shares of each width, and the negative of the fewest grains across a
+  // cell
+  double worst[D + 1] = {}, of_all[D + 1];
   worst[D] = -HUGE_VAL;
   for (const State *state : states) {
     const auto share = rve::least_share_of_widths(*state, settings.options.skin);
@@ -241,9 +244,9 @@ void FixRve::ImplOf<D>::say_how_far_cells_go(const std::vector<const State *> &s
                                                    : "a fresh RVE takes its place");
 }
 
-/// Sets the size for the whole run, on all ranks: with maxexchange_dynamic the buffers of
-/// comm_style tiled would become too small (LAMMPS of 2025 and before, whose exchange() gives
-/// bufextra the smaller of two values).
+/// Sets one size for the whole run on all ranks. With maxexchange_dynamic the buffers of comm_style
+/// tiled would become too small, because exchange() of LAMMPS 2025 and older gives bufextra the
+/// smaller of two values.
 template <int D> void FixRve::ImplOf<D>::set_exchange_size()
 {
   int mine = RestartRecords::HEADER, most;
@@ -251,7 +254,7 @@ template <int D> void FixRve::ImplOf<D>::set_exchange_size()
     const int bound = RestartRecords::HEADER + points->record_bound(slot[i]);
     mine = std::max(mine, bound);
     if (settings.policy != RvePolicy::Fresh) continue;
-    // another packing may take its place, and it may have more grains
+    // a fresh RVE may have more grains than the one that it replaces
     const double grains =
         static_cast<double>(this->point(i).result.num_grains) / points->copies(slot[i]);
     const double times = std::max(1.0, packings.most_grains() / std::max(grains, 1.0));
@@ -261,7 +264,7 @@ template <int D> void FixRve::ImplOf<D>::set_exchange_size()
   fix->maxexchange = std::max(fix->maxexchange, most);
 }
 
-/// The scheme USAVG calls this in the middle of a step, too: postponed checks wait for its end.
+/// The scheme USAVG also calls this in the middle of a step. Postponed checks are done at its end.
 template <int D> void FixRve::ImplOf<D>::synchronise_ranks()
 {
   this->finish();
@@ -273,7 +276,7 @@ template <int D> void FixRve::ImplOf<D>::run_postponed_checks()
   this->finish();
   if (!std::exchange(checks_postponed, false)) return;
   this->reports_last_advance = true;
-  this->say_notes();
+  this->log_notes();
   if (settings.dt_check_interval) time_step.recheck(Check::EveryStep);
   this->reports_last_advance = false;
 }
@@ -289,7 +292,7 @@ macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &a
     try {
       report = macro::bring_to_stress(*points, this->slots_of(atoms), goals, tolerance, dt);
     } catch (const macro::InSituError &problem) {
-      message = this->place_of_failure(atoms[problem.place()]) + ": " + problem.what();
+      message = this->failure_context(atoms[problem.place()]) + ": " + problem.what();
     }
   });
   error_if_any(lmp, message);
@@ -297,11 +300,13 @@ macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &a
   return report;
 }
 
-/// Returns component n: RVEs, frozen ones, DEM steps, rebuilds, lattice reductions, repeats, worst
-/// status, DEM time step, DEM steps per LAMMPS step, wall time per advance, mean and largest
-/// deviation from shadows, atom ID of the largest, RVEs that were skipped, RVEs whose path has
-/// ended, largest error of a steered stress, RVEs that are copies side by side, fresh RVEs in place
-/// of others.
+/// Returns component n of the vector. The components are the numbers of RVEs and of frozen RVEs (0,
+/// 1), DEM steps, list rebuilds, lattice reductions and repeated steps (2 to 5), the status bits of
+/// all RVEs (6), the DEM time step (7), DEM steps per LAMMPS step (8), wall time per advance (9),
+/// mean and largest deviation from shadows and the atom ID of the largest (10 to 12), the numbers
+/// of quiescent RVEs and of RVEs whose path has ended (13, 14), the largest error of a steered
+/// stress (15), the number of RVEs that are several copies side by side (16) and of fresh RVEs
+/// (17).
 template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
 {
   const auto now = this->clock(update->dt);

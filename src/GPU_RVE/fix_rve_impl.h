@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fix rve with RVEs of dimension D: its set-up, and the jobs that it gives to others.
+// The implementation of fix rve for RVEs of dimension D. It sets up the engine and calls the jobs
+// of fix_rve_jobs.h in LAMMPS' hooks.
 
 #pragma once
 
@@ -63,7 +64,7 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
  private:
   using Check = typename RveTimeStep<D>::Check;
 
-  // as materials; disks are none in space
+  // the RVEs as materials; of_space is null for disks, which cannot be a material in space
   macro::RveConstitutive<2, D> of_plane;
   std::unique_ptr<macro::RveConstitutive<3>> of_space;
 
@@ -74,12 +75,17 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   RveMemory<D> rve_memory{*this};
   RveChanges<D> changes{*this, time_step, drives, rve_memory};
 
-  bool is_halted = false;    // the run ends because all paths have
+  bool is_halted = false;    // the run ends because all loading paths have ended
 
+  /// Reads the packings and chooses or checks the DEM time step; collective.
   void read_packings();
+  /// Sets maxexchange to the size of the largest record of an RVE; collective.
   void set_exchange_size();
+  /// Logs the notes of the last advance and checks its time step, if that was postponed;
+  /// collective.
   void run_postponed_checks();
-  void say_how_far_cells_go(const std::vector<const State *> &states) const;
+  /// Logs how far cells can be compressed before they are too narrow for their grains; collective.
+  void log_cell_limits(const std::vector<const State *> &states) const;
 };
 
 }    // namespace LAMMPS_NS

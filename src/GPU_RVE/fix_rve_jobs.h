@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The jobs of fix rve on the RVEs of a rank: time step, shadows, warnings, prescribed motions, memory, and changes of RVEs that exist.
+// The jobs of fix rve: time step, shadows, warnings, prescribed motions, memory, and changes of
+// existing RVEs.
 
 #pragma once
 
@@ -12,108 +13,121 @@
 
 namespace LAMMPS_NS {
 
-/// Chooses the DEM time step of the RVEs, or checks it by the stability bound.
+/// Chooses the DEM time step of the RVEs, or compares it with the stability bound.
 template <int D> class RveTimeStep : protected Pointers {
  public:
-  /// When the DEM time step is looked at again.
+  /// Occasions of a check, which choose the RVEs that are checked.
   enum class Check {
-    EveryStep,    ///< of RVEs that have stiffened since their last check
-    Interval,     ///< of all RVEs
-    InSitu,       ///< of all RVEs, before the first step from a stress that they were brought to
-    /// Of all RVEs, before and after a run, if the step was given: it fails only above the bound.
-    Run
+    EveryStep,    ///< after each step: RVEs that have stiffened since their last check
+    Interval,     ///< at the interval of checks: all RVEs
+    InSitu,       ///< before the first step from a stress in situ: all RVEs
+    Run    ///< before and after a run: all RVEs, unless dt is automatic; errors but no warnings
   };
 
   explicit RveTimeStep(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
-  /// Refuses a time step above the bound [time] of `whose`, and warns of one that is near it.
+  /// Ends with an error if the time step `used` is above the bound of `whose` [time], and warns
+  /// once if it is near it.
   void check(double used, double bound, const std::string &whose);
-  /// Checks the bound of RVEs again: warns, fails, or lowers an automatic step; collective.
+  /// Compares the time step with the present bounds of RVEs. Lowers an automatic step; warns of a
+  /// given step near the bound and ends with an error above it; collective.
   void recheck(Check check);
-  /// Chooses the step for the present RVEs and packings, or checks the one that was given; collective.
+  /// Chooses an automatic step for the present RVEs and packings, or checks a given one;
+  /// collective.
   void choose();
 
-  bool is_old = false;        // chosen or checked for other RVEs
-  bool has_warned = false;    // of a step near the bound
+  bool is_old = false;        // the step was chosen or checked for other materials or settings
+  bool has_warned = false;    // a warning of a step near the bound was printed
 
  private:
   struct LeastBound {
-    double dt;      ///< infinite: none is below what was asked for
-    tagint atom;    ///< atom of that RVE; the lowest ID of several
+    double dt;      ///< stable time step [time]; infinite if none is below the requested value
+    tagint atom;    ///< ID of the atom of that RVE, the lowest one of several
   };
-  /// The least stable time step of RVEs, if it is below `enough`; collective.
+  /// Returns the least stable time step of RVEs, if it is below `enough` [time]; collective.
   LeastBound least(const std::vector<int> &atoms, double enough);
+  /// Returns the local atoms whose RVEs a check covers.
   std::vector<int> atoms_to_check(Check check);
 
   AttachedRves<D> &rves;
 };
 
-/// The shadows of RVEs: copies in double precision with finer steps, which measure the error.
+/// Chooses RVEs that get shadows, and reports the deviations. A shadow is a copy in double
+/// precision with finer steps, which measures the error of its RVE.
 template <int D> class RveShadows : protected Pointers {
  public:
   explicit RveShadows(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
-  /// Adds shadows up to the number of the settings, to atoms that depend on IDs only; collective.
+  /// Adds shadows up to the number of the settings. The choice depends on atom IDs only;
+  /// collective.
   void choose();
-  /// Deviation from shadows: mean, largest, and the ID of its atom (0: no shadow).
+  /// Deviations of the stress from shadows.
   struct Report {
-    double mean, largest;
-    tagint atom;
+    double mean, largest;    ///< [-]
+    tagint atom;             ///< ID of the atom with the largest deviation; 0 without shadows
   };
-  /// Returns the report of all ranks; collective.
+  /// Returns the report over all ranks; collective.
   Report report() const;
-  /// Logs the wall time of shadows and their deviations at the end of a run; collective.
+  /// Logs the wall time of shadows and the deviations; collective.
   void log_report() const;
 
  private:
-  /// Keeps so many shadows, of those that choose() would choose first; collective.
+  /// Keeps `number` shadows, those that choose() would choose first, and removes the others;
+  /// collective.
   void remove(int number);
 
   AttachedRves<D> &rves;
 };
 
-/// Warns about RVEs beyond a limit of the method: once of each kind, of the worst RVE.
+/// Warns about RVEs beyond a limit of the method, once for each kind of limit. A warning names the
+/// worst RVE.
 template <int D> class RveAdvice : protected Pointers {
  public:
   explicit RveAdvice(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
-  /// Warns once of each kind; collective.
+  /// Checks all RVEs and prints the warnings that are due; collective.
   void advise(bool at_start);
-  /// Logs at the end of a run the share of fast RVEs that was too small for a warning.
+  /// Logs the share of RVEs of this run that strained too fast, if it was too small for a warning.
   void report_fast_strain();
 
  private:
   std::vector<rve::Advice> advice_on(int atom, bool at_start);
+  /// Records a check in which a share of the RVEs strained too fast. Returns true if a warning is
+  /// due, which is once in a run.
   bool note_fast_strain(double share, double worst, tagint id);
 
   AttachedRves<D> &rves;
   bool advised[rve::NUM_ADVICE_KINDS] = {};
-  /// Checks of this run in which RVEs had inertial numbers above the limit of quasi-static
-  /// deformation.
+  /// Maxima of this run over the checks in which RVEs had inertial numbers above the limit of
+  /// quasi-static deformation.
   struct FastStrain {
-    double share = 0.0;    // largest share of the RVEs [-]
-    double worst = 0.0;    // largest inertial number over the limit
-    tagint id = 0;         // of the atom that had it
-    bigint step = 0;
-    bool is_told = false;    // a warning has come
+    double share = 0.0;    // share of the RVEs above the limit [-]
+    double worst = 0.0;    // inertial number over the limit [-]
+    tagint id = 0;         // ID of the atom with the largest inertial number
+    bigint step = 0;       // step of the largest inertial number
+    bool has_warned = false;
   } fast_strain;
 };
 
-/// Drives RVEs by the script: velocity gradients, servos and loading paths.
+/// Advances RVEs by the prescribed motions of the script: velocity gradients, servos, loading
+/// paths.
 template <int D> class RveDrives : protected Pointers {
  public:
   explicit RveDrives(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
-  /// All RVEs make what the script asks for in this LAMMPS step.
+  /// Advances all RVEs over this LAMMPS step.
   void advance_by_script();
-  /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
+  /// Position of an RVE on its path.
   struct PathReport {
-    double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
+    double stage = 0.0;     ///< from 1; 0 if the RVE has no path
+    double time = 0.0;      ///< in the stage [time]
+    double cycles = 0.0;    ///< in the stage
+    double ended = 0.0;     ///< 1 if the path has ended
   };
   PathReport path_report(int atom) const;
-  /// True if all RVEs that can advance are at the ends of their paths; collective.
+  /// Returns true if all RVEs that are not frozen are at the ends of their paths; collective.
   bool all_paths_ended() const;
-  /// RVEs that have ended another path continue on this one.
+  /// Lets RVEs continue on other paths than before.
   void resume_paths(const macro::LoadPathsOf<D> &paths);
 
  private:
@@ -126,13 +140,13 @@ template <int D> class RveDrives : protected Pointers {
   bool warned_tension = false;
 };
 
-/// Memory for RVEs, on the host or on the devices that ranks share.
+/// Checks the memory for RVEs, on the host or on the devices that ranks share.
 template <int D> class RveMemory : protected Pointers {
  public:
   explicit RveMemory(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
-  /// Ends with error->all if further RVEs with these numbers of grains do not fit into the free
-  /// memory; collective.
+  /// Ends with error->all if further RVEs do not fit into the free memory; collective. `grains` has
+  /// the number of grains of each RVE.
   void check(const std::vector<int> &grains);
 
  private:
@@ -140,8 +154,8 @@ template <int D> class RveMemory : protected Pointers {
   bool warned_sharing = false;
 };
 
-/// Changes RVEs that exist: in a run that is continued from a restart file, and by fix_modify. All
-/// functions are collective.
+/// Changes existing RVEs if a run continues from a restart file with other settings, and by
+/// fix_modify. The functions are collective unless noted.
 template <int D> class RveChanges : protected Pointers {
  public:
   RveChanges(AttachedRves<D> &_rves, RveTimeStep<D> &_time_step, RveDrives<D> &_drives,
@@ -151,29 +165,34 @@ template <int D> class RveChanges : protected Pointers {
   {
   }
 
+  /// Writes the head; on rank 0 only.
   void write_restart_head(FILE *fp) const;
   void read_restart_head(const char *buf);
-  /// Takes over the RVEs of a restart file, once all of them have come.
+  /// Applies changed settings to the RVEs of a restart file, when all of them have been read.
   void adopt_restart();
-  /// True from read_restart_head() to adopt_restart().
+  /// Returns true from read_restart_head() to adopt_restart().
   bool continues() const { return is_continued; }
+  /// Applies the arguments of fix_modify. If this ends with an error that the caller catches,
+  /// nothing has changed.
   void modify(int narg, char **arg);
+  /// Warns that the RVEs are lost; not collective.
   void warn_of_loss() const;
 
  private:
-  /// Changes the settings, materials and paths. What it has changed stays if it ends with an error.
+  /// Changes the settings, materials and paths. Changes made before an error are not undone.
   void apply(FixRveSettings wanted);
+  /// Changes the materials of existing RVEs. Returns a text for each parameter that changed.
   std::vector<std::string> change_materials(const MaterialWords &words, double mass_scaling_before);
 
   AttachedRves<D> &rves;
   RveTimeStep<D> &time_step;
   RveDrives<D> &drives;
   RveMemory<D> &rve_memory;
-  // of a restart file, until its RVEs have been adopted
+  // data of a restart file, until adopt_restart()
   bool is_continued = false;
   double mass_scaling_of_rves = 1.0;
-  std::vector<std::string> changes;    // "friction 0.5 -> 0.3"
-  bool path_has_changed = false;       // from that of the restart file
+  std::vector<std::string> changes;    // texts as "friction 0.5 -> 0.3"
+  bool path_has_changed = false;       // the path is not that of the restart file
 };
 
 }    // namespace LAMMPS_NS

@@ -12,8 +12,8 @@
 
 using namespace LAMMPS_NS;
 
-/// Returns the lowest numbers of all ranks. With hashes of the IDs of atoms this is a random choice
-/// that is the same on any number of ranks.
+/// Returns the `number` lowest values of all ranks, in ascending order; collective. For hashes of
+/// atom IDs this is a random choice that does not depend on the number of ranks.
 static std::vector<std::uint64_t> lowest_of_all(std::vector<std::uint64_t> mine, int number,
                                                 MPI_Comm world)
 {
@@ -62,7 +62,7 @@ template <int D> void RveShadows<D>::choose()
   MPI_Allreduce(shadows, all_shadows, 2, MPI_INT, MPI_SUM, world);
   const int wanted = rves.settings.num_shadows - all_shadows[0];
   if (wanted == 0) return;
-  if (wanted < 0) remove(rves.settings.num_shadows);    // a restart file had more
+  if (wanted < 0) remove(rves.settings.num_shadows);    // the restart file has more shadows
 
   const std::vector<std::uint64_t> candidates = lowest_of_all(mine, std::max(wanted, 0), world);
   for (const int i : rves.atoms_with_rve())
@@ -93,7 +93,7 @@ template <int D> typename RveShadows<D>::Report RveShadows<D>::report() const
   MPI_Allreduce(&most, &most_of_all, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(sums, all_sums, 1, MPI_INT64_T, MPI_SUM, world);
   if (all_sums[0] == 0) return {0.0, 0.0, 0};
-  // a sum of integers has no order, so ranks do not show
+  // a sum of integers has no order, so that it does not depend on the number of ranks
   const rve::FixedScale scale(std::max(most_of_all, 1e-300), all_sums[0]);
   for (const int i : rves.atoms_with_rve())
     if (rves.point(i).shadow >= 0) sums[1] += scale.integer(rves.point(i).shadow_deviation());
