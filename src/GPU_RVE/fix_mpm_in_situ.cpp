@@ -18,21 +18,22 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Largest error of the stress of RVEs, unless the script says otherwise: nodes between points that
-// all err by it towards them get four times as much, in weights of a cell; or, where no weight is
-// known, of the largest stress.
+// Default tolerances of the stress of RVEs, over the weight of a cell per area, and, where no
+// weight is known, over the largest stress [-]. A node between points that all have this error
+// towards it gets an unbalanced force of four times the first one, in weights of a cell.
 constexpr double ERROR_OF_WEIGHT = 1e-4, ERROR_OF_STRESS = 1e-5;
 
-// What may be out of balance at rest [weight of a cell]
+// Unbalanced force at rest above which there is a warning [weight of a cell]
 constexpr double UNBALANCED_WARN = 1e-3;
 
-// Change of the stress by a law at no strain, over its size, that tells of a stress beyond its
-// strength.
+// Change of the stress by a law at zero strain, over the norm of the stress, above which the stress
+// is beyond the strength of the law.
 constexpr double BEYOND_STRENGTH = 1e-6;
 
 }    // namespace
 
-/// Evaluates what the script gives for ground at rest at each new point.
+/// Makes the profile of ground at rest from the values of the script at each new point. Ends with
+/// an error if a value is out of range.
 template <int D>
 macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &made) const
 {
@@ -95,8 +96,8 @@ std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &m
   return values;
 }
 
-/// Density over height of the points whose density is that of their RVEs: the mean of those of a
-/// level.
+/// Returns the density over height as means of levels, over the points whose density is that of
+/// their RVEs.
 template <int D>
 macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const Atoms &made,
                                                      const macro::GroundAtRest &ground) const
@@ -116,7 +117,7 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const
   return macro::level_means(height, value, scene.settings.width_of_point(), mpm_communication(lmp));
 }
 
-/// Lateral over vertical stress of points that all have RVEs.
+/// Returns the ratio of lateral to vertical stress of points, which must all have RVEs [-].
 template <int D>
 std::vector<double> MpmGround<D>::stress_ratios(const Points &points, const Atoms &made) const
 {
@@ -155,7 +156,8 @@ template <int D> auto MpmGround<D>::goals_by_components(const Atoms &made) const
   return goals;
 }
 
-/// Brings the RVEs of all models to these stresses, and returns what that took, over all ranks.
+/// Brings the RVEs of all models to these stresses. Returns the number of steps and the error over
+/// all ranks.
 template <int D>
 macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const Atoms &made,
                                                const Goals &goals, double tolerance) const
@@ -186,13 +188,13 @@ template <int D> auto MpmGround<D>::find(const Points &points, const Atoms &made
   const Starts starts = scene.settings.in_situ.is_by_components() ? find_by_components(points, made)
                                                                   : find_at_rest(points, made);
   is_new = true;
-  // not for each point that a fix creates in a run
+  // the line would come in each step in which a fix creates points
   if (comm->me == 0 && update->ntimestep == update->firststep)
     utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", scene.fix->id, total);
   return starts;
 }
 
-/// Returns the stress that a point has now: that of its RVE, or the goal where it has none.
+/// Returns the stress of the RVE of a point, or the goal if it has no RVE.
 template <int D>
 mpm::Tensor<D> MpmGround<D>::stress_at(const Points &points, int i,
                                        const macro::StressGoal &goal) const
@@ -240,11 +242,11 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
-    // the weight that the stress balances
+    // the density belongs to the weight that the stress balances
     const double given = scene.given_density(points, i);
     const double density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
     starts.push_back({stress_at(points, i, goal), density, {}});
-    // the stress across the plane is a lateral one too
+    // the stress out of the plane is a lateral stress
     if (D == 2 && !scene.grains[points.model[i]]) starts.back().across_plane = goal.stress(2, 2);
   }
   weight_of_cell = in_situ.gravity * ground.density().value(0) * cell_volume();
@@ -315,7 +317,7 @@ template <int D> void MpmGround<D>::report(const Points &points)
 {
   if (!is_new) return;
   is_new = false;
-  // of the forces that act on points, where the script says no gravity
+  // if the script gives no gravity, the weight follows from the forces on points
   double by_forces = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
     double squares = 0.0;
