@@ -28,7 +28,7 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// The RVE of a local atom. Its contacts are found once, and only if a column needs them.
+/// The RVE of a local atom. Its contacts are found at the first use.
 template <int D> struct Row {
   const FixRve::ImplOf<D> &rves;
   int atom;
@@ -45,7 +45,7 @@ template <int D> struct Row {
 using Table = macro::quantities::Table<Row>;
 using Column = ColumnOf<Row>;
 
-/// Adds the quantities of another table, which are those of `part(row)`.
+/// Adds the quantities of another table, which are evaluated for `part(row)`.
 template <template <int> class Known, class Part>
 void add_all(Table &table, const macro::quantities::Table<Known> &quantities, Part part)
 {
@@ -85,7 +85,7 @@ constexpr const char *STYLE = "compute rve/atom";
 
 struct ComputeRveAtom::Impl {
   std::vector<const Column *> quantities;
-  std::string fix_id;    // empty: the only fix rve there is
+  std::string fix_id;    // empty for the only fix rve
   FixRve *fix = nullptr;
   ColumnValues values;
 };

@@ -37,10 +37,11 @@ namespace {
 
 struct FieldRequest {
   int groupbit = 0;
-  double *property = nullptr;    ///< of the local atoms
+  double *property = nullptr;    ///< property of the local atoms
   std::string name;
-  std::optional<field::Vec> lengths, spacing, lo, hi;    ///< of the ellipse, and of the grid
-  double angle = 0.0;
+  std::optional<field::Vec> lengths;            ///< correlation lengths [length]
+  double angle = 0.0;                           ///< of the first length to the x axis [degrees]
+  std::optional<field::Vec> spacing, lo, hi;    ///< of the grid [length]
   field::Grid grid;
   field::Covariance covariance{field::Exponential{}, field::Anisotropy({1.0, 1.0})};
   field::Marginal marginal = field::Normal(0.0, 1.0);
@@ -188,19 +189,20 @@ void report(LAMMPS *lmp, const FieldRequest &request, const field::CirculantEmbe
                    last.num_rounded, last.smallest, last.covariance_error);
 }
 
-/// Values at the local atoms of the group, all checked before the first one is stored.
+/// Evaluates the field at the local atoms of the group. All values are checked before the first one
+/// is stored. Logs their mean and standard deviation; collective.
 void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &nodes)
 {
   const Atom *atom = lmp->atom;
   const field::Interpolation interpolation(request.interpolation, request.grid, request.covariance);
   std::vector<double> values(atom->nlocal, 0.0);
   CollectiveError outside, out_of_bounds;
-  double extremes[2] = {-HUGE_VAL, -HUGE_VAL};    // -min, max
+  double extremes[2] = {-HUGE_VAL, -HUGE_VAL};    // negative of the least value, largest value
   const auto evaluate = [&](const auto &marginal) {
     for (int i = 0; i < atom->nlocal; i++) {
       if (!(atom->mask[i] & request.groupbit)) continue;
       double x[3] = {atom->x[i][0], atom->x[i][1], atom->x[i][2]};
-      lmp->domain->remap(x);    // through periodic sides
+      lmp->domain->remap(x);    // atoms may have left through periodic sides
       const field::Vec position{x[0], x[1]};
       if (!request.grid.contains(position)) {
         outside.add(atom->tag[i], {x[0], x[1], 0.0});
@@ -232,9 +234,9 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
   double sums[3] = {0.0, 0.0, 0.0}, all[3], range[2];
   MPI_Allreduce(extremes, range, 2, MPI_DOUBLE, MPI_MAX, lmp->world);
-  // in a power of two near the largest value, so that no square overflows
+  // sums are scaled by a power of two near the largest value, so that no square overflows
   const double largest = std::fmax(std::fabs(range[0]), std::fabs(range[1]));
-  // not if all values are 0, or there are none
+  // the scale is 1 if all values are 0, or if there are no values
   const bool has_exponent = largest > 0.0 && std::isfinite(largest);
   const int exponent = has_exponent ? std::ilogb(largest) : 0;
   for (int i = 0; i < atom->nlocal; i++) {
@@ -261,8 +263,8 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
 }    // namespace
 
-/// One rank makes the field and gives it to the others, which evaluate it at their atoms. That is
-/// faster than to make it on each rank, and takes the memory of the transform once
+/// Rank 0 makes the field and sends it to the others, which evaluate it at their atoms. This is
+/// faster than making it on each rank and needs the memory of the transform once
 /// (doc/src/random_field.rst has the numbers).
 void RandomField::command(int narg, char **arg)
 {
@@ -281,9 +283,9 @@ void RandomField::command(int narg, char **arg)
   });
   if (!failure.empty()) error->all(FLERR, "random_field: {}", failure);
 
-  // a large field may not fit into the memory of some ranks
+  // this ends with an error if the field does not fit into the memory of a rank
   collectively(lmp, "random_field", [&] { nodes.resize(field::total(request->grid.nodes)); });
-  constexpr std::size_t CHUNK = 1 << 30;    // MPI counts in int
+  constexpr std::size_t CHUNK = 1 << 30;    // counts of MPI are of type int
   for (std::size_t begin = 0; begin < nodes.size(); begin += CHUNK)
     MPI_Bcast(&nodes[begin], static_cast<int>(std::min(CHUNK, nodes.size() - begin)), MPI_DOUBLE, 0,
               world);

@@ -24,11 +24,12 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// what the random draws of an atom are for: they are independent of each other
+// streams of random draws of an atom, which are independent of each other
 constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
 
-// Changes of the stress by an image, over the pressure, that are worth a warning. Normal stresses of an isotropic packing are equal
-// within the tolerance of its preparation. Its shear stress is what a sum over finitely many contacts happens to be.
+// Changes of the stress by an image, over the pressure, above which there is a warning. Normal
+// stresses of an isotropic packing are equal within the tolerance of its preparation. Its shear
+// stress is the random rest of a sum over finitely many contacts.
 constexpr double NORMAL_CHANGE = 0.02;
 template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 {
@@ -45,7 +46,7 @@ template <int D> struct RvePackingsOf<D>::Atoms {
 
   tagint id(std::size_t k) const { return lmp->atom->tag[indices[k]]; }
 
-  /// Returns the values of a script value, one for each of the atoms; collective.
+  /// Returns a script value for each of the atoms; collective.
   std::vector<double> evaluate(ScriptValue &value) const
   {
     std::vector<double> of_all, values;
@@ -55,7 +56,8 @@ template <int D> struct RvePackingsOf<D>::Atoms {
     return values;
   }
 
-  /// Returns such values, which must be whole numbers from 0 to count-1; collective.
+  /// Returns a script value for each of the atoms as a number from 0 to count-1. Ends with an error
+  /// for other values; collective.
   std::vector<int> numbers(ScriptValue &value, const char *keyword, int count) const
   {
     std::vector<int> result;
@@ -106,7 +108,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
     }
   });
   if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
-  for (const std::string &drift : drifts)    // of rank 0
+  for (const std::string &drift : drifts)    // rank 0 has them
     lmp->error->warning(FLERR,
                         "fix rve: the {} was subtracted from all of its grains: local damping "
                         "would act on it",
@@ -142,8 +144,8 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
                     count);
 }
 
-/// Levels are those of the stress along the last axis that the packings have, since files of one
-/// packing do not have the stress of their preparation.
+/// Levels follow from the present stresses of the packings along the last axis, because files of
+/// one packing do not contain the stress of their preparation.
 template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
 {
   const auto add_pool = [this](const std::vector<int> &members) {
@@ -237,7 +239,7 @@ std::vector<int> RvePackingsOf<D>::choose_pools(const Atoms &atoms, PackingChoic
   if (!choice.stress) return chosen;
   const std::vector<double> stresses = atoms.evaluate(*choice.stress);
   CollectiveError wrong;
-  double most[2] = {-HUGE_VAL, -HUGE_VAL};    // of the stress, and of its negative
+  double most[2] = {-HUGE_VAL, -HUGE_VAL};    // largest stress, and negative of the least one
   for (std::size_t k = 0; k < stresses.size(); ++k) {
     if (const auto level = levels->nearest(stresses[k]))
       chosen[k] = *level;
@@ -344,14 +346,14 @@ template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<in
                  *std::max_element(void_ratios.begin(), void_ratios.end()));
 }
 
-/// A mirrored or turned packing is another sample of the same ground only where the stress of the
-/// ground is isotropic.
+/// A mirrored or turned packing is a sample of the same ground only if the stress of the ground is
+/// isotropic.
 template <int D>
 void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
                                       const std::vector<int> &image) const
 {
   using Stress = rve::Tensor<double, D>;
-  // per packing a bit for each image
+  // used[packing] has a bit for each image
   std::vector<std::uint64_t> used(size(), 0);
   for (std::size_t k = 0; k < chosen.size(); ++k) used[chosen[k]] |= std::uint64_t{1} << image[k];
   MPI_Allreduce(MPI_IN_PLACE, used.data(), size(), MPI_UINT64_T, MPI_BOR, lmp->world);
@@ -389,7 +391,7 @@ void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chose
   if (largest <= 1.0) return;
   const auto text = [](const Stress &stress) {
     std::string words;
-    for (int apart = 0; apart < D; ++apart)    // normal stresses first
+    for (int apart = 0; apart < D; ++apart)    // normal stresses come first
       for (int a = 0; a + apart < D; ++a)
         words += (words.empty() ? "" : ", ") +
             rve::number(apart == 0 ? stress(a, a)

@@ -45,7 +45,7 @@ const ScriptKeyword<FileRequest> KEYWORDS[] = {
 
 }    // namespace
 
-// write_rve fix-ID atom ID file path [format lammps|rve]
+/// Syntax: write_rve fix-ID atom ID file path [format lammps|rve]
 void WriteRve::command(int narg, char **arg)
 {
   ScriptWords words(lmp, "write_rve", narg, arg, 0);
