@@ -337,8 +337,7 @@ template <int D> void FixMpm::ImplOf<D>::copy_masses()
     else if (!rigid && std::fabs(atom->mass[atom->type[i]] / mass[i] - 1.0) > 1e-6)
       error->one(FLERR,
                  "Fix mpm: atom {} has mass {} = density * volume, but type {} has {} and fix "
-                 "gravity would use that; "
-                 "use atom_style sphere, or set it with the mass command",
+                 "gravity would use that; use atom_style sphere, or set it with the mass command",
                  atom->tag[i], mass[i], atom->type[i], atom->mass[atom->type[i]]);
   }
 }

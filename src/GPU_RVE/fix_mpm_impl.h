@@ -106,8 +106,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
   // or -1
   std::vector<std::string> state_columns;
   std::vector<std::vector<int>> index_of_law;
-  // field of the points for each of these columns, or null; it serves laws without the state
-  // variable
+  // field of the points with the name of each of these columns, or null; points whose law has no
+  // such state variable show the field
   std::vector<const std::vector<double> *> field_columns;
 
   double *memory_of(int i) { return rows.data() + (std::size_t) i * layout.width(); }

@@ -19,8 +19,9 @@ using namespace LAMMPS_NS;
 namespace {
 
 // Default tolerances of the stress of RVEs, over the weight of a cell per area, and, where no
-// weight is known, over the largest stress [-]. A node between points that all have this error
-// towards it gets an unbalanced force of four times the first one, in weights of a cell.
+// weight is known, over the largest stress [-]. If the stresses of all points around a node are off
+// by the first tolerance towards the node, its unbalanced force is four times the tolerance, in
+// weights of a cell.
 constexpr double ERROR_OF_WEIGHT = 1e-4, ERROR_OF_STRESS = 1e-5;
 
 // Unbalanced force at rest above which there is a warning [weight of a cell]

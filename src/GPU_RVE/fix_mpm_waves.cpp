@@ -94,8 +94,7 @@ template <int D> void MpmWaves<D>::check_courant(const Points &points, double bo
   if (number > limit)
     error->all(FLERR,
                "Fix mpm, step {}: Courant number {:.4g} from the present stiffness exceeds {}; the "
-               "time step {} must be "
-               "below {:.4g} [time]",
+               "time step {} must be below {:.4g} [time]",
                update->ntimestep, number, limit, update->dt, update->dt * limit / number);
   if (number > scene.settings.courant_warn && !warned) {
     if (comm->me == 0)

@@ -73,12 +73,10 @@ template <int D> void RveDrives<D>::advance_on_paths(const macro::LoadPathsOf<D>
     return own.data();
   };
   for (const int i : atoms) {
-    rves.guarded(
-        [&] {
-          wanted.push_back(
-              rves.points->path_drive(rves.slot[i], paths, path_step(i, clock), of_atom(i)));
-        },
-        i);
+    const auto drive = [&] {
+      return rves.points->path_drive(rves.slot[i], paths, path_step(i, clock), of_atom(i));
+    };
+    wanted.push_back(rves.guarded(drive, i));
   }
   rves.advance(atoms, wanted);
   for (const int i : atoms)
@@ -127,12 +125,11 @@ template <int D> std::vector<rve::DriveOf<D>> RveDrives<D>::drives(const std::ve
     const double dt_of_path = rves.settings.macro_step.adaptive ? update->dt / clock.substeps
                                                                 : clock.dt;
     for (std::size_t k = 0; k < drives.size(); ++k) {
-      rves.guarded(
-          [&] {
-            drives[k] = rve::DriveOf<D>::constant_velocity_gradient(drives[k].velocity_gradient,
-                                                                    dt_of_path, clock.substeps);
-          },
-          atoms[k]);
+      const auto drive = [&] {
+        return rve::DriveOf<D>::constant_velocity_gradient(drives[k].velocity_gradient, dt_of_path,
+                                                           clock.substeps);
+      };
+      drives[k] = rves.guarded(drive, atoms[k]);
       drives[k].dt = clock.dt;
     }
     return drives;

@@ -83,8 +83,8 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     error->warning(
         FLERR,
         "fix rve: {} of {} MPI ranks on this machine are bound to one core each and use one "
-        "thread, "
-        "though there are more cores; give them more, with mpirun --bind-to none for example",
+        "thread, though there are more cores; give them more, with mpirun --bind-to none for "
+        "example",
         share.bound_ranks, share.ranks);
   if (has_notice)
     utils::logmesg(lmp, "fix rve {}: {}\n", fix->id, notice);
@@ -230,9 +230,8 @@ void FixRve::ImplOf<D>::log_cell_limits(const std::vector<const State *> &states
   if (comm->me == 0)
     utils::logmesg(
         lmp,
-        "fix rve {}: cells are at least {:.1f} grains wide; a cell compressed to less "
-        "than {:.3f} of its width {}or {:.3f} of its height is too narrow for its "
-        "grains, {}{}\n",
+        "fix rve {}: cells are at least {:.1f} grains wide; a cell compressed to less than {:.3f} "
+        "of its width {}or {:.3f} of its height is too narrow for its grains, {}{}\n",
         fix->id, -of_all[D], of_all[0],
         D == 3 ? fmt::format("along x, {:.3f} of that along y ", of_all[1]) : "", of_all[D - 1],
         settings.macro_step.most_copies > 1

@@ -18,8 +18,8 @@ using namespace LAMMPS_NS;
 // Share of the stability bound above which a given time step gets a warning
 static constexpr double DT_WARNING = 0.95;
 
-// Checks at the interval per check that also looks for warnings. A warning needs sharper bounds of
-// all RVEs.
+// Every so many checks at the interval, one also looks for warnings. A warning needs sharper bounds
+// of all RVEs.
 static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
 
 // Largest number of RVEs, over all ranks, whose bound is computed exactly. Each takes milliseconds.

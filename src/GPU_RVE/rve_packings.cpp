@@ -400,11 +400,10 @@ void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chose
   };
   lmp->error->warning(
       FLERR,
-      "fix rve: packing_image changes the ground: {} has {} of {} "
-      "[stress], its image {} "
-      "{}; {} of {} packings are not isotropic in this way. {}; random images are "
-      "for packings of an isotropic stress, as "
-      "create_rve makes them",
+      "fix rve: packing_image changes the ground: {} has {} of {} [stress], its image {} {}; {} of "
+      "{} packings are not isotropic in this way. {}; random images are for packings of an "
+      "isotropic "
+      "stress, as create_rve makes them",
       name(worst), D == 2 ? "sxx, syy, sxy" : "sxx, syy, szz, sxy, syz, sxz", text(stress_of_worst),
       worst_image, text(rve::image_of(stress_of_worst, worst_image)), changed, size(),
       D == 2 ? "Images 0 and 2 keep the stress, 4 and 6 sxx and syy" : "Images 0 to 15 keep szz");
