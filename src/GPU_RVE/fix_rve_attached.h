@@ -58,16 +58,15 @@ struct FixRve::Impl : protected Pointers {
   /// Gives an RVE to every atom of the group that has none; collective.
   virtual void attach() = 0;
   /// Brings the RVEs of these atoms to stresses, one goal for each, within `tolerance` [stress];
-  /// collective. Errors end in error->all.
+  /// collective. An RVE that does not reach its goal ends in error->all.
   virtual macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
                                               const std::vector<macro::StressGoal> &goals,
                                               double tolerance) = 0;
   /// Waits for the advance that is under way, on this rank alone.
   virtual void finish() = 0;
 
-  // The head of the fix in a restart file has the settings that its RVEs were made with. The next
-  // three functions are collective.
-
+  /// Writes the head of the fix in a restart file, which has the settings that its RVEs were made
+  /// with. Rank 0 alone calls this; the next two functions are collective.
   virtual void write_restart_head(FILE *fp) const = 0;
   /// Applies settings of the script that differ from the restart file and need no RVEs. Ends with
   /// an error if the packings differ, or if there is no memory for the RVEs.
@@ -99,8 +98,7 @@ struct FixRve::Impl : protected Pointers {
   /// Returns the largest wave modulus by tangents of the RVEs of these atoms, over the bound of
   /// their contacts [-]; 0 if no tangent could be measured.
   virtual double measured_wave_share(const std::vector<int> &atoms) const = 0;
-  /// Multiplies the wave moduli of the materials, which are bounds of their contacts, by `share`
-  /// [-].
+  /// Sets the ratio of the wave moduli of the materials to the bounds of their contacts [-].
   virtual void scale_waves(double share) = 0;
 
   /// Looks up the variables of the keywords drive, servo and path.
