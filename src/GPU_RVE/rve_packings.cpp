@@ -116,19 +116,16 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
 
   checksum = as_read.value();
   MPI_Bcast(&checksum, 1, MPI_UINT64_T, 0, lmp->world);
-  int count = static_cast<int>(state_images.size());
-  MPI_Bcast(&count, 1, MPI_INT, 0, lmp->world);
-  state_images.resize(count);
-  stable.resize(count);
-  file_of.resize(count);
-  MPI_Bcast(file_of.data(), count, MPI_INT, 0, lmp->world);
-  MPI_Bcast(stable.data(), count, MPI_DOUBLE, 0, lmp->world);
-  for (auto &image : state_images) {
-    int size = static_cast<int>(image.size());
-    MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
-    image.resize(size);
-    MPI_Bcast(image.data(), size, MPI_CHAR, 0, lmp->world);
-  }
+  const auto broadcast = [lmp](auto &list) {
+    int bytes = static_cast<int>(list.size() * sizeof(list[0]));
+    MPI_Bcast(&bytes, 1, MPI_INT, 0, lmp->world);
+    list.resize(bytes / sizeof(list[0]));
+    MPI_Bcast(list.data(), bytes, MPI_BYTE, 0, lmp->world);
+  };
+  broadcast(file_of);
+  broadcast(stable);
+  state_images.resize(stable.size());
+  for (auto &image : state_images) broadcast(image);
   collectively(lmp, "fix rve", [&] {
     for (const auto &image : state_images) {
       packings.push_back(rve::deserialize<D>(image.data(), image.size()));
@@ -137,11 +134,11 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
   });
   const auto &choice = settings.choice;
   make_pools(lmp, choice.stress.has_value());
-  if (count > 1 && choice.number.variable.empty() && !choice.is_by_property())
+  if (size() > 1 && choice.number.variable.empty() && !choice.is_by_property())
     lmp->error->all(FLERR,
                     "fix rve: {} packings are given; packing_variable, packing_random, "
                     "packing_stress or packing_void_ratio must choose among them",
-                    count);
+                    size());
 }
 
 /// Levels follow from the present stresses of the packings along the last axis, because files of
