@@ -20,7 +20,6 @@
 #include "update.h"
 
 #include <algorithm>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,67 +28,55 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-using Rves = FixRve::Impl;
+/// The RVE of a local atom. Its contacts are found at the first use.
+template <int D> struct Row {
+  const FixRve::ImplOf<D> &rves;
+  int atom;
+  mutable std::optional<rve::ContactMeasuresOf<D>> measures;
 
-// of the answer of an RVE, of the contacts of its state, or of the RVE of a local atom
-struct Column {
-  const char *name;
-  const macro::Quantity *of_result;
-  const macro::ContactQuantity *of_contacts;
-  double (*of_atom)(const Rves &, int);
-
-  bool is_of(int dimension) const
+  Row(const FixRve::ImplOf<D> &_rves, int _atom) : rves(_rves), atom(_atom) {}
+  const rve::ContactMeasuresOf<D> &contacts() const
   {
-    if (of_atom) return true;
-    return of_result ? of_result->is_of(dimension) : of_contacts->is_of(dimension);
+    if (!measures) measures = rve::contact_measures(rves.state(atom));
+    return *measures;
   }
 };
 
-constexpr Column of_atom(const char *name, double (*value)(const Rves &, int))
+using Table = macro::quantities::Table<Row>;
+using Column = ColumnOf<Row>;
+
+/// Adds the quantities of another table, which are evaluated for `part(row)`.
+template <template <int> class Known, class Part>
+void add_all(Table &table, const macro::quantities::Table<Known> &quantities, Part part)
 {
-  return {name, nullptr, nullptr, value};
+  for (const macro::QuantityOf<Known> &quantity : quantities) {
+    table.add(quantity.name.c_str(), [=](const auto &row) { return quantity.of(part(row)); });
+    if (!quantity.of_disks) table.back().of_disks = nullptr;
+    if (!quantity.of_spheres) table.back().of_spheres = nullptr;
+  }
 }
 
-constexpr Column OF_ATOMS[] = {
-    of_atom("servo_error", [](const Rves &rves, int i) { return rves.servo_error(i); }),
-    of_atom("path_stage", [](const Rves &rves, int i) { return rves.path_report(i).stage; }),
-    of_atom("path_time", [](const Rves &rves, int i) { return rves.path_report(i).time; }),
-    of_atom("path_cycles", [](const Rves &rves, int i) { return rves.path_report(i).cycles; }),
-    of_atom("path_ended", [](const Rves &rves, int i) { return rves.path_report(i).ended; }),
-    of_atom("inertial", [](const Rves &rves, int i) { return rves.inertial_number(i); }),
-    of_atom("copies", [](const Rves &rves, int i) { return rves.copies(i); }),
-    of_atom("renewals", [](const Rves &rves, int i) { return rves.renewals(i); }),
-};
-
-const std::vector<Column> &columns()
+const Table &columns()
 {
-  static const std::vector<Column> all = [] {
-    std::vector<Column> list(std::begin(OF_ATOMS), std::end(OF_ATOMS));
-    for (const macro::Quantity &quantity : macro::quantities::all())
-      list.push_back({quantity.name.c_str(), &quantity, nullptr, nullptr});
-    for (const macro::ContactQuantity &quantity : macro::quantities::of_contacts())
-      list.push_back({quantity.name.c_str(), nullptr, &quantity, nullptr});
-    return list;
+  static const Table table = [] {
+    Table t;
+    t.add("servo_error", [](const auto &r) { return r.rves.servo_error(r.atom); });
+    t.add("path_stage", [](const auto &r) { return r.rves.path_report(r.atom).stage; });
+    t.add("path_time", [](const auto &r) { return r.rves.path_report(r.atom).time; });
+    t.add("path_cycles", [](const auto &r) { return r.rves.path_report(r.atom).cycles; });
+    t.add("path_ended", [](const auto &r) { return r.rves.path_report(r.atom).ended; });
+    t.add("inertial", [](const auto &r) { return r.rves.inertial_number(r.atom); });
+    t.add("copies", [](const auto &r) { return r.rves.points->copies(r.rves.slot[r.atom]); });
+    t.add("renewals", [](const auto &r) { return r.rves.points->renewals(r.rves.slot[r.atom]); });
+    add_all(
+        t, macro::quantities::all(),
+        [](const auto &r) -> const auto & { return r.rves.point(r.atom).result; });
+    add_all(
+        t, macro::quantities::of_contacts(),
+        [](const auto &r) -> const auto & { return r.contacts(); });
+    return t;
   }();
-  return all;
-}
-
-// the columns of a local atom; its contacts are found once, and only if a column is of them
-template <int D>
-void fill_row(const FixRve::ImplOf<D> &rves, int i, const std::vector<const Column *> &columns,
-              double *row)
-{
-  std::optional<rve::ContactMeasuresOf<D>> contacts;
-  for (const Column *column : columns) {
-    if (column->of_atom) {
-      *row++ = column->of_atom(rves, i);
-    } else if (column->of_result) {
-      *row++ = column->of_result->of(rves.point(i).result);
-    } else {
-      if (!contacts) contacts = rve::contact_measures(rves.state(i));
-      *row++ = column->of_contacts->of(*contacts);
-    }
-  }
+  return table;
 }
 
 constexpr const char *STYLE = "compute rve/atom";
@@ -98,7 +85,7 @@ constexpr const char *STYLE = "compute rve/atom";
 
 struct ComputeRveAtom::Impl {
   std::vector<const Column *> quantities;
-  std::string fix_id;    // empty: the only fix rve there is
+  std::string fix_id;    // empty for the only fix rve
   FixRve *fix = nullptr;
   ColumnValues values;
 };
@@ -127,10 +114,11 @@ void ComputeRveAtom::compute_peratom()
   with_rves(*impl->fix, [&](const auto &rves) {
     for (int i = 0; i < atom->nlocal; i++) {
       double *const row = impl->values.row(i);
-      if ((atom->mask[i] & groupbit) && rves.slot[i] >= 0)
-        fill_row(rves, i, impl->quantities, row);
-      else
-        std::fill_n(row, impl->quantities.size(), 0.0);
+      std::fill_n(row, impl->quantities.size(), 0.0);
+      if (!(atom->mask[i] & groupbit) || rves.slot[i] < 0) continue;
+      const Row of_atom(rves, i);
+      for (std::size_t k = 0; k < impl->quantities.size(); ++k)
+        row[k] = impl->quantities[k]->of(of_atom);
     }
   });
 }

@@ -12,7 +12,7 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// What the RVEs of fix rve answer, per atom.
+// Compute rve/atom gives quantities of the RVEs of fix rve as a per-atom array.
 
 #ifdef COMPUTE_CLASS
 // clang-format off

@@ -15,7 +15,6 @@
 #include "compute_rve_contact_local.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "group.h"
 #include "lammps/rve_columns.h"
@@ -86,7 +85,8 @@ const Quantity QUANTITIES[] = {
     of_both("force_y", [](const auto &r) { return r.contact.force_on_first[1]; }),
     of_spheres("force_z", [](const Row<3> &r) { return r.contact.force_on_first[2]; }),
     of_both("mobilized", [](const auto &r) { return r.contact.mobilized_friction; }),
-    of_both("sliding", [](const auto &r) { return r.contact.mobilized_friction >= rve::SLIDING ? 1.0 : 0.0; }),
+    of_both("sliding",
+            [](const auto &r) { return double(r.contact.mobilized_friction >= rve::SLIDING); }),
 };
 // clang-format on
 
@@ -104,7 +104,7 @@ constexpr const char *STYLE = "compute rve/contact/local";
 
 struct ComputeRveContactLocal::Impl {
   std::vector<const Quantity *> quantities;
-  std::string fix_id;    // empty: the only fix rve there is
+  std::string fix_id;    // empty for the only fix rve
   FixRve *fix = nullptr;
   ColumnValues values;
 };
@@ -127,7 +127,7 @@ void ComputeRveContactLocal::init()
   impl->fix = fix_of_columns(lmp, STYLE, id, impl->fix_id, impl->quantities);
 }
 
-/// Rows are in the order of the local atoms, and of the grains of each.
+/// Rows have the order of the local atoms, and of the grains of each atom.
 void ComputeRveContactLocal::compute_local()
 {
   invoked_local = update->ntimestep;

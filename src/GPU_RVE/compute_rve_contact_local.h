@@ -12,7 +12,8 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// The contacts between the grains in the RVEs of fix rve, as a local array with one row for each contact.
+// Compute rve/contact/local gives the contacts between grains of the RVEs of fix rve as a local
+// array with one row for each contact.
 
 #ifdef COMPUTE_CLASS
 // clang-format off

@@ -32,11 +32,12 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// What is known of the RVE of an atom.
-template <int D> struct Seen {
+/// The probed tangent of the RVE of an atom, and numbers that follow from it.
+template <int D> struct Probe {
   const macro::ProbedTangentOf<D> &probed;
   const macro::TangentNumbersOf<D> numbers;
 
+  /// Returns the second-order work, response : strain rate [stress].
   double work() const
   {
     double sum = 0.0;
@@ -46,9 +47,10 @@ template <int D> struct Seen {
   }
 };
 
-using Quantity = ColumnOf<Seen>;
+using Quantity = ColumnOf<Probe>;
 
-/// The components cijkl, those of the plane first, and what follows from them.
+/// Returns all quantities: the components cijkl, those of the plane first, and numbers that follow
+/// from them.
 std::vector<Quantity> all_quantities()
 {
   struct Pair {
@@ -79,7 +81,7 @@ std::vector<Quantity> all_quantities()
   add("normal_x", [](const auto &r) { return r.numbers.acoustic.normal[0]; });
   add("normal_y", [](const auto &r) { return r.numbers.acoustic.normal[1]; });
   list.push_back(
-      {"normal_z", nullptr, [](const Seen<3> &r) { return r.numbers.acoustic.normal[2]; }});
+      {"normal_z", nullptr, [](const Probe<3> &r) { return r.numbers.acoustic.normal[2]; }});
   add("measured", [](const auto &) { return 1.0; });
   add("unrest", [](const auto &r) { return r.probed.unrest; });
   add("nonlinearity", [](const auto &r) { return r.probed.nonlinearity; });
@@ -90,9 +92,10 @@ std::vector<Quantity> all_quantities()
 
 const std::vector<Quantity> QUANTITIES = all_quantities();
 
-/// What the script says of the probes; what it does not say is that of the kind and the format.
+/// Settings of the script for the probes. Settings that it does not give follow from the kind and
+/// the number format.
 struct Settings {
-  std::string fix_id;    // empty: the only fix rve there is
+  std::string fix_id;    // empty for the only fix rve
   macro::TangentKind kind = macro::TangentKind::Elastic;
   rve::Format format = rve::Format::Double;
   std::optional<double> probe, lead, spread, tolerance, damping;
@@ -140,19 +143,20 @@ struct ComputeRveTangent::Impl {
   FixRve *fix = nullptr;
   ColumnValues values;
 
-  /// Values of the atoms, in their order. An RVE that cannot be measured has zeros.
+  /// Returns the rows of the atoms in their order. The row of an RVE that cannot be measured is
+  /// zero.
   template <int D>
   std::vector<double> measure(const FixRve::ImplOf<D> &rves, const std::vector<int> &atoms) const
   {
-    macro::TangentProbesOf<D> probes(fix->empty_engine<D>(settings.format), settings.options());
-    const auto answers = probes.probe(
+    macro::TangentProbesOf<D> probes(rves.empty_engine(settings.format), settings.options());
+    const auto tangents = probes.probe(
         static_cast<int>(atoms.size()), [&](int k) { return rves.state(atoms[k]); },
         [&](int k) { return rves.point(atoms[k]).rate_of_deformation(); });
     std::vector<double> all;
-    for (const macro::ProbedTangentOf<D> &answer : answers) {
-      const Seen<D> seen{answer, {answer.tangent, answer.stress}};
+    for (const macro::ProbedTangentOf<D> &tangent : tangents) {
+      const Probe<D> probe{tangent, {tangent.tangent, tangent.stress}};
       for (const Quantity *quantity : quantities)
-        all.push_back(answer.is_measured ? quantity->of(seen) : 0.0);
+        all.push_back(tangent.is_measured ? quantity->of(probe) : 0.0);
     }
     return all;
   }
@@ -182,7 +186,7 @@ ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
         words.refuse(fmt::format("{} is of kind loading, and its kind is elastic", keyword));
   try {
     settings.options().check(who);
-  } catch (const rve::InputError &problem) {    // on all ranks: they have the same words
+  } catch (const rve::InputError &problem) {    // on all ranks, which have the same words
     error->all(FLERR, problem.what());
   }
 
@@ -196,7 +200,7 @@ ComputeRveTangent::~ComputeRveTangent() = default;
 void ComputeRveTangent::init()
 {
   impl->fix = fix_of_columns(lmp, STYLE, id, impl->settings.fix_id, impl->quantities);
-  // whether there is an engine for the clones is known before anything runs
+  // without an engine for the clones this ends with an error before the run
   collectively(lmp, fmt::format("{} {}", STYLE, id), [&] { impl->measure({}); });
 }
 

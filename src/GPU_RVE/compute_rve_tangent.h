@@ -12,7 +12,7 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// The tangent of the RVEs of fix rve, by probing, per atom.
+// Compute rve/tangent measures tangents of the RVEs of fix rve by probing, per atom.
 
 #ifdef COMPUTE_CLASS
 // clang-format off

@@ -28,6 +28,7 @@
 
 #include <algorithm>
 #include <climits>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,18 +37,20 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Of a library; packings with fewer grains count as if they had so many.
+// Largest number of grains of a library
 constexpr bigint MOST_GRAINS = 100000000;
+// Packings of a library with fewer grains count as packings of this number
 constexpr int FEWEST_GRAINS = 100;
 
+/// Settings of the script.
 struct PackingRequest {
   std::string path;
-  int dimension = 2;    ///< of the grains: 2 for disks, 3 for spheres
+  int dimension = 2;    ///< dimension of the grains: 2 for disks, 3 for spheres
   rve::PackingRecipe recipe;
   std::vector<double> pressures{0.0}, void_ratios, frictions;
-  int num_seeds = 0;    ///< of a library; 0: not given
+  int num_seeds = 0;    ///< number of seeds of a library; 0 if it is not given
   rve::Options options;
-  bool skip = false;    ///< leave out of the library what cannot be prepared
+  bool skip = false;    ///< omit packings of a library that cannot be prepared
 
   bool is_library() const
   {
@@ -58,37 +61,32 @@ struct PackingRequest {
     return bigint(std::max<std::size_t>(1, frictions.size() + void_ratios.size())) *
         bigint(pressures.size()) * std::max(1, num_seeds);
   }
-  /// Of the library: pressure by pressure, for each one goal by goal as given, frictions before void ratios, and seed by seed for each.
-  std::vector<rve::PackingRecipe> recipes() const;
+  /// Returns the recipes of a library, ordered by pressure, then by goal as given (frictions before
+  /// void ratios), then by seed.
+  std::vector<rve::PackingRecipe> recipes() const
+  {
+    std::vector<rve::PackingRecipe> goals, all;
+    for (const double friction : frictions) {
+      goals.push_back(recipe);
+      goals.back().preparation_friction = friction;
+    }
+    for (const double void_ratio : void_ratios) {
+      goals.push_back(recipe);
+      goals.back().void_ratio = void_ratio;
+    }
+    if (goals.empty()) goals.push_back(recipe);
+    for (const double pressure : pressures)
+      for (const auto &goal : goals)
+        for (int k = 0; k < std::max(1, num_seeds); ++k) {
+          all.push_back(goal);
+          all.back().pressure = pressure;
+          all.back().seed += k;
+        }
+    return all;
+  }
 };
 
-std::vector<rve::PackingRecipe> PackingRequest::recipes() const
-{
-  std::vector<rve::PackingRecipe> goals;
-  for (const double friction : frictions) {
-    goals.push_back(recipe);
-    goals.back().preparation_friction = friction;
-  }
-  for (const double void_ratio : void_ratios) {
-    goals.push_back(recipe);
-    goals.back().void_ratio = void_ratio;
-  }
-  if (goals.empty()) goals.push_back(recipe);
-  std::vector<rve::PackingRecipe> all;
-  for (const double pressure : pressures)
-    for (const auto &goal : goals)
-      for (int k = 0; k < std::max(1, num_seeds); ++k) {
-        all.push_back(goal);
-        all.back().pressure = pressure;
-        all.back().seed += k;
-      }
-  return all;
-}
-
-std::vector<double> several_numbers(ScriptWords &words)
-{
-  return words.numbers();
-}
+const auto several_numbers = std::mem_fn(&ScriptWords::numbers);
 
 using Recipe = rve::PackingRecipe;
 
@@ -150,24 +148,24 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
     if (!material.read(words)) words.read(KEYWORDS, request);
   if (words.has("seed") && words.has("seeds"))
     error->all(FLERR, "create_rve: seed and seeds exclude each other");
-  std::string missing;
+  std::vector<std::string> missing;
   for (const std::string needed : {"radius", "kn", "density", "pressure"})
-    if (!words.has(needed) && !(needed == "kn" && words.has("contact")))
-      missing += (missing.empty() ? "" : ", ") + needed;
-  if (!missing.empty()) error->all(FLERR, "create_rve: {} must be given", missing);
+    if (!words.has(needed) && !(needed == "kn" && words.has("contact"))) missing.push_back(needed);
+  if (!missing.empty())
+    error->all(FLERR, "create_rve: {} must be given", utils::join_words(missing, ", "));
 
   for (const char *of_disks : {"thickness", "mass_depth"})
     if (request.dimension == 3 && words.has(of_disks))
       error->all(FLERR, "create_rve: spheres have no {}; it is for shape disk", of_disks);
 
-  // grains with the stiffness of their normal spring in the tangent too, unless said otherwise
+  // kt has the value of kn unless it is given
   std::optional<double> &kt = material[&rve::Material::tangential_stiffness];
   if (!kt) kt = material[&rve::Material::normal_stiffness];
   material.apply(recipe.material);
   request.options.contacts = rve::contacts_of(recipe.material);
   request.options.contacts.dimension = request.dimension;
   if (request.is_library()) {
-    // all of them are in the memory at once, and then the text of their file
+    // all packings are in memory at once, and then also the text of their file
     const bigint most = MOST_GRAINS / std::max(recipe.num_grains, FEWEST_GRAINS);
     if (request.num_packings() > most)
       error->all(FLERR,
@@ -184,29 +182,30 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
   recipe.pressure = request.pressures[0];
   if (!request.void_ratios.empty()) recipe.void_ratio = request.void_ratios[0];
   if (!request.frictions.empty()) recipe.preparation_friction = request.frictions[0];
-  // one RVE: a CPU thread is as fast as anything
+  // for one RVE no device is faster than one CPU thread
   if (!words.has("device")) request.options.device = rve::Device::Cpu;
   if (!words.has("threads")) request.options.threads = 1;
   return request;
 }
 
-/// The screen and the log file of a long work show what has been done, and keep it if the program is ended.
-void say(LAMMPS *lmp, const std::string &line)
+/// Writes a line to the screen and the log file, and flushes them, so that no line is lost if the
+/// program is ended.
+void log_line(LAMMPS *lmp, const std::string &line)
 {
   utils::logmesg(lmp, line);
   utils::flush_buffers(lmp);
 }
 
-/// At the highest of the pressures.
+/// Warns of large overlaps at the highest of the pressures.
 template <int D> void warn_of_overlap(LAMMPS *lmp, const PackingRequest &request)
 {
   rve::PackingRecipe recipe = request.recipe;
   recipe.pressure = *std::max_element(request.pressures.begin(), request.pressures.end());
   const double strain = rve::contact_strain<D>(recipe);
-  // beyond the largest one it is an error
+  // the engine refuses strains above the largest one
   if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
   const double kn = recipe.material.normal_stiffness;
-  // what makes a pressure a force per length
+  // a pressure times this depth is a force per length
   const double depth = D == 2 ? recipe.material.thickness : recipe.radius_min + recipe.radius_max;
   const bool is_linear = recipe.material.law == rve::ContactLaw::Linear;
   const std::string why = is_linear
@@ -228,9 +227,9 @@ template <int D> void warn_of_overlap(LAMMPS *lmp, const PackingRequest &request
 template <int D>
 void make_packing(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &engine)
 {
-  say(lmp,
-      fmt::format("create_rve {}: {} grains, seed {}, {}\n", request.path,
-                  request.recipe.num_grains, request.recipe.seed, engine.description()));
+  log_line(lmp,
+           fmt::format("create_rve {}: {} grains, seed {}, {}\n", request.path,
+                       request.recipe.num_grains, request.recipe.seed, engine.description()));
   int lines = 0;
   double k0 = 1.0;
   const auto progress = [&](const rve::PackingReport &r) {
@@ -238,10 +237,10 @@ void make_packing(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
     if (lines++ == 0)
       utils::logmesg(lmp, "{:>10} {:>17} {:>8} {:>12} {:>10} {:>12} {:>10}\n", "step", "phase",
                      "friction", "pressure", "void_ratio", "coordination", "unbalanced");
-    say(lmp,
-        fmt::format("{:>10} {:>17} {:>8.4f} {:>12.5g} {:>10.5f} {:>12.4f} {:>10.3g}\n", r.step,
-                    r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
-                    r.coordination_number, r.unbalanced_ratio));
+    log_line(lmp,
+             fmt::format("{:>10} {:>17} {:>8.4f} {:>12.5g} {:>10.5f} {:>12.4f} {:>10.3g}\n", r.step,
+                         r.phase, r.preparation_friction, r.pressure + 0.0, r.void_ratio,
+                         r.coordination_number, r.unbalanced_ratio));
   };
   const rve::RveStateOf<D> state = rve::generate_packing(request.recipe, engine, progress);
   rve::write_packing(request.path, state);
@@ -250,14 +249,14 @@ void make_packing(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
       request.recipe.at_rest ? fmt::format(", lateral over vertical stress {:.4f}", k0) : "");
 }
 
-/// Prepares all packings in one batch, and prints a line for each one that is ready.
+/// Prepares all packings in one batch, and logs a line for each packing that is ready.
 template <int D>
 void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &engine)
 {
   const std::vector<rve::PackingRecipe> recipes = request.recipes();
-  say(lmp,
-      fmt::format("create_rve {}: library of {} packings, {} grains each, {}\n", request.path,
-                  recipes.size(), request.recipe.num_grains, engine.description()));
+  log_line(lmp,
+           fmt::format("create_rve {}: library of {} packings, {} grains each, {}\n", request.path,
+                       recipes.size(), request.recipe.num_grains, engine.description()));
   const bool has_stresses = request.pressures.size() > 1 || request.recipe.at_rest;
   std::size_t num_ready = 0;
   const auto progress = [&](std::size_t k, const rve::PackingReport &report,
@@ -267,13 +266,13 @@ void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
       utils::logmesg(lmp, "{:>7} {:>12} {:>8} {:>10} {:>8} {:>10}{}\n", "ready", "seed", "friction",
                      "overcons.", "steps", "void_ratio",
                      has_stresses ? fmt::format(" {:>12} {:>8}", "pressure", "k0") : "");
-    say(lmp,
-        fmt::format("{:>7} {:>12} {:>8.4f} {:>10.4g} {:>8} {:>10.5f}{}\n", num_ready,
-                    recipes[k].seed, packing.preparation_friction, packing.overconsolidation_ratio,
-                    report.step, packing.state.void_ratio(),
-                    has_stresses
-                        ? fmt::format(" {:>12.5g} {:>8.4f}", recipes[k].pressure, packing.k0)
-                        : ""));
+    log_line(lmp,
+             fmt::format("{:>7} {:>12} {:>8.4f} {:>10.4g} {:>8} {:>10.5f}{}\n", num_ready,
+                         recipes[k].seed, packing.preparation_friction,
+                         packing.overconsolidation_ratio, report.step, packing.state.void_ratio(),
+                         has_stresses
+                             ? fmt::format(" {:>12.5g} {:>8.4f}", recipes[k].pressure, packing.k0)
+                             : ""));
   };
   std::vector<rve::PreparedPackingOf<D>> packings =
       rve::generate_packings(recipes, engine, progress);
@@ -282,21 +281,19 @@ void make_library(LAMMPS *lmp, const PackingRequest &request, rve::EngineOf<D> &
   std::string failures;
   for (std::size_t k = 0; k < packings.size(); ++k) {
     rve::PreparedPackingOf<D> &packing = packings[k];
+    const rve::PackingRecipe &recipe = recipes[k];
     if (packing.ready()) {
-      const rve::RveStateOf<D> &state = packing.state;
-      const rve::LibraryRow row{recipes[k].seed,
-                                state.void_ratio(),
+      const rve::LibraryRow row{recipe.seed,
+                                packing.state.void_ratio(),
                                 packing.preparation_friction,
                                 packing.overconsolidation_ratio,
-                                recipes[k].pressure,
-                                state.num_grains()};
+                                recipe.pressure,
+                                packing.state.num_grains()};
       library.add(row, std::move(packing.state));
     } else {
-      failures += fmt::format("\n  seed {}{}: {}", recipes[k].seed,
-                              request.pressures.size() > 1
-                                  ? fmt::format(", pressure {}", rve::number(recipes[k].pressure))
-                                  : "",
-                              packing.failure);
+      const std::string pressure =
+          request.pressures.size() > 1 ? ", pressure " + rve::number(recipe.pressure) : "";
+      failures += fmt::format("\n  seed {}{}: {}", recipe.seed, pressure, packing.failure);
     }
   }
   if (!failures.empty()) {
@@ -328,18 +325,19 @@ template <int D> void make(LAMMPS *lmp, const PackingRequest &request)
 
 }    // namespace
 
-/// One rank works while the others sleep, so that the packing is the same on any number of ranks.
+/// Rank 0 does the work while the others wait, so that the packing does not depend on the number of
+/// ranks.
 void CreateRve::command(int narg, char **arg)
 {
   require_mechanical_units(lmp, "create_rve");
   PackingRequest request;
   collectively(lmp, "create_rve", [&] { request = parse(lmp, narg, arg); });
   request.options.log = [this](const std::string &line) {
-    say(lmp, fmt::format("create_rve: {}\n", line));
+    log_line(lmp, "create_rve: " + line + "\n");
   };
 
   const std::string failure = on_rank_zero(world, [&]() {
-    rve::require_writable(request.path);    // before the work, not after it
+    rve::require_writable(request.path);    // a wrong path is an error before the work
     if (request.dimension == 2)
       make<2>(lmp, request);
     else

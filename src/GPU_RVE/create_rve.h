@@ -12,7 +12,7 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Makes a packing: the protocol is the engine's, the words are here.
+// Command create_rve reads the words of the script and makes packings with the engine.
 
 #ifdef COMMAND_CLASS
 // clang-format off

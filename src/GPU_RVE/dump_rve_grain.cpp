@@ -15,7 +15,6 @@
 #include "dump_rve_grain.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "group.h"
 #include "lammps/rve_columns.h"
@@ -31,12 +30,12 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// The RVE as it is when a frame is written.
+/// The state of the RVE when a frame is written.
 template <int D> struct Frame {
   rve::RveStateOf<D> state;
   std::vector<double> positions;
-  std::vector<int> contacts;                  // of each grain
-  std::vector<rve::Vec<double, D>> forces;    // of the springs on each grain
+  std::vector<int> contacts;                  // number of contacts of each grain
+  std::vector<rve::Vec<double, D>> forces;    // force of the springs on each grain [force]
   tagint atom;
 
   Frame(rve::RveStateOf<D> _state, tagint _atom) :
@@ -91,7 +90,9 @@ const Column COLUMNS[] = {
     {{"vz", zero, [](const Grain<3> &g) { return g.velocity(2); }}},
     {{"omegax", nullptr, [](const Grain<3> &g) { return g.spin(0); }}},
     {{"omegay", nullptr, [](const Grain<3> &g) { return g.spin(1); }}},
-    {{"omegaz", [](const Grain<2> &g) { return g.spin(0); }, [](const Grain<3> &g) { return g.spin(2); }}},
+    {{"omegaz",
+      [](const Grain<2> &g) { return g.spin(0); },
+      [](const Grain<3> &g) { return g.spin(2); }}},
     both("fx", [](const auto &g) { return g.force(0); }),
     both("fy", [](const auto &g) { return g.force(1); }),
     {{"fz", nullptr, [](const Grain<3> &g) { return g.force(2); }}},
@@ -102,18 +103,18 @@ const Column COLUMNS[] = {
 }    // namespace
 
 struct DumpRveGrain::Impl {
-  std::vector<std::string> words;    // what dump custom gets: as many columns as there are here
+  std::vector<std::string> words;    // arguments of dump custom, with the same number of columns
   std::vector<char *> arguments;
   std::vector<const Column *> columns;
-  std::string fix_id;    // empty: the only fix rve there is
+  std::string fix_id;    // empty for the only fix rve
   FixRve *fix = nullptr;
 
-  // of the frame: on the rank that has the RVE
+  // data of the frame on the rank of the RVE; other ranks have no grains
   int num_grains = 0;
   std::vector<double> rows;
-  // on all ranks
-  double cell[9];      // H as in space, rows first [length]
-  double half_slab;    // of disks: largest radius [length]
+  // data of the frame on all ranks
+  double cell[9];      // cell matrix H in three dimensions, row by row [length]
+  double half_slab;    // largest radius, for the height of a box of disks [length]
 
   Impl(LAMMPS *lmp, int narg, char **arg)
   {
@@ -135,7 +136,8 @@ struct DumpRveGrain::Impl {
   }
 };
 
-/// The base class dump custom does files, ranks, formats and names; its columns are filled here.
+/// The base class, dump custom, handles files, ranks, formats and names. This class fills the
+/// columns.
 DumpRveGrain::DumpRveGrain(LAMMPS *lmp, int narg, char **arg) :
     DumpRveGrain(lmp, std::make_unique<Impl>(lmp, narg, arg))
 {
@@ -171,7 +173,7 @@ void DumpRveGrain::init_style()
 {
   impl->fix = fix_of_columns(lmp, "dump rve/grain", id, impl->fix_id, impl->columns);
   impl->fix->rves().attach();
-  // one rank has all grains, in the order of their IDs
+  // one rank has all grains in the order of their IDs, so that no sort is needed
   if (sortcol == 0) sort_flag = 0;
   DumpCustom::init_style();
 }
@@ -188,7 +190,7 @@ int DumpRveGrain::modify_param(int narg, char **arg)
   return DumpCustom::modify_param(narg, arg);
 }
 
-/// Takes the frame, and gives the cell to all ranks: the first one writes the header.
+/// Stores the frame and sends the cell to all ranks, because rank 0 writes the header.
 int DumpRveGrain::count()
 {
   impl->num_grains = 0;
@@ -219,8 +221,8 @@ void DumpRveGrain::pack(tagint *)
   std::copy(impl->rows.begin(), impl->rows.end(), buf);
 }
 
-/// The header is that of a general triclinic box: the axes of the grains are those of the script,
-/// whichever way the cell has turned.
+/// The header describes a general triclinic box, so that positions keep the axes of the script
+/// although the cell may have turned.
 void DumpRveGrain::write_header(bigint ndump)
 {
   if (unit_flag && !unit_count) {

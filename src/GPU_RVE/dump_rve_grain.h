@@ -12,7 +12,7 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// The grains of one RVE as a dump of atoms, in the RVE's own periodic cell.
+// Dump rve/grain writes the grains of one RVE as atoms in the periodic cell of the RVE.
 
 #ifdef DUMP_CLASS
 // clang-format off

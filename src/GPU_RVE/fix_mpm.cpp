@@ -46,7 +46,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
   extscalar = extvector = 0;
   restart_peratom = restart_global = 1;
   create_attribute = 1;
-  // an error in here ends the constructor, and then nobody calls the destructor
+  // callbacks are added at the end, because no destructor runs if an error ends the constructor
   if (has_z)
     impl = std::make_unique<ImplOf<3>>(this, narg, arg);
   else
@@ -70,7 +70,7 @@ int FixMpm::setmask()
   return PRE_FORCE | FINAL_INTEGRATE | POST_RUN;
 }
 
-/// Checks what the script may have defined after this fix.
+/// Checks styles that the script may define after this fix.
 void FixMpm::init()
 {
   if (update->whichflag == 2)
@@ -92,7 +92,7 @@ void FixMpm::init()
 
   for (const auto &other : modify->get_fix_list()) {
     if (other == this || group->count(other->igroup) == 0) continue;
-    // a fix rve moves no atoms
+    // a fix rve counts as an integrator but moves no atoms
     if (other->time_integrate && !dynamic_cast<FixRve *>(other))
       error->all(FLERR, "Fix mpm: fix {} (style {}) integrates the same atoms", other->id,
                  other->style);

@@ -12,9 +12,9 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// The material point method as a time integrator: the atoms of a group are material points. This style parses, keeps the
-// state of the points in per-atom arrays and calls the solver in mpm/; it knows no formula of the method. Its dimension is that of
-// LAMMPS: fix_mpm_impl.h.
+// Fix mpm integrates the atoms of a group as material points by the material point method. The
+// style parses the script, keeps the state of the points in per-atom arrays and calls the solver in
+// mpm/. It contains no formula of the method. Its dimension is that of LAMMPS (fix_mpm_impl.h).
 
 #ifdef FIX_CLASS
 // clang-format off
@@ -65,11 +65,12 @@ class FixMpm : public Fix {
   void write_restart(FILE *fp) override { impl->write_restart(fp); }
   void restart(char *buf) override { impl->restart(buf); }
 
-  // whether variables or regions that are evaluated in each step may read fixes or computes
+  /// Returns true if variables or regions that the fix evaluates in each step may read fixes or
+  /// computes.
   bool reads_results() const { return impl->reads_results(); }
 
  private:
-  // What LAMMPS' hooks ask for, in the words of those. The dimension is that of LAMMPS.
+  /// The hooks of LAMMPS, which ImplOf<D> implements for D dimensions.
   struct Impl : protected Pointers {
     using Pointers::Pointers;
     virtual void find_models() = 0;

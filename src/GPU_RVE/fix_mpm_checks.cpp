@@ -20,26 +20,22 @@ using mpm::Face;
 
 namespace {
 
-// steps between two looks at what local damping takes from reactions
+// steps between two comparisons of local damping with reactions
 constexpr int DAMPING_EVERY = 50;
-constexpr double DAMPING_WARN = 0.01;    // of the largest reaction
-// area of the points in a cell over that of the cell, above which it is too much
+// share of the largest reaction above which local damping gets a warning
+constexpr double DAMPING_WARN = 0.01;
+// volume of points in a cell over that of the cell above which the cell is too full
 constexpr double FULL = 1.3;
 
-/// In the plane area.
-template <int D> constexpr const char *volume_word()
-{
-  return D == 2 ? "area" : "volume";
-}
-
-/// What boxes of points take of a cell.
+/// Shares of the volume of a cell that boxes of points fill.
 struct CellShare {
-  std::int64_t id = 0;    // of the cell in the whole grid
-  double by_new = 0.0, by_all = 0.0;
+  std::int64_t id = 0;                  // number of the cell in the whole grid
+  double by_new = 0.0, by_all = 0.0;    // shares of new points and of all points [-]
 };
 using CellShares = std::unordered_map<std::int64_t, CellShare>;
 
-/// Sums over all ranks, each on one rank, which the cell's number says.
+/// Returns sums of the shares over all ranks. The number of a cell determines the rank that gets
+/// its sum; collective.
 std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
 {
   int num_ranks;
@@ -62,7 +58,7 @@ std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
   received.resize(bytes / sizeof(CellShare));
   MPI_Alltoallv(sent.data(), counts.data(), starts.data(), MPI_BYTE, received.data(),
                 from_counts.data(), from_starts.data(), MPI_BYTE, world);
-  // ranks in their order, so that sums are the same from run to run
+  // a stable sort keeps the order of ranks, so that sums have the same bits in each run
   std::stable_sort(received.begin(), received.end(),
                    [](const CellShare &a, const CellShare &b) { return a.id < b.id; });
   std::vector<CellShare> sums;
@@ -77,8 +73,8 @@ std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
   return sums;
 }
 
-/// Adds what the box of a point takes of cells. A deformed box has the volume of its point, and its
-/// sides the ratio of the stretches along the axes.
+/// Adds the shares of cells that the box of a point fills to the member `by`. A deformed box has
+/// the volume of its point, and its sides have the ratios of the stretches along the axes.
 template <int D>
 void fill(const mpm::Grid<D> &grid, const mpm::PointView<D> &points, int i, double CellShare::*by,
           CellShares &filled)
@@ -113,7 +109,7 @@ void fill(const mpm::Grid<D> &grid, const mpm::PointView<D> &points, int i, doub
 
 template <int D> std::uint64_t MpmChecks<D>::sum_of_positions() const
 {
-  std::uint64_t sum = 0;    // in no order
+  std::uint64_t sum = 0;
   for (int i = 0; i < atom->nlocal; i++) {
     rve::Checksum one;
     one.add(&atom->tag[i], sizeof(tagint));
@@ -159,8 +155,8 @@ template <int D> void MpmChecks<D>::check_positions() const
 
 template <int D> void MpmChecks<D>::check_overlap()
 {
-  if (said_overlap) return;
-  bigint several[2] = {0, 0};    // points of more than one model, or body
+  if (warned_overlap) return;
+  bigint several[2] = {0, 0};    // points of several models, and of several bodies
   for (int i = 0; i < atom->nlocal; i++) {
     const auto count = [mask = atom->mask[i]](const auto &groups) {
       return std::count_if(groups.begin(), groups.end(),
@@ -178,7 +174,7 @@ template <int D> void MpmChecks<D>::check_overlap()
           "Fix mpm {}: {} points are in the groups of more than one {}; the last one in the "
           "fix counts",
           scene.fix->id, several[k], k == 0 ? "model" : "rigid body");
-  said_overlap = several[0] + several[1] > 0;
+  warned_overlap = several[0] + several[1] > 0;
 }
 
 template <int D>
@@ -190,7 +186,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return;
   const mpm::Grid<D> &grid = scene.solver->grid();
-  CellShares filled;    // cells that points of this rank reach
+  CellShares filled;    // shares by points of this rank
   for (const int i : made) fill(grid, points, i, &CellShare::by_new, filled);
   bigint deformable = 0;
   for (int i = 0; i < atom->nlocal; i++) {
@@ -204,7 +200,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   for (const CellShare &cell : summed_over_ranks(world, filled)) {
     if (!(cell.by_new > 1e-6)) continue;
     cells++;
-    // what old points alone have too much of is not the new ones' doing
+    // cells that older points alone fill too much are not counted
     if (!(cell.by_all > FULL && cell.by_new > FULL - 1.0)) continue;
     over++;
     fullest = std::max(fullest, cell.by_all);
@@ -214,6 +210,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   if (over == 0) return;
   const bool are_all_new = total == deformable;
   const double h = grid.cell_size();
+  const char *const volume = D == 2 ? "area" : "volume";
   const std::string text =
       fmt::format("{} of {} cells that {}points fill, {} [distance] each, have more than {} "
                   "times their {} in points, the fullest {:.3g} times. They are too heavy and "
@@ -222,15 +219,15 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
                   "twice{}",
                   over, cells, are_all_new ? "" : "new ",
                   D == 2 ? fmt::format("{} by {}", h, h) : fmt::format("{} by {} by {}", h, h, h),
-                  FULL, volume_word<D>(), fullest, volume_word<D>(), scene.settings.initial_volume,
-                  D, are_all_new ? "" : " or on top of those that were there");
+                  FULL, volume, fullest, volume, scene.settings.initial_volume, D,
+                  are_all_new ? "" : " or on top of those that were there");
   if (are_all_new && 2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
   warned_full = in_run;
   if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", scene.fix->id, text);
 }
 
-/// LAMMPS deletes atoms that left the simulation box when it exchanges atoms. Groups may lose
-/// points that still exist, which is no error.
+/// LAMMPS deletes atoms outside of the simulation box when it exchanges atoms. It is no error if a
+/// group loses points that still exist.
 template <int D> void MpmChecks<D>::check_bodies(const Points &points, bool advance)
 {
   const std::size_t bodies = scene.settings.bodies.size();
@@ -271,8 +268,8 @@ template <int D> void MpmChecks<D>::check_enclosed(const Points &points) const
 
 template <int D> void MpmChecks<D>::report_parts()
 {
-  if (said_parts) return;
-  said_parts = true;
+  if (reported_parts) return;
+  reported_parts = true;
   int extremes[2] = {scene.solver->held_nodes(), -scene.solver->held_nodes()};
   MPI_Allreduce(MPI_IN_PLACE, extremes, 2, MPI_INT, MPI_MAX, world);
   const int most = extremes[0], least = -extremes[1];
@@ -309,7 +306,7 @@ template <int D> void MpmChecks<D>::report_damping(int last)
       "local damping {} amounts to {:.2g} % of the largest reaction, in the mean of this "
       "run: reactions on two sides of the material differ by as much",
       scene.settings.options.damping, 100.0 * share);
-  // once; later runs say their own number
+  // the warning comes once; later runs log their own number
   if (share > DAMPING_WARN && !warned_damping) {
     warned_damping = true;
     error->warning(FLERR,

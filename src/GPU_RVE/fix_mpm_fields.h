@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What each point of fix mpm carries between steps besides position and velocity, which are in
-// atom->x and atom->v: the fields of the solver (mpm/point_fields.h) and those of the fix.
+// The data of each point of fix mpm between steps, except position and velocity, which are in
+// atom->x and atom->v. They are the fields of the solver (mpm/point_fields.h) and those of the fix.
 
 #pragma once
 
@@ -17,11 +17,11 @@ namespace LAMMPS_NS {
 template <int D> struct MpmFields : mpm::PointArrays<D> {
   static constexpr double NO_LAW = -1.0;
 
-  std::vector<mpm::Vec<D>> reference;    // where the point was made [length]
-  std::vector<double> remembering;       // a law in a mpm::MemoryLayout, or NO_LAW
+  std::vector<mpm::Vec<D>> reference;    // initial position [length]
+  std::vector<double> remembering;       // law of the state variables in a MemoryLayout, or NO_LAW
 
-  /// A point in messages between ranks and in restart files. Its state variables follow. An initial
-  /// volume of 0: it is not made yet.
+  /// A point in messages between ranks and in restart files, before its state variables. An initial
+  /// volume of 0 means that the atom is not a material point yet.
   struct Record {
     mpm::Vec<D> reference = mpm::Vec<D>::zero();
     mpm::PointRecord<D> fields = mpm::new_point<D>();
@@ -45,22 +45,21 @@ template <int D> struct MpmFields : mpm::PointArrays<D> {
   }
   Record point(int i) const { return {reference[i], this->record(i), remembering[i]}; }
 
-  /// Return how many numbers they have written or read.
-  int pack_point(int i, double *buf) const
+  /// Writes the record of a point as DOUBLES numbers.
+  void pack_point(int i, double *buf) const
   {
     const Record record = point(i);
     memcpy(buf, &record, sizeof(record));
-    return DOUBLES;
   }
-  int unpack_point(int i, const double *buf)
+  /// Reads the record of a point from DOUBLES numbers.
+  void unpack_point(int i, const double *buf)
   {
     Record record;
     memcpy(static_cast<void *>(&record), buf, sizeof(record));
     set_point(i, record);
-    return DOUBLES;
   }
 
-  /// A field of one number by its name, and its unit; null: there is none.
+  /// Returns the scalar field with this name and its unit, or null if there is none.
   std::pair<const std::vector<double> *, std::string> number_field(const std::string &name) const
   {
     std::pair<const std::vector<double> *, std::string> found;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One time step is one call of the solver, in final_integrate(): there atom->f is complete, and
-// nothing else moves a point. setup only makes new points and evaluates, so that `run 0` and a
-// second `run` advance nothing.
+// A time step is one call of the solver in final_integrate(), where atom->f is complete and nothing
+// else moves a point. setup() only initialises new points and evaluates forces, so that `run 0` and
+// the beginning of a second `run` advance nothing.
 
 #include "fix_mpm_impl.h"
 
@@ -23,17 +23,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
-#include <utility>
 
 using namespace LAMMPS_NS;
 
 namespace {
 
 constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
-// RVEs have to be looked at for it: behind the steps after which they have been looked at for
-// checks of their own, by default
+// Steps between two checks with RVEs, which need complete results of all RVEs. A check comes one
+// step after the check of time steps of fix rve (by default every 100 steps), which makes these
+// results.
 constexpr int COURANT_OF_GRAINS_EVERY = 100;
 
 }    // namespace
@@ -57,7 +56,8 @@ FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
       PER_TURNING * (int) turning.size();
   fix->maxexchange = DOUBLES + layout.width() + num_columns();
 
-  // its collective calls come after all ranks have agreed that none has failed (raise_on_all)
+  // the solver makes collective calls only after all ranks agree that none has failed
+  // (raise_on_all)
   std::string notice;
   collectively(lmp, "Fix mpm", [&] {
     solver = std::make_unique<mpm::MpmSolver<D>>(settings.options, mpm_communication(lmp), &notice);
@@ -75,6 +75,8 @@ template <int D> FixMpm::ImplOf<D>::~ImplOf()
 
 template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
 {
+  if (D == 2) state_columns.emplace_back("out_of_plane_stress");
+  state_columns.emplace_back("plastic_strain");
   for (const MpmModel<D> &model : settings.models)
     law_of_model.push_back(
         layout.add(model.word, model.law ? model.law->state_variables() : mpm::StateVariables()));
@@ -99,9 +101,9 @@ template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
   for (const std::string &name : state_columns)
     field_columns.push_back(Fields::number_field(name).first);
   for (int law = 0; law < layout.num_laws(); law++) {
-    place_of_law.emplace_back();
+    index_of_law.emplace_back();
     for (const std::string &name : state_columns)
-      place_of_law.back().push_back(layout.place(law, name));
+      index_of_law.back().push_back(layout.place(law, name));
   }
 }
 
@@ -110,20 +112,6 @@ template <int D> void FixMpm::ImplOf<D>::begin_memory(int i)
   remembering[i] = law_of_model[model[i]];
   std::fill_n(memory_of(i), layout.width(), 0.0);
   if (const auto &law = settings.models[model[i]].law) law->begin_memory(stress[i], memory_of(i));
-}
-
-template <int D> int FixMpm::ImplOf<D>::pack(int i, double *buf, int num_memory)
-{
-  const int m = Fields::pack_point(i, buf);
-  std::copy_n(memory_of(i), num_memory, buf + m);
-  return m + num_memory;
-}
-
-template <int D> int FixMpm::ImplOf<D>::unpack(int i, const double *buf, int num_memory)
-{
-  const int m = Fields::unpack_point(i, buf);
-  std::copy_n(buf + m, num_memory, memory_of(i));
-  return m + num_memory;
 }
 
 template <int D> void FixMpm::ImplOf<D>::find_members()
@@ -135,7 +123,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
   ids.resize(nlocal);
   model.resize(nlocal);
   body.resize(nlocal);
-  // in each step: without branches, some at a time
+  // this runs in each step, so that it works on blocks of atoms and without branches
   constexpr int SOME = 256;
   const auto number = [mask](const auto &groups, int first, int count, int *found) {
     int last[SOME];
@@ -167,7 +155,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
   }
   if (are_as_before) return;
   rve::FirstError failed;
-  // groups change between runs, and dynamic ones in a run
+  // points whose group has changed get the state variables of their new law
 #pragma omp parallel for num_threads(rve::team_for(nlocal, settings.options.threads))
   for (int i = 0; i < nlocal; i++)
     failed.guard(i, [&] {
@@ -187,7 +175,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
   members_are_sound = false;
 }
 
-/// A dynamic group may have lost a point in a run, or have taken in one that has no RVE.
+/// A dynamic group may lose points in a run, or get points without RVEs.
 template <int D> void FixMpm::ImplOf<D>::find_members_of_run()
 {
   find_members();
@@ -230,42 +218,35 @@ template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
   return view;
 }
 
-template <int D> void FixMpm::ImplOf<D>::find_models()
-{
-  Scene::find_models();
-  waves.begin_run();
-}
-
-/// The command fix_modify: points keep what their law remembers, and their stress until the next
-/// step.
+/// Applies fix_modify. Points keep their state variables, and their stress until the next step.
 template <int D> void FixMpm::ImplOf<D>::modify_models(int narg, char **arg)
 {
-  bring_back();
+  fetch_points();
   this->change_models(MpmModel<D>::modified(lmp, settings.models, narg, arg),
                       fmt::format("from step {} on", update->ntimestep));
 }
 
-/// Makes material points of new atoms, when all other fixes are initialized and fix gravity has not
-/// yet read the masses.
+/// Initialises the points of new atoms, after all other fixes were initialised and before fix
+/// gravity reads masses.
 template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
 {
   checks.check_positions();
   checks.check_overlap();
   find_members();
-  take_over();
+  claim_points();
   const std::vector<int> made = make_points(false);
   if (settings.in_situ.given)
     begin_in_situ(made);
   else if (rve::norm(settings.initial_stress) > 0.0)
     ground.check_strength(points(), made);
-  give_masses();
+  copy_masses();
   checks.check_volume(points(), made, false);
-  // other fixes and the variables of this one may read the columns before setup() is through
+  // other fixes and the variables of this fix may read the columns before setup() ends
   fill_output();
 }
 
-/// Makes material points of atoms that a fix has created in this step. They come with new neighbor
-/// lists.
+/// Initialises the points of atoms that a fix has created in this step. LAMMPS builds neighbor
+/// lists in such a step.
 template <int D> void FixMpm::ImplOf<D>::pre_force()
 {
   if (neighbor->ago > 0) return;
@@ -273,11 +254,11 @@ template <int D> void FixMpm::ImplOf<D>::pre_force()
   MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, world);
   if (!any) return;
   find_members();
-  take_over();
+  claim_points();
   const std::vector<int> made = make_points(true);
   if (settings.in_situ.given) begin_in_situ(made);
-  ground.forget();    // what is out of balance is that of a run
-  give_masses();
+  ground.forget();    // unbalanced forces now are also those of the run
+  copy_masses();
   checks.check_volume(points(), made, true);
 }
 
@@ -296,7 +277,6 @@ template <int D> void FixMpm::ImplOf<D>::begin_in_situ(const std::vector<int> &m
   ground.check_strength(points(), made);
 }
 
-/// Returns false if the atom is a point already.
 template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
 {
   const bool rigid = body[i] >= 0;
@@ -326,11 +306,9 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
   initial_volume[i] = volume[i] = settings.initial_volume;
   if (!rigid) stress[i] = source ? stress_of<D>(*source, i) : settings.initial_stress;
   if (!rigid) begin_memory(i);
-  const double density = this->given_density(points(), i);
+  const double density = this->density_of(points(), i);
   if (density > 0.0)
     mass[i] = density * settings.initial_volume;
-  else if (source)
-    mass[i] = source->rves().bulk_density(i) * settings.initial_volume;
   else if (rigid)
     mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
   else
@@ -341,7 +319,6 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
   return true;
 }
 
-/// Returns the deformable ones that were no points before.
 template <int D> std::vector<int> FixMpm::ImplOf<D>::make_points(bool in_run)
 {
   std::vector<int> made;
@@ -351,8 +328,7 @@ template <int D> std::vector<int> FixMpm::ImplOf<D>::make_points(bool in_run)
   return made;
 }
 
-/// To the atoms, for fix gravity; an error where types have another mass.
-template <int D> void FixMpm::ImplOf<D>::give_masses()
+template <int D> void FixMpm::ImplOf<D>::copy_masses()
 {
   for (int i = 0; i < atom->nlocal; i++) {
     const bool rigid = body[i] >= 0;
@@ -361,8 +337,7 @@ template <int D> void FixMpm::ImplOf<D>::give_masses()
     else if (!rigid && std::fabs(atom->mass[atom->type[i]] / mass[i] - 1.0) > 1e-6)
       error->one(FLERR,
                  "Fix mpm: atom {} has mass {} = density * volume, but type {} has {} and fix "
-                 "gravity would use that; "
-                 "use atom_style sphere, or set it with the mass command",
+                 "gravity would use that; use atom_style sphere, or set it with the mass command",
                  atom->tag[i], mass[i], atom->type[i], atom->mass[atom->type[i]]);
   }
 }
@@ -408,7 +383,7 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
   if (!this->has_grains()) progress.step_done();
 }
 
-/// The run may have ended before its last step.
+/// The output can be old here, because a run may end before its last step.
 template <int D> void FixMpm::ImplOf<D>::post_run()
 {
   if (output_is_old) fill_output();
@@ -428,7 +403,7 @@ template <int D> void FixMpm::ImplOf<D>::solve(bool advance)
 
 template <int D> void FixMpm::ImplOf<D>::fill_output()
 {
-  bring_back();
+  fetch_points();
   const rve::LightWork work(atom->nlocal, settings.options.threads);
 #pragma omp parallel for num_threads(work.team)
   for (int i = 0; i < atom->nlocal; i++) {
@@ -451,7 +426,7 @@ template <int D> void FixMpm::ImplOf<D>::fill_output()
     std::copy_n(F.component, D * D, row + FXX);
     const bool remembers = body[i] < 0 && remembering[i] != NO_LAW;
     for (std::size_t k = 0; k < state_columns.size(); k++) {
-      const int place = remembers ? place_of_law[(int) remembering[i]][k] : -1;
+      const int place = remembers ? index_of_law[(int) remembering[i]][k] : -1;
       if (place >= 0)
         row[STATE + k] = memory_of(i)[place];
       else
@@ -470,33 +445,34 @@ template <int D> double FixMpm::ImplOf<D>::vector_component(int n)
     const mpm::Totals<D> totals = solver->totals(points());
     return n == MASS ? totals.mass : totals.kinetic_energy;
   }
-  const int behind_bodies = n - HEAD - PER_BODY * (int) settings.bodies.size();
-  const int behind_damping = behind_bodies - TIMES - D;
-  if (behind_damping >= 0) {
-    const int body = turning[behind_damping / PER_TURNING];
-    const int what = behind_damping % PER_TURNING;
+  const int after_bodies = n - HEAD - PER_BODY * (int) settings.bodies.size();
+  const int after_damping = after_bodies - TIMES - D;
+  if (after_damping >= 0) {
+    const int body = turning[after_damping / PER_TURNING];
+    const int what = after_damping % PER_TURNING;
     if (what < ANGLE) return solver->rigid_bodies().rates(body)[what];
     if (what < TORQUE) return solver->rigid_bodies().turned(body)[what - ANGLE];
     return solver->body_torque(body)[what - TORQUE];
   }
-  if (behind_bodies >= TIMES) return solver->damping_force()[behind_bodies - TIMES];
-  if (behind_bodies >= 0) return times.longest(behind_bodies);
+  if (after_bodies >= TIMES) return solver->damping_force()[after_bodies - TIMES];
+  if (after_bodies >= 0) return times.longest(after_bodies);
   const int body = (n - HEAD) / PER_BODY;
   const int what = (n - HEAD) % PER_BODY;
   if (what < BODY_UX) return solver->body_reaction(body)[what - REACTION_X];
-  return loads.displacement_of(body)[what - BODY_UX];
+  return loads.displacement[body][what - BODY_UX];
 }
 
 template <int D> double FixMpm::ImplOf<D>::bytes() const
 {
-  // arrays of GridArrays: sums, mass, six vectors, impulses per axis and per body, and bytes
+  // doubles per node in GridArrays: sums, mass, six vectors, impulses per axis and per body, and
+  // arrays of bytes
   const double of_node = 3.0 + 8.0 * D + D * D + D * (double) settings.bodies.size();
   return sizeof(double) * ((double) atom->nmax * fix->maxexchange + of_node * solver->held_nodes());
 }
 
 template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 {
-  if (solver) solver->settle();    // stresses that come go to where the arrays were
+  if (solver) solver->settle();    // pending stresses would be written to the old arrays
   Fields::resize_fields(nmax);
   rows.resize((std::size_t) nmax * layout.width());
   memory->grow(output, nmax, fix->size_peratom_cols, "fix mpm:output");
@@ -505,7 +481,7 @@ template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 
 template <int D> void FixMpm::ImplOf<D>::copy_arrays(int i, int j)
 {
-  take_over();
+  claim_points();
   Fields::set_point(j, Fields::point(i));
   std::copy_n(memory_of(i), layout.width(), memory_of(j));
   std::copy_n(fix->array_atom[i], fix->size_peratom_cols, fix->array_atom[j]);
@@ -513,7 +489,7 @@ template <int D> void FixMpm::ImplOf<D>::copy_arrays(int i, int j)
 
 template <int D> void FixMpm::ImplOf<D>::set_arrays(int i)
 {
-  take_over();
+  claim_points();
   Fields::set_point(i, {});
   has_new = true;
   std::fill_n(fix->array_atom[i], fix->size_peratom_cols, 0.0);
@@ -521,34 +497,37 @@ template <int D> void FixMpm::ImplOf<D>::set_arrays(int i)
 
 template <int D> int FixMpm::ImplOf<D>::pack_exchange(int i, double *buf)
 {
-  take_over();
-  // with its columns: variables may read them before the step ends
-  const int m = pack(i, buf, layout.width());
-  std::copy_n(fix->array_atom[i], fix->size_peratom_cols, buf + m);
-  return m + fix->size_peratom_cols;
+  claim_points();
+  Fields::pack_point(i, buf);
+  double *const columns = std::copy_n(memory_of(i), layout.width(), buf + DOUBLES);
+  // the columns travel with the point, because variables may read them before the step ends
+  std::copy_n(fix->array_atom[i], fix->size_peratom_cols, columns);
+  return fix->maxexchange;
 }
 
 template <int D> int FixMpm::ImplOf<D>::unpack_exchange(int i, const double *buf)
 {
-  take_over();
-  const int m = unpack(i, buf, layout.width());
-  std::copy_n(buf + m, fix->size_peratom_cols, fix->array_atom[i]);
-  return m + fix->size_peratom_cols;
+  claim_points();
+  Fields::unpack_point(i, buf);
+  std::copy_n(buf + DOUBLES, layout.width(), memory_of(i));
+  std::copy_n(buf + DOUBLES + layout.width(), fix->size_peratom_cols, fix->array_atom[i]);
+  return fix->maxexchange;
 }
 
 template <int D> int FixMpm::ImplOf<D>::pack_restart(int i, double *buf)
 {
-  bring_back();
+  fetch_points();
   const int size = size_restart(i);
   RestartRecords::write_header(lmp, i, size, buf);
-  pack(i, buf + RestartRecords::HEADER, num_remembered(i));
+  Fields::pack_point(i, buf + RestartRecords::HEADER);
+  std::copy_n(memory_of(i), num_remembered(i), buf + RestartRecords::HEADER + DOUBLES);
   buf[size - 1] = mpm_checksum(buf, size - 1);
   return size;
 }
 
 template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
 {
-  take_over();
+  claim_points();
   const auto [extra, size] = records.of(lmp, "Fix mpm", i, nth, restart_step);
   const auto damaged = [&](const std::string &how) {
     error->one(
@@ -559,7 +538,7 @@ template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
   if (!is_same_checksum(extra[size - 1], mpm_checksum(extra, size - 1)))
     damaged("its checksum is not that of its numbers");
   if (size < RECORD) damaged(fmt::format("it has {} numbers, not {}", size, RECORD));
-  unpack(i, extra + RestartRecords::HEADER, 0);
+  Fields::unpack_point(i, extra + RestartRecords::HEADER);
   double &law = remembering[i];
   int num_memory = 0;
   if (law != NO_LAW) {
@@ -571,7 +550,7 @@ template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
   }
   if (size != RECORD + num_memory)
     damaged(fmt::format("it has {} numbers, not {}", size, RECORD + num_memory));
-  // what another law remembered is of no use
+  // state variables of a law that no model has are dropped
   if (law != NO_LAW)
     std::copy_n(extra + RestartRecords::HEADER + DOUBLES, num_memory, memory_of(i));
 }
@@ -582,7 +561,7 @@ template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
   MpmRestartHead<D> head;
   head.step = (double) update->ntimestep;
   for (int b = 0; b < (int) settings.bodies.size(); b++) {
-    head.bodies.push_back({loads.displacement_of(b), solver->body_velocity_before(b), {}});
+    head.bodies.push_back({loads.displacement[b], solver->body_velocity_before(b), {}});
     if (solver->rigid_bodies().can_turn(b))
       head.bodies.back().turning = solver->rigid_bodies().record(b);
   }
@@ -594,8 +573,6 @@ template <int D> void FixMpm::ImplOf<D>::write_restart(FILE *fp) const
   head.write(fp);
 }
 
-/// Takes the next law in the restart file, by its word. An error if its state variables are not
-/// those that the law has now.
 template <int D> void FixMpm::ImplOf<D>::find_law(const std::string &word, const std::string &names)
 {
   const int law = layout.find(word);
@@ -615,26 +592,26 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
   law_of_file.clear();
   size_in_file.clear();
   for (const auto &[law, names] : then.laws) find_law(law, names);
-  if (!then.modifications.empty()) bring_back();
+  if (!then.modifications.empty()) fetch_points();
   for (const std::string &words : then.modifications)
     this->continue_modification(then.words, words);
 
-  // a body is that with the same group
+  // bodies are identified by their groups
   std::vector<std::string> groups;
   for (const auto &[about, values] : then.words)
     if (utils::strmatch(about, "^rigid \\S+$")) groups.push_back(about.substr(strlen("rigid ")));
-  std::string new_bodies;
+  std::vector<std::string> new_bodies;
   for (int b = 0; b < (int) settings.bodies.size(); b++) {
     const std::string &group = settings.bodies[b].group;
     const std::size_t k = std::find(groups.begin(), groups.end(), group) - groups.begin();
     const bool turns = solver->rigid_bodies().can_turn(b);
-    // one that could not turn knows nothing of it, and the other way round
+    // a body that could not turn has no record of its rotation, and vice versa
     if (k >= then.bodies.size() || then.bodies[k].turning.empty() == turns) {
-      new_bodies += (new_bodies.empty() ? "" : ", ") + group;
+      new_bodies.push_back(group);
       continue;
     }
     const auto &body = then.bodies[k];
-    loads.displacement_of(b) = body.displacement;
+    loads.displacement[b] = body.displacement;
     solver->set_body_velocity_before(b, body.velocity);
     if (turns) solver->rigid_bodies().set_record(b, body.turning.data());
   }
@@ -651,7 +628,7 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
     error->warning(FLERR,
                    "Fix mpm {}: rigid bodies that are not in the restart file begin with the "
                    "displacement 0: {}",
-                   fix->id, new_bodies);
+                   fix->id, utils::join_words(new_bodies, ", "));
 }
 
 template struct FixMpm::ImplOf<2>;

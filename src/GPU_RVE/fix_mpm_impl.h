@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The points of fix mpm: their arrays, exchange, restart and output, and the order of the jobs that
-// LAMMPS' hooks ask for.
+// The implementation of fix mpm in D dimensions: arrays of points, their exchange, restart and
+// output, and the calls of the jobs of fix_mpm_jobs.h in LAMMPS' hooks.
 
 #pragma once
 
@@ -11,14 +11,11 @@
 #include "mpm/memory_layout.h"
 
 #include <cstdint>
-#include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/// A continuum of D dimensions.
 template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
   using Scene = MpmScene<D>;
   using Scene::fix, Scene::settings, Scene::solver, Scene::grains, Scene::laws, Scene::turning;
@@ -32,7 +29,11 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
   ImplOf(FixMpm *_fix, int narg, char **arg);
   ~ImplOf() override;
 
-  void find_models() override;
+  void find_models() override
+  {
+    Scene::find_models();
+    waves.begin_run();
+  }
   void setup_pre_force() override;
   void pre_force() override;
   void setup() override;
@@ -56,9 +57,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
   void restart(const char *buf) override;
 
  private:
-  // Columns of the per-atom output, the last of which are state variables, and of the global
-  // vector, which begins with HEAD numbers, has PER_BODY for each body, TIMES, and D of the force
-  // of local damping; doc/src/fix_mpm.rst has the list
+  // Columns of the per-atom output; state variables follow from STATE on. doc/src/fix_mpm.rst lists
+  // them.
   enum {
     UX,
     U = UX + D,
@@ -71,11 +71,11 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
     FXX,
     STATE = FXX + rve::Space<D>::components
   };
+  // Components of the global vector: HEAD numbers, PER_BODY for each rigid body, TIMES wall times,
+  // D of the force of local damping, and PER_TURNING for each body that can turn.
   enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
   enum { REACTION_X, BODY_UX = D, PER_BODY = 2 * D };
   static constexpr int TIMES = MpmTimes<D>::PARTS;
-  // behind the force of local damping, for each body that can turn: velocity, spin, angle and
-  // torque
   static constexpr int SPINS = rve::Space<D>::spins;
   enum {
     VELOCITY_X,
@@ -91,84 +91,84 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
   MpmGround<D> ground{*this};
   MpmTimes<D> times{*this};
   Progress progress;
-  double restart_step = 0.0;    // of the head of a restart file
+  double restart_step = 0.0;    // step in the head of a restart file
   RestartRecords records;
   double **output = nullptr;
-  bool has_new = false;          // atoms of this rank that are no points yet
-  bool output_is_old = false;    // rows of the per-atom output are those of an earlier step
+  bool has_new = false;          // some atoms of this rank are not material points yet
+  bool output_is_old = false;    // the per-atom output is that of an earlier step
 
-  // the state variables of the points, in rows of the same width
   mpm::MemoryLayout layout;
-  std::vector<double> rows;
-  std::vector<int> law_of_model;    // in `layout`
-  std::vector<int> law_of_file;     // in `layout`, of each law in the restart file, or -1
-  std::vector<int> size_in_file;    // state variables of each law in the restart file
-  // of the per-atom output from STATE on: the state variable of each column, and its place in a
-  // row, -1 where a law has none
-  std::vector<std::string> state_columns = first_state_columns();
-  std::vector<std::vector<int>> place_of_law;
-  // the field of the points that a column shows where a law has no such state variable, or null
+  std::vector<double> rows;         // state variables; shape [nmax][layout.width()]
+  std::vector<int> law_of_model;    // number in `layout` of the law of each model
+  std::vector<int> law_of_file;     // the same for each law in the restart file, or -1
+  std::vector<int> size_in_file;    // number of state variables of each law in the restart file
+  // names of the columns of the output from STATE on, and the index of each in the row of each law,
+  // or -1
+  std::vector<std::string> state_columns;
+  std::vector<std::vector<int>> index_of_law;
+  // field of the points with the name of each of these columns, or null; points whose law has no
+  // such state variable show the field
   std::vector<const std::vector<double> *> field_columns;
 
   double *memory_of(int i) { return rows.data() + (std::size_t) i * layout.width(); }
-  static std::vector<std::string> first_state_columns()
-  {
-    if (D == 2) return {"out_of_plane_stress", "plastic_strain"};
-    return {"plastic_strain"};
-  }
   int num_columns() const { return STATE + (int) state_columns.size(); }
 
-  /// Which state variables the laws have, and which of them are columns of the output.
+  /// Lays out the state variables of all laws, and chooses those that are columns of the output.
   void lay_out_memory();
 
-  /// What a law remembers of a point that had another one, or none.
+  /// Initialises the state variables of a point for the law of its present model.
   void begin_memory(int i);
 
-  // made anew whenever they are needed: they follow from groups
+  // IDs, models and bodies of the local points by their groups; -1 for none
   std::vector<std::int64_t> ids;
   std::vector<int> model, body;
-  bool members_are_known = false, members_are_sound = false;    // all that follows from these, too
+  // these arrays, and the state variables for them, are up to date; each point was checked for a
+  // run
+  bool members_are_known = false, members_are_sound = false;
 
-  /// The arrays that only a device has changed are those of the last step again.
-  void bring_back() { solver->fetch(points()); }
+  /// Copies fields that a device has changed to the arrays of the host.
+  void fetch_points() { solver->fetch(points()); }
 
-  /// Somebody will change points, their number or their order.
-  void take_over()
+  /// Prepares changes of points, their number or their order by the host.
+  void claim_points()
   {
-    bring_back();
+    fetch_points();
     solver->points_changed();
     members_are_known = false;
   }
 
-  /// With the first `num_memory` doubles of its row of memory.
-  int pack(int i, double *buf, int num_memory);
-
-  int unpack(int i, const double *buf, int num_memory);
-
-  // of a restart file: header, the point and a checksum, without its row of memory
+  // size of a record in a restart file without state variables: header, point and checksum
   static constexpr int RECORD = RestartRecords::HEADER + DOUBLES + 1;
 
-  /// State variables that a point has now.
+  /// Returns the number of state variables of a point.
   int num_remembered(int i) const
   {
     return remembering[i] == NO_LAW ? 0 : (int) layout.variables((int) remembering[i]).size();
   }
 
+  /// Updates ids, model and body.
   void find_members();
-  /// The same in a run. Ends with an error unless each point has a model, and its RVE if it needs
-  /// one.
+  /// The same in a run. Ends with an error if a point has no model, or no RVE but a model that
+  /// needs it.
   void find_members_of_run();
+  /// Initialises the point of an atom. Returns false if the atom is a material point already.
   bool make_point(int i, bool in_run);
+  /// Initialises the points of all new atoms. Returns the new deformable points.
   std::vector<int> make_points(bool in_run);
-  void give_masses();
+  /// Copies masses of points to atoms, for fix gravity. Ends with an error if atom types have
+  /// masses that differ.
+  void copy_masses();
 
   mpm::PointView<D> points();
 
-  /// Gives new points their stress, mass and memory in situ; collective.
+  /// Sets stress, mass and state variables of new points to those in situ; collective.
   void begin_in_situ(const std::vector<int> &made);
-  /// A step, or an evaluation that advances nothing.
+  /// Makes a step, or, unless `advance`, evaluates forces only; collective.
   void solve(bool advance);
+  /// Fills the per-atom output.
   void fill_output();
+  /// Finds the next law of the restart file by its word. Ends with an error if its state variables
+  /// have other names than those of the present law.
   void find_law(const std::string &word, const std::string &names);
 };
 

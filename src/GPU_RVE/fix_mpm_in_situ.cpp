@@ -9,7 +9,6 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
-#include "group.h"
 #include "update.h"
 
 #include <algorithm>
@@ -19,23 +18,25 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Largest error of the stress of RVEs, unless the script says otherwise: nodes between points that
-// all err by it towards them get four times as much, in weights of a cell; or, where no weight is
-// known, of the largest stress.
+// Default tolerances of the stress of RVEs, over the weight of a cell per area, and, where no
+// weight is known, over the largest stress [-]. If the stresses of all points around a node are off
+// by the first tolerance towards the node, its unbalanced force is four times the tolerance, in
+// weights of a cell.
 constexpr double ERROR_OF_WEIGHT = 1e-4, ERROR_OF_STRESS = 1e-5;
 
-// What may be out of balance at rest [weight of a cell]
+// Unbalanced force at rest above which there is a warning [weight of a cell]
 constexpr double UNBALANCED_WARN = 1e-3;
 
-// Change of the stress by a law at no strain, over its size, that tells of a stress beyond its
-// strength.
+// Change of the stress by a law at zero strain, over the norm of the stress, above which the stress
+// is beyond the strength of the law.
 constexpr double BEYOND_STRENGTH = 1e-6;
 
 }    // namespace
 
-/// Evaluates what the script gives for ground at rest at each new point.
+/// Makes the profile of ground at rest from the values of the script at each new point. Ends with
+/// an error if a value is out of range.
 template <int D>
-macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const std::vector<int> &made) const
+macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &made) const
 {
   const MpmInSitu<D> &in_situ = scene.settings.in_situ;
   const double width = scene.settings.width_of_point();
@@ -88,26 +89,18 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const std::vecto
   return ground;
 }
 
-template <int D> double MpmGround<D>::density_of(const Points &points, int i) const
-{
-  const double given = scene.given_density(points, i);
-  return given > 0.0 ? given : scene.grains[points.model[i]]->rves().bulk_density(i);
-}
-
 template <int D>
-std::vector<double> MpmGround<D>::densities(const Points &points,
-                                            const std::vector<int> &made) const
+std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &made) const
 {
   std::vector<double> values;
-  for (const int i : made) values.push_back(density_of(points, i));
+  for (const int i : made) values.push_back(scene.density_of(points, i));
   return values;
 }
 
-/// Density over height of the points whose density is that of their RVEs: the mean of those of a
-/// level.
+/// Returns the density over height as means of levels, over the points whose density is that of
+/// their RVEs.
 template <int D>
-macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points,
-                                                     const std::vector<int> &made,
+macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const Atoms &made,
                                                      const macro::GroundAtRest &ground) const
 {
   const auto &models = scene.settings.models;
@@ -117,7 +110,7 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points,
   for (const int i : made) {
     if (scene.given_density(points, i) > 0.0) continue;
     height.push_back(atom->x[i][D - 1]);
-    value.push_back(density_of(points, i));
+    value.push_back(scene.density_of(points, i));
   }
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
@@ -125,10 +118,9 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points,
   return macro::level_means(height, value, scene.settings.width_of_point(), mpm_communication(lmp));
 }
 
-/// Lateral over vertical stress of points that all have RVEs.
+/// Returns the ratio of lateral to vertical stress of points, which must all have RVEs [-].
 template <int D>
-std::vector<double> MpmGround<D>::stress_ratios(const Points &points,
-                                                const std::vector<int> &made) const
+std::vector<double> MpmGround<D>::stress_ratios(const Points &points, const Atoms &made) const
 {
   std::vector<double> values;
   for (const int i : made) {
@@ -139,14 +131,13 @@ std::vector<double> MpmGround<D>::stress_ratios(const Points &points,
   return values;
 }
 
-template <int D>
-std::vector<macro::StressGoal> MpmGround<D>::goals_by_components(const std::vector<int> &made) const
+template <int D> auto MpmGround<D>::goals_by_components(const Atoms &made) const -> Goals
 {
   const std::vector<ScriptValue> &components = scene.settings.in_situ.components;
   std::vector<std::vector<double>> values(components.size());
   for (std::size_t c = 0; c < values.size(); c++)
     components[c].evaluate(lmp, scene.fix->igroup, values[c]);
-  std::vector<macro::StressGoal> goals;
+  Goals goals;
   CollectiveError wrong;
   for (const int i : made) {
     Tensor sigma = Tensor::zero();
@@ -166,16 +157,16 @@ std::vector<macro::StressGoal> MpmGround<D>::goals_by_components(const std::vect
   return goals;
 }
 
-/// Brings the RVEs of all models to these stresses, and returns what that took, over all ranks.
+/// Brings the RVEs of all models to these stresses. Returns the number of steps and the error over
+/// all ranks.
 template <int D>
-macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const std::vector<int> &made,
-                                               const std::vector<macro::StressGoal> &goals,
-                                               double tolerance) const
+macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const Atoms &made,
+                                               const Goals &goals, double tolerance) const
 {
   macro::InSituReport all;
   for (FixRve *source : scene.sources()) {
     std::vector<int> atoms;
-    std::vector<macro::StressGoal> of_atoms;
+    Goals of_atoms;
     for (std::size_t n = 0; n < made.size(); n++)
       if (scene.grains[points.model[made[n]]] == source) {
         atoms.push_back(made[n]);
@@ -190,57 +181,48 @@ macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const std::
   return all;
 }
 
-template <int D>
-std::vector<typename MpmGround<D>::Start> MpmGround<D>::find(const Points &points,
-                                                             const std::vector<int> &made)
+template <int D> auto MpmGround<D>::find(const Points &points, const Atoms &made) -> Starts
 {
   bigint total = made.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return {};
-  const std::vector<Start> starts = scene.settings.in_situ.is_by_components()
-      ? find_by_components(points, made)
-      : find_at_rest(points, made);
+  const Starts starts = scene.settings.in_situ.is_by_components() ? find_by_components(points, made)
+                                                                  : find_at_rest(points, made);
   is_new = true;
-  // not for each point that a fix creates in a run
+  // the line would come in each step in which a fix creates points
   if (comm->me == 0 && update->ntimestep == update->firststep)
     utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", scene.fix->id, total);
   return starts;
 }
 
+/// Returns the stress of the RVE of a point, or the goal if it has no RVE.
 template <int D>
-typename MpmGround<D>::Start MpmGround<D>::start_of(const Points &points, int i,
-                                                    const macro::StressGoal &goal) const
+mpm::Tensor<D> MpmGround<D>::stress_at(const Points &points, int i,
+                                       const macro::StressGoal &goal) const
 {
   const FixRve *source = scene.grains[points.model[i]];
-  Start start;
-  start.stress = source ? stress_of<D>(*source, i) : rve::leading_components<D>(goal.stress);
-  return start;
+  return source ? stress_of<D>(*source, i) : rve::leading_components<D>(goal.stress);
 }
 
 template <int D>
-std::vector<typename MpmGround<D>::Start>
-MpmGround<D>::find_by_components(const Points &points, const std::vector<int> &made)
+auto MpmGround<D>::find_by_components(const Points &points, const Atoms &made) -> Starts
 {
-  const std::vector<macro::StressGoal> goals = goals_by_components(made);
+  const Goals goals = goals_by_components(made);
   double largest = 0.0;
   for (const macro::StressGoal &goal : goals)
     for (const double x : goal.stress.component) largest = std::max(largest, std::fabs(x));
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
   const double tolerance = scene.settings.in_situ.tolerance.value_or(ERROR_OF_STRESS * largest);
   const macro::InSituReport report = bring_grains(points, made, goals, tolerance);
-  std::vector<Start> starts;
-  for (std::size_t n = 0; n < made.size(); n++) {
-    starts.push_back(start_of(points, made[n], goals[n]));
-    starts.back().density = density_of(points, made[n]);
-  }
+  Starts starts;
+  for (std::size_t n = 0; n < made.size(); n++)
+    starts.push_back({stress_at(points, made[n], goals[n]), scene.density_of(points, made[n]), {}});
   weight_of_cell = 0.0;
   report_grains(report, 1);
   return starts;
 }
 
-template <int D>
-std::vector<typename MpmGround<D>::Start> MpmGround<D>::find_at_rest(const Points &points,
-                                                                     const std::vector<int> &made)
+template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Atoms &made) -> Starts
 {
   const MpmInSitu<D> &in_situ = scene.settings.in_situ;
   const double h = scene.solver->grid().cell_size();
@@ -257,17 +239,16 @@ std::vector<typename MpmGround<D>::Start> MpmGround<D>::find_at_rest(const Point
     });
   }
   const macro::HeightProfile of_grains = density_of_grains(points, made, ground);
-  std::vector<Start> starts;
+  Starts starts;
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
-    Start start = start_of(points, i, goal);
-    // the weight that the stress balances
+    // the density belongs to the weight that the stress balances
     const double given = scene.given_density(points, i);
-    start.density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
-    // the stress across the plane is a lateral one too
-    if (D == 2 && !scene.grains[points.model[i]]) start.across_plane = goal.stress(2, 2);
-    starts.push_back(start);
+    const double density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
+    starts.push_back({stress_at(points, i, goal), density, {}});
+    // the stress out of the plane is a lateral stress
+    if (D == 2 && !scene.grains[points.model[i]]) starts.back().across_plane = goal.stress(2, 2);
   }
   weight_of_cell = in_situ.gravity * ground.density().value(0) * cell_volume();
   report_grains(report, ground.rounds());
@@ -295,8 +276,7 @@ template <int D> double MpmGround<D>::cell_volume() const
   return scene.settings.options.thickness * (D == 2 ? h * h : h * h * h);
 }
 
-template <int D>
-void MpmGround<D>::check_strength(const Points &points, const std::vector<int> &made) const
+template <int D> void MpmGround<D>::check_strength(const Points &points, const Atoms &made) const
 {
   const MpmSettings<D> &settings = scene.settings;
   std::vector<Tensor> after(points.stress, points.stress + points.count);
@@ -338,7 +318,7 @@ template <int D> void MpmGround<D>::report(const Points &points)
 {
   if (!is_new) return;
   is_new = false;
-  // of the forces that act on points, where the script says no gravity
+  // if the script gives no gravity, the weight follows from the forces on points
   double by_forces = 0.0;
   for (int i = 0; i < atom->nlocal; i++) {
     double squares = 0.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The jobs of fix mpm besides the arrays of its points, and what they have in common. They get the
-// points as the solver does. Their functions are collective.
+// The jobs of fix mpm except the arrays of its points. They get the points as the solver does.
+// Their functions are collective.
 
 #pragma once
 
@@ -24,8 +24,7 @@
 
 namespace LAMMPS_NS {
 
-/// The settings of the script, the solver and the models of the points, in a continuum of D
-/// dimensions.
+/// The settings, the solver and the models of fix mpm in D dimensions, which the jobs share.
 template <int D> struct MpmScene {
   using Points = mpm::PointView<D>;
 
@@ -33,9 +32,9 @@ template <int D> struct MpmScene {
   FixMpm *const fix;
   MpmSettings<D> settings;
   std::unique_ptr<mpm::MpmSolver<D>> solver;
-  std::vector<FixRve *> grains;                // per model; nullptr: an analytic law
-  std::vector<mpm::Constitutive<D> *> laws;    // per model, those of the solver
-  std::vector<int> turning;                    // bodies that can turn
+  std::vector<FixRve *> grains;    // fix of the RVEs of each model, or null for an analytic law
+  std::vector<mpm::Constitutive<D> *> laws;    // law of each model
+  std::vector<int> turning;                    // rigid bodies that can turn
 
   MpmScene(LAMMPS *_lmp, FixMpm *_fix, MpmSettings<D> _settings) :
       lmp(_lmp), fix(_fix), settings(std::move(_settings))
@@ -44,18 +43,19 @@ template <int D> struct MpmScene {
       if (settings.options.rigid_bodies[b].form != mpm::BodyForm::Face) turning.push_back(b);
   }
 
-  /// Looks up the fixes of the models, and gives the solver its laws.
+  /// Looks up the fixes of the models and passes the laws to the solver.
   void find_models();
-  /// Ends with an error if a fix of a model is not there any more: a run with "pre no" has no init,
-  /// which would find others.
+  /// Ends with an error if the fix of a model was deleted. A run with "pre no" does not call
+  /// init(), which would look the fixes up again.
   void check_sources() const;
-  /// Other parameters of models, from `when` on. The host must have the points.
+  /// Changes parameters of models. `when` is the beginning of the log line. The host must have the
+  /// points.
   void change_models(const std::vector<MpmModel<D>> &wanted, const std::string &when);
-  /// The same by the words of a fix_modify of the run that has written the restart file, if that
-  /// run has defined the model as `settings` do; if not, the new definition counts.
+  /// Applies the arguments `words` of a fix_modify of the run that wrote the restart file, whose
+  /// definitions are `then`. If this run defines the model otherwise, it only warns.
   void continue_modification(const MpmWords &then, const std::string &words);
 
-  /// The fixes whose RVEs are models, each once: groups may share one.
+  /// Returns the fixes whose RVEs are models. Each is listed once, although models may share one.
   std::vector<FixRve *> sources() const
   {
     std::vector<FixRve *> all;
@@ -65,12 +65,21 @@ template <int D> struct MpmScene {
   }
   bool has_grains() const { return !sources().empty(); }
 
-  /// Density that the script gives a point [mass/length^3]; 0: none.
+  /// Returns the density that the script gives a point, or 0 if it gives none [mass/length^3].
   double given_density(const Points &points, int i) const
   {
     const int body = points.rigid_body[i];
     return body >= 0 ? settings.density_of(settings.bodies[body])
                      : settings.density_of(settings.models[points.model[i]]);
+  }
+
+  /// Returns the density of the script or else of the RVE of a point, or 0 [mass/length^3].
+  double density_of(const Points &points, int i) const
+  {
+    const double given = given_density(points, i);
+    if (given > 0.0 || points.rigid_body[i] >= 0) return given;
+    const FixRve *source = grains[points.model[i]];
+    return source ? source->rves().bulk_density(i) : 0.0;
   }
 
   /// Runs work(). If it throws, this rank ends with an error that names the fix and the step.
@@ -82,8 +91,8 @@ template <int D> struct MpmScene {
   }
 };
 
-/// The stress of an RVE in a continuum of D dimensions. In the plane that of spheres has components
-/// across it.
+/// Returns the stress of the RVE of an atom in a continuum of D dimensions. For spheres in a plane
+/// continuum it omits the components out of the plane.
 template <int D> mpm::Tensor<D> stress_of(const FixRve &grains, int atom)
 {
   if constexpr (D == 2)
@@ -91,34 +100,33 @@ template <int D> mpm::Tensor<D> stress_of(const FixRve &grains, int atom)
   return rve::leading_components<D>(grains.rves_of<3>().point(atom).result.stress);
 }
 
-/// What the script does to the points in a step: tractions, and the motion of rigid bodies.
+/// Applies the loads of the script in a step: tractions, and the motion of rigid bodies.
 template <int D> class MpmLoads : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
   using Vec = mpm::Vec<D>;
 
   explicit MpmLoads(const MpmScene<D> &_scene) :
-      Pointers(_scene.lmp), scene(_scene), displacement(_scene.settings.bodies.size(), Vec::zero())
+      Pointers(_scene.lmp), displacement(_scene.settings.bodies.size(), Vec::zero()), scene(_scene)
   {
   }
 
-  /// Makes a step, or an evaluation that advances nothing, with the loads and velocities that the
-  /// script has now.
+  /// Makes a step with the present loads and velocities of the script, or, unless `advance`,
+  /// evaluates forces only.
   void solve(const Points &points, bool advance);
 
-  /// Largest prescribed component of a body in the last step [velocity].
+  /// Returns the largest velocity component that the script prescribes for a body in the last step.
   double body_speed() const { return speed; }
-  /// Way of a body since the fix was defined [length].
-  Vec &displacement_of(std::size_t body) { return displacement[body]; }
-  const Vec &displacement_of(std::size_t body) const { return displacement[body]; }
+  std::vector<Vec>
+      displacement;    ///< displacement of each body since the fix was defined [length]
 
-  /// Whether variables or regions that are evaluated in each step may read fixes or computes.
+  /// Returns true if variables or regions that are evaluated in each step may read fixes or
+  /// computes.
   bool reads_results() const;
 
  private:
   const MpmScene<D> &scene;
-  std::vector<mpm::TractionLoad<D>> loads;    // of this step
-  std::vector<Vec> displacement;
+  std::vector<mpm::TractionLoad<D>> loads;    // loads of this step
   double speed = 0.0;
 
   mpm::TractionLoad<D> load_of(const MpmTraction<D> &traction, const Points &points) const;
@@ -126,139 +134,145 @@ template <int D> class MpmLoads : protected Pointers {
   void move_bodies(bool advance);
 };
 
-/// Compares the time step and absorbing sides with the speeds of waves in the points.
+/// Compares the time step and the dashpots of absorbing sides with wave speeds in the points.
 template <int D> class MpmWaves : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
 
   explicit MpmWaves(const MpmScene<D> &_scene) : Pointers(_scene.lmp), scene(_scene) {}
 
-  /// Courant number of the last check [-].
+  /// Returns the Courant number of the last check [-].
   double courant() const { return number; }
 
-  /// Warnings come again, in a run that is initialized.
+  /// Allows warnings again at the beginning of a run.
   void begin_run() { warned = warned_rounding = false; }
-  /// Measures wave speeds of RVEs by the tangents of those whose bounds are the fastest: they
-  /// decide the Courant number.
+  /// Measures wave speeds of RVEs by tangents of the RVEs with the fastest bounds, which determine
+  /// the Courant number.
   void measure(const Points &points);
-  /// Ends with an error if the Courant number is above its limit. `body_speed`: largest prescribed
-  /// component of a body [velocity].
+  /// Ends with an error if the Courant number is above its limit. `body_speed`: see
+  /// MpmLoads::body_speed().
   void check_courant(const Points &points, double body_speed);
   /// Warns if coordinates are so large that the motion of a step is rounded.
   void check_rounding(const Points &points, double body_speed);
-  /// Warns of a time step that is far below what is stable.
+  /// Warns of a time step that is far below the stable one.
   void check_time_step() const;
-  /// Warns of dashpots that send back much of the stress of a wave.
+  /// Warns of dashpots that reflect much of the stress of a wave.
   void check_absorbing_sides(const Points &points);
 
  private:
   const MpmScene<D> &scene;
   double number = 0.0;
   bool warned = false, warned_sides = false;
-  bool warned_rounding = false;    // of coordinates far from the origin, in this run
+  bool warned_rounding = false;    // warned of coordinates far from the origin in this run
 
   std::vector<int> fastest(const Points &points, const FixRve &source,
                            const mpm::Constitutive<D> &law) const;
 };
 
-/// Checks the points and bodies, between runs and in them.
+/// Checks the points and bodies between runs and in runs.
 template <int D> class MpmChecks : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
 
   explicit MpmChecks(const MpmScene<D> &_scene) : Pointers(_scene.lmp), scene(_scene) {}
 
-  /// Positions, number and box are those of the end of a run.
+  /// Stores number and positions of the points and the box at the end of a run.
   void keep_positions();
-  /// Warns if others have moved points since then; an error if they have changed the box, too.
+  /// Warns if other commands have moved points since then. Ends with an error if they have also
+  /// changed the box.
   void check_positions() const;
-  /// Warns of points in several groups, until there are some.
+  /// Warns once of points in the groups of several models or bodies.
   void check_overlap();
-  /// Boxes of points that do not overlap fill no cell more than once. This looks at cells that have
-  /// new points, `made`, next to each other or on top of those that were there. In a run it warns
-  /// once.
+  /// Warns if new points, `made`, fill cells more than once with their boxes and those of older
+  /// points, which means that points overlap or are too large. Ends with an error if most cells are
+  /// too full and all points are new. In a run it warns once.
   void check_volume(const Points &points, const std::vector<int> &made, bool in_run);
-  /// Ends with an error if a rigid body has lost points since the last call; unless `advance` none
-  /// counts as lost.
+  /// Ends with an error if a rigid body has lost points since the last call. Unless `advance`, it
+  /// only counts the points.
   void check_bodies(const Points &points, bool advance);
-  /// Warns of points inside of bodies that can turn, before these move.
+  /// Warns of points inside of bodies that can turn, before these bodies move.
   void check_enclosed(const Points &points) const;
-  /// Says once what the ranks hold of the grid.
+  /// Logs once how many nodes of the grid the ranks have.
   void report_parts();
 
-  /// Local damping is a force on the nodes that no reaction holds. In some steps of a run this adds
-  /// up how large it is compared with the largest reaction; the end of the run has the mean.
-  /// `last`: of the components of its force in the vector of the fix, from 1.
+  // Local damping is a force on the nodes without a reaction. The next functions compare it in some
+  // steps of a run with the largest reaction, and report the mean at the end.
+
   void begin_damping() { damping_sum = reaction_sum = 0.0; }
   void add_damping();
+  /// `last`: index of the last component of the damping force in the vector of the fix, from 1.
   void report_damping(int last);
 
  private:
   using Box = std::array<double, 2 * D>;    // low and high sides of LAMMPS' box, axis by axis
 
   const MpmScene<D> &scene;
-  // as the last run left them: number of points, a sum over their positions, and the box
+  // number of points, checksum of their positions, and box at the end of the last run
   bigint points_then = -1;
   std::uint64_t positions_then = 0;
   Box box_then = {};
-  bool said_overlap = false, said_parts = false, warned_damping = false;
-  bool warned_full = false;           // of cells that new points of this run have filled too much
-  std::vector<bigint> body_points;    // of all ranks, when atoms were exchanged last
-  double damping_sum = 0.0, reaction_sum = 0.0;    // of some steps of this run [force]
+  bool warned_overlap = false, reported_parts = false, warned_damping = false;
+  bool warned_full = false;    // warned of too full cells in this run
+  std::vector<bigint>
+      body_points;    // points of each body at the last exchange of atoms, all ranks
+  double damping_sum = 0.0, reaction_sum = 0.0;    // sums over some steps of this run [force]
 
+  /// Returns a checksum of IDs and positions that does not depend on their order.
   std::uint64_t sum_of_positions() const;
   Box box() const;
 };
 
-/// Finds the stress in situ of points that are made together, and reports what is out of balance.
+/// Finds the stress in situ of new points, and reports unbalanced forces.
 template <int D> class MpmGround : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
   using Tensor = mpm::Tensor<D>;
+  using Atoms = std::vector<int>;
+  using Goals = std::vector<macro::StressGoal>;
 
   explicit MpmGround(const MpmScene<D> &_scene) : Pointers(_scene.lmp), scene(_scene) {}
 
-  /// How a new point begins.
+  /// The initial state of a new point.
   struct Start {
-    Tensor stress;                         ///< [stress]
-    std::optional<double> across_plane;    ///< of a law in the plane that remembers it [stress]
-    double density = 0.0;                  ///< [mass/length^3]
+    Tensor stress;     ///< Cauchy stress [stress]
+    double density;    ///< [mass/length^3]
+    /// Stress out of the plane, for plane laws with this state variable [stress].
+    std::optional<double> across_plane;
   };
-  /// Finds the stress in situ of the new points `made`, and brings their RVEs there. Returns how
-  /// they begin, in the same order.
-  std::vector<Start> find(const Points &points, const std::vector<int> &made);
-  /// Warns of stresses of new points that are beyond the strength of their law: it changes them at
-  /// no strain.
-  void check_strength(const Points &points, const std::vector<int> &made) const;
-  /// Says what is out of balance, where forces are complete, if there are new points since the last
-  /// report.
+  using Starts = std::vector<Start>;
+  /// Finds the stress in situ of the new points `made` and brings their RVEs to it. Returns their
+  /// initial states in the same order.
+  Starts find(const Points &points, const Atoms &made);
+  /// Warns of new points whose stress is beyond the strength of their law, which means that the law
+  /// changes the stress at zero strain.
+  void check_strength(const Points &points, const Atoms &made) const;
+  /// Reports the largest unbalanced force if there are new points since the last report. Forces
+  /// must be complete.
   void report(const Points &points);
-  /// What is out of balance is not that of the new points.
+  /// Cancels the report of the present new points.
   void forget() { is_new = false; }
 
  private:
   const MpmScene<D> &scene;
   bool is_new = false;
-  double weight_of_cell = 0.0;    // of the new points; 0 if it is not known [force]
+  double weight_of_cell = 0.0;    // weight of a cell of new points, or 0 if it is not known [force]
 
-  std::vector<Start> find_at_rest(const Points &points, const std::vector<int> &made);
-  std::vector<Start> find_by_components(const Points &points, const std::vector<int> &made);
-  Start start_of(const Points &points, int i, const macro::StressGoal &goal) const;
-  macro::GroundAtRest at_rest(const Points &points, const std::vector<int> &made) const;
-  std::vector<macro::StressGoal> goals_by_components(const std::vector<int> &made) const;
-  double density_of(const Points &points, int i) const;
-  std::vector<double> densities(const Points &points, const std::vector<int> &made) const;
-  macro::HeightProfile density_of_grains(const Points &points, const std::vector<int> &made,
+  Starts find_at_rest(const Points &points, const Atoms &made);
+  Starts find_by_components(const Points &points, const Atoms &made);
+  Tensor stress_at(const Points &points, int i, const macro::StressGoal &goal) const;
+  macro::GroundAtRest at_rest(const Points &points, const Atoms &made) const;
+  Goals goals_by_components(const Atoms &made) const;
+  std::vector<double> densities(const Points &points, const Atoms &made) const;
+  macro::HeightProfile density_of_grains(const Points &points, const Atoms &made,
                                          const macro::GroundAtRest &ground) const;
-  std::vector<double> stress_ratios(const Points &points, const std::vector<int> &made) const;
-  macro::InSituReport bring_grains(const Points &points, const std::vector<int> &made,
-                                   const std::vector<macro::StressGoal> &goals,
+  std::vector<double> stress_ratios(const Points &points, const Atoms &made) const;
+  macro::InSituReport bring_grains(const Points &points, const Atoms &made, const Goals &goals,
                                    double tolerance) const;
   void report_grains(const macro::InSituReport &report, int rounds) const;
   double cell_volume() const;
 };
 
-/// Measures where the wall time of the steps of this run goes, on this rank.
+/// Measures the wall time of the parts of the steps of this run, on this rank.
 template <int D> class MpmTimes : protected Pointers {
  public:
   enum Part { RVE, MPM, TRANSFERS, PARTS };
@@ -267,21 +281,22 @@ template <int D> class MpmTimes : protected Pointers {
 
   void begin_run() { std::fill_n(seconds, (int) PARTS, 0.0); }
   void begin_step() { begun = now(); }
-  /// The step is done, but for columns of the output.
+  /// Marks the end of a step without the columns of the output.
   void end_solution() { solved = now(); }
   void end_step();
-  /// Says at the end of a long run what a step took, in the mean of all ranks.
+  /// Logs the mean wall times of a step over all ranks at the end of a long run.
   void report() const;
-  /// The longest time of a part, of all ranks [seconds].
+  /// Returns the longest time of a part over all ranks [seconds].
   double longest(int part) const;
 
  private:
-  /// Wall times so far [seconds].
+  /// Accumulated wall times [seconds].
   struct Moment {
-    double clock = 0.0, copies = 0.0;
-    double engine = 0.0;    // in calls of the engine of RVEs
-    double bounds = 0.0;    // in bounds of their stable DEM time steps
-    double models = 0.0;    // in models that are RVEs, which includes `engine` and not `bounds`
+    double clock = 0.0;     // wall clock
+    double copies = 0.0;    // copies from and to a device
+    double engine = 0.0;    // calls of the engine of RVEs
+    double bounds = 0.0;    // bounds of the stable DEM time steps of RVEs
+    double models = 0.0;    // models with RVEs, which includes `engine` but not `bounds`
   };
   const MpmScene<D> &scene;
   double seconds[PARTS] = {};

@@ -35,7 +35,7 @@ mpm::TractionLoad<D> MpmLoads<D>::load_of(const MpmTraction<D> &traction,
                                   [](const ScriptValue &value) { return value.per_atom; });
   std::vector<double> of_atoms[D];
   Vec given = Vec::zero();
-  // a formula is evaluated atom by atom: where it is asked for only
+  // per-atom variables are evaluated only for the atoms of the group of the load
   const int igroup = traction.groupbit ? group->find(traction.id) : scene.fix->igroup;
   for (int a = 0; a < D; a++)
     if (varies)
@@ -128,7 +128,7 @@ template <int D> bool MpmLoads<D>::reads_results() const
       return true;
   for (const MpmTraction<D> &load : scene.settings.tractions) {
     if (std::any_of(load.traction, load.traction + D, reads)) return true;
-    // one that moves or changes its shape does so by variables
+    // a region moves or changes its shape by variables
     const Region *region = load.groupbit ? nullptr : domain->get_region_by_id(load.id);
     if (region && (region->dynamic || region->varshape)) return true;
   }

@@ -18,13 +18,12 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// What a line of the head begins with that names the state variables of a law.
+// Beginning of a line of the head that names a law. The next line has its state variables.
 const std::string STATE_OF = "state of ";
-// What comes before the words of a fix_modify of a model that is not as its fix has defined it.
-// Files have it if there is one.
+// Line before the arguments of a fix_modify of a model. Only files with changed models have it.
 const std::string MODIFIED = "fix_modify";
 
-constexpr std::size_t HEAD_FIRST = 3;    // numbers before the state
+constexpr std::size_t HEAD_FIRST = 3;    // number of doubles before the step
 
 }    // namespace
 
@@ -42,10 +41,10 @@ bool LAMMPS_NS::is_same_checksum(double a, double b)
   return memcmp(&a, &b, sizeof(a)) == 0;
 }
 
-/// The head has the version, how many numbers it has, a checksum of these two, the step, and the
-/// number of bodies. For each body follow its displacement, its velocity and the record of one that
-/// can turn, behind its length. Lines of text have the words of the script and the state variables
-/// of each law. A checksum of all is the last number.
+/// The head consists of doubles: the version, the number of doubles, a checksum of these two, the
+/// step, and the number of bodies. Each body has its displacement, its velocity, and the length and
+/// numbers of its rotation record. Then come the length and lines of a text with the keywords of
+/// the script and the state variables of each law. The last number is a checksum of all.
 template <int D> void MpmRestartHead<D>::write(FILE *fp) const
 {
   std::string text;
@@ -64,8 +63,8 @@ template <int D> void MpmRestartHead<D>::write(FILE *fp) const
   head.push_back((double) text.size());
   head.resize(begin + (text.size() + sizeof(double) - 1) / sizeof(double), 0.0);
   memcpy(head.data() + begin, text.data(), text.size());
-  head.push_back(0.0);    // the checksum
-  // negative, because files without a version begin with the number of bodies
+  head.push_back(0.0);    // place of the checksum
+  // the version is negative, because files without a version begin with the number of bodies
   head[0] = -MPM_RESTART_VERSION;
   head[1] = (double) head.size();
   head[2] = mpm_checksum(head.data(), 2);
@@ -75,13 +74,13 @@ template <int D> void MpmRestartHead<D>::write(FILE *fp) const
   fwrite(head.data(), sizeof(double), head.size(), fp);
 }
 
-/// The numbers of a head; errors end in error->all.
+/// Returns the numbers of a head. Errors end in error->all.
 static std::vector<double> numbers_of_head(Error *error, const char *buf)
 {
-  double version, first[HEAD_FIRST];    // LAMMPS promises no alignment
+  double version, first[HEAD_FIRST];    // copies, because `buf` may not be aligned
   memcpy(&version, buf, sizeof(version));
   if (version != -MPM_RESTART_VERSION) {
-    // versions before 3 begin with the number of bodies
+    // files of versions 1 and 2 begin with the number of bodies
     if (version == std::floor(version) && std::fabs(version) < 1000.0)
       error->all(
           FLERR,
@@ -138,23 +137,23 @@ template struct LAMMPS_NS::MpmRestartHead<3>;
 
 std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points)
 {
-  // have no influence on results
-  const auto is_aside = [](const std::string &about) {
+  // true for keywords without influence on results
+  const auto is_irrelevant = [](const std::string &about) {
     return about == "device" || about == "progress" || about == "cfl" || about == "wave_speed" ||
         about.rfind("column ", 0) == 0;
   };
   const auto is_of_points = [](const std::string &about) {
     return about == "volume" || about == "density" || about == "stress" || about == "insitu" ||
-        utils::strmatch(about, "^\\S+ \\S+ density$");    // of a model or body
+        utils::strmatch(about, "^\\S+ \\S+ density$");    // density of a model or body
   };
-  // the values of one keyword, of all loads on the same points together
-  const auto said = [](const MpmWords &words, const std::string &about) {
+  // returns the values of a keyword; those of several loads on the same points are joined
+  const auto values_of = [](const MpmWords &words, const std::string &about) {
     std::string all;
     for (const auto &[other, values] : words)
       if (other == about) all += (all.empty() ? "" : ", ") + values;
     return all.empty() ? std::string("not given") : all;
   };
-  // word by word, numbers by their value
+  // compares word by word, and numbers by their value
   const auto is_same = [](const std::string &one, const std::string &other) {
     const std::vector<std::string> a = utils::split_words(one), b = utils::split_words(other);
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto &x, const auto &y) {
@@ -165,12 +164,11 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
   for (const MpmWords *words : {&then, &now})
     for (const auto &one : *words)
       if (std::find(keys.begin(), keys.end(), one.first) == keys.end()) keys.push_back(one.first);
-  std::string text;
+  std::vector<std::string> changes;
   for (const std::string &key : keys) {
-    if (is_aside(key) || is_of_points(key) != of_points) continue;
-    const std::string before = said(then, key), after = said(now, key);
-    if (!is_same(before, after))
-      text += (text.empty() ? "" : ", ") + key + " " + before + " -> " + after;
+    if (is_irrelevant(key) || is_of_points(key) != of_points) continue;
+    const std::string before = values_of(then, key), after = values_of(now, key);
+    if (!is_same(before, after)) changes.push_back(key + " " + before + " -> " + after);
   }
-  return text;
+  return utils::join_words(changes, ", ");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What restart files have of fix mpm besides the records of its points.
+// The head of fix mpm in restart files. The records of points are in fix_mpm_fields.h.
 
 #pragma once
 
@@ -14,34 +14,37 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// Of what restart files hold of points and bodies: raise it with every change of that. Files
-/// before version 3 had no number.
+/// Version of the records of points and bodies in restart files; it increases with every change of
+/// them. Files of versions 1 and 2 have no version number.
 constexpr int MPM_RESTART_VERSION = 8;
 
-/// A checksum of numbers, as the bits of another one.
+/// Returns a checksum of numbers in the bits of a double.
 double mpm_checksum(const double *numbers, std::size_t count);
-/// Whether two checksums are the same: their bits may be those of no number, which equals nothing.
+/// Returns true if two checksums have the same bits. Their bits may be those of a NaN, which ==
+/// would find unequal to itself.
 bool is_same_checksum(double a, double b);
 
 /// The head of fix mpm in a restart file.
 template <int D> struct MpmRestartHead {
   struct Body {
     mpm::Vec<D> displacement, velocity;    ///< [length], [length/time]
-    std::vector<double> turning;           ///< record of a body that can turn, or nothing
+    std::vector<double> turning;           ///< record of a body that can turn, or empty
   };
   double step = 0.0;
   std::vector<Body> bodies;
-  MpmWords words;    ///< what the script says
+  MpmWords words;    ///< keywords and values of the script
   MpmWords laws;     ///< words of laws and the names of their state variables
-  std::vector<std::string> modifications;    ///< words of fix_modify for models that it has changed
+  std::vector<std::string> modifications;    ///< arguments of fix_modify, one text for each model
 
+  /// Writes the size in bytes and the head.
   void write(FILE *fp) const;
-  /// Errors end in error->all.
+  /// Reads a head. Errors end in error->all.
   static MpmRestartHead read(LAMMPS *lmp, const char *buf);
 };
 
-/// What has another value in `now` than in `then`, as "damping 0.05 -> 0, ...", or "" for nothing:
-/// of what points keep that exist (their volume, mass and stress at the beginning), or of the rest.
+/// Returns the keywords with other values in `now` than in `then`, as in "damping 0.05 -> 0, ...",
+/// or "". `of_points` chooses the keywords whose values existing points keep (volume, density,
+/// stress), or else the other ones. Keywords without influence on results are omitted.
 std::string mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points);
 
 }    // namespace LAMMPS_NS

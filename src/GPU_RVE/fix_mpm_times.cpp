@@ -8,7 +8,7 @@
 
 using namespace LAMMPS_NS;
 
-// wall time of a run that is worth a line about its parts [seconds]
+// wall time of a run above which its parts are logged [seconds]
 static constexpr double LONG_RUN = 1.0;
 
 template <int D> typename MpmTimes<D>::Moment MpmTimes<D>::now() const
@@ -30,9 +30,9 @@ template <int D> void MpmTimes<D>::end_step()
   const Moment ended = now();
   const double engine = ended.engine - begun.engine;
   const double in_rves = engine + ended.bounds - begun.bounds;
-  // of columns, without the RVEs that they wait for
+  // time of output columns, without the RVEs that they wait for
   const double columns = ended.clock - solved.clock - (ended.models - solved.models);
-  // and copies from and to a device, and what stands between points and RVEs
+  // transfers are columns, copies from and to a device, and the work between points and RVEs
   const double transfers =
       columns + solved.copies - begun.copies + ended.models - begun.models - engine;
   seconds[RVE] += in_rves;

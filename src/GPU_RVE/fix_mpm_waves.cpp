@@ -17,34 +17,30 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// below it, in a million steps a wave passes a hundred cells at most
+// Courant number below which a wave passes at most a hundred cells in a million steps
 constexpr double COURANT_SMALL = 1e-4;
 
-// Coordinates beyond this multiple of the extent of the grid have bits that a shift of the origin
-// gives back; those of a grid near zero do not.
+// Coordinates over the extent of the grid above which a shift of the origin would reduce rounding
 constexpr double FAR_FROM_ORIGIN = 10.0;
-constexpr double ROUNDING_WARN = 0.01;    // largest error of a motion in a step, over the motion
+// Rounding error of the motion in a step, over the motion, above which there is a warning
+constexpr double ROUNDING_WARN = 0.01;
 
-// of a side that absorbs waves, over that of its points, or the reverse
+// Ratio of the wave speed of an absorbing side to that of its points, or its inverse, above which
+// there is a warning
 constexpr double WRONG_SPEED = 2.0;
-// the least speed of waves in RVEs over the bound of their contacts: disks prepared with a friction
-// of 0.5 have 0.54 of the modulus
+// Least wave speed in RVEs over the bound of their contacts. Disks prepared with a friction of 0.5
+// have 0.54 of the modulus.
 constexpr double BOUND_OF_GRAINS = 0.73;
 
 }    // namespace
 
-/// Atoms of this rank among the fastest of all ranks, equal ones in the order of their IDs.
+/// Returns the atoms of this rank among the RVEs with the fastest waves of all ranks. Atom IDs
+/// decide between equal ones.
 template <int D>
 std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source,
                                       const mpm::Constitutive<D> &law) const
 {
-  struct Candidate {
-    double slowness, id;
-    bool operator<(const Candidate &other) const
-    {
-      return slowness != other.slowness ? slowness < other.slowness : id < other.id;
-    }
-  };
+  using Candidate = std::array<double, 2>;    // squared slowness, ID of the atom
   const int count = scene.settings.wave_tests;
   std::vector<Candidate> mine;
   for (int i = 0; i < atom->nlocal; i++)
@@ -58,9 +54,10 @@ std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source
   std::sort(all.begin(), all.end());
   std::vector<int> chosen;
   for (int k = 0; k < count; k++) {
-    if (std::isinf(all[k].slowness)) break;
+    const auto [slowness, id] = all[k];
+    if (std::isinf(slowness)) break;
     for (int i = 0; i < atom->nlocal; i++)
-      if (atom->tag[i] == (tagint) all[k].id) chosen.push_back(i);
+      if (atom->tag[i] == (tagint) id) chosen.push_back(i);
   }
   return chosen;
 }
@@ -97,8 +94,7 @@ template <int D> void MpmWaves<D>::check_courant(const Points &points, double bo
   if (number > limit)
     error->all(FLERR,
                "Fix mpm, step {}: Courant number {:.4g} from the present stiffness exceeds {}; the "
-               "time step {} must be "
-               "below {:.4g} [time]",
+               "time step {} must be below {:.4g} [time]",
                update->ntimestep, number, limit, update->dt, update->dt * limit / number);
   if (number > scene.settings.courant_warn && !warned) {
     if (comm->me == 0)
@@ -111,8 +107,7 @@ template <int D> void MpmWaves<D>::check_courant(const Points &points, double bo
   check_rounding(points, body_speed);
 }
 
-/// LAMMPS stores coordinates as doubles, which far from the origin are multiples of a large
-/// quantum.
+/// Coordinates are doubles. Far from the origin they are multiples of a large quantum.
 template <int D> void MpmWaves<D>::check_rounding(const Points &points, double body_speed)
 {
   if (warned_rounding) return;
@@ -158,21 +153,21 @@ template <int D> void MpmWaves<D>::check_time_step() const
       number > 0.0 ? 0.5 * update->dt / number : 0.0);
 }
 
-/// Dashpots of n times the impedance send back (n - 1)/(n + 1) of the stress of a wave, which is a
-/// third for n = 2 or 1/2. Smaller reflections are not warned of, since a side may stand for a
-/// material other than that next to it.
+/// Dashpots of n times the impedance reflect (n - 1)/(n + 1) of the stress of a wave, which is a
+/// third for n = 2 or 1/2. Smaller reflections cause no warning, because a side may represent
+/// another material than that of the points.
 template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
 {
   const mpm::SolverOptions<D> &options = scene.settings.options;
-  constexpr int KINDS = 2, SPEEDS = KINDS * mpm::FACES<D>;    // of each side compression and shear
+  // each side has a speed of compression waves and one of shear waves
+  constexpr int KINDS = 2, SPEEDS = KINDS * mpm::FACES<D>;
   if (warned_sides ||
       std::none_of(options.dashpots.begin(), options.dashpots.end(),
                    [](const mpm::Dashpots &some) { return some.exist(); }))
     return;
   scene.solver->fetch(points);
   for (mpm::Constitutive<D> *law : scene.laws) law->expect_questions();
-  // of the points within a cell of the side: the largest speed and, with its sign changed, the
-  // least
+  // largest speed and negative of the least speed of the points within a cell of the side
   double most[2 * SPEEDS], *const least = most + SPEEDS;
   std::fill_n(most, SPEEDS, 0.0);
   std::fill_n(least, SPEEDS, -std::numeric_limits<double>::infinity());
@@ -187,7 +182,7 @@ template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
       if (away > options.cell_size) continue;
       const double moduli[KINDS] = {law.p_wave_modulus(i), law.shear_modulus(i)};
       for (int kind = 0; kind < KINDS; kind++) {
-        if (!(moduli[kind] > 0.0)) continue;    // a gas, or not known
+        if (!(moduli[kind] > 0.0)) continue;    // RVE without contacts, or unknown modulus
         const double speed = std::sqrt(moduli[kind] * points.volume[i] / points.mass[i]);
         double &largest = most[KINDS * side + kind], &smallest = least[KINDS * side + kind];
         largest = std::max(largest, speed);

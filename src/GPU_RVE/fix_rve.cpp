@@ -22,20 +22,15 @@
 #include "fix_rve_impl.h"
 #include "group.h"
 #include "input.h"
-#include "lammps/collective_error.h"
 #include "lammps/lammps_version.h"
 #include "lammps/no_pairs.h"
 #include "lammps/restart_record.h"
 #include "lammps/state_readers.h"
 #include "lammps/unit_styles.h"
 #include "modify.h"
-#include "rve/core/error.h"
-#include "rve/engine/files.h"
-#include "timer.h"
 #include "update.h"
 
 #include <algorithm>
-#include <cmath>
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -79,7 +74,6 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
                domain->dimension);
   impl = Impl::make(this, std::move(settings));
   warn_of_dropped_records(lmp, fmt::format("fix rve {}", id));
-  impl->read_packings();
   impl->make_engine();
 
   FixRve::grow_arrays(atom->nmax);
@@ -117,21 +111,16 @@ void FixRve::init()
                id);
   claim_integration();
   settle_without_pairs(lmp);
-  impl->find_variables();
-  impl->attach();
-  impl->check_clock();
-  impl->check_dump();
-  impl->choose_shadows();
-  impl->set_exchange_size();
-  impl->advise(true);
+  impl->init();
 }
 
-/// Makes LAMMPS count one fix that integrates: it warns if there is none, and of atoms that several
-/// fixes integrate. RVEs may advance alone, or while another fix moves their points.
+/// Sets time_integrate so that LAMMPS counts one fix that integrates. LAMMPS warns if there is no
+/// such fix, and if several fixes integrate the same atoms. RVEs may advance alone, or while
+/// another fix moves their atoms.
 void FixRve::claim_integration()
 {
   time_integrate = 1;
-  bool is_before = true;    // of fixes rve the first one
+  bool is_before = true;    // the first of several fixes rve counts
   for (const Fix *other : modify->get_fix_list()) {
     if (other == this)
       is_before = false;
@@ -142,101 +131,29 @@ void FixRve::claim_integration()
 
 void FixRve::setup(int)
 {
-  // all fixes are initialized: who needs these RVEs has asked for them
+  // all fixes are initialized here, and each fix mpm has called constitutive() for its models
   if (impl->settings.driver == RveDriver::Mpm && !impl->is_material)
     error->all(FLERR,
                "fix rve {}: drive mpm, but no model of a fix mpm uses it, and its RVEs would never "
                "advance; name it in fix mpm, as in model {} rve {}, or choose another drive",
                id, group->names[igroup], id);
-  // a material may have changed since the last run
-  if (impl->settings.dt_check_interval) impl->recheck_time_step(Impl::Check::Run);
-  check_dump_files();
-  impl->progress.begin([this] { return impl->dem_steps(); });
+  impl->setup();
 }
 
-/// Files that cannot be written end a run before it begins, not at the first dump.
-void FixRve::check_dump_files() const
-{
-  const auto &settings = impl->settings;
-  if (!settings.dump_interval) return;
-  collectively(lmp, fmt::format("fix rve {}: dump", id), [&] {
-    for (const int i : impl->atoms_with_rve())
-      if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) !=
-          settings.dump_atoms.end())
-        rve::require_writable(impl->dump_file(atom->tag[i], update->ntimestep));
-  });
-}
-
-/// This is the one place where time passes for RVEs that fix mpm does not drive.
 void FixRve::final_integrate()
 {
-  if (impl->settings.driver == RveDriver::Mpm) return;
-  impl->advance_by_script();
+  impl->final_integrate();
 }
 
 void FixRve::end_of_step()
 {
-  const auto &settings = impl->settings;
-  const bigint step = update->ntimestep;
-  if (!impl->checks_postponed) {
-    impl->finish();
-    impl->say_notes();
-  }
-  if (settings.path.halts && impl->all_paths_ended()) {
-    impl->is_halted = true;
-    timer->force_timeout();
-  }
-  impl->progress.step_done([this] { return impl->dem_steps(); });
-  if (settings.dt_check_interval) {
-    const bool due = step % settings.dt_check_interval == 0;
-    if (due || !impl->checks_postponed)
-      impl->recheck_time_step(due ? Impl::Check::Interval : Impl::Check::EveryStep);
-    if (due) impl->advise(false);
-  }
-  if (!settings.dump_interval || step % settings.dump_interval) return;
-  for (const int i : impl->atoms_with_rve()) {
-    if (std::find(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]) ==
-        settings.dump_atoms.end())
-      continue;
-    impl->write_dump(i, impl->dump_file(atom->tag[i], step));
-  }
+  impl->end_of_step();
 }
 
 void FixRve::post_run()
 {
-  impl->has_run = impl->has_run || update->nsteps > 0;
-  impl->run_postponed_checks();
-  // a run may be shorter than the interval of checks
-  const int interval = impl->settings.dt_check_interval;
-  if (interval && update->ntimestep % interval) {
-    impl->recheck_time_step(Impl::Check::Run);
-    impl->advise(false);
-  }
-  impl->report_fast_strain();
-  if (impl->is_halted) {
-    impl->is_halted = false;
-    timer->reset_timeout();
-    if (comm->me == 0)
-      utils::logmesg(lmp, "fix rve {}: all paths have ended at step {}\n", id, update->ntimestep);
-  }
-  report_shadows();
-  impl->progress.end();
-  time_integrate = 1;    // until the next run is initialized
-}
-
-void FixRve::report_shadows() const
-{
-  if (impl->settings.num_shadows == 0) return;
-  const auto [of_shadows, total] = impl->shadow_times();
-  double mine[2] = {of_shadows, total}, all[2];
-  MPI_Allreduce(mine, all, 2, MPI_DOUBLE, MPI_SUM, world);
-  const auto report = impl->shadow_report();
-  if (comm->me == 0)
-    utils::logmesg(lmp,
-                   "fix rve {}: shadows took {:.1f} % of the wall time of RVEs; their stress "
-                   "deviates by {:.3g} on average, {:.3g} at most (atom {})\n",
-                   id, all[1] > 0.0 ? 100.0 * all[0] / all[1] : 0.0, report.mean, report.largest,
-                   report.atom);
+  impl->post_run();
+  time_integrate = 1;    // init() of the next run changes it
 }
 
 FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
@@ -256,18 +173,6 @@ FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
   if (!found) error->all(FLERR, "{}: fix {} is of style {}, not rve", who, id, fix->style);
   return found;
 }
-
-template <int D> std::unique_ptr<rve::EngineOf<D>> FixRve::empty_engine(rve::Format format) const
-{
-  rve::Options options = impl->settings.options;
-  options.contacts = static_cast<const ImplOf<D> &>(*impl).points->contacts();
-  options.format = format;
-  options.arithmetic = rve::Arithmetic::Strict;
-  return rve::make_engine<D>(options);
-}
-
-template std::unique_ptr<rve::EngineOf<2>> FixRve::empty_engine<2>(rve::Format) const;
-template std::unique_ptr<rve::EngineOf<3>> FixRve::empty_engine<3>(rve::Format) const;
 
 bool FixRve::reads_results() const
 {
@@ -307,7 +212,7 @@ double FixRve::memory_usage()
   return static_cast<double>(atom->nmax) * sizeof(int) + impl->bytes();
 }
 
-/// The per-atom array has slots. An RVE leaves the engine with its atom.
+/// The per-atom array has the slot of the RVE in the engine, or -1.
 void FixRve::grow_arrays(int nmax)
 {
   impl->slot.resize(nmax, -1);
@@ -315,7 +220,7 @@ void FixRve::grow_arrays(int nmax)
 
 void FixRve::copy_arrays(int i, int j, int delflag)
 {
-  impl->finish();    // RVEs under way answer to the slots of their atoms
+  impl->finish();    // an advance that is under way uses the slots of its atoms
   if (delflag && impl->slot[j] >= 0) impl->remove(j);
   impl->slot[j] = impl->slot[i];
 }
@@ -326,7 +231,7 @@ void FixRve::set_arrays(int i)
   impl->slot[i] = -1;
 }
 
-/// Packs the header of records, then the record of the RVE if there is one.
+/// Packs the header of restart records, then the record of the RVE if there is one.
 int FixRve::pack_exchange(int i, double *buf)
 {
   const int size = size_restart(i);
@@ -341,7 +246,7 @@ int FixRve::pack_exchange(int i, double *buf)
 int FixRve::unpack_exchange(int nlocal, double *buf)
 {
   const int size = static_cast<int>(buf[0]);
-  impl->take_in(nlocal, buf + RestartRecords::HEADER, size - RestartRecords::HEADER);
+  impl->add_record(nlocal, buf + RestartRecords::HEADER, size - RestartRecords::HEADER);
   return size;
 }
 
@@ -359,8 +264,8 @@ void FixRve::unpack_restart(int nlocal, int nth)
 {
   const RestartRecord record =
       impl->records.of(lmp, fmt::format("fix rve {}", id), nlocal, nth, impl->restart_step);
-  impl->take_in(nlocal, record.values + RestartRecords::HEADER,
-                record.size - RestartRecords::HEADER);
+  impl->add_record(nlocal, record.values + RestartRecords::HEADER,
+                   record.size - RestartRecords::HEADER);
 }
 
 int FixRve::size_restart(int i)
@@ -387,7 +292,6 @@ void FixRve::restart(char *buf)
   impl->read_restart_head(buf);
 }
 
-/// Reads all words at once.
 int FixRve::modify_param(int narg, char **arg)
 {
   impl->modify(narg, arg);

@@ -12,8 +12,9 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// One RVE, a periodic packing of grains, behind each atom of a group. This style parses, tells the engine what to advance and by
-// how much, and moves the RVEs with their atoms; it knows no formula of the physics.
+// Fix rve gives each atom of a group an RVE, a periodic packing of grains. The style parses the
+// script, advances the RVEs by the engine and moves them between ranks with their atoms. It
+// contains no formula of the physics.
 
 #ifdef FIX_CLASS
 // clang-format off
@@ -32,10 +33,6 @@ FixStyle(rve,FixRve);
 namespace mpm {
 template <int D> class Constitutive;
 }
-namespace rve {
-template <int D> class EngineOf;
-enum class Format;
-}    // namespace rve
 
 namespace LAMMPS_NS {
 
@@ -67,29 +64,27 @@ class FixRve : public Fix {
   void restart(char *) override;
   int modify_param(int, char **) override;
 
-  // For other styles.
+  // functions for other styles
 
-  // the fix of this ID, or the only one if the ID is empty; `who` asks, in messages
+  /// Returns the fix with this ID, or the only fix rve if the ID is empty. Error messages begin
+  /// with `who`. Errors end in error->all.
   static FixRve *find(class LAMMPS *, const std::string &id, const std::string &who);
-  // the RVEs of this rank, whatever their dimension is, and those of dimension D; fix_rve_impl.h defines the types
   struct Impl;
   template <int D> struct ImplOf;
+  /// Returns the RVEs of this rank, independent of their dimension; see fix_rve_attached.h.
   Impl &rves() const { return *impl; }
+  /// Returns the RVEs of this rank, which must be of dimension D; see fix_rve_impl.h.
   template <int D> ImplOf<D> &rves_of() const { return static_cast<ImplOf<D> &>(*impl); }
-  // whether variables of drive or servo, evaluated in each step, may read fixes or computes
+  /// Returns true if variables that the fix evaluates in each step may read fixes or computes.
   bool reads_results() const;
-  // an engine without RVEs that takes these, on the same device, in a number format of its own; throws what rve::make_engine does
-  template <int D> std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format) const;
-  // the RVEs as a material for fix mpm, in a continuum of D dimensions; owned by this fix; error unless `drive mpm`
+  /// Returns the RVEs as a material of fix mpm in a continuum of D dimensions. The fix owns it.
+  /// Ends with an error unless the script says `drive mpm`.
   template <int D> mpm::Constitutive<D> *constitutive();
 
  private:
   std::unique_ptr<Impl> impl;
 
-  // whether LAMMPS counts this fix among those that integrate
   void claim_integration();
-  void check_dump_files() const;
-  void report_shadows() const;
 };
 
 }    // namespace LAMMPS_NS

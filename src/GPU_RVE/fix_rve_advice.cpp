@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "fix_rve_advice.h"
+#include "fix_rve_jobs.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -14,63 +14,43 @@
 
 using namespace LAMMPS_NS;
 
-// Share of the RVEs whose inertial numbers are above the limit of quasi-static deformation, from which on a warning comes. Next to edges
-// of rigid bodies a few RVEs exceed the limit in almost any scene, and the response of the whole does not depend on them.
+// Share of RVEs with inertial numbers above the limit of quasi-static deformation that causes a
+// warning. A few RVEs near edges of rigid bodies exceed the limit in almost every model, and the
+// global response does not depend on them.
 static constexpr double NOTABLE_SHARE = 0.05;
 
 template <int D> void RveAdvice<D>::advise(bool at_start)
 {
   constexpr int KINDS = rve::NUM_ADVICE_KINDS;
-  struct Judgement {
-    double worst[KINDS] = {};
-    int beyond[KINDS] = {};
-    tagint id[KINDS];
-    std::string message[KINDS];
-
-    Judgement() { std::fill_n(id, KINDS, MAXTAGINT); }
-    /// The worst of a kind; of equal ones that with the lowest id.
-    void take(int kind, double severity, tagint tag, const std::string &words)
-    {
-      if (severity < worst[kind] || (severity == worst[kind] && tag > id[kind])) return;
-      worst[kind] = severity;
-      id[kind] = tag;
-      message[kind] = words;
-    }
-  };
   rves.complete();
   const std::vector<int> atoms = rves.atoms_with_rve();
   const int count = static_cast<int>(atoms.size());
-  Judgement mine;
+  std::vector<std::vector<rve::Advice>> lists(count);
   rve::FirstError failed;
   {
     const rve::LightWork work(count, rves.threads());
-#pragma omp parallel num_threads(work.team)
-    {
-      Judgement some;
-#pragma omp for
-      for (int k = 0; k < count; ++k) {
-        const tagint tag = atom->tag[atoms[k]];
-        failed.guard(k, [&] {
-          for (const rve::Advice &advice : advice_on(atoms[k], at_start)) {
-            const int kind = static_cast<int>(advice.kind);
-            ++some.beyond[kind];
-            some.take(kind, advice.severity(), tag, advice.message);
-          }
-        });
-      }
-#pragma omp critical(advice_on_rves)
-      for (int kind = 0; kind < KINDS; ++kind) {
-        mine.beyond[kind] += some.beyond[kind];
-        if (some.beyond[kind] > 0)
-          mine.take(kind, some.worst[kind], some.id[kind], some.message[kind]);
-      }
-    }
+#pragma omp parallel for num_threads(work.team)
+    for (int k = 0; k < count; ++k)
+      failed.guard(k, [&] { lists[k] = advice_on(atoms[k], at_start); });
   }
   rves.guarded([&] { failed.rethrow(); });
-  double worst_of_all[KINDS];
-  int all_beyond[KINDS];
-  tagint lowest[KINDS];
-  auto &[worst, beyond, id, message] = mine;
+  // find the worst RVE of each kind, the one with the lowest ID of equal ones
+  double worst[KINDS] = {}, worst_of_all[KINDS];
+  int beyond[KINDS] = {}, all_beyond[KINDS];
+  tagint id[KINDS], lowest[KINDS];
+  std::string message[KINDS];
+  std::fill_n(id, KINDS, MAXTAGINT);
+  for (int k = 0; k < count; ++k)
+    for (const rve::Advice &advice : lists[k]) {
+      const int kind = static_cast<int>(advice.kind);
+      const double severity = advice.severity();
+      const tagint tag = atom->tag[atoms[k]];
+      ++beyond[kind];
+      if (severity < worst[kind] || (severity == worst[kind] && tag > id[kind])) continue;
+      worst[kind] = severity;
+      id[kind] = tag;
+      message[kind] = advice.message;
+    }
   MPI_Allreduce(worst, worst_of_all, KINDS, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(beyond, all_beyond, KINDS, MPI_INT, MPI_SUM, world);
   for (int kind = 0; kind < KINDS; ++kind)
@@ -98,29 +78,27 @@ template <int D> void RveAdvice<D>::advise(bool at_start)
                                             100.0 * share)
                               : "",
                           update->ntimestep, message[kind]));
-    // the log file belongs to rank 0
+    // only rank 0 has the log file
     if (comm->me == 0) error->warning(FLERR, text);
   }
 }
 
-/// Records a check in which a share of the RVEs strained too fast. Returns true if a warning is due, which is once in a run.
 template <int D> bool RveAdvice<D>::note_fast_strain(double share, double worst, tagint id)
 {
-  if (update->ntimestep <= update->firststep) return false;    // of the run before
+  if (update->ntimestep <= update->firststep) return false;    // these steps were in the last run
   fast_strain.share = std::max(fast_strain.share, share);
   if (worst > fast_strain.worst) {
     fast_strain.worst = worst;
     fast_strain.id = id;
     fast_strain.step = update->ntimestep;
   }
-  return share >= NOTABLE_SHARE && !std::exchange(fast_strain.is_told, true);
+  return share >= NOTABLE_SHARE && !std::exchange(fast_strain.has_warned, true);
 }
 
-/// Logs at the end of a run the share that was too small for a warning.
 template <int D> void RveAdvice<D>::report_fast_strain()
 {
   const FastStrain run = std::exchange(fast_strain, {});
-  if (comm->me != 0 || run.share == 0.0 || run.is_told) return;
+  if (comm->me != 0 || run.share == 0.0 || run.has_warned) return;
   constexpr double LIMIT = rve::QUASI_STATIC_INERTIAL_NUMBER;
   utils::logmesg(lmp,
                  "fix rve {}: up to {:.3g} % of the RVEs had inertial numbers above the {:g} of "

@@ -16,7 +16,7 @@
 
 using namespace LAMMPS_NS;
 
-/// Of the sum of radii.
+/// Returns the largest overlap over the sum of radii [-].
 template <int D> static double largest_overlap(const rve::RveStateOf<D> &state)
 {
   double largest = 0.0;
@@ -33,7 +33,17 @@ template <int D> std::vector<int> AttachedRves<D>::slots_of(const std::vector<in
   return some;
 }
 
-template <int D> void AttachedRves<D>::take_in(int atom, const double *record, int size)
+template <int D>
+std::unique_ptr<rve::EngineOf<D>> AttachedRves<D>::empty_engine(rve::Format format) const
+{
+  rve::Options options = settings.options;
+  options.contacts = points->contacts();
+  options.format = format;
+  options.arithmetic = rve::Arithmetic::Strict;
+  return rve::make_engine<D>(options);
+}
+
+template <int D> void AttachedRves<D>::add_record(int atom, const double *record, int size)
 {
   slot[atom] = -1;
   if (size == 0) return;
@@ -70,7 +80,6 @@ void AttachedRves<D>::check(const Matrix &tensor, const char *what, const char *
                    update->ntimestep);
 }
 
-/// True if this step needs complete results. Other readers request them on demand.
 template <int D> bool AttachedRves<D>::wants_details() const
 {
   const int interval = settings.dt_check_interval;
@@ -110,7 +119,6 @@ void AttachedRves<D>::advance(const std::vector<int> &atoms, const std::vector<D
   });
 }
 
-/// Notes whether the checks of an advance that begins in this step are postponed.
 template <int D> void AttachedRves<D>::note_begin()
 {
   checks_postponed = all_on_devices && !wants_details();
@@ -167,10 +175,9 @@ rve::Request *AttachedRves<D>::plan(const std::vector<int> &atoms, bool is_as_be
 
 template <int D> bool AttachedRves<D>::is_as_before(const std::vector<int> &atoms)
 {
-  const int count = static_cast<int>(atoms.size());
-  bool same = count == static_cast<int>(slots.size());
-  for (int k = 0; same && k < count; ++k) same = slots[k] == slot[atoms[k]];
-  return same && points.as_they_are().is_as_before(slots, atoms);
+  const auto has_slot = [this](int number, int atom) { return number == slot[atom]; };
+  return std::equal(slots.begin(), slots.end(), atoms.begin(), atoms.end(), has_slot) &&
+      points.as_they_are().is_as_before(slots, atoms);
 }
 
 template <int D> void AttachedRves<D>::finish()
@@ -179,15 +186,14 @@ template <int D> void AttachedRves<D>::finish()
   const UnderWay advance = std::exchange(under_way, {});
   const bool reported_last_advance = std::exchange(reports_last_advance, true);
   guarded([&] {
-    const std::vector<int> places = points.as_they_are().finish();
+    const std::vector<int> indices = points.as_they_are().finish();
     ++num_advances;
     note_copies(*advance.atoms);
     std::vector<int> failed;
-    for (const int place : places) failed.push_back(slots[place]);
+    for (const int k : indices) failed.push_back(slots[k]);
     if (settings.policy == RvePolicy::Fresh) failed = renew(failed, *advance.atoms);
     report(failed, *advance.atoms, advance.increments->dt, false);
-    for (const int place : places)
-      advance.increments->take_stress(place, stress((*advance.atoms)[place]));
+    for (const int k : indices) advance.increments->take_stress(k, stress((*advance.atoms)[k]));
   });
   reports_last_advance = reported_last_advance;
 }
@@ -201,7 +207,7 @@ void AttachedRves<D>::report(const std::vector<int> &failed, const std::vector<i
     const int i = atoms[k];
     if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
     const rve::ResultOf<D> &result = point(i).result;
-    // a call that fails leaves the state before it; of a packing this is the state that failed
+    // a failed advance keeps the state before it; the state of a new RVE is the one that failed
     const double overlap = is_new ? largest_overlap(state(i)) : result.largest_overlap;
     const double void_ratio = is_new ? state(i).void_ratio() : result.void_ratio;
     const std::string message = fmt::format(
@@ -211,17 +217,15 @@ void AttachedRves<D>::report(const std::vector<int> &failed, const std::vector<i
         is_new ? "its packing" : "before", rve::number(overlap),
         rve::number(settings.options.overlap_limit), rve::number(void_ratio), rve::number(dt_dem),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
-    // a packing that fails before its first step has no better one
-    if (settings.policy == RvePolicy::Stop || (settings.policy == RvePolicy::Fresh && is_new))
-      notes.push_back({atom->tag[i], NoteKind::Error,
-                       message + rve::remedy_of_status(result.status) +
-                           "; with policy freeze the run goes on without this RVE"});
-    else
-      notes.push_back({atom->tag[i], NoteKind::Warning,
-                       message +
-                           (settings.policy == RvePolicy::Fresh
-                                ? "; none of the packings can take its place, and it is frozen"
-                                : "; it is frozen")});
+    // the policy fresh has no replacement for a packing that fails before its first step
+    const bool is_fresh = settings.policy == RvePolicy::Fresh;
+    const bool ends_run = settings.policy == RvePolicy::Stop || (is_fresh && is_new);
+    const std::string outcome = ends_run ? rve::remedy_of_status(result.status) +
+            "; with policy freeze the run goes on without this RVE"
+        : is_fresh ? "; none of the packings can take its place, and it is frozen"
+                   : "; it is frozen";
+    notes.push_back(
+        {atom->tag[i], ends_run ? NoteKind::Error : NoteKind::Warning, message + outcome});
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Behind fix rve: the RVEs of this rank and the time that passes for them. LAMMPS' hooks are in fix_rve.cpp.
+// The RVEs of fix rve on this rank and their advance. LAMMPS' hooks are in fix_rve.cpp.
 
 #pragma once
 
@@ -17,193 +17,163 @@
 #include "update.h"
 
 #include <cstdio>
-#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/// What LAMMPS' hooks ask of the RVEs, whatever their dimension, and what does not depend on it.
+/// The interface of the RVEs for LAMMPS' hooks and other styles, and the data and functions that do
+/// not depend on the dimension of the RVEs.
 struct FixRve::Impl : protected Pointers {
- public:
   FixRve *fix;
-  const int dimension;    // of the RVEs: 2 for disks, 3 for spheres
+  const int dimension;    // dimension of the RVEs: 2 for disks, 3 for spheres
   FixRveSettings settings;
-  double dt;                // DEM time step, or its upper limit where substeps are matched
-  std::vector<int> slot;    // per atom: RVE in the engine, or -1
-  // notes and checks of this step are exchanged between ranks in the next, by synchronise_ranks()
+  double dt;                // DEM time step, or its upper limit where substeps are matched [time]
+  std::vector<int> slot;    // number of the RVE in the engine, or -1; shape [nmax]
+  // synchronise_ranks() exchanges the notes and checks of this step in the next step
   bool checks_postponed = false;
-  double restart_step = 0.0;    // of the head of a restart file
+  double restart_step = 0.0;    // step in the head of a restart file
   RestartRecords records;
-  bool is_material = false;    // fix mpm has asked for it
-  bool is_halted = false;      // the run ends because all paths have
-  bool has_run = false;        // RVEs have advanced, here or before a restart
+  bool is_material = false;    // a fix mpm uses the RVEs as a material
+  bool has_run = false;        // RVEs have advanced, in this program or before a restart
   Progress progress;
 
-  /// That of the RVEs that the packings make.
+  /// Makes the implementation for the dimension of the packings.
   static std::unique_ptr<Impl> make(FixRve *fix, FixRveSettings settings);
-  virtual ~Impl() = default;
+  ~Impl() noexcept override = default;
   LAMMPS *lammps() const { return lmp; }
 
-  /// Reads the packings and chooses or checks the DEM time step; collective.
-  virtual void read_packings() = 0;
-  /// One engine per rank, on the device of its local rank; collective.
+  /// Reads the packings, chooses or checks the DEM time step, and makes an engine on the device of
+  /// the local rank; collective. Errors end in error->all.
   virtual void make_engine() = 0;
+
+  // hooks of LAMMPS; all are collective
+  virtual void init() = 0;
+  virtual void setup() = 0;
+  virtual void final_integrate() = 0;
+  virtual void end_of_step() = 0;
+  virtual void post_run() = 0;
+
   /// Gives an RVE to every atom of the group that has none; collective.
   virtual void attach() = 0;
+  /// Brings the RVEs of these atoms to stresses, one goal for each, within `tolerance` [stress];
+  /// collective. An RVE that does not reach its goal ends in error->all.
   virtual macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
                                               const std::vector<macro::StressGoal> &goals,
                                               double tolerance) = 0;
-  /// All RVEs make what the script asks for in this LAMMPS step.
-  virtual void advance_by_script() = 0;
-  /// Ends the advance that is under way, on this rank alone.
+  /// Waits for the advance that is under way, on this rank alone.
   virtual void finish() = 0;
-  /// Reports the notes of the last advance and checks its time step, if that was postponed;
-  /// collective.
-  virtual void run_postponed_checks() = 0;
 
-  // What changes of RVEs that are there; all collective. A restart file has a head of this fix: what its RVEs were made with.
+  /// Writes the head of the fix in a restart file, which has the settings that its RVEs were made
+  /// with. Rank 0 alone calls this; the next two functions are collective.
   virtual void write_restart_head(FILE *fp) const = 0;
-  /// Obeys what the fix says otherwise, as far as it can be obeyed without the RVEs, and refuses other packings and RVEs for which there is
-  /// no memory.
+  /// Applies settings of the script that differ from the restart file and need no RVEs. Ends with
+  /// an error if the packings differ, or if there is no memory for the RVEs.
   virtual void read_restart_head(const char *buf) = 0;
-  /// `fix_modify ID ...`
+  /// Applies `fix_modify ID ...`.
   virtual void modify(int narg, char **arg) = 0;
-  /// Says what is lost with the RVEs that have advanced, when the fix is deleted.
+  /// Warns that RVEs which have advanced are lost if the fix is deleted.
   virtual void warn_of_loss() const = 0;
 
-  // An RVE goes with its atom, or comes as so many numbers; or none, as none.
+  /// Removes the RVE of an atom from the engine.
   virtual void remove(int atom) = 0;
   virtual std::vector<double> record(int atom) const = 0;
   virtual int record_size(int atom) const = 0;
-  virtual void take_in(int atom, const double *record, int size) = 0;
-  /// Room for the largest RVE in LAMMPS' buffers.
-  virtual void set_exchange_size() = 0;
+  /// Adds the RVE of a record to the engine and gives it to the atom, or no RVE if the size is 0.
+  virtual void add_record(int atom, const double *record, int size) = 0;
 
-  /// Fills the number of shadows up, with atoms that depend on their IDs only; collective.
-  virtual void choose_shadows() = 0;
-  /// Deviation from shadows: mean, largest, and the ID of its atom (0: no shadow); collective.
-  struct ShadowReport {
-    double mean, largest;
-    tagint atom;
-  };
-  virtual ShadowReport shadow_report() const = 0;
-  /// Wall time of shadows, and of all RVEs, of this rank [seconds]
-  virtual std::pair<double, double> shadow_times() const = 0;
+  /// Returns the wall time in calls of the engine of the RVEs on this rank [seconds].
   virtual double engine_time() const = 0;
+  /// Returns the wall time in bounds of the DEM time steps on this rank [seconds].
   virtual double bounding_time() const = 0;
-
-  /// Says once of each kind what goes beyond a limit, of the RVE that is farthest beyond; collective.
-  virtual void advise(bool at_start) = 0;
-  virtual void report_fast_strain() = 0;
-  /// When the DEM time step is looked at again.
-  enum class Check {
-    EveryStep,    ///< of RVEs that have stiffened since their last check
-    Interval,     ///< of all RVEs
-    InSitu,       ///< of all RVEs, before the first step from a stress that they were brought to
-    /// Of all RVEs, before and after a run, if the step was given: it fails only above the bound.
-    Run
-  };
-  /// Checks the bound again: warns, fails, or lowers an automatic step; collective.
-  virtual void recheck_time_step(Check check) = 0;
-
-  /// DEM steps of the RVEs of this rank since their packings were read.
-  virtual double dem_steps() const = 0;
-  /// Component n of the vector of the fix; collective.
+  /// Returns component n of the vector of the fix; collective.
   virtual double vector_component(int n) const = 0;
   virtual double bytes() const = 0;
+  /// Returns the mass of grains over the volume of the cell [mass/length^3].
   virtual double bulk_density(int atom) const = 0;
-  virtual double inertial_number(int atom) const = 0;
-  virtual double servo_error(int atom) const = 0;
-  virtual double copies(int atom) const = 0;
-  virtual double renewals(int atom) const = 0;
-  /// Where an RVE is on its path: stage from 1 (0: on none), time in it, cycles in it, and whether it has ended.
-  struct PathReport {
-    double stage = 0.0, time = 0.0, cycles = 0.0, ended = 0.0;
-  };
-  virtual PathReport path_report(int atom) const = 0;
-  /// Whether all RVEs that can advance are behind the ends of their paths; collective.
-  virtual bool all_paths_ended() const = 0;
-  /// As materials of a continuum; nullptr in space if they are of disks.
   virtual mpm::Constitutive<2> *material_of_plane() = 0;
+  /// Returns null if the RVEs are of disks.
   virtual mpm::Constitutive<3> *material_of_space() = 0;
-  /// Of those materials: modulus of waves that tangents of these atoms have at most, over the bound of their contacts; 0: none measured.
+  /// Returns the largest wave modulus by tangents of the RVEs of these atoms, over the bound of
+  /// their contacts [-]; 0 if no tangent could be measured.
   virtual double measured_wave_share(const std::vector<int> &atoms) const = 0;
+  /// Sets the ratio of the wave moduli of the materials to the bounds of their contacts [-].
   virtual void scale_waves(double share) = 0;
-  /// For LAMMPS: the grains of an RVE as a file.
-  virtual void write_dump(int atom, const std::string &path) const = 0;
 
-  /// Looks up the variables of drive and servo.
+  /// Looks up the variables of the keywords drive, servo and path.
   void find_variables();
+  /// Returns the local atoms that have an RVE.
   std::vector<int> atoms_with_rve() const;
+  /// Returns the DEM time step and the DEM steps for a LAMMPS step of `lammps_dt` [time].
   macro::RveClock clock(double lammps_dt) const;
-  /// Ends with an error unless the clock has as many DEM steps as can be; warns of a timestep that nobody has set.
+  /// Ends with an error if a LAMMPS step needs too many DEM steps. Warns if the script sets no
+  /// timestep and the default is shorter than a DEM step.
   void check_clock() const;
-  /// Ends with an error unless all atoms of `dump` have RVEs; collective.
+  /// Ends with an error unless all atoms of the keyword *dump* have RVEs; collective.
   void check_dump() const;
-  /// What happened to RVEs since this was called last, for the log; collective.
-  void say_notes();
-  /// Of the dump of an atom in a step.
-  std::string dump_file(tagint id, bigint step) const
-  {
-    return fmt::format("{}.{}.{}.data", settings.dump_prefix, id, step);
-  }
+  /// Logs the notes of all ranks since the last call; collective.
+  void log_notes();
+  /// Returns the local atoms of the keyword *dump*.
+  std::vector<int> dumped_atoms() const;
+  /// Returns the path of the file for the RVE of an atom in this step.
+  std::string dump_file(int atom) const;
 
   /// Returns work(). If it throws, this rank ends with an error that names the fix, the step and,
   /// unless it is -1, the atom.
   template <class Work> auto guarded(const Work &work, int atom = -1) const -> decltype(work())
   {
     return on_this_rank(
-        lmp, [&] { return place_of_failure(atom); }, work);
+        lmp, [&] { return failure_context(atom); }, work);
   }
 
-  // for AttachedRves and what uses it
   bigint step_of_advance = -1;    // LAMMPS step of the last advance
   bool reports_last_advance = false;
-  /// The step that messages are about.
+  /// Returns the LAMMPS step that messages name.
   bigint reported_step() const
   {
     return reports_last_advance ? step_of_advance : update->ntimestep;
   }
-  /// How rank 0 reports a note: in the log, as a warning, or as a warning once. An error ends the
-  /// run on all ranks.
+  /// Rank 0 logs a line, or prints a warning each time (Warning) or once (Tension). An error ends
+  /// the run on all ranks.
   enum class NoteKind { Line, Warning, Tension, Error };
+  /// An event of an RVE for the log.
   struct Note {
     tagint atom;
     NoteKind kind;
     std::string text;
   };
-  std::vector<Note> notes;    // of this rank
+  std::vector<Note> notes;    // notes of this rank
   bool printed_tension = false;
-  // on rank 0
+  /// Prints the notes of all ranks on rank 0. Returns the message of the first error, or "".
   std::string print_all(const std::string &all);
-  void print(const Note &note);
 
   Impl(FixRve *_fix, FixRveSettings _settings, int _dimension) :
       Pointers(_fix->lmp), fix(_fix), dimension(_dimension), settings(std::move(_settings)),
       dt(settings.dt), progress(lmp, fmt::format("fix rve {}", fix->id), settings.progress_interval)
   {
   }
-  /// "fix rve ID: RVE of atom 3, step 10"; without an atom if it is -1.
-  std::string place_of_failure(int atom) const;
+  /// Returns the beginning of an error message, as in "fix rve ID: RVE of atom 3, step 10". It
+  /// names no atom if `atom` is -1.
+  std::string failure_context(int atom) const;
 };
 
-/// RVEs of dimension D that belong to atoms of this rank, and how they advance.
+/// The RVEs of dimension D of the atoms of this rank, and their advance.
 template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   using State = rve::RveStateOf<D>;
   using Drive = rve::DriveOf<D>;
   using Points = macro::RvePointsOf<D>;
   using Matrix = rve::Tensor<double, D>;
 
-  /// The RVEs as the rest of the fix sees them: an access finishes the advance that is under way.
+  /// Pointer to the RVEs. An access waits for the advance that is under way.
   class FinishedPoints {
    public:
     explicit FinishedPoints(AttachedRves &_owner) : owner(_owner) {}
     void operator=(std::unique_ptr<Points> _points) { points = std::move(_points); }
     Points *operator->() const { return get(); }
     Points &operator*() const { return *get(); }
-    /// For the advance itself, and for data that it does not change.
+    /// Returns the RVEs without waiting, for the advance itself and for data that it does not
+    /// change.
     Points &as_they_are() const { return *points; }
 
    private:
@@ -219,7 +189,7 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
 
   RvePackingsOf<D> packings;
   FinishedPoints points;
-  bool all_on_devices = false;    // the RVEs of all ranks
+  bool all_on_devices = false;    // the RVEs of all ranks are on CUDA devices
   bigint num_advances = 0;
 
   AttachedRves(FixRve *_fix, FixRveSettings _settings) :
@@ -227,12 +197,13 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   {
   }
 
-  ~AttachedRves() noexcept override = default;
-
   int threads() const { return settings.options.threads; }
   std::vector<int> slots_of(const std::vector<int> &atoms) const;
-  /// Atoms whose RVEs are not frozen.
+  /// Returns the local atoms whose RVEs are not frozen.
   std::vector<int> advancing_atoms() const;
+  /// Makes an engine without RVEs on the same device, in another number format, for RVEs with the
+  /// same contacts. Throws the errors of rve::make_engine().
+  std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format format) const;
   State state(int atom) const
   {
     return guarded([&] { return points->state(slot[atom]); }, atom);
@@ -240,20 +211,23 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   void remove(int atom) override { points->remove(slot[atom]); }
   std::vector<double> record(int atom) const override { return points->record(slot[atom]); }
   int record_size(int atom) const override { return points->record_size(slot[atom]); }
-  void take_in(int atom, const double *record, int size) override;
-  double dem_steps() const override;
+  void add_record(int atom, const double *record, int size) override;
+  /// Returns the number of DEM steps of the RVEs of this rank since their packings were read.
+  double dem_steps() const;
 
-  /// Advances RVEs by drives, with complete results if this step needs them.
+  /// Advances RVEs by prescribed motions, one for each atom, with complete results if this step
+  /// needs them.
   void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives);
-  /// Refuses a tensor that is not finite.
+  /// Ends with an error if a component of the tensor is not finite. `what` and `unit` describe it.
   void check(const Matrix &tensor, const char *what, const char *unit, int atom) const;
-  /// Notes RVEs that became copies side by side.
+  /// Adds notes about RVEs that were replaced by several copies side by side.
   void note_copies(const std::vector<int> &atoms);
-  /// Notes RVEs that failed, as the policy asks. `is_new`: nothing has been advanced yet.
+  /// Adds notes about RVEs that failed, as the policy demands. `failed`: their slots. `is_new`: the
+  /// RVEs have not been advanced yet.
   void report(const std::vector<int> &failed, const std::vector<int> &atoms, double dt_dem,
               bool is_new);
 
-  // macro::RveOwner
+  // functions of macro::RveOwner
   macro::RveClock clock(double lammps_dt) const override { return Impl::clock(lammps_dt); }
   rve::Request *begin(const std::vector<int> &atoms,
                       macro::MacroIncrementsOf<D> &increments) override;
@@ -274,15 +248,15 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   }
 
  private:
-  /// True if this step needs complete results. Other readers request them on demand.
+  /// Returns true if this step needs complete results. Other readers request them on demand.
   bool wants_details() const;
-  /// Notes whether the checks of an advance that begins in this step are postponed.
+  /// Stores the step of an advance that begins, and whether its checks are postponed.
   void note_begin();
   void advance_by_drives(const std::vector<int> &atoms, macro::MacroIncrementsOf<D> &increments);
-  /// Replaces RVEs that failed by fresh ones; returns those that could not be replaced.
+  /// Replaces failed RVEs by fresh ones. Returns the slots that could not be replaced.
   std::vector<int> renew(const std::vector<int> &failed, const std::vector<int> &atoms);
 
-  std::vector<int> slots;    // of the last advance
+  std::vector<int> slots;    // slots of the last advance
   struct UnderWay {
     const std::vector<int> *atoms = nullptr;
     macro::MacroIncrementsOf<D> *increments = nullptr;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "fix_rve_changes.h"
+#include "fix_rve_jobs.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -14,21 +14,24 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <sstream>
 
 using namespace LAMMPS_NS;
 
-// Of what restart files hold: raise it with every change of that. Files before version 3 had no number.
+// Version of the contents of restart files; it increases with every change of the contents. Files
+// of versions 1 and 2 have no version number.
 static constexpr int RESTART_VERSION = 6;
 
 namespace {
 
-// In front of the account of settings. All members have eight bytes: nothing lies between them.
+// Head of the fix in a restart file, before the text of its settings. All members have eight bytes,
+// so that there is no padding.
 struct RestartHead {
-  double version;    // negative, because files without a version begin with the time step
+  double version;    // with a minus, because files without a version begin with the time step
   double step, dt, dt_auto, dt_fraction, mass_scaling;
-  std::uint64_t num_packings, packings;    // their number, and their identity
+  std::uint64_t num_packings, packings;    // number and checksum of the packings
   std::uint64_t length, checksum_of_account;
-  std::uint64_t checksum;    // of all above
+  std::uint64_t checksum;    // checksum of the members above
 
   std::uint64_t own_checksum() const
   {
@@ -48,14 +51,12 @@ static std::string text_of_dt(bool is_auto, double fraction, double dt)
   return is_auto ? "auto " + rve::number(fraction) : rve::number(dt);
 }
 
-static std::string joined(const std::vector<std::string> &parts)
+static std::string text_of_dt(const FixRveSettings &settings)
 {
-  std::string text;
-  for (const std::string &part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
+  return text_of_dt(settings.dt_auto, settings.dt_fraction, settings.dt);
 }
 
-/// "skin automatic -> 0.001" for each entry that differs.
+/// Returns a text as "skin automatic -> 0.001" for each entry of `now` that differs from `before`.
 static std::vector<std::string> differences(const std::map<std::string, std::string> &before,
                                             const std::map<std::string, std::string> &now)
 {
@@ -76,7 +77,7 @@ template <int D> void RveChanges<D>::write_restart_head(FILE *fp) const
   if (rves.settings.material.law)
     account += std::string("contact ") + rve::word_of(*rves.settings.material.law) + "\n";
   for (const auto &parameter : rve::MATERIAL_PARAMETERS)
-    if (rves.settings.material[parameter.member])    // all digits
+    if (rves.settings.material[parameter.member])    // the format {} writes all digits
       account +=
           fmt::format("{} {}\n", parameter.keyword, *rves.settings.material[parameter.member]);
   RestartHead head;
@@ -125,13 +126,9 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
 
   rves.restart_step = head.step;
   std::map<std::string, std::string> account;
-  std::size_t begin = 0;
-  const std::string text(buf + sizeof(head), head.length);
-  while (begin < text.size()) {
-    const std::size_t blank = text.find(' ', begin), end = text.find('\n', begin);
-    account[text.substr(begin, blank - begin)] = text.substr(blank + 1, end - blank - 1);
-    begin = end + 1;
-  }
+  std::istringstream text(std::string(buf + sizeof(head), head.length));
+  for (std::string keyword, value; std::getline(text, keyword, ' ') && std::getline(text, value);)
+    account[keyword] = value;
   changes = differences(account, rves.settings.account());
   path_has_changed = account["path"] != rves.settings.path.text;
 
@@ -145,10 +142,10 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
                "fix rve {}: the RVEs of the restart file keep their grains and were made of "
                "other packings than those of this fix ({}); give the packing files of the "
                "run before, unchanged, or give the fix another ID for RVEs of these packings",
-               rves.fix->id, joined(changes));
+               rves.fix->id, utils::join_words(changes, ", "));
   }
 
-  // what the script does not say stays
+  // settings that the script does not give keep the values of the restart file
   const bool is_auto = head.dt_auto != 0.0;
   const std::string dt_before = text_of_dt(is_auto, head.dt_fraction, head.dt);
   if (!rves.settings.dt_given) {
@@ -156,34 +153,32 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
     rves.settings.dt_fraction = head.dt_fraction;
     rves.settings.dt = head.dt;
   }
-  const std::string dt_now =
-      text_of_dt(rves.settings.dt_auto, rves.settings.dt_fraction, rves.settings.dt);
+  const std::string dt_now = text_of_dt(rves.settings);
   if (dt_before != dt_now) changes.push_back(fmt::format("dt {} -> {}", dt_before, dt_now));
   time_step.is_old = rves.settings.dt_auto != is_auto ||
       (is_auto ? rves.settings.dt_fraction != head.dt_fraction : rves.settings.dt != head.dt);
   rves.dt = time_step.is_old ? rves.settings.dt : head.dt;
 
-  MaterialWords unsaid;
+  MaterialWords kept;
   const auto contact = account.find("contact");
   if (contact != account.end() && !rves.settings.material.law)
-    rves.settings.material.law = unsaid.law = rve::contact_law_of(contact->second);
+    rves.settings.material.law = kept.law = rve::contact_law_of(contact->second);
   for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
     const auto word = account.find(parameter.keyword);
     if (word == account.end() || rves.settings.material[parameter.member]) continue;
-    rves.settings.material[parameter.member] = unsaid[parameter.member] = std::stod(word->second);
+    rves.settings.material[parameter.member] = kept[parameter.member] = std::stod(word->second);
   }
   mass_scaling_of_rves = head.mass_scaling;
   const double scaling_before = rves.settings.mass_scaling.value_or(1.0);
   const double scaling = rves.settings.mass_scaling.value_or(head.mass_scaling);
   rves.settings.mass_scaling = scaling;
-  if (unsaid.any() || scaling != scaling_before) {
-    // of RVEs that are made later
+  if (kept.any() || scaling != scaling_before)    // this changes RVEs that are made later
     collectively(lmp, fmt::format("fix rve {}", rves.fix->id),
-                 [&] { rves.packings.change(unsaid, scaling, scaling_before); });
-  }
+                 [&] { rves.packings.change(kept, scaling, scaling_before); });
   is_continued = true;
 
-  // the RVEs come next. How many grains they have is not known yet: no run is refused that has the memory.
+  // The numbers of grains of the RVEs, which are read next, are not known yet. The check takes the
+  // smallest packing, so that it refuses no run that has enough memory.
   const auto in_group =
       std::count_if(atom->mask, atom->mask + atom->nlocal,
                     [groupbit = rves.fix->groupbit](int mask) { return (mask & groupbit) != 0; });
@@ -195,15 +190,15 @@ template <int D> void RveChanges<D>::adopt_restart()
   if (!is_continued) return;
   is_continued = false;
   rves.has_run = true;
-  for (const std::string &change : change_materials(rves.settings.material, mass_scaling_of_rves))
-    changes.push_back(change);
+  const auto of_materials = change_materials(rves.settings.material, mass_scaling_of_rves);
+  changes.insert(changes.end(), of_materials.begin(), of_materials.end());
   if (time_step.is_old) time_step.choose();
   if (path_has_changed && rves.settings.path.any())
     drives.resume_paths(*rves.settings.path.template of<D>());
   if (comm->me == 0 && !changes.empty())
     utils::logmesg(lmp,
                    "fix rve {}: continues the run that wrote the restart file with changes: {}\n",
-                   rves.fix->id, joined(changes));
+                   rves.fix->id, utils::join_words(changes, ", "));
   changes.clear();
 }
 
@@ -215,23 +210,23 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialWords &wo
   constexpr int NUM_PARAMETERS = std::size(rve::MATERIAL_PARAMETERS);
   std::vector<int> changed;
   std::vector<rve::Material> materials;
-  // least and largest value before and after, of the RVEs where it changes; as largest values: -least
+  // negative of the least value and largest value, before and after, over the RVEs with a change
   double range[NUM_PARAMETERS][4];
   int count[NUM_PARAMETERS] = {};
   std::fill_n(&range[0][0], 4 * NUM_PARAMETERS, -HUGE_VAL);
   const rve::ContactLaw law_before = rves.points->contacts().law;
   int with_other_law = 0;
   const std::string who = fmt::format("fix rve {}", rves.fix->id);
+  const std::vector<int> slots = rves.slots_of(rves.atoms_with_rve());
   std::vector<rve::Material> wanted;
   collectively(lmp, who, [&] {
-    for (const int i : rves.atoms_with_rve()) {
-      wanted.push_back(rves.points->material(rves.slot[i]));
+    for (const int slot : slots) {
+      wanted.push_back(rves.points->material(slot));
       change_material(wanted.back(), words, mass_scaling, mass_scaling_before);
     }
   });
-  std::size_t next = 0;
-  for (const int i : rves.atoms_with_rve()) {
-    const rve::Material before = rves.points->material(rves.slot[i]), after = wanted[next++];
+  for (std::size_t n = 0; n < slots.size(); ++n) {
+    const rve::Material before = rves.points->material(slots[n]), after = wanted[n];
     bool differs = after.law != before.law;
     if (differs) ++with_other_law;
     for (int k = 0; k < NUM_PARAMETERS; ++k) {
@@ -244,12 +239,12 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialWords &wo
       for (int m = 0; m < 4; ++m) range[k][m] = std::max(range[k][m], values[m]);
     }
     if (!differs) continue;
-    changed.push_back(rves.slot[i]);
+    changed.push_back(slots[n]);
     materials.push_back(after);
   }
   collectively(lmp, who, [&] {
     if (!changed.empty()) rves.points->set_materials(changed, materials);
-    rves.points->expect(rves.packings.contacts());    // of RVEs that are made later
+    rves.points->expect(rves.packings.contacts());    // contacts of RVEs that are made later
   });
 
   MPI_Allreduce(MPI_IN_PLACE, range, 4 * NUM_PARAMETERS, MPI_DOUBLE, MPI_MAX, world);
@@ -279,7 +274,7 @@ template <int D> void RveChanges<D>::modify(int narg, char **arg)
 {
   adopt_restart();
   const FixRveSettings wanted = rves.settings.modified(lmp, narg, arg);
-  const std::vector<int> atoms = rves.atoms_with_rve(), slots = rves.slots_of(atoms);
+  const std::vector<int> slots = rves.slots_of(rves.atoms_with_rve());
   const FixRveSettings settings_before = rves.settings;
   const RvePackingsOf<D> packings_before = rves.packings;
   const double dt_before = rves.dt;
@@ -289,7 +284,7 @@ template <int D> void RveChanges<D>::modify(int narg, char **arg)
   try {
     apply(wanted);
   } catch (const LAMMPSException &) {
-    // a caller that goes on has what it had before
+    // restores everything for callers that catch the error and continue
     rves.settings = settings_before;
     rves.packings = packings_before;
     rves.dt = dt_before;
@@ -308,16 +303,16 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   const double scaling_before = rves.settings.mass_scaling.value_or(1.0);
   const double scaling = wanted.mass_scaling.value_or(scaling_before);
   const bool dt_given = wanted.dt_given;
-  const std::string dt_before =
-      text_of_dt(rves.settings.dt_auto, rves.settings.dt_fraction, rves.settings.dt);
+  const std::string dt_before = text_of_dt(rves.settings);
   std::vector<std::string> list = differences(rves.settings.account(), wanted.account());
 
-  // RVEs that are made later begin like those that are there
+  // RVEs that are made later get the same materials as existing ones
   wanted.material = rves.settings.material;
   wanted.material.add(words);
   wanted.mass_scaling = scaling;
   wanted.dt_given = rves.settings.dt_given || dt_given;
-  if (wanted.path.of<D>() != rves.settings.path.template of<D>())    // another path begins anew
+  if (wanted.path.of<D>() !=
+      rves.settings.path.template of<D>())    // a new path begins at its start
     for (const int i : rves.atoms_with_rve())
       rves.points->path(rves.slot[i]) = macro::PathState<D>();
   rves.settings = wanted;
@@ -325,12 +320,11 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   if (words.any() || scaling != scaling_before) {
     collectively(lmp, fmt::format("fix_modify of fix rve {}", rves.fix->id),
                  [&] { rves.packings.change(words, scaling, scaling_before); });
-    for (const std::string &change : change_materials(words, scaling_before))
-      list.push_back(change);
+    const auto of_materials = change_materials(words, scaling_before);
+    list.insert(list.end(), of_materials.begin(), of_materials.end());
     time_step.is_old = true;
   }
-  const std::string dt_now =
-      text_of_dt(rves.settings.dt_auto, rves.settings.dt_fraction, rves.settings.dt);
+  const std::string dt_now = text_of_dt(rves.settings);
   if (dt_now != dt_before) list.push_back(fmt::format("dt {} -> {}", dt_before, dt_now));
   rves.points->set_options(rves.settings.macro_step);
   rves.progress.set_interval(rves.settings.progress_interval);
@@ -338,12 +332,12 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   if (dt_given || time_step.is_old) time_step.choose();
   if (comm->me == 0 && !list.empty())
     utils::logmesg(lmp, "fix rve {}: from step {} on {}\n", rves.fix->id, update->ntimestep,
-                   joined(list));
+                   utils::join_words(list, ", "));
 }
 
 template <int D> void RveChanges<D>::warn_of_loss() const
 {
-  // no communication: a rank may be alone here, after an error
+  // no communication, because after an error other ranks may not call this
   if (!update || comm->me != 0 || !rves.has_run) return;
   error->warning(FLERR,
                  "fix rve {} is deleted, and with it its RVEs, which have advanced: a new fix rve "

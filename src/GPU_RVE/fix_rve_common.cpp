@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Functions of fix rve that do not depend on the dimension of its RVEs: the clock, and notes of all
-// ranks in the log.
+// Functions of fix rve that do not depend on the dimension of its RVEs: DEM steps per LAMMPS step,
+// and the log of notes of all ranks.
 
 #include "fix_rve_attached.h"
 
@@ -18,12 +18,12 @@
 
 using namespace LAMMPS_NS;
 
-// Lines about RVEs in one step, beyond which their number is said
+// Largest number of notes that are printed in one step. The number of further notes follows.
 static constexpr std::size_t MOST_NOTES = 8;
 
-/// Prints the notes of all ranks in the order of the IDs of their atoms. Most steps have none,
-/// which costs a sum over ranks.
-void FixRve::Impl::say_notes()
+/// Prints the notes of all ranks in the order of atom IDs. A step without notes costs a sum over
+/// ranks.
+void FixRve::Impl::log_notes()
 {
   const int me = comm->me, ranks = comm->nprocs;
   std::string text;
@@ -44,7 +44,6 @@ void FixRve::Impl::say_notes()
   error_if_any(lmp, error);
 }
 
-/// Returns the message of the first note that is an error, or "" if there is none.
 std::string FixRve::Impl::print_all(const std::string &all)
 {
   std::vector<Note> of_all;
@@ -58,7 +57,14 @@ std::string FixRve::Impl::print_all(const std::string &all)
   }
   std::stable_sort(of_all.begin(), of_all.end(),
                    [](const Note &a, const Note &b) { return a.atom < b.atom; });
-  for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) print(of_all[k]);
+  for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) {
+    const Note &note = of_all[k];
+    if (note.kind == NoteKind::Line)
+      utils::logmesg(lmp, fmt::format("fix rve {}: {}\n", fix->id, note.text));
+    else if (note.kind == NoteKind::Warning ||
+             (note.kind == NoteKind::Tension && !std::exchange(printed_tension, true)))
+      error->warning(FLERR, fmt::format("fix rve {}: {}", fix->id, note.text));
+  }
   if (of_all.size() > MOST_NOTES)
     utils::logmesg(lmp,
                    fmt::format("fix rve {}: and similar notes for {} more RVEs in this step\n",
@@ -68,16 +74,7 @@ std::string FixRve::Impl::print_all(const std::string &all)
   return "";
 }
 
-void FixRve::Impl::print(const Note &note)
-{
-  if (note.kind == NoteKind::Error) return;    // say_notes() ends the run with it
-  if (note.kind == NoteKind::Line)
-    utils::logmesg(lmp, fmt::format("fix rve {}: {}\n", fix->id, note.text));
-  else if (note.kind == NoteKind::Warning || !std::exchange(printed_tension, true))
-    error->warning(FLERR, fmt::format("fix rve {}: {}", fix->id, note.text));
-}
-
-std::string FixRve::Impl::place_of_failure(int atom) const
+std::string FixRve::Impl::failure_context(int atom) const
 {
   return fmt::format("fix rve {}: {}step {}", fix->id,
                      atom >= 0 ? fmt::format("RVE of atom {}, ", this->atom->tag[atom]) : "",
@@ -92,7 +89,7 @@ void FixRve::Impl::find_variables()
   settings.path.number.find(lmp, "fix rve path_variable");
 }
 
-/// With units si the default timestep of LAMMPS is 1e-8 seconds.
+/// The default timestep of LAMMPS with units si is 1e-8 seconds.
 void FixRve::Impl::check_clock() const
 {
   clock(update->dt);
@@ -122,6 +119,21 @@ void FixRve::Impl::check_dump() const
                  fix->id, settings.dump_atoms[k], group->names[fix->igroup]);
 }
 
+std::vector<int> FixRve::Impl::dumped_atoms() const
+{
+  std::vector<int> atoms;
+  for (const int i : atoms_with_rve())
+    if (std::count(settings.dump_atoms.begin(), settings.dump_atoms.end(), atom->tag[i]))
+      atoms.push_back(i);
+  return atoms;
+}
+
+std::string FixRve::Impl::dump_file(int atom) const
+{
+  return fmt::format("{}.{}.{}.data", settings.dump_prefix, this->atom->tag[atom],
+                     update->ntimestep);
+}
+
 std::vector<int> FixRve::Impl::atoms_with_rve() const
 {
   std::vector<int> atoms;
@@ -133,7 +145,7 @@ std::vector<int> FixRve::Impl::atoms_with_rve() const
 macro::RveClock FixRve::Impl::clock(double lammps_dt) const
 {
   if (settings.substeps > 0) return {dt, settings.substeps};
-  // a ratio that is whole but for rounding shall not cost a step more
+  // a ratio that differs from a whole number by rounding only must not cost another step
   const double steps = std::max(1.0, std::ceil(lammps_dt / dt * (1.0 - 1e-12)));
   const int of_shadows = settings.steps_per_step();
   if (!(steps * of_shadows <= MAXSMALLINT))
@@ -144,6 +156,7 @@ macro::RveClock FixRve::Impl::clock(double lammps_dt) const
                of_shadows > 1 ? fmt::format(", {} times as many of a shadow", of_shadows) : "",
                MAXSMALLINT);
   const int substeps = static_cast<int>(steps);
-  if (settings.macro_step.adaptive) return {dt, substeps};    // the number is chosen for each RVE
+  if (settings.macro_step.adaptive)
+    return {dt, substeps};    // each RVE has its own number of steps
   return {lammps_dt / substeps, substeps};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "fix_rve_drives.h"
+#include "fix_rve_jobs.h"
 
 #include "atom.h"
 #include "error.h"
@@ -15,10 +15,7 @@ using namespace LAMMPS_NS;
 
 template <int D> void RveDrives<D>::advance_by_script()
 {
-  if (const auto &paths = rves.settings.path.template of<D>()) {
-    advance_on_paths(*paths);
-    return;
-  }
+  if (const auto &paths = rves.settings.path.template of<D>()) return advance_on_paths(*paths);
   modify->clearstep_compute();
   const std::vector<int> atoms = rves.atoms_with_rve();
   const std::vector<rve::DriveOf<D>> wanted = drives(atoms);
@@ -76,19 +73,17 @@ template <int D> void RveDrives<D>::advance_on_paths(const macro::LoadPathsOf<D>
     return own.data();
   };
   for (const int i : atoms) {
-    rves.guarded(
-        [&] {
-          wanted.push_back(
-              rves.points->path_drive(rves.slot[i], paths, path_step(i, clock), of_atom(i)));
-        },
-        i);
+    const auto drive = [&] {
+      return rves.points->path_drive(rves.slot[i], paths, path_step(i, clock), of_atom(i));
+    };
+    wanted.push_back(rves.guarded(drive, i));
   }
   rves.advance(atoms, wanted);
   for (const int i : atoms)
     rves.points->follow_path(rves.slot[i], paths, path_step(i, clock), of_atom(i));
 }
 
-template <int D> FixRve::Impl::PathReport RveDrives<D>::path_report(int atom) const
+template <int D> typename RveDrives<D>::PathReport RveDrives<D>::path_report(int atom) const
 {
   const macro::PathState<D> &state = rves.points->path(rves.slot[atom]);
   if (!rves.settings.path.any() || state.path < 0) return {};
@@ -125,16 +120,16 @@ template <int D> std::vector<rve::DriveOf<D>> RveDrives<D>::drives(const std::ve
   for (std::size_t k = 0; k < atoms.size(); ++k)
     rves.check(drives[k].velocity_gradient, "velocity gradient", "[1/time]", atoms[k]);
   if (rves.settings.stress_goal.empty()) {
-    // with adaptive substeps RVEs have a time of their own, but the strain is that of the LAMMPS step
+    // with adaptive substeps the DEM steps of an RVE need not cover the LAMMPS step, but the strain
+    // is that of the LAMMPS step
     const double dt_of_path = rves.settings.macro_step.adaptive ? update->dt / clock.substeps
                                                                 : clock.dt;
     for (std::size_t k = 0; k < drives.size(); ++k) {
-      rves.guarded(
-          [&] {
-            drives[k] = rve::DriveOf<D>::constant_velocity_gradient(drives[k].velocity_gradient,
-                                                                    dt_of_path, clock.substeps);
-          },
-          atoms[k]);
+      const auto drive = [&] {
+        return rve::DriveOf<D>::constant_velocity_gradient(drives[k].velocity_gradient, dt_of_path,
+                                                           clock.substeps);
+      };
+      drives[k] = rves.guarded(drive, atoms[k]);
       drives[k].dt = clock.dt;
     }
     return drives;
@@ -157,13 +152,11 @@ template <int D> std::vector<rve::DriveOf<D>> RveDrives<D>::drives(const std::ve
     }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {
-    rve::DriveOf<D> &drive = drives[k];
-    drive.dt = clock.dt;
-    drive.substeps = clock.substeps;
-    drive.servo_gain =
-        rves.settings.servo_gain.value_or(rves.points->servo_gain(rves.slot[atoms[k]]));
-    drive.servo_max_rate =
-        rves.settings.servo_max_rate.value_or(macro::SERVO_STRAIN_PER_STEP / clock.dt);
+    const macro::PathStep step = path_step(atoms[k], clock);
+    drives[k].dt = step.dt;
+    drives[k].substeps = step.substeps;
+    drives[k].servo_gain = step.servo_gain;
+    drives[k].servo_max_rate = step.servo_max_rate;
   }
   return drives;
 }

@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fix rve with RVEs of dimension D: its set-up, and the jobs that it gives to others.
+// The implementation of fix rve for RVEs of dimension D. It sets up the engine and calls the jobs
+// of fix_rve_jobs.h in LAMMPS' hooks.
 
 #pragma once
 
-#include "fix_rve_advice.h"
-#include "fix_rve_attached.h"
-#include "fix_rve_changes.h"
-#include "fix_rve_drives.h"
-#include "fix_rve_memory.h"
-#include "fix_rve_shadows.h"
-#include "fix_rve_time_step.h"
+#include "fix_rve_jobs.h"
 
 #include <cstdio>
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -21,10 +15,10 @@ namespace LAMMPS_NS {
 
 template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   using Rves = AttachedRves<D>;
+  using Rves::atom, Rves::comm, Rves::error, Rves::lmp, Rves::timer, Rves::update, Rves::world;
+  using Rves::checks_postponed, Rves::dt, Rves::fix, Rves::packings, Rves::points, Rves::progress;
+  using Rves::settings, Rves::slot;
   using typename Rves::State;
-  using Check = FixRve::Impl::Check;
-  using PathReport = FixRve::Impl::PathReport;
-  using ShadowReport = FixRve::Impl::ShadowReport;
 
   ImplOf(FixRve *_fix, FixRveSettings _settings) : Rves(_fix, std::move(_settings)), of_plane(*this)
   {
@@ -33,45 +27,31 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
 
   ~ImplOf() noexcept override = default;
 
-  void read_packings() override;
   void make_engine() override;
+  void init() override;
+  void setup() override;
+  void final_integrate() override;
+  void end_of_step() override;
+  void post_run() override;
   void attach() override;
   macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
                                       const std::vector<macro::StressGoal> &goals,
                                       double tolerance) override;
   void synchronise_ranks() override;
-  void run_postponed_checks() override;
-  void set_exchange_size() override;
 
-  void advance_by_script() override { drives.advance_by_script(); }
-  PathReport path_report(int atom) const override { return drives.path_report(atom); }
-  bool all_paths_ended() const override { return drives.all_paths_ended(); }
   void write_restart_head(FILE *fp) const override { changes.write_restart_head(fp); }
   void read_restart_head(const char *buf) override { changes.read_restart_head(buf); }
   void modify(int narg, char **arg) override { changes.modify(narg, arg); }
   void warn_of_loss() const override { changes.warn_of_loss(); }
-  void choose_shadows() override { shadows.choose(); }
-  ShadowReport shadow_report() const override { return shadows.report(); }
-  void advise(bool at_start) override { advice.advise(at_start); }
-  void report_fast_strain() override { advice.report_fast_strain(); }
-  void recheck_time_step(Check check) override { time_step.recheck(check); }
 
-  std::pair<double, double> shadow_times() const override
-  {
-    return {this->points->shadow_time(), this->points->total_time()};
-  }
-  double engine_time() const override { return this->points.as_they_are().engine_time(); }
-  double bounding_time() const override { return this->points.as_they_are().bounding_time(); }
+  double engine_time() const override { return points.as_they_are().engine_time(); }
+  double bounding_time() const override { return points.as_they_are().bounding_time(); }
   double vector_component(int n) const override;
   double bytes() const override;
   double bulk_density(int atom) const override;
-  double inertial_number(int atom) const override;
-  double servo_error(int atom) const override
-  {
-    return this->points->servo_error(this->slot[atom]);
-  }
-  double copies(int atom) const override { return this->points->copies(this->slot[atom]); }
-  double renewals(int atom) const override { return this->points->renewals(this->slot[atom]); }
+  auto path_report(int atom) const { return drives.path_report(atom); }
+  double inertial_number(int atom) const;
+  double servo_error(int atom) const { return points->servo_error(slot[atom]); }
   mpm::Constitutive<2> *material_of_plane() override { return &of_plane; }
   mpm::Constitutive<3> *material_of_space() override { return of_space.get(); }
   double measured_wave_share(const std::vector<int> &atoms) const override;
@@ -80,10 +60,11 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
     of_plane.scale_waves(share);
     if constexpr (D == 3) of_space->scale_waves(share);
   }
-  void write_dump(int atom, const std::string &path) const override;
 
  private:
-  // as materials; disks are none in space
+  using Check = typename RveTimeStep<D>::Check;
+
+  // the RVEs as materials; of_space is null for disks, which cannot be a material in space
   macro::RveConstitutive<2, D> of_plane;
   std::unique_ptr<macro::RveConstitutive<3>> of_space;
 
@@ -94,7 +75,17 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
   RveMemory<D> rve_memory{*this};
   RveChanges<D> changes{*this, time_step, drives, rve_memory};
 
-  void say_how_far_cells_go(const std::vector<const State *> &states) const;
+  bool is_halted = false;    // the run ends because all loading paths have ended
+
+  /// Reads the packings and chooses or checks the DEM time step; collective.
+  void read_packings();
+  /// Sets maxexchange to the size of the largest record of an RVE; collective.
+  void set_exchange_size();
+  /// Logs the notes of the last advance and checks its time step, if that was postponed;
+  /// collective.
+  void run_postponed_checks();
+  /// Logs how far cells can be compressed before they are too narrow for their grains; collective.
+  void log_cell_limits(const std::vector<const State *> &states) const;
 };
 
 }    // namespace LAMMPS_NS

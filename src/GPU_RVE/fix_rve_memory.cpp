@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "fix_rve_memory.h"
+#include "fix_rve_jobs.h"
 
 #include "comm.h"
 #include "error.h"
-#include "rve/core/error.h"
 
 #include <cmath>
 #include <functional>
 
 using namespace LAMMPS_NS;
 
-/// Called before the first RVE is made, since set-up takes time. Ranks of a node that use the same
-/// device, or the memory of the host, are checked together.
+/// The check comes before the first RVE is made, because set-up takes time. Ranks of a node that
+/// use the same device, or the memory of the host, are checked together.
 template <int D> void RveMemory<D>::check(const std::vector<int> &grains)
 {
   constexpr double MB = 1048576.0;
@@ -43,7 +42,7 @@ template <int D> void RveMemory<D>::check(const std::vector<int> &grains)
   const bigint total = sum(bigint(mine), MPI_LMP_BIGINT);
   double free = memory.is_known ? static_cast<double>(memory.free) : HUGE_VAL;
   MPI_Allreduce(MPI_IN_PLACE, &free, 1, MPI_DOUBLE, MPI_MIN, sharers);
-  // of the first RVEs of each rank, as many as its share of `number`
+  // returns the memory of the first RVEs of each rank, `number` in total [bytes]
   const auto bytes_for = [&](bigint number) {
     const int some = total ? static_cast<int>((number * mine + total - 1) / total) : 0;
     return sum(rves.points->bytes_for(grains, some, rves.settings.num_shadows), MPI_DOUBLE);

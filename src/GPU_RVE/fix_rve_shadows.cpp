@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "fix_rve_shadows.h"
+#include "fix_rve_jobs.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -12,8 +12,8 @@
 
 using namespace LAMMPS_NS;
 
-/// Returns the lowest numbers of all ranks. With hashes of the IDs of atoms this is a random choice
-/// that is the same on any number of ranks.
+/// Returns the `number` lowest values of all ranks, in ascending order; collective. For hashes of
+/// atom IDs this is a random choice that does not depend on the number of ranks.
 static std::vector<std::uint64_t> lowest_of_all(std::vector<std::uint64_t> mine, int number,
                                                 MPI_Comm world)
 {
@@ -62,7 +62,7 @@ template <int D> void RveShadows<D>::choose()
   MPI_Allreduce(shadows, all_shadows, 2, MPI_INT, MPI_SUM, world);
   const int wanted = rves.settings.num_shadows - all_shadows[0];
   if (wanted == 0) return;
-  if (wanted < 0) remove(rves.settings.num_shadows);    // a restart file had more
+  if (wanted < 0) remove(rves.settings.num_shadows);    // the restart file has more shadows
 
   const std::vector<std::uint64_t> candidates = lowest_of_all(mine, std::max(wanted, 0), world);
   for (const int i : rves.atoms_with_rve())
@@ -81,7 +81,7 @@ template <int D> void RveShadows<D>::choose()
                        std::max(all_shadows[1], 1));
 }
 
-template <int D> FixRve::Impl::ShadowReport RveShadows<D>::report() const
+template <int D> typename RveShadows<D>::Report RveShadows<D>::report() const
 {
   double most = -1.0, most_of_all;
   std::int64_t sums[2] = {0, 0}, all_sums[2];    // number of shadows, sum of deviations
@@ -93,7 +93,7 @@ template <int D> FixRve::Impl::ShadowReport RveShadows<D>::report() const
   MPI_Allreduce(&most, &most_of_all, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(sums, all_sums, 1, MPI_INT64_T, MPI_SUM, world);
   if (all_sums[0] == 0) return {0.0, 0.0, 0};
-  // a sum of integers has no order, so ranks do not show
+  // a sum of integers has no order, so that it does not depend on the number of ranks
   const rve::FixedScale scale(std::max(most_of_all, 1e-300), all_sums[0]);
   for (const int i : rves.atoms_with_rve())
     if (rves.point(i).shadow >= 0) sums[1] += scale.integer(rves.point(i).shadow_deviation());
@@ -104,6 +104,20 @@ template <int D> FixRve::Impl::ShadowReport RveShadows<D>::report() const
       id = std::min(id, atom->tag[i]);
   MPI_Allreduce(&id, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
   return {scale.real(all_sums[1]) / static_cast<double>(all_sums[0]), most_of_all, lowest};
+}
+
+template <int D> void RveShadows<D>::log_report() const
+{
+  if (rves.settings.num_shadows == 0) return;
+  double times[2] = {rves.points->shadow_time(), rves.points->total_time()};
+  MPI_Allreduce(MPI_IN_PLACE, times, 2, MPI_DOUBLE, MPI_SUM, world);
+  const auto [mean, largest, id] = report();
+  if (comm->me == 0)
+    utils::logmesg(lmp,
+                   "fix rve {}: shadows took {:.1f} % of the wall time of RVEs; their stress "
+                   "deviates by {:.3g} on average, {:.3g} at most (atom {})\n",
+                   rves.fix->id, times[1] > 0.0 ? 100.0 * times[0] / times[1] : 0.0, mean, largest,
+                   id);
 }
 
 template class LAMMPS_NS::RveShadows<2>;

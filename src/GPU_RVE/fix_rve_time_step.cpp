@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "fix_rve_time_step.h"
+#include "fix_rve_jobs.h"
 
 #include "atom.h"
 #include "comm.h"
@@ -15,16 +15,16 @@
 
 using namespace LAMMPS_NS;
 
-// of the stability bound: where a given time step is warned of
+// Share of the stability bound above which a given time step gets a warning
 static constexpr double DT_WARNING = 0.95;
 
-// One of so many checks at the interval looks for steps that are to be warned of, which takes closer bounds of all RVEs
+// Every so many checks at the interval, one also looks for warnings. A warning needs sharper bounds
+// of all RVEs.
 static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
 
-// RVEs whose bound is computed exactly, on all ranks together: each takes some milliseconds
+// Largest number of RVEs, over all ranks, whose bound is computed exactly. Each takes milliseconds.
 static constexpr int MOST_EXACT_BOUNDS = 8;
 
-/// A given time step may have any value up to the bound; an automatic one follows the bound.
 template <int D> void RveTimeStep<D>::check(double used, double bound, const std::string &whose)
 {
   if (used > bound)
@@ -42,8 +42,9 @@ template <int D> void RveTimeStep<D>::check(double used, double bound, const std
   }
 }
 
-/// The engine bounds all RVEs within 5 % where it matters; the exact bound is computed for those with
-/// the lowest ones. Nothing here depends on the number of ranks, so neither does an automatic step.
+/// The engine gives lower bounds of all RVEs, which are sharp within 5 % below `enough`. The exact
+/// bound is computed for the RVEs with the lowest ones. The result does not depend on the number of
+/// ranks.
 template <int D>
 typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int> &atoms,
                                                           double enough)
@@ -56,48 +57,35 @@ typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int>
   collectively(lmp, who,
                [&] { bounds = rves.points.as_they_are().bound_time_steps(some, enough); });
 
-  // all RVEs may be alike: the others are no further below the least one of these than the bounds are sharp, and a check has that margin
+  // The RVEs may all be alike. The exact bounds of the others can be below the least exact bound of
+  // the candidates by the sharpness of the bounds only, and a check has that margin.
   struct Candidate {
     double bound;
     tagint atom;
-    int place;    // among the atoms of this rank, or -1
+    int rank, index;    // rank of the atom, and its index in `atoms` of that rank
   };
   const auto lower = [](const Candidate &a, const Candidate &b) {
     return a.bound < b.bound || (a.bound == b.bound && a.atom < b.atom);
   };
+  const int me = comm->me;
   std::vector<Candidate> mine;
   for (std::size_t k = 0; k < atoms.size(); ++k)
-    if (bounds[k] < enough) mine.push_back({bounds[k], tag[atoms[k]], static_cast<int>(k)});
+    if (bounds[k] < enough) mine.push_back({bounds[k], tag[atoms[k]], me, static_cast<int>(k)});
   std::sort(mine.begin(), mine.end(), lower);
-  mine.resize(MOST_EXACT_BOUNDS, {HUGE_VAL, MAXTAGINT, -1});
-  double values[MOST_EXACT_BOUNDS];
-  tagint ids[MOST_EXACT_BOUNDS];
-  for (int k = 0; k < MOST_EXACT_BOUNDS; ++k) {
-    values[k] = mine[k].bound;
-    ids[k] = mine[k].atom;
-  }
-  const int ranks = comm->nprocs, me = comm->me;
-  std::vector<double> all_values(ranks * MOST_EXACT_BOUNDS);
-  std::vector<tagint> all_ids(all_values.size());
-  MPI_Allgather(values, MOST_EXACT_BOUNDS, MPI_DOUBLE, all_values.data(), MOST_EXACT_BOUNDS,
-                MPI_DOUBLE, world);
-  MPI_Allgather(ids, MOST_EXACT_BOUNDS, MPI_LMP_TAGINT, all_ids.data(), MOST_EXACT_BOUNDS,
-                MPI_LMP_TAGINT, world);
-  std::vector<Candidate> candidates;
-  for (int m = 0; m < ranks * MOST_EXACT_BOUNDS; ++m)
-    if (all_values[m] < HUGE_VAL)
-      candidates.push_back({all_values[m], all_ids[m],
-                            m / MOST_EXACT_BOUNDS == me ? mine[m % MOST_EXACT_BOUNDS].place : -1});
-  if (candidates.empty()) return {HUGE_VAL, MAXTAGINT};
+  mine.resize(MOST_EXACT_BOUNDS, {HUGE_VAL, MAXTAGINT, -1, -1});
+  constexpr int BYTES = MOST_EXACT_BOUNDS * sizeof(Candidate);
+  std::vector<Candidate> candidates(comm->nprocs * MOST_EXACT_BOUNDS);
+  MPI_Allgather(mine.data(), BYTES, MPI_BYTE, candidates.data(), BYTES, MPI_BYTE, world);
   std::sort(candidates.begin(), candidates.end(), lower);
-  if (candidates.size() > MOST_EXACT_BOUNDS) candidates.resize(MOST_EXACT_BOUNDS);
+  candidates.resize(MOST_EXACT_BOUNDS);
+  if (candidates[0].rank < 0) return {HUGE_VAL, MAXTAGINT};
 
   std::vector<rve::RveStateOf<D>> states;
   std::vector<tagint> whose;
   collectively(lmp, who, [&] {
     for (const Candidate &candidate : candidates) {
-      if (candidate.place < 0) continue;
-      states.push_back(rves.points.as_they_are().state(some[candidate.place]));
+      if (candidate.rank != me) continue;
+      states.push_back(rves.points.as_they_are().state(some[candidate.index]));
       whose.push_back(candidate.atom);
     }
   });
@@ -118,9 +106,8 @@ typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int>
   return {least_of_all, lowest};
 }
 
-/// RVEs that a check of this kind covers. RVEs that have stiffened are checked after every step. An
-/// automatic step is not checked where runs begin and end: a divided run must have the bits of the
-/// whole run. Frozen RVEs do not advance.
+/// An automatic step is not checked at the beginning and the end of a run, because a divided run
+/// must give the same bits as the whole run. Frozen RVEs are not checked.
 template <int D> std::vector<int> RveTimeStep<D>::atoms_to_check(Check check)
 {
   if (check == Check::Interval || check == Check::InSitu) return rves.advancing_atoms();
@@ -141,10 +128,11 @@ template <int D> void RveTimeStep<D>::recheck(Check check)
   int mine = atoms.empty() ? 0 : 1, any = mine;
   if (comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
   if (!any) return;
-  // a divided run must have the bits of the whole run: checks at its parts' ends leave no trace
+  // checks at the ends of a run must not change later checks, so that a divided run gives the same
+  // bits as the whole run
   if (check != Check::Run) rves.points.as_they_are().note_check(rves.slots_of(atoms));
   const double used = rves.settings.dt_auto ? rves.dt : rves.clock(update->dt).dt;
-  // only an error can follow: RVEs near the bound need not be found
+  // most checks at the interval look for errors only and need no sharp bounds near the time step
   const bool between_warnings = check == Check::Interval &&
       update->ntimestep % (CHECKS_FOR_ONE_WITH_WARNINGS * rves.settings.dt_check_interval) != 0;
   const bool silent = check == Check::Run ||
@@ -176,10 +164,9 @@ template <int D> void RveTimeStep<D>::recheck(Check check)
 template <int D> void RveTimeStep<D>::choose()
 {
   is_old = false;
-  const std::vector<double> &bounds = rves.packings.bounds();
-  const double of_packings = *std::min_element(bounds.begin(), bounds.end());
+  const double of_packings = rves.packings.least_bound();
   const std::vector<int> advancing = rves.advancing_atoms();
-  // with every contact lost an RVE bears a step some times longer than that of its packing
+  // the bound of an RVE that has lost all contacts is a few times that of its packing
   const LeastBound lowest = least(advancing, 100.0 * of_packings);
   if (rves.settings.dt_auto) {
     const double bound = lowest.atom == MAXTAGINT ? of_packings : lowest.dt;
@@ -197,7 +184,7 @@ template <int D> void RveTimeStep<D>::choose()
   else
     check(used, lowest.dt,
           fmt::format("the RVE of atom {} at step {}", lowest.atom, update->ntimestep));
-  // not of a step that was refused
+  // this comes last, because a refused step must not count as checked
   rves.points->note_check(rves.slots_of(advancing));
 }
 

@@ -24,11 +24,9 @@
 #include "lammps/collective_error.h"
 #include "lammps/on_rank_zero.h"
 #include "lammps/script_words.h"
-#include "rve/core/error.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,8 +37,11 @@ namespace {
 
 struct FieldRequest {
   int groupbit = 0;
-  double *property = nullptr;    ///< of the local atoms
+  double *property = nullptr;    ///< property of the local atoms
   std::string name;
+  std::optional<field::Vec> lengths;            ///< correlation lengths [length]
+  double angle = 0.0;                           ///< of the first length to the x axis [degrees]
+  std::optional<field::Vec> spacing, lo, hi;    ///< of the grid [length]
   field::Grid grid;
   field::Covariance covariance{field::Exponential{}, field::Anisotropy({1.0, 1.0})};
   field::Marginal marginal = field::Normal(0.0, 1.0);
@@ -65,22 +66,15 @@ double *find_property(LAMMPS *lmp, const std::string &word)
   return lmp->atom->dvector[index];
 }
 
-/// What the keywords say; the grid and the ellipse are made of several of them.
-struct Said {
-  FieldRequest request;
-  std::optional<field::Vec> lengths, spacing, lo, hi;
-  double angle = 0.0;
-};
-
 field::Vec read_pair(ScriptWords &words, const char *first, const char *second)
 {
   const double value = words.number(first);
   return {value, words.number(second)};
 }
 
-void read_covariance(ScriptWords &words, Said &said)
+void read_covariance(ScriptWords &words, FieldRequest &request)
 {
-  field::Covariance &covariance = said.request.covariance;
+  field::Covariance &covariance = request.covariance;
   if (words.take("exponential"))
     covariance.function = field::Exponential{};
   else if (words.take("gaussian"))
@@ -92,23 +86,21 @@ void read_covariance(ScriptWords &words, Said &said)
                              words.next()));
 }
 
-void read_marginal(ScriptWords &words, Said &said)
+void read_marginal(ScriptWords &words, FieldRequest &request)
 {
-  field::Marginal &marginal = said.request.marginal;
-  const auto two = [&](const char *first, const char *second) {
-    return read_pair(words, first, second);
-  };
+  field::Marginal &marginal = request.marginal;
   if (words.take("normal")) {
-    const field::Vec v = two("mean", "standard deviation");
+    const field::Vec v = read_pair(words, "mean", "standard deviation");
     marginal = field::Normal(v[0], v[1]);
   } else if (words.take("lognormal")) {
-    const field::Vec v = two("mean", "standard deviation");
+    const field::Vec v = read_pair(words, "mean", "standard deviation");
     marginal = field::Lognormal(v[0], v[1]);
   } else if (words.take("uniform")) {
-    const field::Vec v = two("lo", "hi");
+    const field::Vec v = read_pair(words, "lo", "hi");
     marginal = field::Uniform(v[0], v[1]);
   } else if (words.take("bounded")) {
-    const field::Vec bounds = two("lo", "hi"), v = two("location", "scale");
+    const field::Vec bounds = read_pair(words, "lo", "hi");
+    const field::Vec v = read_pair(words, "location", "scale");
     marginal = field::Bounded(bounds[0], bounds[1], v[0], v[1]);
   } else {
     words.refuse(fmt::format("marginal is '{}'; it must be normal, lognormal, uniform or bounded",
@@ -116,61 +108,65 @@ void read_marginal(ScriptWords &words, Said &said)
   }
 }
 
+auto pair_of(const char *first, const char *second)
+{
+  return [=](ScriptWords &words) { return read_pair(words, first, second); };
+}
+
+auto whole(long long least)
+{
+  return [=](ScriptWords &words) { return words.whole("", least, MAXBIGINT); };
+}
+
 using Kind = field::InterpolationKind;
 
-const ScriptKeyword<Said> KEYWORDS[] = {
+const ScriptKeyword<FieldRequest> KEYWORDS[] = {
     {"covariance", "exponential | gaussian | matern nu", read_covariance},
     {"lengths", "horizontal vertical",
-     [](ScriptWords &words, Said &said) {
-       said.lengths = read_pair(words, "horizontal", "vertical");
-     }},
-    {"angle", "degrees", into(any_number, &Said::angle)},
-    {"spacing", "dx dy",
-     [](ScriptWords &words, Said &said) { said.spacing = read_pair(words, "dx", "dy"); }},
+     into(pair_of("horizontal", "vertical"), &FieldRequest::lengths)},
+    {"angle", "degrees", into(any_number, &FieldRequest::angle)},
+    {"spacing", "dx dy", into(pair_of("dx", "dy"), &FieldRequest::spacing)},
     {"domain", "xlo xhi ylo yhi",
-     [](ScriptWords &words, Said &said) {
+     [](ScriptWords &words, FieldRequest &request) {
        const field::Vec x = read_pair(words, "xlo", "xhi"), y = read_pair(words, "ylo", "yhi");
-       said.lo = {x[0], y[0]};
-       said.hi = {x[1], y[1]};
+       request.lo = {x[0], y[0]};
+       request.hi = {x[1], y[1]};
      }},
     {"marginal",
      "normal mean sd | lognormal mean sd | uniform lo hi | bounded lo hi location scale",
      read_marginal},
     {"interpolation", "linear | nearest",
-     into(one_of<Kind>({{"linear", Kind::Linear}, {"nearest", Kind::Nearest}}), &Said::request,
+     into(one_of<Kind>({{"linear", Kind::Linear}, {"nearest", Kind::Nearest}}),
           &FieldRequest::interpolation)},
     {"bounds", "lo hi",
-     [](ScriptWords &words, Said &said) {
+     [](ScriptWords &words, FieldRequest &request) {
        const field::Vec bounds = read_pair(words, "lo", "hi");
-       said.request.bounds = field::Interval(bounds[0], bounds[1]);
+       request.bounds = field::Interval(bounds[0], bounds[1]);
      }},
-    {"seed", "N",
-     [](ScriptWords &words, Said &said) { said.request.seed = words.whole("", 0, MAXBIGINT); }},
-    {"max_points", "N", [](ScriptWords &words, Said &said) {
-       said.request.max_points = words.whole("", 4, MAXBIGINT);
-     }}};
+    {"seed", "N", into(whole(0), &FieldRequest::seed)},
+    {"max_points", "N", into(whole(4), &FieldRequest::max_points)}};
 
 FieldRequest parse(LAMMPS *lmp, int narg, char **arg)
 {
   Error *error = lmp->error;
   ScriptWords words(lmp, "random_field", narg, arg, 0);
-  Said said;
-  FieldRequest &request = said.request;
+  FieldRequest request;
   request.groupbit = words.groupbit("group");
   request.name = words.next("property");
   request.property = find_property(lmp, request.name);
 
   words.set_keywords(names_of(KEYWORDS));
-  while (words.next_keyword()) words.read(KEYWORDS, said);
+  while (words.next_keyword()) words.read(KEYWORDS, request);
   if (!words.has("covariance")) error->all(FLERR, "random_field: no covariance is given");
-  if (!said.lengths) error->all(FLERR, "random_field: no correlation lengths are given");
-  if (!said.spacing) error->all(FLERR, "random_field: no grid spacing is given");
-  if (lmp->domain->triclinic && !said.lo)
+  if (!request.lengths) error->all(FLERR, "random_field: no correlation lengths are given");
+  if (!request.spacing) error->all(FLERR, "random_field: no grid spacing is given");
+  if (lmp->domain->triclinic && !request.lo)
     error->all(FLERR, "random_field: the box is triclinic; give the domain of the field");
   const field::Vec lo{lmp->domain->boxlo[0], lmp->domain->boxlo[1]};
   const field::Vec hi{lmp->domain->boxhi[0], lmp->domain->boxhi[1]};
-  request.covariance.anisotropy = field::Anisotropy(*said.lengths, said.angle);
-  request.grid = field::Grid::covering(said.lo.value_or(lo), said.hi.value_or(hi), *said.spacing);
+  request.covariance.anisotropy = field::Anisotropy(*request.lengths, request.angle);
+  request.grid =
+      field::Grid::covering(request.lo.value_or(lo), request.hi.value_or(hi), *request.spacing);
   return request;
 }
 
@@ -193,19 +189,20 @@ void report(LAMMPS *lmp, const FieldRequest &request, const field::CirculantEmbe
                    last.num_rounded, last.smallest, last.covariance_error);
 }
 
-/// Values at the local atoms of the group, all checked before the first one is stored.
+/// Evaluates the field at the local atoms of the group. All values are checked before the first one
+/// is stored. Logs their mean and standard deviation; collective.
 void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &nodes)
 {
   const Atom *atom = lmp->atom;
   const field::Interpolation interpolation(request.interpolation, request.grid, request.covariance);
   std::vector<double> values(atom->nlocal, 0.0);
   CollectiveError outside, out_of_bounds;
-  double extremes[2] = {-HUGE_VAL, -HUGE_VAL};    // -min, max
+  double extremes[2] = {-HUGE_VAL, -HUGE_VAL};    // negative of the least value, largest value
   const auto evaluate = [&](const auto &marginal) {
     for (int i = 0; i < atom->nlocal; i++) {
       if (!(atom->mask[i] & request.groupbit)) continue;
       double x[3] = {atom->x[i][0], atom->x[i][1], atom->x[i][2]};
-      lmp->domain->remap(x);    // through periodic sides
+      lmp->domain->remap(x);    // atoms may have left through periodic sides
       const field::Vec position{x[0], x[1]};
       if (!request.grid.contains(position)) {
         outside.add(atom->tag[i], {x[0], x[1], 0.0});
@@ -237,9 +234,9 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
   double sums[3] = {0.0, 0.0, 0.0}, all[3], range[2];
   MPI_Allreduce(extremes, range, 2, MPI_DOUBLE, MPI_MAX, lmp->world);
-  // in a power of two near the largest value, so that no square overflows
+  // sums are scaled by a power of two near the largest value, so that no square overflows
   const double largest = std::fmax(std::fabs(range[0]), std::fabs(range[1]));
-  // not if all values are 0, or there are none
+  // the scale is 1 if all values are 0, or if there are no values
   const bool has_exponent = largest > 0.0 && std::isfinite(largest);
   const int exponent = has_exponent ? std::ilogb(largest) : 0;
   for (int i = 0; i < atom->nlocal; i++) {
@@ -266,8 +263,8 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
 }    // namespace
 
-/// One rank makes the field and gives it to the others, which evaluate it at their atoms. That is
-/// faster than to make it on each rank, and takes the memory of the transform once
+/// Rank 0 makes the field and sends it to the others, which evaluate it at their atoms. This is
+/// faster than making it on each rank and needs the memory of the transform once
 /// (doc/src/random_field.rst has the numbers).
 void RandomField::command(int narg, char **arg)
 {
@@ -286,9 +283,9 @@ void RandomField::command(int narg, char **arg)
   });
   if (!failure.empty()) error->all(FLERR, "random_field: {}", failure);
 
-  // a large field may not fit into the memory of some ranks
+  // this ends with an error if the field does not fit into the memory of a rank
   collectively(lmp, "random_field", [&] { nodes.resize(field::total(request->grid.nodes)); });
-  constexpr std::size_t CHUNK = 1 << 30;    // MPI counts in int
+  constexpr std::size_t CHUNK = 1 << 30;    // counts of MPI are of type int
   for (std::size_t begin = 0; begin < nodes.size(); begin += CHUNK)
     MPI_Bcast(&nodes[begin], static_cast<int>(std::min(CHUNK, nodes.size() - begin)), MPI_DOUBLE, 0,
               world);

@@ -12,7 +12,8 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Puts a stationary random field on the atoms: the field is the room field/, the words are here.
+// Command random_field reads the words of the script and stores a stationary random field, which
+// the folder field/ makes, in a property of atoms.
 
 #ifdef COMMAND_CLASS
 // clang-format off

@@ -24,42 +24,57 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// what the random draws of an atom are for: they are independent of each other
+// streams of random draws of an atom, which are independent of each other
 constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
 
-// Changes of the stress by an image, over the pressure, that are worth a warning. Normal stresses of an isotropic packing are equal
-// within the tolerance of its preparation. Its shear stress is what a sum over finitely many contacts happens to be.
+// Changes of the stress by an image, over the pressure, above which there is a warning. Normal
+// stresses of an isotropic packing are equal within the tolerance of its preparation. Its shear
+// stress is the random rest of a sum over finitely many contacts.
 constexpr double NORMAL_CHANGE = 0.02;
 template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 {
   return 6.0 / std::sqrt(packing.num_grains());
 }
 
-/// Whole numbers from 0 to count-1 of a script value, one for each of the atoms; collective.
-std::vector<int> numbers(LAMMPS *lmp, int igroup, ScriptValue &value, const char *keyword,
-                         const std::vector<int> &atoms, int count)
-{
-  std::vector<double> values;
-  value.find(lmp, "fix rve");
-  value.evaluate(lmp, igroup, values);
-  std::vector<int> result(atoms.size(), 0);
-  CollectiveError wrong;
-  for (std::size_t k = 0; k < atoms.size(); ++k) {
-    const double number = values[atoms[k]];
-    if (number >= 0.0 && number < count && number == std::floor(number))
-      result[k] = static_cast<int>(number);
-    else
-      wrong.add(lmp->atom->tag[atoms[k]], {number, 0.0, 0.0});
-  }
-  wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
-    return fmt::format("fix rve: {} of atom {} is {}; it must be a whole number from 0 to {} "
-                       "(atoms with another one: {})",
-                       keyword, id, at[0], count - 1, all);
-  });
-  return result;
-}
-
 }    // namespace
+
+/// Local atoms of a group that get RVEs.
+template <int D> struct RvePackingsOf<D>::Atoms {
+  LAMMPS *lmp;
+  int igroup;
+  const std::vector<int> &indices;
+
+  tagint id(std::size_t k) const { return lmp->atom->tag[indices[k]]; }
+
+  /// Returns a script value for each of the atoms; collective.
+  std::vector<double> evaluate(ScriptValue &value) const
+  {
+    std::vector<double> of_all, values;
+    value.find(lmp, "fix rve");
+    value.evaluate(lmp, igroup, of_all);
+    for (const int i : indices) values.push_back(of_all[i]);
+    return values;
+  }
+
+  /// Returns a script value for each of the atoms as a number from 0 to count-1. Ends with an error
+  /// for other values; collective.
+  std::vector<int> numbers(ScriptValue &value, const char *keyword, int count) const
+  {
+    std::vector<int> result;
+    CollectiveError wrong;
+    for (const double number : evaluate(value)) {
+      const bool is_valid = number >= 0.0 && number < count && number == std::floor(number);
+      if (!is_valid) wrong.add(id(result.size()), {number, 0.0, 0.0});
+      result.push_back(is_valid ? static_cast<int>(number) : 0);
+    }
+    wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
+      return fmt::format("fix rve: {} of atom {} is {}; it must be a whole number from 0 to {} "
+                         "(atoms with another one: {})",
+                         keyword, id, at[0], count - 1, all);
+    });
+    return result;
+  }
+};
 
 template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
@@ -93,7 +108,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
     }
   });
   if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
-  for (const std::string &drift : drifts)    // of rank 0
+  for (const std::string &drift : drifts)    // rank 0 has them
     lmp->error->warning(FLERR,
                         "fix rve: the {} was subtracted from all of its grains: local damping "
                         "would act on it",
@@ -101,19 +116,16 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
 
   checksum = as_read.value();
   MPI_Bcast(&checksum, 1, MPI_UINT64_T, 0, lmp->world);
-  int count = static_cast<int>(state_images.size());
-  MPI_Bcast(&count, 1, MPI_INT, 0, lmp->world);
-  state_images.resize(count);
-  stable.resize(count);
-  file_of.resize(count);
-  MPI_Bcast(file_of.data(), count, MPI_INT, 0, lmp->world);
-  MPI_Bcast(stable.data(), count, MPI_DOUBLE, 0, lmp->world);
-  for (auto &image : state_images) {
-    int size = static_cast<int>(image.size());
-    MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
-    image.resize(size);
-    MPI_Bcast(image.data(), size, MPI_CHAR, 0, lmp->world);
-  }
+  const auto broadcast = [lmp](auto &list) {
+    int bytes = static_cast<int>(list.size() * sizeof(list[0]));
+    MPI_Bcast(&bytes, 1, MPI_INT, 0, lmp->world);
+    list.resize(bytes / sizeof(list[0]));
+    MPI_Bcast(list.data(), bytes, MPI_BYTE, 0, lmp->world);
+  };
+  broadcast(file_of);
+  broadcast(stable);
+  state_images.resize(stable.size());
+  for (auto &image : state_images) broadcast(image);
   collectively(lmp, "fix rve", [&] {
     for (const auto &image : state_images) {
       packings.push_back(rve::deserialize<D>(image.data(), image.size()));
@@ -122,15 +134,15 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
   });
   const auto &choice = settings.choice;
   make_pools(lmp, choice.stress.has_value());
-  if (count > 1 && choice.number.variable.empty() && !choice.is_by_property())
+  if (size() > 1 && choice.number.variable.empty() && !choice.is_by_property())
     lmp->error->all(FLERR,
                     "fix rve: {} packings are given; packing_variable, packing_random, "
                     "packing_stress or packing_void_ratio must choose among them",
-                    count);
+                    size());
 }
 
-/// Levels are those of the stress along the last axis that the packings have, since files of one
-/// packing do not have the stress of their preparation.
+/// Levels follow from the present stresses of the packings along the last axis, because files of
+/// one packing do not contain the stress of their preparation.
 template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
 {
   const auto add_pool = [this](const std::vector<int> &members) {
@@ -193,11 +205,12 @@ template <int D> std::string RvePackingsOf<D>::name(int packing) const
 
 template <int D>
 std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, int igroup,
-                                                                 FixRveSettings &settings,
+                                                                 PackingChoice &choice,
                                                                  const std::vector<int> &atoms)
 {
-  const std::vector<int> chosen = choose_packings(lmp, igroup, settings, atoms);
-  const std::vector<int> image = choose_images(lmp, igroup, settings, atoms);
+  const Atoms made{lmp, igroup, atoms};
+  const std::vector<int> chosen = choose_packings(made, choice);
+  const std::vector<int> image = choose_images(made, choice);
   images.clear();
   std::vector<const State *> states;
   for (std::size_t k = 0; k < atoms.size(); ++k) {
@@ -217,34 +230,29 @@ std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, in
 }
 
 template <int D>
-std::vector<int> RvePackingsOf<D>::choose_pools(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                                const std::vector<int> &atoms) const
+std::vector<int> RvePackingsOf<D>::choose_pools(const Atoms &atoms, PackingChoice &choice) const
 {
-  std::vector<int> chosen(atoms.size(), 0);
-  auto &wanted = settings.choice.stress;
-  if (!wanted) return chosen;
-  std::vector<double> stresses;
-  wanted->find(lmp, "fix rve");
-  wanted->evaluate(lmp, igroup, stresses);
+  std::vector<int> chosen(atoms.indices.size(), 0);
+  if (!choice.stress) return chosen;
+  const std::vector<double> stresses = atoms.evaluate(*choice.stress);
   CollectiveError wrong;
-  double most[2] = {-HUGE_VAL, -HUGE_VAL};    // of the stress, and of its negative
-  for (std::size_t k = 0; k < atoms.size(); ++k) {
-    const double stress = stresses[atoms[k]];
-    if (const auto level = levels->nearest(stress))
+  double most[2] = {-HUGE_VAL, -HUGE_VAL};    // largest stress, and negative of the least one
+  for (std::size_t k = 0; k < stresses.size(); ++k) {
+    if (const auto level = levels->nearest(stresses[k]))
       chosen[k] = *level;
     else
-      wrong.add(lmp->atom->tag[atoms[k]], {stress, 0.0, 0.0});
-    most[0] = std::max(most[0], stress);
-    most[1] = std::max(most[1], -stress);
+      wrong.add(atoms.id(k), {stresses[k], 0.0, 0.0});
+    most[0] = std::max(most[0], stresses[k]);
+    most[1] = std::max(most[1], -stresses[k]);
   }
-  wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
+  wrong.raise_if_any(atoms.lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
     return fmt::format("fix rve: packing_stress of atom {} is {} [stress]; it is positive in "
                        "compression and must be greater than 0 (atoms with another one: {})",
                        id, rve::number(at[0]), all);
   });
-  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, lmp->world);
-  if (lmp->comm->me == 0)
-    utils::logmesg(lmp,
+  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, atoms.lmp->world);
+  if (atoms.lmp->comm->me == 0)
+    utils::logmesg(atoms.lmp,
                    "fix rve: packing_stress from {:.5g} to {:.5g}; packings have {} levels of the "
                    "vertical stress, from {:.5g} to {:.5g}\n",
                    -most[1], most[0], levels->count(), levels->stress(0),
@@ -253,30 +261,25 @@ std::vector<int> RvePackingsOf<D>::choose_pools(LAMMPS *lmp, int igroup, FixRveS
 }
 
 template <int D>
-std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
-                                                   FixRveSettings &settings,
-                                                   const std::vector<int> &atoms)
+std::vector<int> RvePackingsOf<D>::choose_packings(const Atoms &atoms, PackingChoice &choice) const
 {
-  auto &choice = settings.choice;
-  const tagint *tag = lmp->atom->tag;
-  if (!choice.is_by_property())
-    return numbers(lmp, igroup, choice.number, "packing_variable", atoms, size());
+  if (!choice.is_by_property()) return atoms.numbers(choice.number, "packing_variable", size());
 
-  const std::vector<int> pool_of = choose_pools(lmp, igroup, settings, atoms);
-  std::vector<int> chosen(atoms.size(), 0);
+  const std::vector<int> pool_of = choose_pools(atoms, choice);
+  std::vector<int> chosen(atoms.indices.size(), 0);
+  CollectiveError wrong;
   if (!choice.void_ratio) {
-    CollectiveError ambiguous;
-    for (std::size_t k = 0; k < atoms.size(); ++k) {
+    for (std::size_t k = 0; k < chosen.size(); ++k) {
       const std::vector<int> &members = pools[pool_of[k]].packings;
       const int count = static_cast<int>(members.size());
       if (choice.seed)
-        chosen[k] = members[rve::draw(*choice.seed, tag[atoms[k]], count, DRAW_PACKING)];
+        chosen[k] = members[rve::draw(*choice.seed, atoms.id(k), count, DRAW_PACKING)];
       else if (count == 1)
         chosen[k] = members[0];
       else
-        ambiguous.add(tag[atoms[k]], {levels->stress(pool_of[k]), 1.0 * count, 0.0});
+        wrong.add(atoms.id(k), {levels->stress(pool_of[k]), 1.0 * count, 0.0});
     }
-    ambiguous.raise_if_any(lmp, [&](bigint, tagint id, const CollectiveError::Values &at) {
+    wrong.raise_if_any(atoms.lmp, [&](bigint, tagint id, const CollectiveError::Values &at) {
       return fmt::format("fix rve: packing_stress leaves {} packings of {} [stress] for atom {}; "
                          "packing_random or packing_void_ratio must choose among them",
                          at[1], rve::number(at[0]), id);
@@ -284,22 +287,18 @@ std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
     return chosen;
   }
 
-  std::vector<double> wanted;
-  choice.void_ratio->find(lmp, "fix rve");
-  choice.void_ratio->evaluate(lmp, igroup, wanted);
-  CollectiveError wrong;
-  for (std::size_t k = 0; k < atoms.size(); ++k) {
-    const double goal = wanted[atoms[k]];
-    const Pool &pool = pools[pool_of[k]];
+  const std::vector<double> wanted = atoms.evaluate(*choice.void_ratio);
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const auto &[members, index] = pools[pool_of[k]];
     const auto found = choice.seed
-        ? pool.by_void_ratio.draw_within(goal, choice.tolerance, *choice.seed, tag[atoms[k]])
-        : pool.by_void_ratio.nearest(goal, choice.tolerance);
+        ? index.draw_within(wanted[k], choice.tolerance, *choice.seed, atoms.id(k))
+        : index.nearest(wanted[k], choice.tolerance);
     if (found)
-      chosen[k] = pool.packings[*found];
+      chosen[k] = members[*found];
     else
-      wrong.add(tag[atoms[k]], {goal, pool.by_void_ratio.least(), pool.by_void_ratio.most()});
+      wrong.add(atoms.id(k), {wanted[k], index.least(), index.most()});
   }
-  wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
+  wrong.raise_if_any(atoms.lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
     return fmt::format("fix rve: packing_void_ratio of atom {} is {}, and no packing has it within "
                        "{}; void ratios of the packings{} are from {} to {} ({} atoms find none)",
                        id, rve::number(at[0]), rve::number(choice.tolerance),
@@ -310,17 +309,14 @@ std::vector<int> RvePackingsOf<D>::choose_packings(LAMMPS *lmp, int igroup,
 }
 
 template <int D>
-std::vector<int> RvePackingsOf<D>::choose_images(LAMMPS *lmp, int igroup, FixRveSettings &settings,
-                                                 const std::vector<int> &atoms)
+std::vector<int> RvePackingsOf<D>::choose_images(const Atoms &atoms, PackingChoice &choice) const
 {
-  auto &choice = settings.choice;
-  if (!choice.image_seed)
-    return numbers(lmp, igroup, choice.image, "packing_image", atoms, rve::NUM_IMAGES_OF<D>);
-  std::vector<int> images_of_atoms;
-  for (const int i : atoms)
-    images_of_atoms.push_back(
-        rve::draw(*choice.image_seed, lmp->atom->tag[i], rve::NUM_IMAGES_OF<D>, DRAW_IMAGE));
-  return images_of_atoms;
+  constexpr int COUNT = rve::NUM_IMAGES_OF<D>;
+  if (!choice.image_seed) return atoms.numbers(choice.image, "packing_image", COUNT);
+  std::vector<int> chosen;
+  for (std::size_t k = 0; k < atoms.indices.size(); ++k)
+    chosen.push_back(rve::draw(*choice.image_seed, atoms.id(k), COUNT, DRAW_IMAGE));
+  return chosen;
 }
 
 template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<int> &chosen) const
@@ -347,14 +343,14 @@ template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<in
                  *std::max_element(void_ratios.begin(), void_ratios.end()));
 }
 
-/// A mirrored or turned packing is another sample of the same ground only where the stress of the
-/// ground is isotropic.
+/// A mirrored or turned packing is a sample of the same ground only if the stress of the ground is
+/// isotropic.
 template <int D>
 void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
                                       const std::vector<int> &image) const
 {
   using Stress = rve::Tensor<double, D>;
-  // per packing a bit for each image
+  // used[packing] has a bit for each image
   std::vector<std::uint64_t> used(size(), 0);
   for (std::size_t k = 0; k < chosen.size(); ++k) used[chosen[k]] |= std::uint64_t{1} << image[k];
   MPI_Allreduce(MPI_IN_PLACE, used.data(), size(), MPI_UINT64_T, MPI_BOR, lmp->world);
@@ -392,7 +388,7 @@ void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chose
   if (largest <= 1.0) return;
   const auto text = [](const Stress &stress) {
     std::string words;
-    for (int apart = 0; apart < D; ++apart)    // normal stresses first
+    for (int apart = 0; apart < D; ++apart)    // normal stresses come first
       for (int a = 0; a + apart < D; ++a)
         words += (words.empty() ? "" : ", ") +
             rve::number(apart == 0 ? stress(a, a)
@@ -401,11 +397,10 @@ void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chose
   };
   lmp->error->warning(
       FLERR,
-      "fix rve: packing_image changes the ground: {} has {} of {} "
-      "[stress], its image {} "
-      "{}; {} of {} packings are not isotropic in this way. {}; random images are "
-      "for packings of an isotropic stress, as "
-      "create_rve makes them",
+      "fix rve: packing_image changes the ground: {} has {} of {} [stress], its image {} {}; {} of "
+      "{} packings are not isotropic in this way. {}; random images are for packings of an "
+      "isotropic "
+      "stress, as create_rve makes them",
       name(worst), D == 2 ? "sxx, syy, sxy" : "sxx, syy, szz, sxy, syz, sxz", text(stress_of_worst),
       worst_image, text(rve::image_of(stress_of_worst, worst_image)), changed, size(),
       D == 2 ? "Images 0 and 2 keep the stress, 4 and 6 sxx and syy" : "Images 0 to 15 keep szz");

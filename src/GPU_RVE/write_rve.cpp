@@ -15,13 +15,11 @@
 #include "write_rve.h"
 
 #include "atom.h"
-#include "comm.h"
 #include "error.h"
 #include "lammps/collective_error.h"
 #include "lammps/rve_columns.h"
 #include "lammps/script_words.h"
 #include "modify.h"
-#include "rve/core/error.h"
 #include "rve/engine/packing_io.h"
 
 #include <string>
@@ -45,17 +43,9 @@ const ScriptKeyword<FileRequest> KEYWORDS[] = {
     {"format", "rve | lammps",
      into(one_of<bool>({{"rve", true}, {"lammps", false}}), &FileRequest::native)}};
 
-template <int D> void write(const FileRequest &request, const rve::RveStateOf<D> &state)
-{
-  if (request.native)
-    rve::write_packing(request.path, state);
-  else
-    rve::write_lammps_data(request.path, state);
-}
-
 }    // namespace
 
-// write_rve fix-ID atom ID file path [format lammps|rve]
+/// Syntax: write_rve fix-ID atom ID file path [format lammps|rve]
 void WriteRve::command(int narg, char **arg)
 {
   ScriptWords words(lmp, "write_rve", narg, arg, 0);
@@ -76,7 +66,10 @@ void WriteRve::command(int narg, char **arg)
       for (int i = 0; i < atom->nlocal; i++) {
         if (atom->tag[i] != request.id || rves.slot[i] < 0) continue;
         mine = 1;
-        write(request, rves.state(i));
+        if (request.native)
+          rve::write_packing(request.path, rves.state(i));
+        else
+          rve::write_lammps_data(request.path, rves.state(i));
       }
     });
   });

@@ -12,7 +12,7 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Writes the RVE of one atom to a file.
+// Command write_rve writes the RVE of one atom to a file.
 
 #ifdef COMMAND_CLASS
 // clang-format off

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// The jobs of fix rve: time step, shadows, warnings, prescribed motions, memory, and changes of
+// existing RVEs.
+
+#pragma once
+
+#include "fix_rve_attached.h"
+#include "rve/engine/advice.h"
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace LAMMPS_NS {
+
+/// Chooses the DEM time step of the RVEs, or compares it with the stability bound.
+template <int D> class RveTimeStep : protected Pointers {
+ public:
+  /// Occasions of a check, which choose the RVEs that are checked.
+  enum class Check {
+    EveryStep,    ///< after each step: RVEs that have stiffened since their last check
+    Interval,     ///< at the interval of checks: all RVEs
+    InSitu,       ///< before the first step from a stress in situ: all RVEs
+    Run    ///< before and after a run: all RVEs, unless dt is automatic; errors but no warnings
+  };
+
+  explicit RveTimeStep(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
+
+  /// Ends with an error if the time step `used` is above the bound of `whose` [time], and warns
+  /// once if it is near it.
+  void check(double used, double bound, const std::string &whose);
+  /// Compares the time step with the present bounds of RVEs. Lowers an automatic step; warns of a
+  /// given step near the bound and ends with an error above it; collective.
+  void recheck(Check check);
+  /// Chooses an automatic step for the present RVEs and packings, or checks a given one;
+  /// collective.
+  void choose();
+
+  bool is_old = false;        // the step was chosen or checked for other materials or settings
+  bool has_warned = false;    // a warning of a step near the bound was printed
+
+ private:
+  struct LeastBound {
+    double dt;      ///< stable time step [time]; infinite if none is below the requested value
+    tagint atom;    ///< ID of the atom of that RVE, the lowest one of several
+  };
+  /// Returns the least stable time step of RVEs, if it is below `enough` [time]; collective.
+  LeastBound least(const std::vector<int> &atoms, double enough);
+  /// Returns the local atoms whose RVEs a check covers.
+  std::vector<int> atoms_to_check(Check check);
+
+  AttachedRves<D> &rves;
+};
+
+/// Chooses RVEs that get shadows, and reports the deviations. A shadow is a copy in double
+/// precision with finer steps, which measures the error of its RVE.
+template <int D> class RveShadows : protected Pointers {
+ public:
+  explicit RveShadows(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
+
+  /// Adds shadows up to the number of the settings. The choice depends on atom IDs only;
+  /// collective.
+  void choose();
+  /// Deviations of the stress from shadows.
+  struct Report {
+    double mean, largest;    ///< [-]
+    tagint atom;             ///< ID of the atom with the largest deviation; 0 without shadows
+  };
+  /// Returns the report over all ranks; collective.
+  Report report() const;
+  /// Logs the wall time of shadows and the deviations; collective.
+  void log_report() const;
+
+ private:
+  /// Keeps `number` shadows, those that choose() would choose first, and removes the others;
+  /// collective.
+  void remove(int number);
+
+  AttachedRves<D> &rves;
+};
+
+/// Warns about RVEs beyond a limit of the method, once for each kind of limit. A warning names the
+/// worst RVE.
+template <int D> class RveAdvice : protected Pointers {
+ public:
+  explicit RveAdvice(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
+
+  /// Checks all RVEs and prints the warnings that are due; collective.
+  void advise(bool at_start);
+  /// Logs the share of RVEs of this run that strained too fast, if it was too small for a warning.
+  void report_fast_strain();
+
+ private:
+  std::vector<rve::Advice> advice_on(int atom, bool at_start);
+  /// Records a check in which a share of the RVEs strained too fast. Returns true if a warning is
+  /// due, which is once in a run.
+  bool note_fast_strain(double share, double worst, tagint id);
+
+  AttachedRves<D> &rves;
+  bool advised[rve::NUM_ADVICE_KINDS] = {};
+  /// Maxima of this run over the checks in which RVEs had inertial numbers above the limit of
+  /// quasi-static deformation.
+  struct FastStrain {
+    double share = 0.0;    // share of the RVEs above the limit [-]
+    double worst = 0.0;    // inertial number over the limit [-]
+    tagint id = 0;         // ID of the atom with the largest inertial number
+    bigint step = 0;       // step of the largest inertial number
+    bool has_warned = false;
+  } fast_strain;
+};
+
+/// Advances RVEs by the prescribed motions of the script: velocity gradients, servos, loading
+/// paths.
+template <int D> class RveDrives : protected Pointers {
+ public:
+  explicit RveDrives(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
+
+  /// Advances all RVEs over this LAMMPS step.
+  void advance_by_script();
+  /// Position of an RVE on its path.
+  struct PathReport {
+    double stage = 0.0;     ///< from 1; 0 if the RVE has no path
+    double time = 0.0;      ///< in the stage [time]
+    double cycles = 0.0;    ///< in the stage
+    double ended = 0.0;     ///< 1 if the path has ended
+  };
+  PathReport path_report(int atom) const;
+  /// Returns true if all RVEs that are not frozen are at the ends of their paths; collective.
+  bool all_paths_ended() const;
+  /// Lets RVEs continue on other paths than before.
+  void resume_paths(const macro::LoadPathsOf<D> &paths);
+
+ private:
+  std::vector<rve::DriveOf<D>> drives(const std::vector<int> &atoms);
+  void advance_on_paths(const macro::LoadPathsOf<D> &paths);
+  void begin_paths(const macro::LoadPathsOf<D> &paths);
+  macro::PathStep path_step(int atom, const macro::RveClock &clock) const;
+
+  AttachedRves<D> &rves;
+  bool warned_tension = false;
+};
+
+/// Checks the memory for RVEs, on the host or on the devices that ranks share.
+template <int D> class RveMemory : protected Pointers {
+ public:
+  explicit RveMemory(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
+
+  /// Ends with error->all if further RVEs do not fit into the free memory; collective. `grains` has
+  /// the number of grains of each RVE.
+  void check(const std::vector<int> &grains);
+
+ private:
+  AttachedRves<D> &rves;
+  bool warned_sharing = false;
+};
+
+/// Changes existing RVEs if a run continues from a restart file with other settings, and by
+/// fix_modify. The functions are collective unless noted.
+template <int D> class RveChanges : protected Pointers {
+ public:
+  RveChanges(AttachedRves<D> &_rves, RveTimeStep<D> &_time_step, RveDrives<D> &_drives,
+             RveMemory<D> &_rve_memory) :
+      Pointers(_rves.lammps()),
+      rves(_rves), time_step(_time_step), drives(_drives), rve_memory(_rve_memory)
+  {
+  }
+
+  /// Writes the head; on rank 0 only.
+  void write_restart_head(FILE *fp) const;
+  void read_restart_head(const char *buf);
+  /// Applies changed settings to the RVEs of a restart file, when all of them have been read.
+  void adopt_restart();
+  /// Returns true from read_restart_head() to adopt_restart().
+  bool continues() const { return is_continued; }
+  /// Applies the arguments of fix_modify. If this ends with an error that the caller catches,
+  /// nothing has changed.
+  void modify(int narg, char **arg);
+  /// Warns that the RVEs are lost; not collective.
+  void warn_of_loss() const;
+
+ private:
+  /// Changes the settings, materials and paths. Changes made before an error are not undone.
+  void apply(FixRveSettings wanted);
+  /// Changes the materials of existing RVEs. Returns a text for each parameter that changed.
+  std::vector<std::string> change_materials(const MaterialWords &words, double mass_scaling_before);
+
+  AttachedRves<D> &rves;
+  RveTimeStep<D> &time_step;
+  RveDrives<D> &drives;
+  RveMemory<D> &rve_memory;
+  // data of a restart file, until adopt_restart()
+  bool is_continued = false;
+  double mass_scaling_of_rves = 1.0;
+  std::vector<std::string> changes;    // texts as "friction 0.5 -> 0.3"
+  bool path_has_changed = false;       // the path is not that of the restart file
+};
+
+}    // namespace LAMMPS_NS
