@@ -3,7 +3,7 @@
 # What the manual says of the Python package, as a user does it: a clean virtual environment, pip install of the repository, and then the command that tries the
 # package, the cells of a notebook, and types, with nothing of this build. The engine for CPUs alone: that of a GPU takes minutes.
 #
-#   pip.sh <repository> <C++ compiler> <C compiler>
+#   pip.sh <repository> <C++ compiler> <C compiler> <GPU_RVE_BASELINE_KERNELS>
 #
 # 77, skipped, where a virtual environment or the package index cannot be had, unless GPU_RVE_REQUIRE_PICTURES=1; the kernels are compiled again unless a compiler
 # cache (CMAKE_CXX_COMPILER_LAUNCHER=ccache) has them.
@@ -29,7 +29,7 @@ python=$work/venv/bin/python
 
 # with these flags and this folder the compiler is called as for the tests, so that the compiler cache has the kernels
 "$python" -m pip install -q --no-build-isolation --config-settings=cmake.define.GPU_RVE_CUDA=OFF --config-settings=cmake.define.GPU_RVE_WERROR=ON \
-  --config-settings=build-dir="$root/build/pip" "$root" > "$work/log" 2>&1 || {
+  --config-settings=cmake.define.GPU_RVE_BASELINE_KERNELS="$4" --config-settings=build-dir="$root/build/pip" "$root" > "$work/log" 2>&1 || {
   cat "$work/log"
   echo "FAILED: pip install"
   exit 1
