@@ -10,7 +10,6 @@
 
 namespace mpm {
 
-using rve::number;
 using rve::require;
 
 namespace {
@@ -114,17 +113,13 @@ template <int D>
 ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string &name)
 {
   const int count = static_cast<int>(vertices.size());
-  require(count > D && count <= MOST_VERTICES, [&] {
-    return name + " must have " + std::to_string(D + 1) + " to " + std::to_string(MOST_VERTICES) +
-        " vertices, got " + std::to_string(count);
-  });
+  require(count > D && count <= MOST_VERTICES, name, " must have ", D + 1, " to ", MOST_VERTICES,
+          " vertices, got ", count);
   Vec<D> lo = vertices[0], hi = vertices[0];
   for (int k = 0; k < count; ++k)
     for (int a = 0; a < D; ++a) {
-      require(std::isfinite(vertices[k][a]), [&] {
-        return "vertex " + std::to_string(k + 1) + " of " + name +
-            " must have finite coordinates, got " + number(vertices[k][a]) + " [length]";
-      });
+      require(std::isfinite(vertices[k][a]), "vertex ", k + 1, " of ", name,
+              " must have finite coordinates, got ", vertices[k][a], " [length]");
       lo[a] = std::min(lo[a], vertices[k][a]);
       hi[a] = std::max(hi[a], vertices[k][a]);
     }
@@ -153,14 +148,11 @@ ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string
       hull.sides.push_back(side);
     }
   }
-  require(static_cast<int>(hull.sides.size()) > D && hull.least_width() > 4.0 * flat, [&] {
-    return name + " has vertices in one " + (D == 2 ? "line" : "plane") + ", within " +
-        number(4.0 * flat) + " [length]: they must enclose " + (D == 2 ? "an area" : "a volume");
-  });
-  require(hull.sides.size() <= MOST_HALF_SPACES, [&] {
-    return name + " must have at most " + std::to_string(MOST_HALF_SPACES) + " faces, got " +
-        std::to_string(hull.sides.size());
-  });
+  require(static_cast<int>(hull.sides.size()) > D && hull.least_width() > 4.0 * flat, name,
+          " has vertices in one ", D == 2 ? "line" : "plane", ", within ", 4.0 * flat,
+          " [length]: they must enclose ", D == 2 ? "an area" : "a volume");
+  require(hull.sides.size() <= MOST_HALF_SPACES, name, " must have at most ", MOST_HALF_SPACES,
+          " faces, got ", hull.sides.size());
   return hull;
 }
 

@@ -18,27 +18,6 @@ inline double sine_of(double degrees)
   return std::sin(degrees * rve::kPi / 180.0);
 }
 
-/// rve::InputError unless young_modulus > 0, cohesion >= 0 [stress]; 0 <= poisson_ratio < 0.5;
-/// 0 <= dilation <= friction < 90 [degrees]; cohesion and friction not both 0.
-inline void require_strength(double young_modulus, double poisson_ratio, double cohesion,
-                             double friction_degrees, double dilation_degrees)
-{
-  using rve::number;
-  using rve::require;
-  require(young_modulus > 0.0,
-          "Young's modulus must be positive, got " + number(young_modulus) + " [stress]");
-  require(poisson_ratio >= 0.0 && poisson_ratio < 0.5,
-          "Poisson's ratio must be in [0, 0.5), got " + number(poisson_ratio));
-  require(cohesion >= 0.0, "cohesion must be at least 0, got " + number(cohesion) + " [stress]");
-  require(friction_degrees >= 0.0 && friction_degrees < 90.0,
-          "friction angle must be in [0, 90), got " + number(friction_degrees) + " [degrees]");
-  require(dilation_degrees >= 0.0 && dilation_degrees <= friction_degrees,
-          "dilation angle must be in [0, friction angle], got " + number(dilation_degrees) +
-              " with friction angle " + number(friction_degrees) + " [degrees]");
-  require(cohesion > 0.0 || friction_degrees > 0.0,
-          "cohesion and friction angle must not both be 0: the material would have no strength");
-}
-
 /// Divides the cohesion c and tan(phi) of the arguments E, nu, c, phi, psi by a factor above 0. The dilation angle psi stays, unless it
 /// would be above the new phi: then it is phi.
 inline void reduce_cohesion_and_friction(double *arguments, double factor)
@@ -80,13 +59,27 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
   }
 
  protected:
-  /// As require_strength.
+  /// Requires young_modulus > 0 and cohesion >= 0 [stress], 0 <= poisson_ratio < 0.5,
+  /// 0 <= dilation <= friction < 90 [degrees], and cohesion and friction not both 0; throws
+  /// rve::InputError otherwise. `name` appears in messages.
   FrictionalLaw(const std::string &name, double young_modulus, double poisson_ratio,
                 double cohesion, double friction_degrees, double dilation_degrees) :
       ElasticLaw<D>(young_modulus, poisson_ratio),
       name_(name)
   {
-    require_strength(young_modulus, poisson_ratio, cohesion, friction_degrees, dilation_degrees);
+    using rve::require;
+    require(young_modulus > 0.0, "Young's modulus must be positive, got ", young_modulus,
+            " [stress]");
+    require(poisson_ratio >= 0.0 && poisson_ratio < 0.5,
+            "Poisson's ratio must be in [0, 0.5), got ", poisson_ratio);
+    require(cohesion >= 0.0, "cohesion must be at least 0, got ", cohesion, " [stress]");
+    require(friction_degrees >= 0.0 && friction_degrees < 90.0,
+            "friction angle must be in [0, 90), got ", friction_degrees, " [degrees]");
+    require(dilation_degrees >= 0.0 && dilation_degrees <= friction_degrees,
+            "dilation angle must be in [0, friction angle], got ", dilation_degrees,
+            " with friction angle ", friction_degrees, " [degrees]");
+    require(cohesion > 0.0 || friction_degrees > 0.0,
+            "cohesion and friction angle must not both be 0: the material would have no strength");
   }
 
   /// Stress after an elastic increment. The stress out of the plane advances in the memory.

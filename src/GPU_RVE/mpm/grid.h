@@ -18,7 +18,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 namespace mpm {
 
@@ -108,21 +107,18 @@ template <int D> class Grid {
   Grid(const Vec<D> &lo, const Vec<D> &hi, double cell_size) :
       lo_(lo), hi_(hi), cell_size_(cell_size)
   {
-    using rve::number;
-    rve::require(cell_size > 0.0,
-                 "grid cell size must be positive, got " + number(cell_size) + " [length]");
+    using rve::require;
+    require(cell_size > 0.0, "grid cell size must be positive, got ", cell_size, " [length]");
     for (int a = 0; a < D; ++a) {
-      const std::string axis(1, "xyz"[a]);
-      rve::require(hi[a] > lo[a],
-                   "grid extent in " + axis + " must be positive, got lo " + number(lo[a]) +
-                       ", hi " + number(hi[a]) + " [length]");
+      const char axis = "xyz"[a];
+      require(hi[a] > lo[a], "grid extent in ", axis, " must be positive, got lo ", lo[a], ", hi ",
+              hi[a], " [length]");
       const double cells = (hi[a] - lo[a]) / cell_size;
-      rve::require(cells < 1e6,
-                   "grid must have fewer than 1000000 cells in " + axis + ", got " + number(cells));
+      require(cells < 1e6, "grid must have fewer than 1000000 cells in ", axis, ", got ", cells);
       cells_[a] = static_cast<int>(std::lround(cells));
-      rve::require(cells_[a] > 0 && std::abs(cells - cells_[a]) < 1e-6,
-                   "grid extent in " + axis + " must be a whole number of cells, got " +
-                       number(hi[a] - lo[a]) + " / " + number(cell_size) + " = " + number(cells));
+      require(cells_[a] > 0 && std::abs(cells - cells_[a]) < 1e-6, "grid extent in ", axis,
+              " must be a whole number of cells, got ", hi[a] - lo[a], " / ", cell_size, " = ",
+              cells);
     }
     if (all().count() < MOST_NODES) *this = part(all());
   }

@@ -21,7 +21,7 @@
 
 namespace mpm {
 
-using rve::number;
+using rve::concat;
 using rve::require;
 
 namespace {
@@ -29,8 +29,8 @@ namespace {
   /// D components, with something between them.
   template <int D> std::string in_words(const double *component, const char *between)
   {
-    std::string text = number(component[0]);
-    for (int a = 1; a < D; ++a) text += between + number(component[a]);
+    std::string text = rve::number(component[0]);
+    for (int a = 1; a < D; ++a) text += concat(between, component[a]);
     return text;
   }
 
@@ -38,27 +38,25 @@ namespace {
   {
     std::string text;
     for (int a = 0; a < D; ++a)
-      text += std::string(a == 0 ? "" : ", ") + "xyz"[a] + " from " + number(grid.lo(a)) + " to " +
-          number(grid.hi(a));
+      text += concat(a == 0 ? "" : ", ", "xyz"[a], " from ", grid.lo(a), " to ", grid.hi(a));
     return text;
   }
 
   template <int D> const SolverOptions<D> &checked(const SolverOptions<D> &options)
   {
-    require(options.thickness > 0.0,
-            "thickness must be positive, got " + number(options.thickness) + " [length]");
-    require(options.flip >= 0.0 && options.flip <= 1.0,
-            "flip fraction must be in [0, 1], got " + number(options.flip));
+    require(options.thickness > 0.0, "thickness must be positive, got ", options.thickness,
+            " [length]");
+    require(options.flip >= 0.0 && options.flip <= 1.0, "flip fraction must be in [0, 1], got ",
+            options.flip);
     require(options.damping >= 0.0 && options.damping < 1.0,
-            "local damping must be in [0, 1), got " + number(options.damping));
+            "local damping must be in [0, 1), got ", options.damping);
     for (int side = 0; side < FACES<D>; ++side) {
       const Dashpots &dashpots = options.dashpots[side];
       const SideKind kind = options.sides[side];
       for (const double speed : {dashpots.normal, dashpots.tangential})
-        require(speed >= 0.0 && std::isfinite(speed), [&] {
-          return "speed of waves that a side absorbs must be at least 0, got " + number(speed) +
-              " [length/time]";
-        });
+        require(speed >= 0.0 && std::isfinite(speed),
+                "speed of waves that a side absorbs must be at least 0, got ", speed,
+                " [length/time]");
       require(kind == SideKind::Free || dashpots.normal == 0.0,
               "a side that holds the velocity across it cannot absorb waves that come across");
       require(kind != SideKind::Fixed || dashpots.tangential == 0.0,
@@ -72,8 +70,8 @@ namespace {
   [[noreturn]] void fail(const PointView<D> &points, int p, const std::string &what)
   {
     throw PointError(points.id[p],
-                     "material point " + std::to_string(points.id[p]) + " at (" +
-                         in_words<D>(points.position[p], ", ") + ") " + what);
+                     concat("material point ", points.id[p], " at (",
+                            in_words<D>(points.position[p], ", "), ") ", what));
   }
 
   template <int D>
@@ -87,8 +85,8 @@ namespace {
 #if defined(GPU_RVE_WITH_CUDA)
       if (auto runner = make_cuda_machine(options, communication, grid, obstacle)) return runner;
 #endif
-      require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
-      require(!required, rve::cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
+      require(options.device != Device::Cuda, "a CUDA device was asked for, but ", obstacle);
+      require(!required, rve::cuda_requirement, " forbids falling back to the CPU: ", obstacle);
       if (notice) *notice = obstacle + "; CPU threads serve";
     }
     return std::make_unique<StepProgram<D, HostMachine>>(options, communication, grid);
@@ -125,8 +123,9 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
       case Trouble::Position:
         return "has a position that is not finite";
       case Trouble::Outside:
-        return "is outside of the grid, " + extents(grid) +
-            " [length]; use a larger domain, a boundary that holds it, or a shorter time step";
+        return concat(
+            "is outside of the grid, ", extents(grid),
+            " [length]; use a larger domain, a boundary that holds it, or a shorter time step");
       case Trouble::Velocity:
         return "has a velocity that is not finite";
       case Trouble::Stress:
@@ -135,29 +134,28 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
         if (!(points.initial_volume[p] > 0.0))
           return "has no volume yet: it was created after the run has been set up; create points "
                  "before a run, and do not leave out the setup of that run";
-        return "must have half sizes in (0, " + number(0.5 * grid.cell_size()) +
-            "] (half a cell), got " + in_words<D>(points.half_size[p].component, " ") + " [length]";
+        return concat("must have half sizes in (0, ", 0.5 * grid.cell_size(),
+                      "] (half a cell), got ", in_words<D>(points.half_size[p].component, " "),
+                      " [length]");
       case Trouble::UnknownBody:
-        return "belongs to rigid body " + std::to_string(points.rigid_body[p]) +
-            ", but there are only " + std::to_string(num_bodies);
+        return concat("belongs to rigid body ", points.rigid_body[p], ", but there are only ",
+                      num_bodies);
       case Trouble::UnknownModel:
-        return "has constitutive model " + std::to_string(points.model[p]) + ", but there are " +
-            std::to_string(num_models);
+        return concat("has constitutive model ", points.model[p], ", but there are ", num_models);
       case Trouble::Mass:
-        return "must have a positive mass, got " + number(points.mass[p]) + " [mass]";
+        return concat("must have a positive mass, got ", points.mass[p], " [mass]");
       case Trouble::Volume:
-        return "must have a positive volume, got " + number(points.volume[p]) + " [length^3]";
+        return concat("must have a positive volume, got ", points.volume[p], " [length^3]");
       case Trouble::BodyForce:
         return "has a body force that is not finite";
       case Trouble::RigidTraction:
         return "is rigid and cannot carry a traction; the group of the traction must have no "
-               "points "
-               "of a rigid body";
+               "points of a rigid body";
       case Trouble::Traction:
         return "has a traction that is not finite";
       default:
-        return "is inverted, det(F) = " + number(determinant(points.deformation_gradient[p])) +
-            "; the time step is too large or the material lost its stiffness";
+        return concat("is inverted, det(F) = ", determinant(points.deformation_gradient[p]),
+                      "; the time step is too large or the material lost its stiffness");
     }
   };
   fail(points, p, of_point());
@@ -165,10 +163,8 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
 
 void check_bound(double bound, std::int64_t terms, const char *what)
 {
-  require(bound * static_cast<double>(terms) < 1e300, [&] {
-    return std::string(what) + " of a point is too large for the sums on the grid, got " +
-        number(bound);
-  });
+  require(bound * static_cast<double>(terms) < 1e300, what,
+          " of a point is too large for the sums on the grid, got ", bound);
 }
 
 template <int D>
@@ -188,18 +184,16 @@ MpmSolver<D>::MpmSolver(const SolverOptions<D> &options, Communication communica
 template <int D> void MpmSolver<D>::set_body_velocity(int body, const Vec<D> &velocity)
 {
   require(are_finite<D>(velocity.component), [&] {
-    return "velocity of " + options_.name_of_body(body) + " must be finite, got " +
-        in_words<D>(velocity.component, " ") + " [length/time]";
+    return concat("velocity of ", options_.name_of_body(body), " must be finite, got ",
+                  in_words<D>(velocity.component, " "), " [length/time]");
   });
   body_velocity_.at(body) = velocity;
 }
 
 template <int D> void MpmSolver<D>::set_body_friction(int body, double friction)
 {
-  require(friction > 0.0 && std::isfinite(friction), [&] {
-    return "friction of " + options_.name_of_body(body) + " must be above 0 and finite, got " +
-        number(friction);
-  });
+  require(friction > 0.0 && std::isfinite(friction), "friction of ", options_.name_of_body(body),
+          " must be above 0 and finite, got ", friction);
   runner_->set_body_friction(body, friction);
 }
 
@@ -223,20 +217,16 @@ template <int D>
 StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
                                  const std::vector<TractionLoad<D>> &loads, double dt)
 {
-  require(dt > 0.0 && std::isfinite(dt),
-          [&] { return "MPM time step must be positive, got " + number(dt) + " [time]"; });
-  require(points.memory_width >= stresses_.memory_width(), [&] {
-    return "rows of the memory of points have " + std::to_string(points.memory_width) +
-        " numbers, but a law has " + std::to_string(stresses_.memory_width()) + " state variables";
-  });
+  require(dt > 0.0 && std::isfinite(dt), "MPM time step must be positive, got ", dt, " [time]");
+  require(points.memory_width >= stresses_.memory_width(), "rows of the memory of points have ",
+          points.memory_width, " numbers, but a law has ", stresses_.memory_width(),
+          " state variables");
   loads_.clear();
   for (std::size_t k = 0; k < loads.size(); ++k)
     for (std::size_t n = 0; n < loads[k].point_index.size(); ++n) {
       const int p = loads[k].point_index[n];
-      require(p >= 0 && p < points.count, [&] {
-        return "traction on point index " + std::to_string(p) + ", allowed are 0 to " +
-            std::to_string(points.count - 1);
-      });
+      require(p >= 0 && p < points.count, "traction on point index ", p, ", allowed are 0 to ",
+              points.count - 1);
       loads_.push_back({p, static_cast<int>(k), loads[k].face, loads[k].follows,
                         loads[k].of_point.empty() ? loads[k].traction : loads[k].of_point.at(n)});
     }
@@ -319,8 +309,8 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
   }
   if (first < points.count)
     fail(points, first,
-         "has no wave speed, p-wave modulus " +
-             number(stresses_.law(points.model[first]).p_wave_modulus(first)) + " [stress]");
+         concat("has no wave speed, p-wave modulus ",
+                stresses_.law(points.model[first]).p_wave_modulus(first), " [stress]"));
   communication_.max_over_ranks(&fastest, 1);
   for (const Dashpots &dashpots : options_.dashpots)
     fastest = std::max({fastest, dashpots.normal, dashpots.tangential});

@@ -10,7 +10,6 @@
 
 namespace mpm {
 
-using rve::number;
 using rve::require;
 
 namespace {
@@ -87,13 +86,12 @@ template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : 
 {
   for (int b = 0; b < static_cast<int>(options.rigid_bodies.size()); ++b) {
     const RigidBodyOptions &body = options.rigid_bodies[b];
-    const auto refuse_unless = [&](bool is_right, const std::string &what) {
-      require(is_right, options.name_of_body(b) + " " + what);
+    const auto refuse_unless = [&](bool is_right, const auto &...what) {
+      require(is_right, options.name_of_body(b), " ", what...);
     };
     index_.push_back(body.form == BodyForm::Face ? -1 : static_cast<int>(bodies_.size()));
     refuse_unless(body.friction >= 0.0 && std::isfinite(body.friction),
-                  "must have a coefficient of friction of at least 0, got " +
-                      number(body.friction));
+                  "must have a coefficient of friction of at least 0, got ", body.friction);
     refuse_unless(!(body.rough && body.friction > 0.0),
                   "is rough and has a coefficient of friction: one of the two");
     refuse_unless(D == 3 || body.form != BodyForm::Cylinder, "is a cylinder, which needs space");
@@ -119,21 +117,18 @@ template <int D> ConvexHull<D> RigidBodies<D>::hull_of(int body) const
   for (Vec<D> &vertex : vertices) vertex = to_body * vertex;
   const ConvexHull<D> hull = convex_hull(vertices, options_.name_of_body(body));
   const double cell = options_.cell_size, width = hull.least_width();
-  require(width >= (1.0 - 1e-6) * cell, [&] {
-    return options_.name_of_body(body) +
-        " must be as wide as a cell at least, from each face to the vertex opposite, " +
-        number(cell) + ", got " + number(width) + " [length]";
-  });
+  require(width >= (1.0 - 1e-6) * cell, options_.name_of_body(body),
+          " must be as wide as a cell at least, from each face to the vertex opposite, ", cell,
+          ", got ", width, " [length]");
   return hull;
 }
 
 template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
 {
   for (int k = 0; k < S; ++k)
-    require(std::isfinite(rates[k]), [&] {
-      return std::string(k < D ? "velocity" : "spin") + " of " + options_.name_of_body(body) +
-          " must be finite, got " + number(rates[k]) + (k < D ? " [length/time]" : " [1/time]");
-    });
+    require(std::isfinite(rates[k]), k < D ? "velocity" : "spin", " of ",
+            options_.name_of_body(body), " must be finite, got ", rates[k],
+            k < D ? " [length/time]" : " [1/time]");
   std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
 }
 
@@ -169,7 +164,7 @@ void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communica
   communication.max_over_ranks(extent, 2 * D);
   Vec<D> middle;
   for (int a = 0; a < D; ++a) {
-    require(std::isfinite(extent[a]), [&] { return options_.name_of_body(b) + " has no points"; });
+    require(std::isfinite(extent[a]), options_.name_of_body(b), " has no points");
     middle[a] = 0.5 * (extent[D + a] - extent[a]);
     body.half[a] = 0.5 * (extent[D + a] + extent[a]);
   }
@@ -179,10 +174,9 @@ void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communica
   }
   const double cell = options_.cell_size;
   for (int a = 0; a < D; ++a)
-    require(2.0 * body.half[a] >= (1.0 - 1e-6) * cell, [&] {
-      return options_.name_of_body(b) + " must be as wide as a cell at least, " + number(cell) +
-          ", got " + number(2.0 * body.half[a]) + " [length]";
-    });
+    require(2.0 * body.half[a] >= (1.0 - 1e-6) * cell, options_.name_of_body(b),
+            " must be as wide as a cell at least, ", cell, ", got ", 2.0 * body.half[a],
+            " [length]");
   body.centre = body.orientation * middle;
 }
 
@@ -208,17 +202,17 @@ void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
   for (const auto &side : hulls_[k].sides) {
     const double outside =
         dot(side.plane.normal, to_body * (mass_centre - middle)) - side.plane.distance;
-    require(outside <= allowed, [&] {
-      std::string place;
-      for (int a = 0; a < D; ++a) place += (a == 0 ? "" : " ") + number(mass_centre[a]);
-      return options_.name_of_body(b) + " has points whose center of mass, " + place + ", is " +
-          number(outside) + " outside of its vertices; allowed is half a cell, " + number(allowed) +
-          " [length]";
-    });
+    const auto where = [&] {
+      std::string text;
+      for (int a = 0; a < D; ++a) text += rve::concat(a == 0 ? "" : " ", mass_centre[a]);
+      return text;
+    };
+    require(outside <= allowed, options_.name_of_body(b), " has points whose center of mass, ",
+            where, ", is ", outside, " outside of its vertices; allowed is half a cell, ", allowed,
+            " [length]");
   }
-  require(options.free == 0 || moments[0] > 0.0, [&] {
-    return options_.name_of_body(b) + " is driven by forces: its points must have mass";
-  });
+  require(options.free == 0 || moments[0] > 0.0, options_.name_of_body(b),
+          " is driven by forces: its points must have mass");
   body.origin = mass_centre;
   if (options.has_pivot) std::copy_n(options.pivot, D, body.origin.component);
   body.centre = to_body * (middle - body.origin);
@@ -346,12 +340,10 @@ template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shap
         beyond_side(options_, shape.centre, shape.orientation * plane.normal, plane.distance);
     if (more != 0.0) hull.extend(side, more);
   }
-  require(hull.sides.size() <= MOST_HALF_SPACES, [&] {
-    return options_.name_of_body(bodies_[k]) + " must have at most " +
-        std::to_string(MOST_HALF_SPACES) +
-        " faces with those in which it goes on beyond sides of the grid, got " +
-        std::to_string(hull.sides.size());
-  });
+  require(hull.sides.size() <= MOST_HALF_SPACES, options_.name_of_body(bodies_[k]),
+          " must have at most ", MOST_HALF_SPACES,
+          " faces with those in which it goes on beyond sides of the grid, got ",
+          hull.sides.size());
   shape.half = hull.half;
   shape.num_half_spaces = static_cast<int>(hull.sides.size());
   for (int n = 0; n < shape.num_half_spaces; ++n) shape.half_space[n] = hull.sides[n].plane;

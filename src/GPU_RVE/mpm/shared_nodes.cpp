@@ -129,24 +129,23 @@ template <int D> NodeBox<D> SharedNodes<D>::to_hold(int rank) const
 /// Of all ranks, so that all of them end together.
 template <int D> void SharedNodes<D>::require_room() const
 {
-  using rve::number;
   for (int rank = 0; rank < communication_.ranks; ++rank) {
     const NodeBox<D> box = to_hold(rank);
     rve::require(box.count() < Grid<D>::MOST_NODES, [&] {
       std::string extents, nodes;
       for (int a = 0; a < D; ++a) {
         const double cell = grid_.cell_size();
-        extents += std::string(a == 0 ? "" : ", ") + "xyz"[a] + " from " +
-            number(grid_.lo(a) + box.first[a] * cell) + " to " +
-            number(grid_.lo(a) + (box.end[a] - 1) * cell);
-        nodes += (a == 0 ? "" : " x ") + std::to_string(box.end[a] - box.first[a]);
+        extents +=
+            rve::concat(a == 0 ? "" : ", ", "xyz"[a], " from ", grid_.lo(a) + box.first[a] * cell,
+                        " to ", grid_.lo(a) + (box.end[a] - 1) * cell);
+        nodes += rve::concat(a == 0 ? "" : " x ", box.end[a] - box.first[a]);
       }
-      return "rank " + std::to_string(rank) + " of " + std::to_string(communication_.ranks) +
-          " has points that need " + nodes + " nodes of the grid, " + extents +
-          " [length]; a rank can hold fewer than " + number(Grid<D>::MOST_NODES) +
+      return rve::concat(
+          "rank ", rank, " of ", communication_.ranks, " has points that need ", nodes,
+          " nodes of the grid, ", extents, " [length]; a rank can hold fewer than ",
+          Grid<D>::MOST_NODES,
           ": use more ranks, divide the domain among them so that each has points in a smaller "
-          "box, "
-          "or use larger cells";
+          "box, or use larger cells");
     });
   }
 }

@@ -478,10 +478,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     fail_on_trouble();
     check_sums();
     const StepView<D> &view = machine_.view();
-    rve::require(!(machine_.maxima()[ContactBound] > 1.0), [&] {
-      return "the impulse of a contact with a rigid body is too large for the sums on the grid, " +
-          rve::number(machine_.maxima()[ContactBound]) + " times their room";
-    });
+    rve::require(
+        !(machine_.maxima()[ContactBound] > 1.0),
+        "the impulse of a contact with a rigid body is too large for the sums on the grid, ",
+        machine_.maxima()[ContactBound], " times their room");
     for (int b = 0; b < view.num_bodies; ++b)
       rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]),
                    [&] { return options_.name_of_body(b) + " has no points"; });
