@@ -126,9 +126,8 @@ namespace {
       ranks_meet_there_ = mail_.is_open() && view_.num_maxima() <= MailPlaces::MOST_MAXIMA &&
           shared.most_given() * SUMS_OF_NODE<D> <= MailPlaces::letter(mail_.places().ranks);
       if (view_.num_rigid > 0 && view_.shares_grid) {
-        const std::vector<NodeBox<D>> lower = shared.lower_touched();
-        view_.num_lower = static_cast<int>(lower.size());
-        view_.lower_touched = send(lower_touched_, lower.data(), lower.size());
+        view_.num_lower = shared.num_lower();
+        view_.lower_touched = send(lower_touched_, shared.lower_touched(), shared.num_lower());
       }
       if (shared.edition() == shared_edition_) return;
       shared_edition_ = shared.edition();
@@ -265,7 +264,9 @@ namespace {
     const Tensor<D> *increments()
     {
       const Watch watch(transfer_seconds_);
-      return receive(increment_, count_);
+      hand_over();
+      use_device();
+      return increment_.receive(count_);
     }
     DeviceArrays<D> device_arrays()
     {
@@ -396,13 +397,6 @@ namespace {
     template <class T> static bool is_same(const T *one, const T *other, int begin, int end)
     {
       return std::memcmp(one + begin, other + begin, (end - begin) * sizeof(T)) == 0;
-    }
-
-    template <class T> const T *receive(DeviceBuffer<T> &buffer, std::size_t count)
-    {
-      hand_over();
-      use_device();
-      return buffer.receive(count);
     }
 
     template <class T> T *send(DeviceBuffer<T> &buffer, const T *from, std::size_t count) const

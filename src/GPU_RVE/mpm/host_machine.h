@@ -113,9 +113,8 @@ template <int D> class HostMachine {
     part_edition_ = shared.part_edition();
     view_.point_total = shared.point_total();
     view_.touched = shared.touched();
-    lower_touched_ = shared.lower_touched();
-    view_.lower_touched = lower_touched_.data();
-    view_.num_lower = static_cast<int>(lower_touched_.size());
+    view_.lower_touched = shared.lower_touched();
+    view_.num_lower = shared.num_lower();
     shared_ = &shared;
   }
 
@@ -326,7 +325,6 @@ template <int D> class HostMachine {
   std::vector<Partial> partial_;
   const SharedNodes<D> *shared_ = nullptr;
   int part_edition_ = 0;
-  std::vector<NodeBox<D>> lower_touched_;
   std::vector<std::int64_t> exchange_;
 };
 

@@ -57,11 +57,9 @@ template <int D> class SharedNodes {
   std::int64_t point_total() const { return point_total_; }
   /// The nodes that may get anything from the points of this rank and the loads on them.
   const NodeBox<D> &touched() const { return touched_[communication_.rank]; }
-  /// The same of each rank before this one.
-  std::vector<NodeBox<D>> lower_touched() const
-  {
-    return {touched_.begin(), touched_.begin() + communication_.rank};
-  }
+  /// Touched boxes of the ranks before this one, num_lower() of them.
+  const NodeBox<D> *lower_touched() const { return touched_.data(); }
+  int num_lower() const { return communication_.rank; }
   /// The grid with storage for what this rank holds.
   const Grid<D> &part() const { return part_; }
   /// Number of the part: another one for another part.
