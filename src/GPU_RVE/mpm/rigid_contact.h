@@ -200,6 +200,7 @@ template <int D> struct RigidContactMotion {
   Vec<D> normal;    ///< within what the sides of the grid leave free, a unit vector
   /// Of the body to the material, now and before the forces [length/time].
   Vec<D> approach, approach_before;
+  bool is_held[D] = {};    ///< by a side of the grid, per component
 
   /// False if there is nothing to push.
   RVE_HD bool find(const StepView<D> &step, const RigidBodyStep<D> &body,
@@ -207,7 +208,6 @@ template <int D> struct RigidContactMotion {
                    const Vec<D> *now, const Vec<D> *before)
   {
     double compliance = 0.0;
-    bool held[D] = {};
     Vec<D> velocity = Vec<D>::zero(), velocity_before = Vec<D>::zero();
     for (int k = 0; k < contact.count; ++k) {
       const int n = contact.node[k];
@@ -216,17 +216,14 @@ template <int D> struct RigidContactMotion {
       compliance += contact.share[k] * contact.share[k] / m * contact.division(step, options, n);
       velocity = velocity + (contact.share[k] / m) * now[n];
       if (before) velocity_before = velocity_before + (contact.share[k] / m) * before[n];
-      for (int a = 0; a < D; ++a) held[a] = held[a] || step.held_by_side(n, a);
+      for (int a = 0; a < D; ++a) is_held[a] = is_held[a] || step.held_by_side(n, a);
     }
     mass = 1.0 / compliance;
-    approach = velocity_at(body.now, contact.arm) - velocity;
+    approach = freed(velocity_at(body.now, contact.arm) - velocity);
     approach_before = before && !body.is_new
-        ? velocity_at(body.before, contact.arm) - velocity_before
+        ? freed(velocity_at(body.before, contact.arm) - velocity_before)
         : Vec<D>::zero();
-    normal = contact.normal;
-    for (int a = 0; a < D; ++a)
-      if (held[a]) normal[a] = approach[a] = approach_before[a] = 0.0;
-    for (int a = 0; a < D; ++a) is_held[a] = held[a];
+    normal = freed(contact.normal);
     const double length = std::sqrt(dot(normal, normal));
     if (!(length > face_pair::SAME_PLACE)) return false;    // a plane of symmetry cuts the body
     normal = (1.0 / length) * normal;
@@ -240,8 +237,6 @@ template <int D> struct RigidContactMotion {
       if (is_held[a]) vector[a] = 0.0;
     return vector;
   }
-
-  bool is_held[D];
 
   RVE_HD double normal_felt(double flip) const
   {
