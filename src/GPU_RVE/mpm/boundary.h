@@ -15,7 +15,6 @@
 #include "mpm/shape_functions.h"
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 

@@ -16,7 +16,6 @@
 #include "rve/core/vec.h"
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 namespace mpm {

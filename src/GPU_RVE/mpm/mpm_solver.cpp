@@ -8,7 +8,6 @@
 #include "rve/core/error.h"
 #include "rve/core/first_error.h"
 #include "rve/core/threads.h"
-#include "rve/core/wall_time.h"
 
 #if defined(GPU_RVE_WITH_CUDA)
 #include "mpm/cuda_machine.h"
@@ -25,14 +24,6 @@ using rve::concat;
 using rve::require;
 
 namespace {
-
-  /// D components, with something between them.
-  template <int D> std::string in_words(const double *component, const char *between)
-  {
-    std::string text = rve::number(component[0]);
-    for (int a = 1; a < D; ++a) text += concat(between, component[a]);
-    return text;
-  }
 
   template <int D> std::string extents(const Grid<D> &grid)
   {

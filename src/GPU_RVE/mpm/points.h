@@ -5,6 +5,7 @@
 
 #include "mpm/constitutive.h"
 #include "mpm/point_fields.h"
+#include "rve/core/error.h"
 
 #include <cmath>
 #include <cstddef>
@@ -49,6 +50,14 @@ template <int D> RVE_HD bool are_finite(const double *component)
   for (int a = 0; a < D; ++a)
     if (!std::isfinite(component[a])) return false;
   return true;
+}
+
+/// Text of D components, separated by `between`.
+template <int D> std::string in_words(const double *component, const char *between)
+{
+  std::string text = rve::number(component[0]);
+  for (int a = 1; a < D; ++a) text += rve::concat(between, component[a]);
+  return text;
 }
 
 /// The points of this rank. Arrays have `count` entries; a step changes fields that are not const, the

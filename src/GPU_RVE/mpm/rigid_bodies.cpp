@@ -24,13 +24,7 @@ namespace {
     if (!(angle > 0.0)) return Tensor<D>::identity();
     double rates[FREEDOMS<D>] = {};
     for (int k = 0; k < SPINS; ++k) rates[D + k] = vector[k] / angle;
-    Tensor<D> spin;
-    for (int b = 0; b < D; ++b) {
-      Vec<D> axis = Vec<D>::zero();
-      axis[b] = 1.0;
-      const Vec<D> motion = velocity_at(rates, axis);
-      for (int a = 0; a < D; ++a) spin(a, b) = motion[a];
-    }
+    const Tensor<D> spin = spin_tensor<D>(rates);
     return Tensor<D>::identity() + std::sin(angle) * spin + (1.0 - std::cos(angle)) * (spin * spin);
   }
 
@@ -132,17 +126,6 @@ template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
   std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
 }
 
-template <int D>
-void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication &communication)
-{
-  State &body = states_[k];
-  body.orientation = rotation_by<D>(options_.rigid_bodies[bodies_[k]].turned);
-  fit_form(k, points, communication);
-  place_origin(k, points, communication);
-  find_inertia(k, points, communication);
-  body.is_made = true;
-}
-
 /// The form fits the boxes of the points along the axes of the body, or has its vertices. The centre is
 /// that of the form, from the origin of the coordinates.
 template <int D>
@@ -202,14 +185,9 @@ void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
   for (const auto &side : hulls_[k].sides) {
     const double outside =
         dot(side.plane.normal, to_body * (mass_centre - middle)) - side.plane.distance;
-    const auto where = [&] {
-      std::string text;
-      for (int a = 0; a < D; ++a) text += rve::concat(a == 0 ? "" : " ", mass_centre[a]);
-      return text;
-    };
     require(outside <= allowed, options_.name_of_body(b), " has points whose center of mass, ",
-            where, ", is ", outside, " outside of its vertices; allowed is half a cell, ", allowed,
-            " [length]");
+            in_words<D>(mass_centre.component, " "), ", is ", outside,
+            " outside of its vertices; allowed is half a cell, ", allowed, " [length]");
   }
   require(options.free == 0 || moments[0] > 0.0, options_.name_of_body(b),
           " is driven by forces: its points must have mass");
@@ -267,10 +245,16 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
                                                      const Communication &communication)
 {
   steps_.assign(bodies_.size(), {});
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+  for (int k = 0; k < static_cast<int>(bodies_.size()); ++k) {
     State &body = states_[k];
     const RigidBodyOptions &options = options_.rigid_bodies[bodies_[k]];
-    if (!body.is_made) make(static_cast<int>(k), points, communication);
+    if (!body.is_made) {
+      body.orientation = rotation_by<D>(options.turned);
+      fit_form(k, points, communication);
+      place_origin(k, points, communication);
+      find_inertia(k, points, communication);
+      body.is_made = true;
+    }
     RigidBodyStep<D> &step = steps_[k];
     step.body = bodies_[k];
     step.free = options.free;
@@ -282,7 +266,7 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
     step.origin = body.origin;
     const double cell = options_.cell_size;
     if (options.form == BodyForm::Convex)
-      set_half_spaces(static_cast<int>(k), step.shape);
+      set_half_spaces(k, step.shape);
     else
       widen_at_sides(step.shape);
     step.reach = std::sqrt(dot(body.centre, body.centre)) + 2.0 * step.shape.radius() + 2.0 * cell;

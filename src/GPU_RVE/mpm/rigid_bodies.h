@@ -68,7 +68,6 @@ template <int D> class RigidBodies {
 
   const State &state(int body) const { return states_.at(index_.at(body)); }
   template <class Body, class Visit> static void each_number(Body &body, const Visit &visit);
-  void make(int k, const PointView<D> &points, const Communication &communication);
   void fit_form(int k, const PointView<D> &points, const Communication &communication);
   void place_origin(int k, const PointView<D> &points, const Communication &communication);
   void find_inertia(int k, const PointView<D> &points, const Communication &communication);

@@ -42,6 +42,20 @@ template <int D> RVE_HD Vec<D> velocity_at(const double *rates, const Vec<D> &ar
   return velocity;
 }
 
+/// Tensor W of the spin of a body with these rates: W x = ω × x.
+template <int D> RVE_HD Tensor<D> spin_tensor(const double *rates)
+{
+  Tensor<D> spin;
+  for (int b = 0; b < D; ++b) {
+    Vec<D> axis = Vec<D>::zero();
+    axis[b] = 1.0;
+    Vec<D> motion = Vec<D>::zero();
+    for (int k = D; k < FREEDOMS<D>; ++k) motion = motion + rates[k] * unit_motion(k, axis);
+    for (int a = 0; a < D; ++a) spin(a, b) = motion[a];
+  }
+  return spin;
+}
+
 /// Rotation by the vector ω dt of a body with these rates, in the plane by the angle ω dt, to round-off.
 ///
 /// Rodrigues' formula, R = I + (sin θ / θ) W + ((1 - cos θ) / θ²) W², with the spin W of ω dt and θ = |ω dt|. Both factors are power
@@ -63,14 +77,7 @@ template <int D> RVE_HD Tensor<D> turn_of(const double *rates, double dt)
     of_cosine = 1.0 - of_cosine * (square / ((2 * k + 1) * (2 * k + 2)));
   }
   of_cosine *= 0.5;
-  Tensor<D> spin;
-  for (int b = 0; b < D; ++b) {
-    Vec<D> axis = Vec<D>::zero();
-    axis[b] = 1.0;
-    Vec<D> motion = Vec<D>::zero();
-    for (int k = D; k < FREEDOMS<D>; ++k) motion = motion + rates[k] * unit_motion(k, axis);
-    for (int a = 0; a < D; ++a) spin(a, b) = part * motion[a];
-  }
+  const Tensor<D> spin = part * spin_tensor<D>(rates);
   Tensor<D> turn = Tensor<D>::identity() + of_sine * spin + of_cosine * (spin * spin);
   for (int k = 0; k < halvings; ++k) turn = turn * turn;
   return turn;
