@@ -76,9 +76,9 @@ namespace {
       std::fill_n(words, view_.body_maximum(0), 0.0);
       std::fill(words + view_.body_maximum(0), words + view_.num_maxima(),
                 -std::numeric_limits<double>::infinity());
-      const std::uint64_t nowhere = FirstTrouble::NOWHERE;
+      const std::uint64_t no_error = PointErrorKey::NO_ERROR;
       for (int stage = 0; stage < NUM_STAGES; ++stage)
-        std::memcpy(words + view_.num_maxima() + stage, &nowhere, sizeof(nowhere));
+        std::memcpy(words + view_.num_maxima() + stage, &no_error, sizeof(no_error));
       double *velocities = words + view_.num_maxima() + NUM_STAGES;
       for (int b = 0; b < view_.num_bodies; ++b)
         for (int a = 0; a < D; ++a) {
@@ -108,12 +108,12 @@ namespace {
     /// With all that the device knows of them: asked for when something is wrong.
     const PointView<D> &host_points()
     {
-      bring_motion();
+      download_motion();
       fetch(host_points_);
       return host_points_;
     }
 
-    void take_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
+    void set_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
     {
       if (shared.part_edition() != part_edition_) {
         part_edition_ = shared.part_edition();
@@ -123,8 +123,8 @@ namespace {
       view_.point_total = shared.point_total();
       view_.touched = shared.touched();
       // the same on all ranks
-      ranks_meet_there_ = mail_.is_open() && view_.num_maxima() <= MailPlaces::MOST_MAXIMA &&
-          shared.most_given() * SUMS_OF_NODE<D> <= MailPlaces::letter(mail_.places().ranks);
+      devices_exchange_ = mail_.is_open() && view_.num_maxima() <= MailPlaces::MOST_MAXIMA &&
+          shared.most_given() * SUMS_OF_NODE<D> <= MailPlaces::buffer_length(mail_.places().ranks);
       if (view_.num_rigid > 0 && view_.shares_grid) {
         view_.num_lower = shared.num_lower();
         view_.lower_touched = send(lower_touched_, shared.lower_touched(), shared.num_lower());
@@ -147,26 +147,26 @@ namespace {
       launch(kernel, count, pass, count, findings_);
     }
 
-    /// Nothing is known before settle().
-    static constexpr bool knows_at_once() { return false; }
+    /// Nothing is known before wait_for_findings().
+    static constexpr bool is_synchronous() { return false; }
 
     /// The device begins with what it was told; before anything else is done with what that works on.
-    void hand_over() { passes_.hand_over("passes of the material point method"); }
+    void submit() { passes_.hand_over("passes of the material point method"); }
     void wait()
     {
-      hand_over();
+      submit();
       check_cuda(cudaStreamSynchronize(nullptr), "a step of the material point method");
     }
-    void halt_where(const std::int32_t *flag) { findings_.halt = flag; }
-    void ask()
+    void halt_if(const std::int32_t *flag) { findings_.halt = flag; }
+    void request_findings()
     {
       launch(copy_few<double>, num_words(), findings_.maxima, motion_.room(motion_size()),
              num_words());
-      hand_over();
+      submit();
       asked_.set();
     }
     /// Waits for the device; then findings and increments are on the host. Strains and motion may have changed on the device.
-    void settle()
+    void wait_for_findings()
     {
       asked_.wait("a step of the material point method");
       if (mail_.is_left()) throw std::runtime_error("another rank has failed in this step");
@@ -177,8 +177,8 @@ namespace {
                     view_.num_rigid * sizeof(*host_rigid_));
       }
     }
-    /// After settle(), while the device may be doing something else.
-    void bring_motion()
+    /// After wait_for_findings(), while the device may be doing something else.
+    void download_motion()
     {
       if (!motion_is_ahead_) return;
       motion_is_ahead_ = false;
@@ -191,14 +191,14 @@ namespace {
         std::copy(velocities + begin, velocities + end, host_points_.velocity.first + begin);
       });
     }
-    std::uint64_t first_trouble()
+    std::uint64_t first_error()
     {
       for (int stage = 0; stage < NUM_STAGES; ++stage) {
         std::uint64_t first;
         std::memcpy(&first, maxima() + view_.num_maxima() + stage, sizeof(first));
-        if (first != FirstTrouble::NOWHERE) return first;
+        if (first != PointErrorKey::NO_ERROR) return first;
       }
-      return FirstTrouble::NOWHERE;
+      return PointErrorKey::NO_ERROR;
     }
     const double *maxima() { return motion_.room(motion_size()); }
 
@@ -206,12 +206,12 @@ namespace {
     {
       if (communication.ranks == 1 || count == 0) return;
       double *on_device = findings_.maxima + first;
-      if (ranks_meet_there_) {
+      if (devices_exchange_) {
         passes_.add(meet_for_maxima<double>, 1, MAIL_BLOCK, mail_.places(), findings_.halt,
                     on_device, count);
         return;
       }
-      hand_over();
+      submit();
       double *shared = shared_maxima_.room(count);
       launch(copy_few<double>, count, on_device, shared, count);
       wait();
@@ -220,8 +220,8 @@ namespace {
     }
 
     /// Whether ranks exchange bounds and sums there in this step, without their hosts.
-    bool ranks_meet_there() const { return ranks_meet_there_; }
-    void meet_for_sums(MoveSums<D> given, const SharedNodes<D> &shared)
+    bool devices_exchange() const { return devices_exchange_; }
+    void exchange_sums(MoveSums<D> given, const SharedNodes<D> &shared)
     {
       MoveSums<D> taken = given;
       taken.nodes = taken_on_device_;
@@ -232,7 +232,7 @@ namespace {
         partners.partner[partners.count++] = {other.rank,
                                               given_end += static_cast<int>(other.given),
                                               taken_end += static_cast<int>(other.taken)};
-      passes_.add(meet_for_node_sums<D>, 1, MAIL_BLOCK, mail_.places(), partners, given, taken,
+      passes_.add(exchange_node_sums<D>, 1, MAIL_BLOCK, mail_.places(), partners, given, taken,
                   findings_);
     }
     /// Nobody shall wait for this rank any more, nor its device for others.
@@ -243,7 +243,7 @@ namespace {
     /// In page-locked memory, which passes reach too: a few kilobytes are there sooner than by a copy.
     std::int64_t *exchange_buffer(std::size_t count)
     {
-      hand_over();
+      submit();
       return exchange_.room(count);
     }
 
@@ -264,16 +264,16 @@ namespace {
     const Tensor<D> *increments()
     {
       const Watch watch(transfer_seconds_);
-      hand_over();
+      submit();
       use_device();
       return increment_.receive(count_);
     }
     DeviceArrays<D> device_arrays()
     {
-      hand_over();
+      submit();
       return {device_number_, view_.increment, view_.points.stress};
     }
-    void stresses_come() { stresses_are_ahead_ = true; }
+    void expect_device_stresses() { stresses_are_ahead_ = true; }
 
     void stresses_changed()
     {
@@ -302,7 +302,7 @@ namespace {
 
     template <class T> const T *of_nodes(const T *field, int row = 0)
     {
-      hand_over();
+      submit();
       use_device();
       const std::size_t bytes = num_nodes_ * sizeof(T);
       char *values = of_nodes_.room(bytes);
@@ -491,7 +491,7 @@ namespace {
     HostBuffer<double> shared_maxima_;
     cudaUUID_t uuid_ = {};
     RankMail mail_;
-    bool ranks_meet_there_ = false;
+    bool devices_exchange_ = false;
 
     // points
     int count_ = -1;    ///< that are on the device

@@ -50,15 +50,15 @@ RVE_HD inline void raise_together(double *to, double value)
 /// What passes find, in the memory of the device.
 struct Findings {
   double *maxima;
-  std::uint64_t *first_trouble;    ///< of each stage
-  const std::int32_t *halt;        ///< of CudaMachine::halt_where()
+  std::uint64_t *first_error;    ///< of each stage
+  const std::int32_t *halt;      ///< of CudaMachine::halt_if()
 };
 
 /// What one thread finds: the maxima that all points have part in are kept in registers.
 class DeviceTally {
  public:
   RVE_HD DeviceTally(const Findings &findings, int stage) :
-      maxima_(findings.maxima), first_trouble_(findings.first_trouble + stage)
+      maxima_(findings.maxima), first_error_(findings.first_error + stage)
   {
     for (int k = 0; k < NUM_MAXIMA; ++k) best_[k] = 0.0;
   }
@@ -73,13 +73,13 @@ class DeviceTally {
     }
   }
 
-  RVE_HD void trouble(int p, Trouble what)
+  RVE_HD void error(int p, ErrorCode code)
   {
 #if defined(__CUDA_ARCH__)
-    atomicMin(reinterpret_cast<unsigned long long *>(first_trouble_),
-              static_cast<unsigned long long>(FirstTrouble::key(p, what)));
+    atomicMin(reinterpret_cast<unsigned long long *>(first_error_),
+              static_cast<unsigned long long>(PointErrorKey::key(p, code)));
 #else
-    (void) p, (void) what;
+    (void) p, (void) code;
 #endif
   }
 
@@ -107,7 +107,7 @@ class DeviceTally {
 
  private:
   double *maxima_;
-  std::uint64_t *first_trouble_;
+  std::uint64_t *first_error_;
   double best_[NUM_MAXIMA];
   bool has_best_ = false;
 };
@@ -116,7 +116,7 @@ class DeviceTally {
 template <class P> __device__ bool is_halted(const Findings &findings)
 {
   if (findings.halt && *findings.halt > 0) return true;
-  return P::STAGE > 0 && findings.first_trouble[0] != FirstTrouble::NOWHERE;
+  return P::STAGE > 0 && findings.first_error[0] != PointErrorKey::NO_ERROR;
 }
 
 /// Says so to the compiler where points have no boxes but those of fixed size: what the others need
@@ -158,7 +158,7 @@ __global__ void __launch_bounds__(BLOCK)
 /// Sums over all ranks, for those who touch the nodes: all lists in one block.
 template <int D>
 __global__ void __launch_bounds__(MAIL_BLOCK)
-    meet_for_node_sums(MailPlaces mail, MailPartners partners, MoveSums<D> given, MoveSums<D> taken,
+    exchange_node_sums(MailPlaces mail, MailPartners partners, MoveSums<D> given, MoveSums<D> taken,
                        Findings findings)
 {
   rve::follow();

@@ -29,24 +29,25 @@ struct MailPlaces {
   int ranks, rank;          ///< all, and this one
 
   /// Integers from one rank to another one, at most: all letters have 16 MiB.
-  static __host__ __device__ std::size_t letter(int ranks)
+  static __host__ __device__ std::size_t buffer_length(int ranks)
   {
     return (std::size_t(1) << 20) / (ranks * ranks);
   }
   static std::size_t size(int ranks)
   {
     return flags(ranks) +
-        2 * ranks * (MOST_MAXIMA * sizeof(double) + ranks * letter(ranks) * sizeof(std::int64_t));
+        2 * ranks *
+        (MOST_MAXIMA * sizeof(double) + ranks * buffer_length(ranks) * sizeof(std::int64_t));
   }
 
   /// Above zero when a rank has left, and nobody shall wait any more. Of host memory, too.
-  static __host__ __device__ std::uint64_t *left(char *memory)
+  static __host__ __device__ std::uint64_t *leave_flag(char *memory)
   {
     return reinterpret_cast<std::uint64_t *>(memory);
   }
 
   /// The last round in which that rank has left all that is wanted of it.
-  __device__ std::uint64_t &told(int of) const
+  __device__ std::uint64_t &finished_round(int of) const
   {
     return *reinterpret_cast<std::uint64_t *>(memory + FLAG * (1 + of));
   }
@@ -55,27 +56,28 @@ struct MailPlaces {
     return reinterpret_cast<double *>(memory + flags(ranks)) +
         (2 * from + round % 2) * static_cast<std::size_t>(MOST_MAXIMA);
   }
-  __device__ std::int64_t *place_of_letter(int from, int to, std::uint64_t round) const
+  __device__ std::int64_t *exchange_buffer(int from, int to, std::uint64_t round) const
   {
     auto *first = reinterpret_cast<std::int64_t *>(memory + flags(ranks) +
                                                    2 * ranks * MOST_MAXIMA * sizeof(double));
-    return first + ((2 * from + round % 2) * static_cast<std::size_t>(ranks) + to) * letter(ranks);
+    return first +
+        ((2 * from + round % 2) * static_cast<std::size_t>(ranks) + to) * buffer_length(ranks);
   }
 
   /// All threads of the only block begin the next round.
   __device__ std::uint64_t begin_round() const { return *rounds + 1; }
   /// All of them: what they have left can be taken, and what others have left in this round is there.
-  __device__ void meet(std::uint64_t round) const
+  __device__ void synchronise(std::uint64_t round) const
   {
     using Flag = cuda::atomic_ref<std::uint64_t, cuda::thread_scope_system>;
     __threadfence_system();
     __syncthreads();
     if (threadIdx.x == 0) {
       *rounds = round;    // all have read it
-      Flag(told(rank)).store(round, cuda::memory_order_release);
+      Flag(finished_round(rank)).store(round, cuda::memory_order_release);
     }
     if (threadIdx.x < ranks) {
-      const Flag other(told(threadIdx.x)), is_left(*left(memory));
+      const Flag other(finished_round(threadIdx.x)), is_left(*leave_flag(memory));
       while (other.load(cuda::memory_order_acquire) < round &&
              is_left.load(cuda::memory_order_relaxed) == 0)
         __nanosleep(100);
@@ -98,7 +100,7 @@ __global__ void meet_for_maxima(MailPlaces mail, const std::int32_t *halt, Numbe
   const std::uint64_t round = mail.begin_round();
   const int k = threadIdx.x;
   if (k < count) mail.maxima(mail.rank, round)[k] = maxima[k];
-  mail.meet(round);
+  mail.synchronise(round);
   if (k >= count) return;
   Number most = maxima[k];
   for (int other = 0; other < mail.ranks; ++other) {
@@ -124,22 +126,22 @@ __device__ void meet_for_sums(const MailPlaces &mail, const MailPartners &partne
                               std::size_t width, const Give &give, const Take &take)
 {
   const std::uint64_t round = mail.begin_round();
-  const auto each_node = [&](int MailPartner::*end, const auto &letter_of, const auto &act) {
+  const auto each_node = [&](int MailPartner::*end, const auto &buffer_of, const auto &act) {
     for (int n = 0, first = 0; n < partners.count; ++n) {
       const MailPartner &other = partners.partner[n];
-      std::int64_t *letter = letter_of(other.rank);
+      std::int64_t *buffer = buffer_of(other.rank);
       for (int k = first + threadIdx.x; k < other.*end; k += blockDim.x)
-        act(k, letter + (k - first) * width);
+        act(k, buffer + (k - first) * width);
       first = other.*end;
     }
   };
   each_node(
-      &MailPartner::given_end, [&](int to) { return mail.place_of_letter(mail.rank, to, round); },
+      &MailPartner::given_end, [&](int to) { return mail.exchange_buffer(mail.rank, to, round); },
       give);
-  mail.meet(round);
+  mail.synchronise(round);
   each_node(
       &MailPartner::taken_end,
-      [&](int from) { return mail.place_of_letter(from, mail.rank, round); }, take);
+      [&](int from) { return mail.exchange_buffer(from, mail.rank, round); }, take);
 }
 
 /// The mail of this rank, if there can be any: all ranks on one computer, each with a GPU of its own.
@@ -191,7 +193,7 @@ class RankMail {
  private:
   volatile std::uint64_t *flag_of_leaving() const
   {
-    return MailPlaces::left(static_cast<char *>(memory_.get()));
+    return MailPlaces::leave_flag(static_cast<char *>(memory_.get()));
   }
 
   std::shared_ptr<void> memory_;

@@ -98,7 +98,7 @@ template <int D> class HostMachine {
     maxima_.assign(view_.body_maximum(0), 0.0);
     maxima_.resize(view_.num_maxima(), -std::numeric_limits<double>::infinity());
     view_.maximum = maxima_.data();
-    first_trouble_ = FirstTrouble::NOWHERE;
+    first_error_ = PointErrorKey::NO_ERROR;
   }
 
   /// What passes work on.
@@ -107,7 +107,7 @@ template <int D> class HostMachine {
   const PointView<D> &host_points() const { return view_.points; }
 
   /// The nodes that this rank holds in this step, and what it shares with other ranks.
-  void take_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
+  void set_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
   {
     if (shared.part_edition() != part_edition_) grid_arrays_.wire(view_, shared.part(), boundary);
     part_edition_ = shared.part_edition();
@@ -121,28 +121,28 @@ template <int D> class HostMachine {
   /// Whether contacts of several bodies can be on one node.
   void divide_nodes(bool divides) { view_.divides_nodes = divides; }
 
-  /// Whether findings are known when a pass returns; if not, settle() brings them.
-  static constexpr bool knows_at_once() { return true; }
+  /// Whether findings are known when a pass returns; if not, wait_for_findings() brings them.
+  static constexpr bool is_synchronous() { return true; }
   /// The device begins what it has been told; wait(): passes are done.
-  void hand_over() {}
+  void submit() {}
   void wait() {}
   /// Passes from now on change nothing if the flag, in the memory of the device, is above zero when
   /// their turn comes. Null: they go. Only where findings are not known at once.
-  void halt_where(const std::int32_t *) {}
-  /// Findings, increments and rigid bodies are asked for, and known to the host after settle(). In
+  void halt_if(const std::int32_t *) {}
+  /// Findings, increments and rigid bodies are asked for, and known to the host after wait_for_findings(). In
   /// between others may tell the device more.
-  void ask() {}
-  void settle() {}
+  void request_findings() {}
+  void wait_for_findings() {}
   /// Positions and velocities come to the host; what others have begun goes on.
-  void bring_motion() {}
-  /// For laws that run on the device, if there is one; stresses_come(): they have begun.
+  void download_motion() {}
+  /// For laws that run on the device, if there is one; expect_device_stresses(): they have begun.
   static DeviceArrays<D> device_arrays() { return {}; }
-  void stresses_come() {}
+  void expect_device_stresses() {}
   /// ΔF of the points for laws that run on the host; stresses_changed(): these are done.
   const Tensor<D> *increments() const { return increment_.data(); }
   void stresses_changed() {}
   /// What passes have found: the first point with trouble, and the largest values by Maximum.
-  std::uint64_t first_trouble() const { return first_trouble_; }
+  std::uint64_t first_error() const { return first_error_; }
   const double *maxima() const { return maxima_.data(); }
   /// Takes the largest of all ranks.
   void share_maxima(const Communication &communication, int first, int count)
@@ -150,8 +150,8 @@ template <int D> class HostMachine {
     communication.max_over_ranks(maxima_.data() + first, count);
   }
   /// Whether ranks exchange bounds and sums without their hosts, by meet_for_sums().
-  static constexpr bool ranks_meet_there() { return false; }
-  void meet_for_sums(const MoveSums<D> &, const SharedNodes<D> &) {}
+  static constexpr bool devices_exchange() { return false; }
+  void exchange_sums(const MoveSums<D> &, const SharedNodes<D> &) {}
   /// Nobody waits for this rank any more.
   void leave_ranks() {}
 
@@ -195,7 +195,7 @@ template <int D> class HostMachine {
   }
 
   /// pass(item, tally) for all items. tally.raise(k, value) keeps the largest value,
-  /// tally.trouble(p, what) the first point that cannot be treated, and tally.add(sum, part) adds to an
+  /// tally.error(p, what) the first point that cannot be treated, and tally.add(sum, part) adds to an
   /// integer that other items add to.
   template <class P> void over(const P &pass)
   {
@@ -207,7 +207,7 @@ template <int D> class HostMachine {
       const rve::ThreadShare mine(count);
       Tally &tally = tallies_[rve::this_thread()];
       tally.best = maxima_;
-      tally.first = FirstTrouble::NOWHERE;
+      tally.first = PointErrorKey::NO_ERROR;
       if (rve::this_thread() == 0) team = rve::team_size();
       P own = pass;
       own.begin();
@@ -216,7 +216,7 @@ template <int D> class HostMachine {
     for (int t = 0; t < team; ++t) {
       for (std::size_t k = 0; k < maxima_.size(); ++k)
         maxima_[k] = std::max(maxima_[k], tallies_[t].best[k]);
-      first_trouble_ = std::min(first_trouble_, tallies_[t].first);
+      first_error_ = std::min(first_error_, tallies_[t].first);
     }
   }
 
@@ -257,7 +257,7 @@ template <int D> class HostMachine {
     {
       if (value > best[k]) best[k] = value;
     }
-    void trouble(int p, Trouble what) { first = std::min(first, FirstTrouble::key(p, what)); }
+    void error(int p, ErrorCode code) { first = std::min(first, PointErrorKey::key(p, code)); }
     void add(std::int64_t *sum, std::int64_t part)
     {
 #pragma omp atomic
@@ -320,7 +320,7 @@ template <int D> class HostMachine {
   std::vector<PointBox<D>> box_;
   std::vector<Tensor<D>> increment_;
   std::vector<double> maxima_;
-  std::uint64_t first_trouble_ = FirstTrouble::NOWHERE;
+  std::uint64_t first_error_ = PointErrorKey::NO_ERROR;
   std::vector<Tally> tallies_;
   std::vector<Partial> partial_;
   const SharedNodes<D> *shared_ = nullptr;

@@ -64,9 +64,9 @@ template <int D> struct PrepareLoad : LoadPass<D> {
   {
     const PointLoad<D> &load = step.loads[k];
     if (step.points.rigid_body[load.point] >= 0) {
-      tally.trouble(load.point, Trouble::RigidTraction);
+      tally.error(load.point, ErrorCode::RigidTraction);
     } else if (!are_finite<D>(load.traction.component)) {
-      tally.trouble(load.point, Trouble::Traction);
+      tally.error(load.point, ErrorCode::Traction);
     } else if (bounds_forces) {
       tally.raise(step.load_maximum(load.load), largest<D>(load_force(step, load).component));
     }

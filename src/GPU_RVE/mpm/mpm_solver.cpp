@@ -108,41 +108,41 @@ template <int D>
 void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_bodies,
                        int num_models, std::uint64_t key)
 {
-  const int p = FirstTrouble::point(key);
+  const int p = PointErrorKey::point(key);
   const auto of_point = [&]() -> std::string {
-    switch (FirstTrouble::trouble(key)) {
-      case Trouble::Position:
+    switch (PointErrorKey::code(key)) {
+      case ErrorCode::Position:
         return "has a position that is not finite";
-      case Trouble::Outside:
+      case ErrorCode::Outside:
         return concat(
             "is outside of the grid, ", extents(grid),
             " [length]; use a larger domain, a boundary that holds it, or a shorter time step");
-      case Trouble::Velocity:
+      case ErrorCode::Velocity:
         return "has a velocity that is not finite";
-      case Trouble::Stress:
+      case ErrorCode::Stress:
         return "has a stress that is not finite";
-      case Trouble::HalfSize:
+      case ErrorCode::HalfSize:
         if (!(points.initial_volume[p] > 0.0))
           return "has no volume yet: it was created after the run has been set up; create points "
                  "before a run, and do not leave out the setup of that run";
         return concat("must have half sizes in (0, ", 0.5 * grid.cell_size(),
                       "] (half a cell), got ", in_words<D>(points.half_size[p].component, " "),
                       " [length]");
-      case Trouble::UnknownBody:
+      case ErrorCode::UnknownBody:
         return concat("belongs to rigid body ", points.rigid_body[p], ", but there are only ",
                       num_bodies);
-      case Trouble::UnknownModel:
+      case ErrorCode::UnknownModel:
         return concat("has constitutive model ", points.model[p], ", but there are ", num_models);
-      case Trouble::Mass:
+      case ErrorCode::Mass:
         return concat("must have a positive mass, got ", points.mass[p], " [mass]");
-      case Trouble::Volume:
+      case ErrorCode::Volume:
         return concat("must have a positive volume, got ", points.volume[p], " [length^3]");
-      case Trouble::BodyForce:
+      case ErrorCode::BodyForce:
         return "has a body force that is not finite";
-      case Trouble::RigidTraction:
+      case ErrorCode::RigidTraction:
         return "is rigid and cannot carry a traction; the group of the traction must have no "
                "points of a rigid body";
-      case Trouble::Traction:
+      case ErrorCode::Traction:
         return "has a traction that is not finite";
       default:
         return concat("is inverted, det(F) = ", determinant(points.deformation_gradient[p]),
@@ -252,16 +252,16 @@ void MpmSolver<D>::evaluate(const PointView<D> &points, const std::vector<Tracti
 /// Refuses what a step left behind and the next one could not begin with.
 template <int D> void MpmSolver<D>::check_points(const PointView<D> &points) const
 {
-  std::uint64_t first = FirstTrouble::NOWHERE;
+  std::uint64_t first = PointErrorKey::NO_ERROR;
   const rve::LightWork work(points.count, options_.threads);
 #pragma omp parallel for num_threads(work.team) reduction(min : first)
   for (int p = 0; p < points.count; ++p) {
-    const Trouble trouble =
-        state_trouble(grid_, first_of<D>(points.position[p]), first_of<D>(points.velocity[p]),
-                      points.stress[p], points.rigid_body[p] >= 0);
-    if (trouble != Trouble::None) first = std::min(first, FirstTrouble::key(p, trouble));
+    const ErrorCode error =
+        state_error(grid_, first_of<D>(points.position[p]), first_of<D>(points.velocity[p]),
+                    points.stress[p], points.rigid_body[p] >= 0);
+    if (error != ErrorCode::None) first = std::min(first, PointErrorKey::key(p, error));
   }
-  if (first != FirstTrouble::NOWHERE)
+  if (first != PointErrorKey::NO_ERROR)
     throw_point_error(grid_, points, static_cast<int>(body_velocity_.size()), stresses_.num_laws(),
                       first);
 }

@@ -27,39 +27,40 @@ template <int D> struct PointAtStart {
 /// What would be undefined behaviour or nonsense further on, before a step or after it. The last
 /// assignment wins, and there is no branch: a GPU would read no further number before it.
 template <int D>
-RVE_HD Trouble state_trouble(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
+RVE_HD ErrorCode state_error(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
                              const Tensor<D> &stress, bool is_rigid)
 {
-  Trouble trouble = finite(stress) ? Trouble::None : Trouble::Stress;
-  trouble = are_finite<D>(velocity.component) ? trouble : Trouble::Velocity;
-  trouble = grid.contains(position.component) ? trouble : Trouble::Outside;
-  trouble = is_rigid ? Trouble::None : trouble;
-  return are_finite<D>(position.component) ? trouble : Trouble::Position;
+  ErrorCode error = finite(stress) ? ErrorCode::None : ErrorCode::Stress;
+  error = are_finite<D>(velocity.component) ? error : ErrorCode::Velocity;
+  error = grid.contains(position.component) ? error : ErrorCode::Outside;
+  error = is_rigid ? ErrorCode::None : error;
+  return are_finite<D>(position.component) ? error : ErrorCode::Position;
 }
 
 constexpr double SIZE_TOLERANCE = 1e-6;    // of a half size that should be at most h/2, relative
 
-/// Trouble of a point at the start of a step. As in state_trouble, the last assignment wins.
+/// Trouble of a point at the start of a step. As in state_error, the last assignment wins.
 template <int D>
-RVE_HD Trouble input_trouble(const Grid<D> &grid, const PointAtStart<D> &point, int num_bodies,
+RVE_HD ErrorCode input_error(const Grid<D> &grid, const PointAtStart<D> &point, int num_bodies,
                              int num_models)
 {
   const bool is_rigid = point.rigid_body >= 0;
   const auto is_positive = [](double x) { return x > 0.0 && std::isfinite(x); };
-  Trouble trouble = are_finite<D>(point.body_force.component) ? Trouble::None : Trouble::BodyForce;
-  trouble = is_positive(point.volume) ? trouble : Trouble::Volume;
-  trouble = is_positive(point.mass) ? trouble : Trouble::Mass;
-  trouble = point.model >= 0 && point.model < num_models ? trouble : Trouble::UnknownModel;
-  trouble = is_rigid ? Trouble::None : trouble;
-  trouble = point.rigid_body < num_bodies ? trouble : Trouble::UnknownBody;
+  ErrorCode error = are_finite<D>(point.body_force.component) ? ErrorCode::None
+                                                              : ErrorCode::BodyForce;
+  error = is_positive(point.volume) ? error : ErrorCode::Volume;
+  error = is_positive(point.mass) ? error : ErrorCode::Mass;
+  error = point.model >= 0 && point.model < num_models ? error : ErrorCode::UnknownModel;
+  error = is_rigid ? ErrorCode::None : error;
+  error = point.rigid_body < num_bodies ? error : ErrorCode::UnknownBody;
   bool has_size = true;
   for (int a = 0; a < D; ++a)
     has_size = has_size && point.half_size[a] > 0.0 &&
         point.half_size[a] <= 0.5 * grid.cell_size() * (1.0 + SIZE_TOLERANCE);
-  trouble = has_size ? trouble : Trouble::HalfSize;
-  const Trouble of_state =
-      state_trouble(grid, point.position, point.velocity, point.stress, is_rigid);
-  return of_state == Trouble::None ? trouble : of_state;
+  error = has_size ? error : ErrorCode::HalfSize;
+  const ErrorCode of_state =
+      state_error(grid, point.position, point.velocity, point.stress, is_rigid);
+  return of_state == ErrorCode::None ? error : of_state;
 }
 
 /// Bound of the internal force components of a point on a node: |V σ·∇N| with |∂N| <= 1/h [force].
@@ -100,9 +101,9 @@ template <int D> struct PreparePoint : PointPass<D> {
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
     const PointAtStart<D> point(step.points, p);
-    const Trouble trouble = input_trouble(step.grid, point, step.num_bodies, step.num_models);
-    if (trouble != Trouble::None) {
-      tally.trouble(p, trouble);
+    const ErrorCode error = input_error(step.grid, point, step.num_bodies, step.num_models);
+    if (error != ErrorCode::None) {
+      tally.error(p, error);
       return;
     }
     const double *x = point.position.component;
@@ -171,7 +172,7 @@ template <int D> struct AdvancePoint : PointPass<D> {
       x[c] += step.dt * grid_velocity[c];
       v[c] = step.flip * (v[c] + change[c]) + (1.0 - step.flip) * grid_velocity[c];
     }
-    if (!are_finite<D>(v)) tally.trouble(p, Trouble::Velocity);
+    if (!are_finite<D>(v)) tally.error(p, ErrorCode::Velocity);
     tally.raise(MomentumAgainBound, points.mass[p] * largest<D>(v));
   }
 
@@ -234,7 +235,7 @@ template <int D> struct StrainPoint : PointPass<D> {
     points.volume[p] = volume;
     step.increment[p] = increment;
     if (!(determinant(increment) > 0.0 && volume > 0.0 && std::isfinite(volume)))
-      tally.trouble(p, Trouble::Inverted);
+      tally.error(p, ErrorCode::Inverted);
     if (step.follows())
       for (int a = 0; a < D; ++a)
         tally.raise(BoxBound, deformed_half(step.grid, points.half_size[p], deformation, a));

@@ -84,9 +84,9 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
       touched_[rank].end[a] = static_cast<int>(corners[D + a]);
     }
   words_.clear();    // should there be no room, the next call finds none either
-  require_room();
+  require_capacity();
   words_ = std::move(words);
-  hold();
+  choose_part();
   list_nodes();
 }
 
@@ -127,7 +127,7 @@ template <int D> NodeBox<D> SharedNodes<D>::to_hold(int rank) const
 }
 
 /// Of all ranks, so that all of them end together.
-template <int D> void SharedNodes<D>::require_room() const
+template <int D> void SharedNodes<D>::require_capacity() const
 {
   for (int rank = 0; rank < communication_.ranks; ++rank) {
     const NodeBox<D> box = to_hold(rank);
@@ -151,7 +151,7 @@ template <int D> void SharedNodes<D>::require_room() const
 }
 
 /// What is held beyond the needed box costs passes and memory, and what was needed once need not be held for ever.
-template <int D> void SharedNodes<D>::hold()
+template <int D> void SharedNodes<D>::choose_part()
 {
   const NodeBox<D> box = needed(communication_.rank);
   const NodeBox<D> fresh = to_hold(communication_.rank), held = part_.held();

@@ -102,8 +102,8 @@ template <int D> class SharedNodes {
   NodeBox<D> wider(const NodeBox<D> &box, const int *margin) const;
   NodeBox<D> needed(int rank) const { return wider(touched_[rank], reach_); }
   NodeBox<D> to_hold(int rank) const;
-  void require_room() const;
-  void hold();
+  void require_capacity() const;
+  void choose_part();
   void list_nodes();
   bool is_first_to_touch(const Place<D> &place) const;
 

@@ -41,7 +41,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     std::stable_sort(order_.begin(), order_.end(), [&](const Ordered &one, const Ordered &other) {
       return options.name_of_body(one.body) < options.name_of_body(other.body);
     });
-    forget_places();
+    forget_positions();
   }
 
   void join_ranks() override { machine_.join_ranks(communication_); }
@@ -68,7 +68,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       over<PrepareLoad>(true);
       static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2, "with loads");
       share_maxima(VolumeBound, 3 + machine_.view().num_loads);
-      if (machine_.knows_at_once()) check_sums();
+      if (machine_.is_synchronous()) check_sums();
       find_cell_means<MeanPressure>();
       sum<Force>(true);
       balance();
@@ -90,8 +90,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     prepare(true);
     find_forces();
     share_maxima(Unbalanced, 2);
-    machine_.ask();
-    machine_.settle();
+    machine_.request_findings();
+    machine_.wait_for_findings();
     check_all();
   }
 
@@ -100,25 +100,25 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   void fetch(const PointView<D> &points) override
   {
     machine_.fetch(points);
-    forget_places();
+    forget_positions();
   }
   void points_changed() override
   {
     machine_.points_changed();
-    forget_places();
+    forget_positions();
   }
 
   Vec<D> body_reaction(int body) override
   {
-    return known_in(body_reactions_, body, [&] {
+    return cached(body_reactions_, body, [&] {
       return per_time(boundary_.body_impulse(
           body, everywhere(machine_.view().body_impulse, body, whole_.all())));
     });
   }
   Vec<D> side_reaction(Face side) override
   {
-    return known_in(side_reactions_, static_cast<int>(side),
-                    [&] { return find_side_reaction(side); });
+    return cached(side_reactions_, static_cast<int>(side),
+                  [&] { return find_side_reaction(side); });
   }
   Vec<D> damping_force() override
   {
@@ -158,7 +158,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   /// Asked for component by component, and by several who write them.
   template <class Find>
-  static Vec<D> known_in(std::map<int, Vec<D>> &known, int which, const Find &find)
+  static Vec<D> cached(std::map<int, Vec<D>> &known, int which, const Find &find)
   {
     const auto at = known.find(which);
     return at != known.end() ? at->second : known[which] = find();
@@ -181,17 +181,17 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     body_reactions_.clear();
     side_reactions_.clear();
     machine_.begin(input);
-    if (input.points.count != point_count_) forget_places();
+    if (input.points.count != point_count_) forget_positions();
     point_count_ = input.points.count;
     body_velocity_ = input.body_velocity;
     shared_.find(input.points, options_.shape, half_boxes_);
-    machine_.take_part(shared_, boundary_);
+    machine_.set_part(shared_, boundary_);
     machine_.divide_nodes(divides_nodes_);
     update.begin_step(input.points, options_.threads);
   }
 
   /// Others may have moved the points: what was known of where they are is void.
-  void forget_places()
+  void forget_positions()
   {
     half_boxes_ = SharedNodes<D>::FROM_POINTS;
     divides_nodes_ = machine_.view().has_several_bodies();
@@ -228,17 +228,17 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   /// repeated. Not if hosts exchange sums in between.
   template <class Passes> void after_stress(StressUpdate<D> &update, const Passes &passes)
   {
-    const bool needs_no_host = !machine_.knows_at_once() &&
-        (communication_.ranks == 1 || (machine_.ranks_meet_there() && !has_free_bodies()));
+    const bool needs_no_host = !machine_.is_synchronous() &&
+        (communication_.ranks == 1 || (machine_.devices_exchange() && !has_free_bodies()));
     const std::int32_t *needs_host = needs_no_host ? update.needs_host() : nullptr;
     const auto launch = [&] {
       passes();
-      machine_.hand_over();
+      machine_.submit();
     };
     if (needs_host) {
-      machine_.halt_where(needs_host);
+      machine_.halt_if(needs_host);
       launch();
-      machine_.halt_where(nullptr);
+      machine_.halt_if(nullptr);
     }
     try {
       if (fetch_stress(update) != rve::StressesAre::OnDevice || !needs_host) launch();
@@ -257,9 +257,9 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
     over<PreparePoint>(bounds_forces);
     over<PrepareLoad>(bounds_forces);
-    if (machine_.knows_at_once()) fail_on_trouble();
+    if (machine_.is_synchronous()) throw_first_error();
     share_maxima(0, machine_.view().num_maxima());
-    if (!machine_.knows_at_once()) return;
+    if (!machine_.is_synchronous()) return;
     check_all();
     machine_.divide_nodes(bodies_can_meet(0.0));
   }
@@ -275,10 +275,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   void move(double dt)
   {
     over<AdvancePoint>();
-    if (machine_.knows_at_once()) fail_on_trouble();
+    if (machine_.is_synchronous()) throw_first_error();
     static_assert(ContactBound == MomentumAgainBound + 2, "all at once");
     share_maxima(MomentumAgainBound, 3);
-    if (machine_.knows_at_once()) check_sums();
+    if (machine_.is_synchronous()) check_sums();
     sum<MomentumAgain>(false);
     impose_bodies(Contact::Keep, false);
     find_strains(dt);
@@ -317,21 +317,21 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   void begin_stress(double dt, StressUpdate<D> &update)
   {
     const bool is_planned = update.plan(machine_.device_arrays(), dt);
-    machine_.ask();
+    machine_.request_findings();
     if (is_planned) update.launch_early();
-    machine_.settle();
+    machine_.wait_for_findings();
     check_all();
-    if (!machine_.knows_at_once()) {
+    if (!machine_.is_synchronous()) {
       half_boxes_ = machine_.maxima()[BoxBound];
       divides_nodes_ = bodies_can_meet(machine_.view().dt);
     }
     if (is_planned && update.launch()) {
-      machine_.stresses_come();
-      machine_.bring_motion();    // meanwhile
+      machine_.expect_device_stresses();
+      machine_.download_motion();    // meanwhile
       return;
     }
     const bool come_later = update.begin(machine_.increments(), dt);
-    machine_.bring_motion();
+    machine_.download_motion();
     if (!come_later) machine_.stresses_changed();
   }
   rve::StressesAre fetch_stress(StressUpdate<D> &update)
@@ -424,8 +424,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
                      {P::adds_to(InertiaSums), P::adds_to(VectorSums)},
                      nullptr,
                      true};
-    if (machine_.ranks_meet_there()) {
-      machine_.meet_for_sums(sums, shared_);
+    if (machine_.devices_exchange()) {
+      machine_.exchange_sums(sums, shared_);
       return;
     }
     const std::size_t width = sums.width();
@@ -451,12 +451,12 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   void share_maxima(int first, int count) { machine_.share_maxima(communication_, first, count); }
 
-  void fail_on_trouble()
+  void throw_first_error()
   {
-    if (machine_.first_trouble() == FirstTrouble::NOWHERE) return;
+    if (machine_.first_error() == PointErrorKey::NO_ERROR) return;
     const StepView<D> &view = machine_.view();
     throw_point_error(view.grid, machine_.host_points(), view.num_bodies, view.num_models,
-                      machine_.first_trouble());
+                      machine_.first_error());
   }
 
   void check_sums()
@@ -475,7 +475,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   /// Everything that the machine can have found so far.
   void check_all()
   {
-    fail_on_trouble();
+    throw_first_error();
     check_sums();
     const StepView<D> &view = machine_.view();
     rve::require(

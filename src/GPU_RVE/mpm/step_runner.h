@@ -23,7 +23,7 @@ template <int D> struct StepInput {
   double dt;                               ///< [time]
 };
 
-/// Throws a PointError for the point and the trouble of a FirstTrouble key.
+/// Throws a PointError for the point and the trouble of a PointErrorKey key.
 template <int D>
 [[noreturn]] void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_bodies,
                                     int num_models, std::uint64_t key);

@@ -17,7 +17,7 @@
 namespace mpm {
 
 /// What is wrong with a point; `describe` has the words.
-enum class Trouble {
+enum class ErrorCode {
   None,
   Position,
   Outside,
@@ -53,14 +53,14 @@ enum Maximum {
 };
 
 /// Of the first point with trouble: lower ones come first. 64 bits, so that threads of a device can take the least.
-struct FirstTrouble {
-  static constexpr std::uint64_t NOWHERE = std::numeric_limits<std::uint64_t>::max();
-  static RVE_HD std::uint64_t key(int point, Trouble trouble)
+struct PointErrorKey {
+  static constexpr std::uint64_t NO_ERROR = std::numeric_limits<std::uint64_t>::max();
+  static RVE_HD std::uint64_t key(int point, ErrorCode code)
   {
-    return static_cast<std::uint64_t>(point) << 8 | static_cast<std::uint64_t>(trouble);
+    return static_cast<std::uint64_t>(point) << 8 | static_cast<std::uint64_t>(code);
   }
   static int point(std::uint64_t key) { return static_cast<int>(key >> 8); }
-  static Trouble trouble(std::uint64_t key) { return static_cast<Trouble>(key & 255); }
+  static ErrorCode code(std::uint64_t key) { return static_cast<ErrorCode>(key & 255); }
 };
 
 /// One traction vector on one face of a point's box.
