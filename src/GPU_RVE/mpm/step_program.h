@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One time step as a sequence of passes, for any machine that runs passes: host_machine.h says what a machine is.
+// One time step as a sequence of passes, for any machine that runs passes (host_machine.h).
 
 #pragma once
 
@@ -37,7 +37,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       order_.push_back({static_cast<int>(b), can_turn ? turning++ : -1});
       if (b < 64 && !can_turn && !(D == 3 && bodies[b].round)) plates_ |= std::uint64_t(1) << b;
     }
-    // sums of three impulses on a node depend on their order: it must not be that of the script
+    // sums of three impulses on a node depend on their order, which must not be that of the script
     std::stable_sort(order_.begin(), order_.end(), [&](const Ordered &one, const Ordered &other) {
       return options.name_of_body(one.body) < options.name_of_body(other.body);
     });
@@ -66,7 +66,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       finish_stress(update);
       over<BoundForces>();
       over<PrepareLoad>(true);
-      static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2, "with loads");
+      static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2,
+                    "the bounds of loads follow");
       share_maxima(VolumeBound, 3 + machine_.view().num_loads);
       if (machine_.is_synchronous()) check_sums();
       find_cell_means<MeanPressure>();
@@ -149,14 +150,15 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   {
     machine_.over(P<D>{{machine_.view()}, arguments...});
   }
-  /// Values of a row of a node field on all ranks, after a step.
+  /// Returns the values of a row of a node field on all ranks, after a step. Collective.
   template <class T>
   std::vector<NodeValue<D, T>> everywhere(const T *field, int row, const NodeBox<D> &where)
   {
     return shared_.everywhere(machine_.of_nodes(field, row), where);
   }
 
-  /// Asked for component by component, and by several who write them.
+  /// Returns known[which], which find() computes at the first call after a step. Callers ask for
+  /// each component separately.
   template <class Find>
   static Vec<D> cached(std::map<int, Vec<D>> &known, int which, const Find &find)
   {
@@ -190,15 +192,16 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     update.begin_step(input.points, options_.threads);
   }
 
-  /// Others may have moved the points: what was known of where they are is void.
+  /// Forgets bounds of positions of points, since the host may have moved them.
   void forget_positions()
   {
     half_boxes_ = SharedNodes<D>::FROM_POINTS;
     divides_nodes_ = machine_.view().has_several_bodies();
   }
 
-  /// Whether two bodies can hold the same node once they have moved for a time `dt` from where the points were found in this step. The contacts of a
-  /// plate reach less than a cell beyond its box; bodies that turn are not looked at.
+  /// True if two bodies may hold the same node after a time `dt` [time] of motion from the
+  /// positions that this step has found. Contacts of a plate reach less than a cell beyond its box.
+  /// If any body can turn, positions are not considered.
   bool bodies_can_meet(double dt)
   {
     const StepView<D> &view = machine_.view();
@@ -208,7 +211,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
         if (!are_apart(b, other, dt)) return true;
     return false;
   }
-  /// By more than two cells along one axis.
+  /// True if two bodies are more than two cells apart along one axis after `dt` [time].
   bool are_apart(int one, int other, double dt)
   {
     const StepView<D> &view = machine_.view();
@@ -223,9 +226,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     return false;
   }
 
-  /// Runs the passes that need pending stresses. A device launches them speculatively, before the host
-  /// knows that the stresses are complete: if the host must finish some RVEs they are cancelled and
-  /// repeated. Not if hosts exchange sums in between.
+  /// Runs the passes that need pending stresses. A device launches them speculatively, before the
+  /// host has checked that the stresses are complete. If the host must finish some RVEs, the passes
+  /// are cancelled and repeated. Passes are not launched speculatively if hosts exchange sums in
+  /// between.
   template <class Passes> void after_stress(StressUpdate<D> &update, const Passes &passes)
   {
     const bool needs_no_host = !machine_.is_synchronous() &&
@@ -242,17 +246,17 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     }
     try {
       if (fetch_stress(update) != rve::StressesAre::OnDevice || !needs_host) launch();
-      // after these passes, for which devices of other ranks may wait
+      // devices of other ranks may wait for these passes, so the hosts synchronise after them
       update.synchronise_ranks();
     } catch (...) {
       machine_.leave_ranks();
       throw;
     }
   }
-  /// The reactions of free bodies are summed on the hosts.
+  /// True if there are bodies whose reactions are summed on the hosts.
   bool has_free_bodies() const { return machine_.view().num_rigid > 0; }
 
-  /// Checks, weights and bounds of all points.
+  /// Finds errors, weights and bounds of all points and loads.
   void prepare(bool bounds_forces)
   {
     over<PreparePoint>(bounds_forces);
@@ -271,12 +275,12 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     balance();
   }
 
-  /// Points move with the grid, and the strains of the end follow from their momenta.
+  /// Moves the points with the grid, and finds the strains from the momenta at the end.
   void move(double dt)
   {
     over<AdvancePoint>();
     if (machine_.is_synchronous()) throw_first_error();
-    static_assert(ContactBound == MomentumAgainBound + 2, "all at once");
+    static_assert(ContactBound == MomentumAgainBound + 2, "one exchange shares all three");
     share_maxima(MomentumAgainBound, 3);
     if (machine_.is_synchronous()) check_sums();
     sum<MomentumAgain>(false);
@@ -284,13 +288,13 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     find_strains(dt);
   }
 
-  /// Means over cells, where they are asked for.
+  /// Finds means over cells if the option mean_dilation is set.
   template <template <int> class Mean> void find_cell_means()
   {
     if (options_.mean_dilation) sum<Mean>(false);
   }
 
-  /// The momentum balance of the nodes under all conditions, and their velocities.
+  /// Balances the momenta of the nodes under all conditions, and finds their velocities.
   void balance()
   {
     if (machine_.view().num_absorbing > 0) over<AbsorbAtNode>();
@@ -302,7 +306,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     over<NodeDamped>();
   }
 
-  /// Strains from momenta that bodies have been imposed on.
+  /// Finds strains over `dt` [time] from momenta on which bodies have been imposed.
   void find_strains(double dt)
   {
     over<NodeVelocity>();
@@ -313,7 +317,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     }
     over<StrainPoint>(dt);
   }
-  /// Begins the update of the stresses by strains over dt [time].
+  /// Begins the update of the stresses by strains over `dt` [time].
   void begin_stress(double dt, StressUpdate<D> &update)
   {
     const bool is_planned = update.plan(machine_.device_arrays(), dt);
@@ -327,7 +331,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     }
     if (is_planned && update.launch()) {
       machine_.expect_device_stresses();
-      machine_.download_motion();    // meanwhile
+      machine_.download_motion();    // while the stresses are computed
       return;
     }
     const bool come_later = update.begin(machine_.increments(), dt);
@@ -346,7 +350,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     update.synchronise_ranks();
   }
 
-  /// Contacts of all bodies. Those of several are found together and imposed on nodes that are divided among them.
+  /// Imposes the contacts of all bodies. If several bodies can hold the same nodes, all contacts
+  /// are found first, and the nodes are divided among them.
   void impose_bodies(Contact how, bool balances)
   {
     if (!machine_.view().divides_nodes) {
@@ -392,7 +397,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     share_contacts(-1, MoveContactSums<D>::FELT * count);
     over<FinishBodies>();
   }
-  /// Sums of a body over its contacts, or what all feel (-1), over all ranks.
+  /// Sums `count` contact sums over all ranks: those of the body `index`, or the impulses on all
+  /// bodies (-1).
   void share_contacts(int index, int count)
   {
     if (communication_.ranks == 1) return;
@@ -404,7 +410,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.over(sums);
   }
 
-  /// Sums over all points, and over the forces of loads, on the nodes.
+  /// Sums contributions of all points, and optionally the forces of loads, on the nodes.
   template <template <int> class... Sum> void sum(bool with_loads)
   {
     using Points = Scatter<D, Sum...>;
@@ -414,7 +420,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.over(TakeSums<D, Sum...>{{machine_.view()}});
   }
 
-  /// Sums of a pass over all ranks, where that matters to this one.
+  /// Adds the sums of a pass over the ranks that share nodes with this one.
   template <class P> void share_sums()
   {
     if (communication_.ranks == 1) return;
@@ -472,7 +478,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
                 view.point_total, "volume times pressure or rate of dilation");
   }
 
-  /// Everything that the machine can have found so far.
+  /// Throws if the findings of the machine so far contain an error.
   void check_all()
   {
     throw_first_error();
@@ -499,17 +505,18 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   SharedNodes<D> shared_;
   Machine<D> machine_;
   std::vector<Message> messages_;
-  /// That were asked for since the last step.
+  /// Reactions that were computed since the last step, by body or side.
   std::map<int, Vec<D>> body_reactions_, side_reactions_;
-  /// Of the largest box of a point, in cells, where the machine alone knows the deformation: as of the last strains.
+  /// Half size [cells] of the largest box of a point after the last strains, if the deformation is
+  /// in the memory of the machine only.
   double half_boxes_ = SharedNodes<D>::FROM_POINTS;
-  bool divides_nodes_ = false;    ///< in the next step, as far as is known
+  bool divides_nodes_ = false;    ///< nodes are divided among bodies in the next step
   std::vector<Vec<D>> body_velocity_;
-  int point_count_ = -1;    ///< in the last step
+  int point_count_ = -1;    ///< number of points in the last step
   struct Ordered {
-    int body, turning;    ///< number of the body, and among those that can turn or -1
+    int body, turning;    ///< index among all bodies, and among those that can turn or -1
   };
-  std::vector<Ordered> order_;    ///< of the bodies in the passes
+  std::vector<Ordered> order_;    ///< order of the bodies in the passes
   std::uint64_t plates_ = 0;      ///< bit b: body b presses with one face and is not round
 };
 
