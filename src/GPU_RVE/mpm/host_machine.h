@@ -8,8 +8,8 @@
 //
 // All machines give the same bits because of these rules:
 //   1. a pass changes only data of its item;
-//   2. results of several items do not depend on the order: integer sums, maxima, and the lowest key
-//      of points with errors;
+//   2. results of several items do not depend on the order: integer sums, maxima, and the lowest
+//      key of points with errors;
 //   3. passes take effect in the order of the calls.
 
 #pragma once
