@@ -14,7 +14,7 @@ using rve::require;
 
 namespace {
 
-  /// Rotation by a vector [radian], Rodrigues' formula; in the plane by its first component.
+  /// Rotation by a vector [radian] by Rodrigues' formula; in 2D by its first component.
   template <int D> Tensor<D> rotation_by(const double *vector)
   {
     constexpr int SPINS = rve::Space<D>::spins;
@@ -28,7 +28,7 @@ namespace {
     return Tensor<D>::identity() + std::sin(angle) * spin + (1.0 - std::cos(angle)) * (spin * spin);
   }
 
-  /// Of numbers of the points that `takes` accepts (sum_over_points).
+  /// Returns the sums of numbers of the points that `takes` accepts (sum_over_points).
   template <int D, class Takes, class Value>
   std::vector<double> sums(const PointView<D> &points, const Communication &communication,
                            int count, const Takes &takes, const Value &value)
@@ -40,7 +40,8 @@ namespace {
     return sum_over_points(points, communication, count, takes, value, check).sums;
   }
 
-  /// M for the present axes of a body whose M along its own axes is given: both blocks of freedoms turn with it.
+  /// Transforms the inertia matrix from the axes of a body (`own`) to those of space (`world`).
+  /// `turn` is the orientation of the body.
   template <int D> void turn_inertia(const Tensor<D> &turn, const double *own, double *world)
   {
     constexpr int S = FREEDOMS<D>;
@@ -59,7 +60,8 @@ namespace {
       }
   }
 
-  /// By how much [length] a face at `distance` from the centre goes on, which is none if it is not on a side of the grid nor a little beyond it.
+  /// Length that extends a face at `distance` from the centre to two cells beyond a side of the
+  /// grid [length]. It is 0 unless the face is on the side or less than two cells beyond it.
   template <int D>
   double beyond_side(const SolverOptions<D> &options, const Vec<D> &centre, const Vec<D> &normal,
                      double distance)
@@ -101,7 +103,7 @@ template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : 
   prescribed_.assign(bodies_.size(), {});
 }
 
-/// Along the axes of the body.
+/// Returns the hull in the axes of the body.
 template <int D> ConvexHull<D> RigidBodies<D>::hull_of(int body) const
 {
   std::vector<Vec<D>> vertices;
@@ -126,8 +128,8 @@ template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
   std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
 }
 
-/// The form fits the boxes of the points along the axes of the body, or has its vertices. The centre is
-/// that of the form, from the origin of the coordinates.
+/// Finds the half sizes and the centre of a body from the boxes of its points along the axes of the
+/// body, or from its vertices. The centre is relative to the origin of the coordinates.
 template <int D>
 void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communication &communication)
 {
@@ -163,8 +165,8 @@ void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communica
   body.centre = body.orientation * middle;
 }
 
-/// The origin is the centre of mass or the pivot. The centre of the form is given from there, along the
-/// axes of the body.
+/// Sets the origin to the centre of mass or the pivot, and makes the centre of the form relative to
+/// it, in the axes of the body.
 template <int D>
 void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
                                   const Communication &communication)
@@ -197,7 +199,7 @@ void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
   body.mass_centre = to_body * (mass_centre - body.origin);
 }
 
-/// Of the points and their boxes, about the origin; and the rates with which a body begins.
+/// Finds the inertia of the points and their boxes about the origin, and the initial rates.
 template <int D>
 void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
                                   const Communication &communication)
@@ -208,7 +210,7 @@ void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
   const auto is_own = [&](int p) { return points.rigid_body[p] == b; };
   const Tensor<D> to_body = transpose(body.orientation);
   const auto arm = [&](int p) { return to_body * (first_of<D>(points.position[p]) - body.origin); };
-  // what a point's own box adds about an axis: m/3 (l² + l'²) of the half sizes across it
+  // a point's own box adds m/3 (l² + l'²) about an axis, with the half sizes l, l' across it
   const auto own_inertia = [&](int p, int i, int j) {
     if (i != j || i < D) return 0.0;
     double sum = 0.0;
@@ -231,11 +233,11 @@ void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
     const Vec<D> world_arm = first_of<D>(points.position[p]) - body.origin;
     return points.mass[p] * dot(first_of<D>(points.velocity[p]), unit_motion(q, world_arm));
   });
-  // velocities of points say nothing of the spin of their boxes; points in a row, nothing of the spin
-  // about it
-  constexpr double NOTHING = 1e-9;
+  // the inertia of boxes does not contribute to the momentum of points; a small part of it makes
+  // the matrix regular for points on one line
+  constexpr double SMALL_PART = 1e-9;
   double own[S * S], world[S * S];
-  for (int q = 0; q < S * S; ++q) own[q] = of_places[q] + NOTHING * of_boxes[q];
+  for (int q = 0; q < S * S; ++q) own[q] = of_places[q] + SMALL_PART * of_boxes[q];
   turn_inertia(body.orientation, own, world);
   solve_free<D>(world, momentum.data(), options.free, body.rates);
 }
@@ -270,7 +272,8 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
     else
       widen_at_sides(step.shape);
     step.reach = std::sqrt(dot(body.centre, body.centre)) + 2.0 * step.shape.radius() + 2.0 * cell;
-    // lines through the box around the body along each axis have two contacts each, and all nodes inside one
+    // each line through the bounding box along an axis has two contacts, and each node inside has
+    // one
     const double across = 2.0 * step.shape.radius() / cell + 3.0;
     double terms = 1.0;
     for (int a = 0; a < D; ++a) terms *= std::min(across, 1e4);
@@ -300,7 +303,8 @@ template <int D> int RigidBodies<D>::num_enclosed(int body, const PointView<D> &
   return count;
 }
 
-/// A flat face on a side of the grid, or beyond it, is no edge of the body: there it goes on, by two cells.
+/// Extends flat faces on a side of the grid or beyond it by two cells, since the body continues
+/// there.
 template <int D> void RigidBodies<D>::widen_at_sides(RigidShape<D> &shape) const
 {
   const int first = shape.form == BodyForm::Box ? 0 : shape.form == BodyForm::Cylinder ? 2 : D;
@@ -314,7 +318,8 @@ template <int D> void RigidBodies<D>::widen_at_sides(RigidShape<D> &shape) const
     }
 }
 
-/// Those of the vertices, which go on beyond sides of the grid as flat faces of other forms do.
+/// Sets the half spaces of the form Convex, with extensions beyond sides of the grid as in
+/// widen_at_sides().
 template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shape) const
 {
   ConvexHull<D> hull = hulls_[k];
@@ -333,8 +338,9 @@ template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shap
   for (int n = 0; n < shape.num_half_spaces; ++n) shape.half_space[n] = hull.sides[n].plane;
 }
 
-/// Momentum of the bodies that forces drive, and the rates that they would have without contact. About an origin that moves with
-/// the body, M du/dt = Q - (m ω × (ω × c), ω × I ω) with the centre of mass at c.
+/// Finds the momentum of the bodies that forces drive, and their rates without contact. About an
+/// origin that moves with the body, M du/dt = Q - (m ω × (ω × c), ω × I ω) with the centre of mass
+/// at c.
 template <int D>
 void RigidBodies<D>::add_forces(const PointView<D> &points, double dt,
                                 const Communication &communication)
@@ -393,7 +399,7 @@ template <int D> void RigidBodies<D>::advance(double dt)
   }
 }
 
-/// visit(numbers, count) for the numbers of a body in its record behind the first two.
+/// Calls visit(numbers, count) for the numbers of a body in its record after the first two.
 template <int D>
 template <class Body, class Visit>
 void RigidBodies<D>::each_number(Body &body, const Visit &visit)

@@ -320,8 +320,8 @@ template <int D> struct RigidShape {
   }
 
   static constexpr double SAME_DEPTH = 1e-9;    // tolerance relative to the size of the body
-  static constexpr double STEEP =
-      0.7072;    // cosine that only one of two perpendicular faces exceeds
+  /// Cosine to an axis that only one of two perpendicular normals exceeds.
+  static constexpr double STEEP = 0.7072;
 
   /// Returns whether the depth `below` behind another face counts as a depth behind an edge, and
   /// scales it. Faces whose normals differ by up to 45 degrees approximate a round body and have no
