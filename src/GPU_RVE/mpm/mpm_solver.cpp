@@ -83,7 +83,7 @@ namespace {
     return std::make_unique<StepProgram<D, HostMachine>>(options, communication, grid);
   }
 
-  /// Collective: ends on all ranks if a rank has no runner.
+  /// Makes the runner of this rank. Collective; throws on all ranks if a rank has no runner.
   template <int D>
   std::unique_ptr<StepRunner<D>> make_runner(const SolverOptions<D> &options,
                                              const Communication &communication,
@@ -249,7 +249,7 @@ void MpmSolver<D>::evaluate(const PointView<D> &points, const std::vector<Tracti
   runner_->evaluate(input(points, loads, dt), stresses_);
 }
 
-/// Refuses what a step left behind and the next one could not begin with.
+/// Throws a PointError for points with which the next step cannot begin.
 template <int D> void MpmSolver<D>::check_points(const PointView<D> &points) const
 {
   std::uint64_t first = PointErrorKey::NO_ERROR;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Passes over points: checks, weights and bounds at the start of a step, motion and strains at its
+// Passes over points: checks, weights and bounds at the start of a step, motion and strains at the
 // end.
 
 #pragma once
@@ -8,7 +8,8 @@
 
 namespace mpm {
 
-/// What a step begins with at a point, read at once: a thread of a GPU waits for memory once.
+/// Data of a point at the start of a step. Reading all at once makes a GPU thread wait for memory
+/// once.
 template <int D> struct PointAtStart {
   Vec<D> position, velocity, half_size, body_force;
   Tensor<D> stress;
@@ -24,8 +25,9 @@ template <int D> struct PointAtStart {
   }
 };
 
-/// What would be undefined behaviour or nonsense further on, before a step or after it. The last
-/// assignment wins, and there is no branch: a GPU would read no further number before it.
+/// Returns the error of the state of a point, before or after a step, that would cause undefined
+/// behaviour or wrong results. The last assignment wins. There are no branches, since a GPU would
+/// not read further numbers before a branch.
 template <int D>
 RVE_HD ErrorCode state_error(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
                              const Tensor<D> &stress, bool is_rigid)
@@ -37,9 +39,10 @@ RVE_HD ErrorCode state_error(const Grid<D> &grid, const Vec<D> &position, const 
   return are_finite<D>(position.component) ? error : ErrorCode::Position;
 }
 
-constexpr double SIZE_TOLERANCE = 1e-6;    // of a half size that should be at most h/2, relative
+constexpr double SIZE_TOLERANCE = 1e-6;    // relative tolerance of the largest half size, h/2
 
-/// Trouble of a point at the start of a step. As in state_error, the last assignment wins.
+/// Returns the error of a point at the start of a step. The last assignment wins, as in
+/// state_error().
 template <int D>
 RVE_HD ErrorCode input_error(const Grid<D> &grid, const PointAtStart<D> &point, int num_bodies,
                              int num_models)
@@ -63,7 +66,8 @@ RVE_HD ErrorCode input_error(const Grid<D> &grid, const PointAtStart<D> &point, 
   return of_state == ErrorCode::None ? error : of_state;
 }
 
-/// Bound of the internal force components of a point on a node: |V σ·∇N| with |∂N| <= 1/h [force].
+/// Bound of the components of the internal force of a point on a node, |V σ·∇N| with |∂N| <= 1/h
+/// [force].
 template <int D>
 RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, double cell_size)
 {
@@ -76,12 +80,13 @@ RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, doubl
   return volume / cell_size * largest_row;
 }
 
-/// Bounds of the forces of a point on a node, and of its pressure, which neighbours can get.
+/// Raises the bounds of the forces of a point on a node and, with mean dilation, of volume and
+/// pressure.
 template <int D, class Tally>
 RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress, double volume,
                                const double *body_force, Tally &tally)
 {
-  // without its mean the stress is no larger than twice as much
+  // subtracting the mean at most doubles the stress
   const double factor = step.mean_dilation ? 2.0 : 1.0;
   tally.raise(
       ForceBound,
@@ -92,11 +97,12 @@ RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress,
   tally.raise(PressureBound, std::abs(trace(stress)) / D);
 }
 
-/// Checks, weights, bounds of what goes to the nodes, and the extents of rigid bodies.
+/// Finds errors and weights of points, bounds of their contributions to nodes, and extents of rigid
+/// bodies.
 template <int D> struct PreparePoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
-  bool bounds_forces;    ///< stresses do not change before the forces are summed
+  bool bounds_forces;    ///< set if stresses do not change before the forces are summed
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
@@ -134,7 +140,7 @@ template <int D> struct PreparePoint : PointPass<D> {
   }
 };
 
-/// The bound of forces after stresses have changed within a step.
+/// Raises the bounds of forces after stresses have changed within a step.
 template <int D> struct BoundForces : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -145,7 +151,8 @@ template <int D> struct BoundForces : PointPass<D> {
   }
 };
 
-/// x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v; rigid points move with their body.
+/// Moves points: x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v. Rigid points move with
+/// their body.
 template <int D> struct AdvancePoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -177,7 +184,8 @@ template <int D> struct AdvancePoint : PointPass<D> {
   }
 
  private:
-  /// Positions stay on the body to round-off; velocities are those at the end.
+  /// Moves a point with a body that turns, accurate to round-off. The velocity is that at the new
+  /// position.
   RVE_HD void turn_with(const RigidBodyStep<D> &body, double *x, double *v) const
   {
     Vec<D> arm, linear;
@@ -194,7 +202,7 @@ template <int D> struct AdvancePoint : PointPass<D> {
   }
 };
 
-/// L of a point before its dilation is replaced by that of its cells.
+/// Finds L of points before the mean of their cells replaces their dilation.
 template <int D> struct GradientOfPoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -206,11 +214,11 @@ template <int D> struct GradientOfPoint : PointPass<D> {
   }
 };
 
-/// L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F.
+/// Finds strains: L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F.
 template <int D> struct StrainPoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 2;
-  double dt;    ///< of the whole step or of a part
+  double dt;    ///< whole time step or a part of it [time]
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
