@@ -111,16 +111,12 @@ template <int D> class Boundary {
   std::vector<RigidBodyOptions> options_;
 };
 
-namespace face_pair {
+/// Coordinates that differ by less are equal [cells]. The value is far above round-off.
+constexpr double SAME_PLACE = 1e-6;
 
-  /// Coordinates that differ by less are equal [cells]. The value is far above round-off.
-  constexpr double SAME_PLACE = 1e-6;
-
-  RVE_HD inline double clamped(double value, double low, double high)
-  {
-    return value < low ? low : value > high ? high : value;
-  }
-
-}    // namespace face_pair
+RVE_HD inline double clamped(double value, double low, double high)
+{
+  return value < low ? low : value > high ? high : value;
+}
 
 }    // namespace mpm

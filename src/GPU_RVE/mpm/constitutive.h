@@ -77,7 +77,8 @@ template <int D> class Constitutive {
   }
   /// Plans the same update with increments and stresses in the memory of a device. Returns a
   /// request that has not been launched, or null if the law needs begin(). `stress` is the host
-  /// array for stresses that finish() returns there.
+  /// array for stresses that finish() returns there. A request is launched only if the laws of all
+  /// points plan one.
   virtual rve::Request *plan(int /*count*/, const int * /*point_index*/,
                              const DeviceArrays<D> & /*arrays*/, double /*dt*/,
                              rve::Tensor<double, D> * /*stress*/)

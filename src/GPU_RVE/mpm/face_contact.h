@@ -47,7 +47,6 @@ template <int D> struct FaceColumn {
   /// Sets the members for a column. Returns false if the column is not under the body.
   RVE_HD bool find(const StepView<D> &step, int number, const RigidBodyOptions &options, int column)
   {
-    using namespace face_pair;
     const Grid<D> &grid = step.grid;
     const RigidBodyState<D> state = step.body(number);
     body = number;
@@ -87,7 +86,6 @@ template <int D> struct FaceColumn {
   /// Calls visit(row, node) for the nodes with mass inside the body that its face does not use.
   template <class Visit> RVE_HD void each_inside(const StepView<D> &step, const Visit &visit) const
   {
-    using face_pair::SAME_PLACE;
     int inside = used[0] ? row[0] + inwards : row[0];
     inside = inside < first_row ? first_row : inside > last_row ? last_row : inside;
     for (; is_held(inside); inside += inwards) {
@@ -101,7 +99,6 @@ template <int D> struct FaceColumn {
   RVE_HD bool find_place(const Grid<D> &grid, const RigidBodyState<D> &state,
                          const RigidBodyOptions &options, int column)
   {
-    using namespace face_pair;
     place = Place<D>::zero();
     is_round = D == 3 && options.round;
     double radius = 1e9;
@@ -178,7 +175,6 @@ template <int D> struct OpenFaces {
   static RVE_HD int covered(const Grid<D> &grid, const RigidBodyState<D> &other,
                             const FaceColumn<D> &column, const Place<D> &place)
   {
-    using face_pair::SAME_PLACE;
     int on_face[D] = {};
     for (int a = 0; a < D; ++a) {
       const double from_low = place[a] - grid.scaled(other.lo[a], a);

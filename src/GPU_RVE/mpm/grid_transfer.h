@@ -47,12 +47,14 @@ template <int D> struct Support {
     return place;
   }
 
-  /// Sets the first node from the weights of the axes.
+  /// Sets all members that follow from the grid and the weights of the axes.
   RVE_HD void locate(const Grid<D> &grid)
   {
     Place<D> first;
     for (int a = 0; a < D; ++a) first[a] = axis[a].first;
     first_node = grid.node(first);
+    for (int a = 1; a < D; ++a) stride[a - 1] = grid.stride(a);
+    per_cell = 1.0 / grid.cell_size();
   }
 
  private:
@@ -141,8 +143,6 @@ RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const 
     support.axis[a] = gimp_weights(xi, half < 0.5 ? half : 0.5);
   }
   support.locate(grid);
-  for (int a = 1; a < D; ++a) support.stride[a - 1] = grid.stride(a);
-  support.per_cell = 1.0 / grid.cell_size();
   return support;
 }
 
@@ -159,8 +159,6 @@ RVE_HD Support<D> support_of(const Grid<D> &grid, ShapeFunction shape, const dou
                                                      : gimp_weights(xi, half < 0.5 ? half : 0.5);
   }
   support.locate(grid);
-  for (int a = 1; a < D; ++a) support.stride[a - 1] = grid.stride(a);
-  support.per_cell = 1.0 / grid.cell_size();
   return support;
 }
 

@@ -40,22 +40,16 @@ namespace {
       principal.value[out] = out_of_plane;
     }
 
+    /// Stores a stress with the former principal directions, which isotropy preserves.
     void store(const MohrCoulombReturn::Principal &values, Tensor2 &stress, double *memory) const
-    {
-      stress = in_plane(values);
-      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
-    }
-
-   private:
-    /// In-plane stress with the former principal directions, which isotropy preserves.
-    Tensor2 in_plane(const MohrCoulombReturn::Principal &values) const
     {
       const double mean = 0.5 * (values.value[upper] + values.value[lower]);
       const double scale = radius > 0.0 ? 0.5 * (values.value[upper] - values.value[lower]) / radius
                                         : 0.0;
       const double difference = scale * half_difference;
       const double tangential = scale * shear;
-      return {{mean + difference, tangential, tangential, mean - difference}};
+      stress = {{mean + difference, tangential, tangential, mean - difference}};
+      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
     }
   };
 

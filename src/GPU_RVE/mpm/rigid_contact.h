@@ -74,7 +74,7 @@ RVE_HD Tip find_tip(const Grid<D> &grid, const typename RigidShape<D>::Crossing 
   if (!shares_nodes || !(length > TIP)) return Tip::None;
   normal = (1.0 / length) * both;
   row = 0.5 * (crossing.place[0] + crossing.place[1]) / cell;
-  const double least = (LEAST_DEPTH - face_pair::SAME_PLACE) * cell;
+  const double least = (LEAST_DEPTH - SAME_PLACE) * cell;
   const bool is_reachable = row > grid.first(axis) && row < grid.last(axis) &&
       !(crossing.depth[0] < least) && !(crossing.depth[1] < least);
   return is_reachable ? Tip::Reachable : Tip::OutOfReach;
@@ -85,7 +85,6 @@ template <int axis, int D, class Visit>
 RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &body, int column,
                                const Visit &visit)
 {
-  using face_pair::SAME_PLACE;
   const Grid<D> &grid = step.grid;
   const double cell = grid.cell_size();
   Place<D> place;
@@ -144,8 +143,7 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
 
   int inside[2];    // first and last row of the inner nodes that are in no contact on the surface
   for (int end = 0; end < 2; ++end) {
-    const double face =
-        face_pair::clamped(crossing.place[end] / cell, first_row - 2.0, last_row + 2.0);
+    const double face = clamped(crossing.place[end] / cell, first_row - 2.0, last_row + 2.0);
     const int inwards = end == 0 ? 1 : -1;
     const int inner = static_cast<int>(end == 0 ? std::ceil(face) : std::floor(face));
     inside[end] = inner;
@@ -235,7 +233,7 @@ template <int D> struct RigidContactMotion {
         : Vec<D>::zero();
     normal = freed(contact.normal);
     const double length = std::sqrt(dot(normal, normal));
-    if (!(length > face_pair::SAME_PLACE)) return false;    // the body is cut by a symmetry plane
+    if (!(length > SAME_PLACE)) return false;    // the body is cut by a symmetry plane
     normal = (1.0 / length) * normal;
     return true;
   }

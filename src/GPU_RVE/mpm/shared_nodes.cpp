@@ -102,7 +102,7 @@ template <int D> NodeBox<D> SharedNodes<D>::box_around(const double *lo, const d
   for (int a = 0; a < D; ++a) {
     const auto cell_of = [&](double coordinate) {
       return static_cast<int>(
-          std::floor(face_pair::clamped(grid_.scaled(coordinate, a), 0.0, grid_.cells(a))));
+          std::floor(clamped(grid_.scaled(coordinate, a), 0.0, grid_.cells(a))));
     };
     box.first[a] = cell_of(lo[a]) - 1;
     box.end[a] = std::min(cell_of(hi[a]) + 4, grid_.cells(a) + 2);

@@ -229,11 +229,12 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   /// Runs the passes that need pending stresses. A device launches them speculatively, before the
   /// host has checked that the stresses are complete. If the host must finish some RVEs, the passes
   /// are cancelled and repeated. Passes are not launched speculatively if hosts exchange sums in
-  /// between.
+  /// between, as they do for bodies that can turn.
   template <class Passes> void after_stress(StressUpdate<D> &update, const Passes &passes)
   {
     const bool needs_no_host = !machine_.is_synchronous() &&
-        (communication_.ranks == 1 || (machine_.devices_exchange() && !has_free_bodies()));
+        (communication_.ranks == 1 ||
+         (machine_.devices_exchange() && machine_.view().num_rigid == 0));
     const std::int32_t *needs_host = needs_no_host ? update.needs_host() : nullptr;
     const auto launch = [&] {
       passes();
@@ -253,9 +254,6 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       throw;
     }
   }
-  /// True if there are bodies whose reactions are summed on the hosts.
-  bool has_free_bodies() const { return machine_.view().num_rigid > 0; }
-
   /// Finds errors, weights and bounds of all points and loads.
   void prepare(bool bounds_forces)
   {
