@@ -44,7 +44,7 @@ struct MailPlaces {
 
   /// Flag that is above zero if a rank has left, which ends all waiting. Valid for host addresses
   /// too.
-  static __host__ __device__ std::uint64_t *leave_flag(char *memory)
+  static __host__ __device__ std::uint64_t *left(char *memory)
   {
     return reinterpret_cast<std::uint64_t *>(memory);
   }
@@ -81,7 +81,7 @@ struct MailPlaces {
       Flag(finished_round(rank)).store(round, cuda::memory_order_release);
     }
     if (threadIdx.x < ranks) {
-      const Flag other(finished_round(threadIdx.x)), is_left(*leave_flag(memory));
+      const Flag other(finished_round(threadIdx.x)), is_left(*left(memory));
       while (other.load(cuda::memory_order_acquire) < round &&
              is_left.load(cuda::memory_order_relaxed) == 0)
         __nanosleep(100);
@@ -199,7 +199,7 @@ class RankMail {
  private:
   volatile std::uint64_t *flag_of_leaving() const
   {
-    return MailPlaces::leave_flag(static_cast<char *>(memory_.get()));
+    return MailPlaces::left(static_cast<char *>(memory_.get()));
   }
 
   std::shared_ptr<void> memory_;
