@@ -8,7 +8,7 @@
 
 namespace mpm {
 
-/// One of the equal parts of the box of a point.
+/// A part of the box of a point; all parts have equal sizes.
 template <int D> struct BoxPart {
   int number = 0, count = 1;    ///< index of the part, and number of parts
   int place[D] = {};            ///< index of the part along each axis

@@ -48,7 +48,7 @@ template <int D> struct SolverOptions {
   std::vector<std::string> rigid_body_names;    ///< used in messages; the default is the index
   int threads = 1;                              ///< OpenMP threads; no influence on results
   Device device = Device::Cpu;                  ///< no influence on results
-  int device_number = 0;                        ///< modulo the number of devices
+  int device_number = 0;                        ///< modulo the number of usable devices
 
   /// Number of bodies that can turn.
   int num_turning() const

@@ -145,7 +145,6 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   std::string description() const override { return machine_.description(); }
 
  private:
-  /// Runs a pass over its items.
   template <template <int> class P, class... Arguments> void over(const Arguments &...arguments)
   {
     machine_.over(P<D>{{machine_.view()}, arguments...});

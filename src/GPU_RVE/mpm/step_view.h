@@ -65,7 +65,7 @@ struct PointErrorKey {
   static ErrorCode code(std::uint64_t key) { return static_cast<ErrorCode>(key & 255); }
 };
 
-/// One traction vector on one face of a point's box.
+/// A traction vector on one face of a point's box.
 template <int D> struct PointLoad {
   int point;
   int load;    ///< index of the TractionLoad
