@@ -65,12 +65,14 @@ template <int D> std::vector<AbsorbingNode<D>> Boundary<D>::absorbing(const Grid
   return nodes;
 }
 
-/// Line by line along the axis, those beside each other along the first of the other axes one after the other.
-template <int D> Vec<D> Boundary<D>::sum_along(int axis, bool downwards, const Impulses &felt) const
+/// Sums impulses in a fixed order: line by line along the axis, then line after line along the
+/// first of the other axes.
+template <int D>
+Vec<D> Boundary<D>::sum_along(int axis, bool downwards, const Impulses &impulses) const
 {
   std::vector<std::pair<std::int64_t, const Vec<D> *>> ordered;
-  ordered.reserve(felt.size());
-  for (const NodeValue<D, Vec<D>> &at : felt) {
+  ordered.reserve(impulses.size());
+  for (const NodeValue<D, Vec<D>> &at : impulses) {
     std::int64_t order = 0;
     for (int a = D - 1; a >= 0; --a)
       if (a != axis) order = order * (grid_.cells(a) + 3) + (at.place[a] + 1);
@@ -84,16 +86,17 @@ template <int D> Vec<D> Boundary<D>::sum_along(int axis, bool downwards, const I
   return sum;
 }
 
-/// Into the body. The sum of the impulses on the nodes has the other sign, and the same bits.
-template <int D> Vec<D> Boundary<D>::body_impulse(int body, const Impulses &felt) const
+/// Nodes are added from the face into the body. The sum of the impulses on the nodes has the
+/// opposite sign and the same bits.
+template <int D> Vec<D> Boundary<D>::body_impulse(int body, const Impulses &impulses) const
 {
   const Face face = options_[body].face;
-  return Vec<D>::zero() - sum_along(axis_of(face), outward(face) > 0.0, felt);
+  return Vec<D>::zero() - sum_along(axis_of(face), outward(face) > 0.0, impulses);
 }
 
-template <int D> Vec<D> Boundary<D>::side_impulse(Face side, const Impulses &felt) const
+template <int D> Vec<D> Boundary<D>::side_impulse(Face side, const Impulses &impulses) const
 {
-  return sum_along(axis_of(side), false, felt);
+  return sum_along(axis_of(side), false, impulses);
 }
 
 template class Boundary<2>;

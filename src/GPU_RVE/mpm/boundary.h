@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Velocity conditions on the sides of the grid, and the arrays of rigid bodies on it. Contact with
-// bodies is in face_contact.h and rigid_contact.h.
+// Velocity conditions on the sides of the grid, options of rigid bodies, and sums of reactions.
+// face_contact.h and rigid_contact.h have the contact with bodies.
 //
-// Every condition is imposed as an impulse on nodal momenta, twice in a balance: on the momenta with the
-// forces, which gives the velocities of the grid, and on those that the points brought, from which
-// their increments are counted. The wall or body feels the first impulse less flip times the second one
-// (doc/src/theory_mpm.rst). Sides are imposed node by node, bodies column by column of nodes: neither
-// looks at what the others change.
+// Each condition is an impulse on nodal momenta. A balance imposes it twice: on the momenta with
+// the forces, which give the velocities of the grid, and on the momenta before the forces, from
+// which the velocity increments of the points are counted. The reaction of the wall or body is the
+// first impulse minus flip times the second one (doc/src/theory_mpm.rst). Sides are imposed node by
+// node, and bodies column by column of nodes. Neither reads what other nodes or columns change.
 
 #pragma once
 
@@ -15,16 +15,17 @@
 #include "mpm/shape_functions.h"
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
 namespace mpm {
 
-/// Free: no condition. Roller: no velocity normal to the side. Fixed: no velocity. They hold on the side and beyond it.
+/// Velocity condition on a side of the grid and on the nodes beyond it. Free: no condition. Roller:
+/// no velocity normal to the side. Fixed: no velocity.
 enum class SideKind { Free, Roller, Fixed };
 
-/// Speeds of waves [length/time] that the dashpots of a side absorb, by their traction -ρ c v on its nodes; 0: no dashpot.
+/// Wave speeds c [length/time] of the dashpots of a side, which put a traction -ρ c v on its nodes.
+/// Zero means that there is no dashpot.
 struct Dashpots {
   double normal = 0.0;        ///< compression waves; the side must be free
   double tangential = 0.0;    ///< shear waves; the side must be free or a roller
@@ -35,34 +36,36 @@ struct Dashpots {
 /// A node with the dashpots of the sides that it belongs to.
 template <int D> struct AbsorbingNode {
   int node;
-  Vec<D> speed[D];    ///< across each axis, of each component of the velocity [length/time]
+  Vec<D> speed[D];    ///< [axis across the side][velocity component], [length/time]
 };
 
-/// How a rigid body touches the material.
+/// Form, contact and freedoms of a rigid body.
 struct RigidBodyOptions {
   Face face = Face::YLo;    ///< the body's contact face; a footing presses with its lower one
-  bool rough = true;    ///< both velocity components are prescribed there; else the normal one only
+  bool rough = true;    ///< all velocity components are prescribed; otherwise the normal one only
   bool separation = false;    ///< the face can push but not pull
-  bool round = false;    ///< in space: a cylinder in the body's box, along the normal of its face
-  BodyForm form = BodyForm::Face;    ///< the others have no face and are not `round`
-  // of a form that can turn
-  double friction = 0.0;     ///< coefficient, of a contact that is not rough: such a one separates
-  int free = 0;              ///< bit k: freedom k obeys forces; the others are prescribed
-  bool has_pivot = false;    ///< else it turns about its centre of mass
-  double pivot[3] = {};      ///< at the beginning [length]
-  double turned[3] = {};     ///< rotation vector at the beginning, in the plane the angle [radian]
+  bool round = false;         ///< 3D: a cylinder in the body's box, along the normal of its face
+  BodyForm form = BodyForm::Face;    ///< `face` and `round` matter for Face only
+  // members for forms that can turn
+  double friction = 0.0;     ///< coefficient; the contact then separates and must not be rough
+  int free = 0;              ///< bit k: freedom k obeys forces; other freedoms are prescribed
+  bool has_pivot = false;    ///< the body turns about `pivot`; otherwise about its centre of mass
+  double pivot[3] = {};      ///< initial position of the pivot [length]
+  double turned[3] = {};     ///< initial rotation vector; the angle in 2D [radian]
 };
 
-/// A rigid body in this step: the box around the boxes of its points, moving without rotation.
+/// State of a rigid body of the form Face in a step: the bounding box of the boxes of its points,
+/// which moves without rotation.
 template <int D> struct RigidBodyState {
   Vec<D> lo, hi;      ///< [length]
   Vec<D> velocity;    ///< [length/time]
 };
 
-/// Whether contact of a body that can separate is found from the momenta, or taken from the last time it was found.
+/// Source of the state of contacts. Find: the momenta decide. Keep: the last state found is used.
 enum class Contact { Find, Keep };
 
-/// Bits of a node: a side holds it across an axis, and that side holds all components.
+/// Bits of a node: across(axis) if a side holds it across that axis, fixed_across(axis) if that
+/// side holds all components.
 struct SideBits {
   static RVE_HD constexpr int across(int axis) { return 1 << 2 * axis; }
   static RVE_HD constexpr int fixed_across(int axis) { return 2 << 2 * axis; }
@@ -75,31 +78,32 @@ template <int D, class T> struct NodeValue {
   T value;
 };
 
-/// What the conditions say of the nodes of a part of the grid, and the impulses added up.
+/// Conditions on the nodes of a part of the grid, and sums of impulses over the whole grid.
 template <int D> class Boundary {
  public:
-  using Impulses = std::vector<NodeValue<D, Vec<D>>>;    ///< of nodes in any order
+  using Impulses = std::vector<NodeValue<D, Vec<D>>>;    ///< nodes in any order
 
   Boundary(const Grid<D> &grid, const std::array<SideKind, FACES<D>> &sides,
            const std::array<Dashpots, FACES<D>> &dashpots,
            const std::vector<RigidBodyOptions> &bodies);
 
-  /// Per node that is held: SideBits.
+  /// Returns the SideBits of each node of the part.
   std::vector<std::uint8_t> sides(const Grid<D> &part) const;
-  /// Those that are held; nodes ascending.
+  /// Returns the nodes of the part with dashpots, in ascending order.
   std::vector<AbsorbingNode<D>> absorbing(const Grid<D> &part) const;
 
-  /// The nodes of the whole grid on a side and beyond it.
+  /// Returns the nodes of the whole grid on a side and beyond it.
   NodeBox<D> nodes_of(Face side) const;
 
-  /// Impulse [mass length/time] of the material on a body, or on a side, from the impulses on nodes
-  /// for that body, or for the axis of that side on nodes_of() it. Always summed in the same order;
-  /// nodes without an impulse may be left out.
-  Vec<D> body_impulse(int body, const Impulses &felt) const;
-  Vec<D> side_impulse(Face side, const Impulses &felt) const;
+  /// Impulse of the material on a body [mass length/time]. `impulses` are those on nodes for this
+  /// body. The order of the sum is fixed; nodes without an impulse may be left out.
+  Vec<D> body_impulse(int body, const Impulses &impulses) const;
+  /// Impulse of the material on a side [mass length/time]. `impulses` are those on nodes_of(side)
+  /// for the axis of the side, as for body_impulse().
+  Vec<D> side_impulse(Face side, const Impulses &impulses) const;
 
  private:
-  Vec<D> sum_along(int axis, bool downwards, const Impulses &felt) const;
+  Vec<D> sum_along(int axis, bool downwards, const Impulses &impulses) const;
 
   Grid<D> grid_;
   std::array<SideKind, FACES<D>> sides_;
@@ -107,16 +111,12 @@ template <int D> class Boundary {
   std::vector<RigidBodyOptions> options_;
 };
 
-namespace face_pair {
+/// Coordinates that differ by less are equal [cells]. The value is far above round-off.
+constexpr double SAME_PLACE = 1e-6;
 
-  /// Coordinates agree within this many cells: far above round-off, far below anything that matters.
-  constexpr double SAME_PLACE = 1e-6;
-
-  RVE_HD inline double clamped(double value, double low, double high)
-  {
-    return value < low ? low : value > high ? high : value;
-  }
-
-}    // namespace face_pair
+RVE_HD inline double clamped(double value, double low, double high)
+{
+  return value < low ? low : value > high ? high : value;
+}
 
 }    // namespace mpm

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the MPM solver knows of a material: deformation increments in, Cauchy stresses out.
+// Interface of constitutive laws: deformation increments in, Cauchy stresses out.
 //
-// The RVE engine and the analytic laws implement this; the solver knows neither.
+// The RVE engine and the analytic laws implement it. The solver depends on neither.
 
 #pragma once
 
@@ -14,57 +14,60 @@
 
 namespace mpm {
 
-/// A number that a law remembers of a point, besides the stress in the plane.
+/// A number that a law stores for each point in addition to the stress.
 struct StateVariable {
-  std::string name;    ///< a word without blanks: restart files and output know the variable by it
-  std::string unit;    ///< "stress", ..., or "" for a plain number
+  std::string name;    ///< name without blanks in restart files and output
+  std::string unit;    ///< "stress", ..., or "" for a dimensionless number
 };
 
 using StateVariables = std::vector<StateVariable>;
 
-/// What the laws of the points remember: a row of doubles for each point, which begins with the state variables of its law. Laws run
-/// on the host, and so the rows are there only.
+/// State variables of points: a row of doubles for each point, which begins with the state
+/// variables of its law. The rows exist on the host only, since laws with state variables run
+/// there.
 struct MemoryRows {
   double *first = nullptr;
-  int width = 0;    ///< of a row: as many doubles as the law with the most state variables has
+  int width = 0;    ///< doubles of a row: the largest number of state variables of all laws
   double *operator[](int p) const { return first + static_cast<std::ptrdiff_t>(p) * width; }
 };
 
-/// Of all local points, in the memory of a CUDA device.
+/// Arrays of all local points in the memory of a CUDA device.
 template <int D> struct DeviceArrays {
-  int device = -1;    ///< as CUDA counts; -1: there are none
+  int device = -1;    ///< CUDA device number; -1: there are no such arrays
   const rve::Tensor<double, D> *deformation_increment = nullptr;
   rve::Tensor<double, D> *stress = nullptr;
 };
 
-/// A law of points in D dimensions.
+/// A constitutive law of points in D dimensions.
 template <int D> class Constitutive {
  public:
   virtual ~Constitutive() = default;
 
-  /// The state variables, in the order of a row. They do not depend on the parameters of the law.
+  /// Returns the state variables in the order of a row. They do not depend on parameters of the
+  /// law.
   virtual StateVariables state_variables() const { return {}; }
 
-  /// Gives the state variables of a point their values at the beginning, when it has the Cauchy stress `stress` [stress].
+  /// Sets the initial state variables of a point with the initial Cauchy stress `stress` [stress].
   virtual void begin_memory(const rve::Tensor<double, D> & /*stress*/, double * /*memory*/) const {}
 
-  /// What is probably not meant about points that begin with this Cauchy stress [stress], as the end of a sentence that names it; "" for
-  /// nothing.
+  /// Returns a warning about points with this initial Cauchy stress [stress], or "". The text is
+  /// the end of a sentence whose subject is the stress.
   virtual std::string doubt_about(const rve::Tensor<double, D> & /*stress*/) const { return ""; }
 
   /// Advances `count` points over `dt` [time].
   ///
-  /// point_index[count]: local indices of the points, ascending. The three arrays below are those of all local points and
-  /// are read and written at these indices only.
-  /// deformation_increment: ΔF = I + L dt of the increment, stretch and spin, F_new = ΔF F_old.
-  /// stress: Cauchy stress [stress], tension positive, in the plane; memory: the state variables. Both in: before
-  /// the increment, out: after it.
+  /// point_index[count]: local indices of the points, ascending. The other arrays have all local
+  /// points; only these indices are read and written.
+  /// deformation_increment: ΔF = I + L dt with stretch and spin, F_new = ΔF F_old.
+  /// stress: Cauchy stress [stress], tension positive; in 2D its in-plane components.
+  /// memory: state variables.
+  /// On entry, stress and memory are those before the increment; on return, those after it.
   virtual void update(int count, const int *point_index,
                       const rve::Tensor<double, D> *deformation_increment, double dt,
                       rve::Tensor<double, D> *stress, MemoryRows memory) = 0;
 
-  /// Begins the same update. Null: the stresses are there. Otherwise finish() waits for them, and the
-  /// arrays stay where they are until then.
+  /// Begins the same update. Returns null if it is complete. Otherwise finish() waits for the
+  /// stresses, and the arrays must not move until then.
   virtual rve::Request *begin(int count, const int *point_index,
                               const rve::Tensor<double, D> *deformation_increment, double dt,
                               rve::Tensor<double, D> *stress, MemoryRows memory)
@@ -72,9 +75,10 @@ template <int D> class Constitutive {
     update(count, point_index, deformation_increment, dt, stress, memory);
     return nullptr;
   }
-  /// Plans the same update with increments and stresses in the memory of a device, if no point on
-  /// that device has a law of another kind. Null: the law needs the host, that is begin(). The request
-  /// has still to be launched. `stress`: array of the host for the stresses that finish() leaves there.
+  /// Plans the same update with increments and stresses in the memory of a device. Returns a
+  /// request that has not been launched, or null if the law needs begin(). `stress` is the host
+  /// array for stresses that finish() returns there. A request is launched only if the laws of all
+  /// points plan one.
   virtual rve::Request *plan(int /*count*/, const int * /*point_index*/,
                              const DeviceArrays<D> & /*arrays*/, double /*dt*/,
                              rve::Tensor<double, D> * /*stress*/)
@@ -85,22 +89,24 @@ template <int D> class Constitutive {
   virtual rve::StressesAre finish(rve::Request & /*request*/) { return rve::StressesAre::OnHost; }
   /// Copies stresses that finish() has left on the device to the array of the host.
   virtual void copy_stresses_to_host() {}
-  /// Announces an update of these points later in this step: work that does not depend on the
+  /// Announces an update of these points later in this step. Work that does not depend on the
   /// increments can be done now, while a device is busy.
   virtual void expect_update(int /*count*/, const int * /*point_index*/) {}
-  /// Exchanges notes and checks between ranks. Collective, after the last update was finished.
+  /// Exchanges notes and checks between ranks. Collective; called after the last update has
+  /// finished.
   virtual void synchronise_ranks() {}
 
-  /// Whether update() may be called for parts of the points at the same time, from several threads.
+  /// True if several threads may call update() at the same time for different points.
   virtual bool takes_parts() const { return false; }
 
-  /// p_wave_modulus() will be asked for many points, from several threads.
+  /// Announces calls of p_wave_modulus() for many points, from several threads.
   virtual void expect_questions() {}
 
-  /// Modulus of plane compression waves, ρ c² [stress], an upper estimate for the current state: the CFL check uses it.
+  /// Modulus of plane compression waves, ρ c² [stress]. The CFL check uses this upper estimate for
+  /// the current state.
   virtual double p_wave_modulus(int point_index) const = 0;
 
-  /// Modulus of shear waves, ρ c² [stress], where the law knows it without a measurement; else 0.
+  /// Modulus of shear waves, ρ c² [stress], or 0 if the law has no closed form of it.
   virtual double shear_modulus(int /*point_index*/) const { return 0.0; }
 };
 

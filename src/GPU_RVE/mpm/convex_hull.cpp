@@ -10,12 +10,12 @@
 
 namespace mpm {
 
-using rve::number;
 using rve::require;
 
 namespace {
 
-  /// Over the size of the body. Coordinates of a script have more digits than this, and no cell is so small.
+  /// Tolerance of flatness relative to the size of the body. Coordinates in scripts have more
+  /// digits, and no cell is that small.
   constexpr double FLAT = 1e-6;
 
   template <int D> double length_of(const Vec<D> &vector)
@@ -23,11 +23,11 @@ namespace {
     return std::sqrt(dot(vector, vector));
   }
 
-  /// D vertices, and the length or twice the area between them.
+  /// D vertices that may lie on a face.
   template <int D> struct Candidate {
     std::array<int, D> corner;
-    Vec<D> across;    ///< normal of their plane, as long as `measure`
-    double measure;
+    Vec<D> across;     ///< normal of their plane, with the length `measure`
+    double measure;    ///< distance of two vertices, or twice the area of three
   };
 
   template <int D> std::vector<Candidate<D>> candidates(const std::vector<Vec<D>> &vertices)
@@ -46,7 +46,7 @@ namespace {
           for (int k = j + 1; k < count; ++k)
             add({i, j, k}, cross(edge, vertices[k] - vertices[i]));
       }
-    // the widest first: their normals are the most accurate ones of a face
+    // the widest candidates come first, since they have the most accurate normals
     std::stable_sort(all.begin(), all.end(),
                      [](const Candidate<D> &one, const Candidate<D> &other) {
                        return one.measure > other.measure;
@@ -54,7 +54,8 @@ namespace {
     return all;
   }
 
-  /// Components that agree but for round-off are made equal: which axis is the nearest must not depend on it.
+  /// Makes components equal that differ by round-off, since the choice of the nearest axis must not
+  /// depend on round-off.
   template <int D> Vec<D> without_noise(Vec<D> normal)
   {
     constexpr double NOISE = 1e-12;
@@ -67,7 +68,7 @@ namespace {
     return normal;
   }
 
-  /// The largest distance along a normal [length].
+  /// Largest distance of the vertices along a normal [length].
   template <int D> double support(const std::vector<Vec<D>> &vertices, const Vec<D> &normal)
   {
     double largest = -std::numeric_limits<double>::infinity();
@@ -94,19 +95,19 @@ template <int D> void ConvexHull<D>::extend(std::size_t moved, double distance)
     const Side other = sides[k];
     const double lean = dot(other.plane.normal, end.plane.normal);
     const Side edge = {{}, other.on & end.on, other.sweeps + 1};
-    // an edge in space has two vertices; one that is longer than they say has one at least
+    // an edge in 3D has two vertices; an edge that was extended has at least one
     const int least = std::max(1, D - 1 - other.sweeps);
     if (k == moved || static_cast<int>(edge.on.count()) < least) continue;
     if (std::abs(lean) <= FLAT) sides[k].sweeps += 1;
     if (!(lean < -FLAT)) continue;
     const Vec<D> across = other.plane.normal - lean * end.plane.normal;
     const double length = length_of(across);
-    if (!(length > FLAT)) continue;    // the side opposite
+    if (!(length > FLAT)) continue;    // the opposite side
     sides.push_back(edge);
     sides.back().plane = {without_noise((1.0 / length) * across),
                           (other.plane.distance - lean * end.plane.distance) / length};
   }
-  // along the axes of the frame, on both sides: the box is to hold it, and not to be the smallest
+  // the box grows on both sides: it must contain the body but need not be the smallest box
   for (int a = 0; a < D; ++a) half[a] += distance * std::abs(end.plane.normal[a]);
 }
 
@@ -114,17 +115,13 @@ template <int D>
 ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string &name)
 {
   const int count = static_cast<int>(vertices.size());
-  require(count > D && count <= MOST_VERTICES, [&] {
-    return name + " must have " + std::to_string(D + 1) + " to " + std::to_string(MOST_VERTICES) +
-        " vertices, got " + std::to_string(count);
-  });
+  require(count > D && count <= MOST_VERTICES, name, " must have ", D + 1, " to ", MOST_VERTICES,
+          " vertices, got ", count);
   Vec<D> lo = vertices[0], hi = vertices[0];
   for (int k = 0; k < count; ++k)
     for (int a = 0; a < D; ++a) {
-      require(std::isfinite(vertices[k][a]), [&] {
-        return "vertex " + std::to_string(k + 1) + " of " + name +
-            " must have finite coordinates, got " + number(vertices[k][a]) + " [length]";
-      });
+      require(std::isfinite(vertices[k][a]), "vertex ", k + 1, " of ", name,
+              " must have finite coordinates, got ", vertices[k][a], " [length]");
       lo[a] = std::min(lo[a], vertices[k][a]);
       hi[a] = std::max(hi[a], vertices[k][a]);
     }
@@ -153,14 +150,11 @@ ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string
       hull.sides.push_back(side);
     }
   }
-  require(static_cast<int>(hull.sides.size()) > D && hull.least_width() > 4.0 * flat, [&] {
-    return name + " has vertices in one " + (D == 2 ? "line" : "plane") + ", within " +
-        number(4.0 * flat) + " [length]: they must enclose " + (D == 2 ? "an area" : "a volume");
-  });
-  require(hull.sides.size() <= MOST_HALF_SPACES, [&] {
-    return name + " must have at most " + std::to_string(MOST_HALF_SPACES) + " faces, got " +
-        std::to_string(hull.sides.size());
-  });
+  require(static_cast<int>(hull.sides.size()) > D && hull.least_width() > 4.0 * flat, name,
+          " has vertices in one ", D == 2 ? "line" : "plane", ", within ", 4.0 * flat,
+          " [length]: they must enclose ", D == 2 ? "an area" : "a volume");
+  require(hull.sides.size() <= MOST_HALF_SPACES, name, " must have at most ", MOST_HALF_SPACES,
+          " faces, got ", hull.sides.size());
   return hull;
 }
 

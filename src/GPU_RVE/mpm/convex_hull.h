@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The convex hull of a few vertices, as half spaces that have a body in common. On the host, once for each body.
+// Convex hulls of a few vertices as intersections of half spaces. The host computes a hull once for
+// each body.
 
 #pragma once
 
@@ -12,31 +13,34 @@
 
 namespace mpm {
 
-/// All triples of vertices are tried: this many take a tenth of a second.
+/// Largest number of vertices. All triples of vertices are tried, which takes a tenth of a second.
 constexpr int MOST_VERTICES = 128;
 
 template <int D> struct ConvexHull {
   struct Side {
     HalfSpace<D> plane;
-    std::bitset<MOST_VERTICES> on;    ///< vertices on it
-    int sweeps = 0;                   ///< in how many directions `extend` made it longer
+    std::bitset<MOST_VERTICES> on;    ///< vertices on the side
+    int sweeps = 0;                   ///< number of directions in which extend() lengthened it
   };
 
-  Vec<D> middle = Vec<D>::zero();    ///< of the box around the vertices along the axes [length]
+  Vec<D> middle = Vec<D>::zero();    ///< centre of the axis-aligned bounding box [length]
   Vec<D> half = Vec<D>::zero();      ///< half sizes of this box [length]
-  std::vector<Vec<D>> vertices;      ///< as given, from the middle [length]
-  std::vector<Side> sides;           ///< distances of their planes are from the middle
+  std::vector<Vec<D>> vertices;      ///< positions relative to `middle` [length]
+  std::vector<Side> sides;           ///< planes at distances from `middle`
 
-  /// From one side to the vertex that is farthest from it, the least of all sides [length].
+  /// Smallest distance between a side and the vertex farthest from it [length].
   double least_width() const;
 
-  /// The body goes on behind one of its sides, by `distance` [length] along its normal. What would become wider there keeps its width:
-  /// a side that leans outwards ends where it meets this one, and the hull of its edge and of the edge moved takes its place.
+  /// Extends the body beyond a side by `distance` [length] along its normal. The extension is not
+  /// wider than this side: where an adjacent side leans outwards, a new side through the common
+  /// edge, parallel to the normal, bounds the extension.
   void extend(std::size_t side, double distance);
 };
 
-/// In the frame of the vertices [length]. Vertices inside are of no account, and faces that are flat within 1e-6 of the size of the body
-/// are one face. rve::InputError, which calls the body `name`: too few, too many, not finite, or all in one plane (in the plane, line).
+/// Returns the hull of vertices [length] in their frame. Vertices inside are ignored, and faces
+/// that are flat within 1e-6 of the size of the body are one face. Throws rve::InputError, with
+/// `name` for the body, if there are too few or too many vertices or faces, if a vertex is not
+/// finite, or if all lie in one plane (3D) or line (2D).
 template <int D>
 ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string &name);
 

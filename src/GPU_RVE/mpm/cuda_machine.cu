@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs the passes of a time step on a CUDA device, with the arrays of points and grid in its memory.
+// Runs the passes of a time step on a CUDA device, with the arrays of points and grid in its
+// memory.
 //
-// Host and device share the points as follows. Positions and velocities are brought back in every step
-// while the laws are at work, and taken again when the caller's differ from what was brought back;
-// forces when they differ from those of before. Laws that run on the host get ΔF and give stresses in
-// every step; those of laws that run on the device stay there until fetch(), and so do all other
-// fields that a step changes.
+// Host and device synchronise the points as follows. Positions and velocities are downloaded in
+// every step while the laws run. They are uploaded if the caller's values differ from those
+// downloaded, and forces if they differ from the last upload. Laws on the host read ΔF and write
+// stresses in every step. Stresses of laws on the device, and all other fields that a step changes,
+// stay on the device until fetch().
 
 #include "mpm/cuda_machine.h"
 
@@ -62,7 +63,7 @@ namespace {
     {
       use_device();
       const Watch watch(transfer_seconds_);
-      passes_.forget();    // of a step that has failed
+      passes_.forget();    // a failed step may have left some
       host_points_ = input.points;
       view_.dt = input.dt;
       view_.num_models = input.num_models;
@@ -71,14 +72,14 @@ namespace {
       send_points(input.points, other_words);
       send_loads(input.loads);
 
-      // words for passes, then motion: one copy brings both back
+      // the words of passes precede the motion in one buffer, so that one copy downloads both
       double *words = motion_.room(motion_size());
       std::fill_n(words, view_.body_maximum(0), 0.0);
       std::fill(words + view_.body_maximum(0), words + view_.num_maxima(),
                 -std::numeric_limits<double>::infinity());
-      const std::uint64_t nowhere = FirstTrouble::NOWHERE;
+      const std::uint64_t no_error = PointErrorKey::NO_ERROR;
       for (int stage = 0; stage < NUM_STAGES; ++stage)
-        std::memcpy(words + view_.num_maxima() + stage, &nowhere, sizeof(nowhere));
+        std::memcpy(words + view_.num_maxima() + stage, &no_error, sizeof(no_error));
       double *velocities = words + view_.num_maxima() + NUM_STAGES;
       for (int b = 0; b < view_.num_bodies; ++b)
         for (int a = 0; a < D; ++a) {
@@ -105,15 +106,15 @@ namespace {
     }
 
     const StepView<D> &view() const { return view_; }
-    /// With all that the device knows of them: asked for when something is wrong.
+    /// Points on the host with all fields downloaded; called for error messages.
     const PointView<D> &host_points()
     {
-      bring_motion();
+      download_motion();
       fetch(host_points_);
       return host_points_;
     }
 
-    void take_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
+    void set_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
     {
       if (shared.part_edition() != part_edition_) {
         part_edition_ = shared.part_edition();
@@ -122,13 +123,12 @@ namespace {
       }
       view_.point_total = shared.point_total();
       view_.touched = shared.touched();
-      // the same on all ranks
-      ranks_meet_there_ = mail_.is_open() && view_.num_maxima() <= MailPlaces::MOST_MAXIMA &&
-          shared.most_given() * SUMS_OF_NODE<D> <= MailPlaces::letter(mail_.places().ranks);
+      // the result is the same on all ranks
+      devices_exchange_ = mail_.is_open() && view_.num_maxima() <= MailPlaces::MOST_MAXIMA &&
+          shared.most_given() * SUMS_OF_NODE<D> <= MailPlaces::buffer_length(mail_.places().ranks);
       if (view_.num_rigid > 0 && view_.shares_grid) {
-        const std::vector<NodeBox<D>> lower = shared.lower_touched();
-        view_.num_lower = static_cast<int>(lower.size());
-        view_.lower_touched = send(lower_touched_, lower.data(), lower.size());
+        view_.num_lower = shared.num_lower();
+        view_.lower_touched = send(lower_touched_, shared.lower_touched(), shared.num_lower());
       }
       if (shared.edition() == shared_edition_) return;
       shared_edition_ = shared.edition();
@@ -148,26 +148,24 @@ namespace {
       launch(kernel, count, pass, count, findings_);
     }
 
-    /// Nothing is known before settle().
-    static constexpr bool knows_at_once() { return false; }
+    static constexpr bool is_synchronous() { return false; }
 
-    /// The device begins with what it was told; before anything else is done with what that works on.
-    void hand_over() { passes_.hand_over("passes of the material point method"); }
+    /// Launches the passes in the list. It must precede any other access to their arrays.
+    void submit() { passes_.hand_over("passes of the material point method"); }
     void wait()
     {
-      hand_over();
+      submit();
       check_cuda(cudaStreamSynchronize(nullptr), "a step of the material point method");
     }
-    void halt_where(const std::int32_t *flag) { findings_.halt = flag; }
-    void ask()
+    void halt_if(const std::int32_t *flag) { findings_.halt = flag; }
+    void request_findings()
     {
       launch(copy_few<double>, num_words(), findings_.maxima, motion_.room(motion_size()),
              num_words());
-      hand_over();
+      submit();
       asked_.set();
     }
-    /// Waits for the device; then findings and increments are on the host. Strains and motion may have changed on the device.
-    void settle()
+    void wait_for_findings()
     {
       asked_.wait("a step of the material point method");
       if (mail_.is_left()) throw std::runtime_error("another rank has failed in this step");
@@ -178,8 +176,7 @@ namespace {
                     view_.num_rigid * sizeof(*host_rigid_));
       }
     }
-    /// After settle(), while the device may be doing something else.
-    void bring_motion()
+    void download_motion()
     {
       if (!motion_is_ahead_) return;
       motion_is_ahead_ = false;
@@ -192,14 +189,14 @@ namespace {
         std::copy(velocities + begin, velocities + end, host_points_.velocity.first + begin);
       });
     }
-    std::uint64_t first_trouble()
+    std::uint64_t first_error()
     {
       for (int stage = 0; stage < NUM_STAGES; ++stage) {
         std::uint64_t first;
         std::memcpy(&first, maxima() + view_.num_maxima() + stage, sizeof(first));
-        if (first != FirstTrouble::NOWHERE) return first;
+        if (first != PointErrorKey::NO_ERROR) return first;
       }
-      return FirstTrouble::NOWHERE;
+      return PointErrorKey::NO_ERROR;
     }
     const double *maxima() { return motion_.room(motion_size()); }
 
@@ -207,12 +204,12 @@ namespace {
     {
       if (communication.ranks == 1 || count == 0) return;
       double *on_device = findings_.maxima + first;
-      if (ranks_meet_there_) {
+      if (devices_exchange_) {
         passes_.add(meet_for_maxima<double>, 1, MAIL_BLOCK, mail_.places(), findings_.halt,
                     on_device, count);
         return;
       }
-      hand_over();
+      submit();
       double *shared = shared_maxima_.room(count);
       launch(copy_few<double>, count, on_device, shared, count);
       wait();
@@ -220,9 +217,8 @@ namespace {
       launch(copy_few<double>, count, shared, on_device, count);
     }
 
-    /// Whether ranks exchange bounds and sums there in this step, without their hosts.
-    bool ranks_meet_there() const { return ranks_meet_there_; }
-    void meet_for_sums(MoveSums<D> given, const SharedNodes<D> &shared)
+    bool devices_exchange() const { return devices_exchange_; }
+    void exchange_sums(MoveSums<D> given, const SharedNodes<D> &shared)
     {
       MoveSums<D> taken = given;
       taken.nodes = taken_on_device_;
@@ -233,25 +229,25 @@ namespace {
         partners.partner[partners.count++] = {other.rank,
                                               given_end += static_cast<int>(other.given),
                                               taken_end += static_cast<int>(other.taken)};
-      passes_.add(meet_for_node_sums<D>, 1, MAIL_BLOCK, mail_.places(), partners, given, taken,
+      passes_.add(exchange_node_sums<D>, 1, MAIL_BLOCK, mail_.places(), partners, given, taken,
                   findings_);
     }
-    /// Nobody shall wait for this rank any more, nor its device for others.
     void leave_ranks() { mail_.leave(); }
 
     const int *given_nodes() const { return given_on_device_; }
     const int *taken_nodes() const { return taken_on_device_; }
-    /// In page-locked memory, which passes reach too: a few kilobytes are there sooner than by a copy.
+    /// The buffer is page-locked memory, which passes can access. For a few kilobytes this is
+    /// faster than a copy.
     std::int64_t *exchange_buffer(std::size_t count)
     {
-      hand_over();
+      submit();
       return exchange_.room(count);
     }
 
     template <class P> void scatter(const P &pass)
     {
       if (num_nodes_ == 0 || count_ == 0) return;
-      // the sums of all kinds lie one after the other
+      // the sums of all kinds are contiguous
       const std::size_t middle = width_of<D>(InertiaSums) * num_nodes_;
       const std::size_t first = P::adds_to(InertiaSums) ? 0 : middle;
       const std::size_t end = P::adds_to(VectorSums) ? SUMS_OF_NODE<D> * num_nodes_ : middle;
@@ -265,14 +261,16 @@ namespace {
     const Tensor<D> *increments()
     {
       const Watch watch(transfer_seconds_);
-      return receive(increment_, count_);
+      submit();
+      use_device();
+      return increment_.receive(count_);
     }
     DeviceArrays<D> device_arrays()
     {
-      hand_over();
+      submit();
       return {device_number_, view_.increment, view_.points.stress};
     }
-    void stresses_come() { stresses_are_ahead_ = true; }
+    void expect_device_stresses() { stresses_are_ahead_ = true; }
 
     void stresses_changed()
     {
@@ -301,7 +299,7 @@ namespace {
 
     template <class T> const T *of_nodes(const T *field, int row = 0)
     {
-      hand_over();
+      submit();
       use_device();
       const std::size_t bytes = num_nodes_ * sizeof(T);
       char *values = of_nodes_.room(bytes);
@@ -321,7 +319,7 @@ namespace {
    private:
     template <class T> using Buffer = DeviceBuffer<std::remove_const_t<T>>;
 
-    // doubles: arrays in one buffer begin at multiples
+    // arrays in one buffer begin at multiples of this number of doubles
     static constexpr std::size_t ALIGNMENT = 4;
 
     /// Adds the wall time of a scope.
@@ -339,7 +337,7 @@ namespace {
 
     void use_device() const { check_cuda(cudaSetDevice(device_number_), "choice of the device"); }
 
-    /// A kernel that calls follow(), of a thread for each of `count` items.
+    /// Adds a kernel that calls follow(), with a thread for each of `count` items.
     template <class... Parameters>
     void launch(void (*kernel)(Parameters...), std::size_t count,
                 const std::common_type_t<Parameters> &...arguments)
@@ -347,7 +345,7 @@ namespace {
       passes_.add(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK, arguments...);
     }
 
-    /// Adds to sums that have begun.
+    /// Adds items to sums that have been set to zero.
     template <class P> void add_items(const P &pass)
     {
       const SumsByKind<SharedSums> sums = {{{view_.sums[InertiaSums]}, {view_.sums[VectorSums]}}};
@@ -355,15 +353,17 @@ namespace {
              pass, pass.items(), findings_, sums);
     }
 
-    /// Doubles of an array of rows of three, and of all that comes before the motion in its buffer.
+    /// Number of doubles of an array of rows of three, rounded up.
     static std::size_t rows(int count)
     {
       return (3 * static_cast<std::size_t>(count) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     }
+    /// Index of the rigid bodies in the buffer of the motion.
     std::size_t rigid_offset() const
     {
       return view_.num_maxima() + NUM_STAGES + 2 * D * view_.num_bodies;
     }
+    /// Number of doubles before the positions in the buffer of the motion.
     std::size_t num_words() const
     {
       static_assert(sizeof(RigidBodyStep<D>) % sizeof(double) == 0 &&
@@ -374,9 +374,10 @@ namespace {
     }
     std::size_t motion_size() const { return count_ < 0 ? 0 : num_words() + 2 * rows(count_); }
 
-    /// Of copies and comparisons, in pieces that take about as long as a point of another job.
+    /// Number of pieces of copies and comparisons. A piece takes about as long as one point in
+    /// other loops.
     static int pieces(std::size_t bytes) { return static_cast<int>(bytes / 256); }
-    /// share(begin, end) for parts of `count` things of so many bytes, by a team.
+    /// Calls share(begin, end) in a team of threads for parts of `count` elements of `bytes` bytes.
     template <class Share> void share_out(std::size_t count, std::size_t bytes, Share share) const
     {
       const rve::LightWork work(pieces(count * bytes), threads_);
@@ -386,23 +387,15 @@ namespace {
         if (mine.begin < mine.end) share(mine.begin, mine.end);
       }
     }
-    /// Copies `count` things.
     template <class T> void copy(T *to, const T *from, std::size_t count) const
     {
       share_out(count, sizeof(T),
                 [=](int begin, int end) { std::copy(from + begin, from + end, to + begin); });
     }
-    /// Whether some of two arrays have the same bytes.
+    /// True if the bytes of two arrays are equal from element `begin` to before `end`.
     template <class T> static bool is_same(const T *one, const T *other, int begin, int end)
     {
       return std::memcmp(one + begin, other + begin, (end - begin) * sizeof(T)) == 0;
-    }
-
-    template <class T> const T *receive(DeviceBuffer<T> &buffer, std::size_t count)
-    {
-      hand_over();
-      use_device();
-      return buffer.receive(count);
     }
 
     template <class T> T *send(DeviceBuffer<T> &buffer, const T *from, std::size_t count) const
@@ -427,7 +420,7 @@ namespace {
         is_ahead_ = false;
         points_are_old_ = false;
       }
-      // what the host may have changed, and seldom has: one team compares all of it
+      // the host seldom changes these arrays; one team compares all of them
       const std::size_t size = 3 * static_cast<std::size_t>(count);
       double *motion = motion_.room(motion_size()) + num_words();
       double *velocities = motion + rows(count), *force = body_force_.room(size);
@@ -480,15 +473,15 @@ namespace {
 
     int device_number_, threads_;
     StepView<D> view_;
-    std::size_t num_nodes_ = 0;    ///< of the part
+    std::size_t num_nodes_ = 0;    ///< nodes of the part
     std::string name_;
     LaunchList passes_;
     double transfer_seconds_ = 0.0;
 
     GridArrays<D, DeviceBuffer> grid_arrays_;
-    HostBuffer<char> of_nodes_;    ///< the field that was asked for last
+    HostBuffer<char> of_nodes_;    ///< values that of_nodes() returned last
 
-    // with other ranks
+    // exchange with other ranks
     DeviceBuffer<int> given_nodes_, taken_nodes_;
     DeviceBuffer<NodeBox<D>> lower_touched_;
     const int *given_on_device_ = nullptr, *taken_on_device_ = nullptr;
@@ -497,17 +490,17 @@ namespace {
     HostBuffer<double> shared_maxima_;
     cudaUUID_t uuid_ = {};
     RankMail mail_;
-    bool ranks_meet_there_ = false;
+    bool devices_exchange_ = false;
 
     // points
-    int count_ = -1;    ///< that are on the device
+    int count_ = -1;    ///< number on the device
     PointView<D> host_points_;
-    bool points_are_old_ = true;    ///< on the device
-    bool motion_is_old_ = true;     ///< on the device
-    bool is_ahead_ = false;         ///< the device knows more of strains and volumes than the host
-    bool stresses_are_ahead_ = false;    ///< and of stresses
-    bool motion_is_ahead_ = false;       ///< and of positions and velocities
-    SideStream beside_;                  ///< for copies while RVEs advance
+    bool points_are_old_ = true;         ///< all points must be uploaded
+    bool motion_is_old_ = true;          ///< positions and velocities must be uploaded
+    bool is_ahead_ = false;              ///< strains and volumes of the host are out of date
+    bool stresses_are_ahead_ = false;    ///< stresses of the host are out of date
+    bool motion_is_ahead_ = false;       ///< positions and velocities of the host are out of date
+    SideStream beside_;                  ///< stream of copies while RVEs advance
     rve::Milestone asked_;
     DeviceBuffer<double> motion_;    ///< findings, rigid bodies, positions, velocities
     RigidBodyStep<D> *host_rigid_ = nullptr;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Steps on a CUDA device. Exists only in builds with CUDA.
+// Time steps on a CUDA device. Only builds with CUDA compile this.
 
 #pragma once
 
@@ -9,7 +9,8 @@
 
 namespace mpm {
 
-/// Nothing, and an `obstacle` in words, where there is no device. Throws std::runtime_error when the device fails.
+/// Makes a runner of steps on a CUDA device. Returns null and an explanation in `obstacle` if there
+/// is no usable device. Throws std::runtime_error if the device fails.
 template <int D>
 std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options,
                                                  const Communication &communication,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that run a pass over its items, and where threads leave what they find.
+// Kernels that run a pass over its items, and the device memory for the findings of threads.
 
 #pragma once
 
@@ -12,11 +12,11 @@
 
 namespace mpm {
 
-constexpr int BLOCK = 128;    // threads; a few thousand points do not fill a device anyway
+constexpr int BLOCK = 128;    // threads; a few thousand points do not fill a device
 constexpr int MAIL_BLOCK = 512;
-static_assert(MAIL_BLOCK >= MailPlaces::MOST_MAXIMA, "a thread for each");
+static_assert(MAIL_BLOCK >= MailPlaces::MOST_MAXIMA, "each maximum needs a thread");
 
-/// Sums on nodes that all threads add to.
+/// Sums on nodes to which all threads add.
 struct SharedSums {
   std::int64_t *first;
 };
@@ -24,7 +24,7 @@ struct SharedSums {
 RVE_HD inline void add_to(SharedSums sums, std::size_t k, std::int64_t part)
 {
 #if defined(__CUDA_ARCH__)
-  // in two's complement signed and unsigned sums are the same bits
+  // signed and unsigned sums have the same bits in two's complement
   atomicAdd(reinterpret_cast<unsigned long long *>(sums.first + k),
             static_cast<unsigned long long>(part));
 #else
@@ -32,8 +32,8 @@ RVE_HD inline void add_to(SharedSums sums, std::size_t k, std::int64_t part)
 #endif
 }
 
-/// *to = max(*to, value), for finite values and a *to that may be -infinity; zeros are positive. Bits
-/// of doubles of one sign are ordered as integers are.
+/// Sets *to to max(*to, value) atomically. `value` is finite, *to may be -infinity, and zeros are
+/// positive. Bit patterns of doubles of one sign have the order of integers.
 RVE_HD inline void raise_together(double *to, double value)
 {
 #if defined(__CUDA_ARCH__)
@@ -47,18 +47,18 @@ RVE_HD inline void raise_together(double *to, double value)
 #endif
 }
 
-/// What passes find, in the memory of the device.
+/// Findings of passes in the memory of the device.
 struct Findings {
   double *maxima;
-  std::uint64_t *first_trouble;    ///< of each stage
-  const std::int32_t *halt;        ///< of CudaMachine::halt_where()
+  std::uint64_t *first_error;    ///< one key per stage
+  const std::int32_t *halt;      ///< flag of CudaMachine::halt_if(), or null
 };
 
-/// What one thread finds: the maxima that all points have part in are kept in registers.
+/// Findings of one thread. Maxima over all points are kept in registers until flush().
 class DeviceTally {
  public:
   RVE_HD DeviceTally(const Findings &findings, int stage) :
-      maxima_(findings.maxima), first_trouble_(findings.first_trouble + stage)
+      maxima_(findings.maxima), first_error_(findings.first_error + stage)
   {
     for (int k = 0; k < NUM_MAXIMA; ++k) best_[k] = 0.0;
   }
@@ -73,13 +73,13 @@ class DeviceTally {
     }
   }
 
-  RVE_HD void trouble(int p, Trouble what)
+  RVE_HD void error(int p, ErrorCode code)
   {
 #if defined(__CUDA_ARCH__)
-    atomicMin(reinterpret_cast<unsigned long long *>(first_trouble_),
-              static_cast<unsigned long long>(FirstTrouble::key(p, what)));
+    atomicMin(reinterpret_cast<unsigned long long *>(first_error_),
+              static_cast<unsigned long long>(PointErrorKey::key(p, code)));
 #else
-    (void) p, (void) what;
+    (void) p, (void) code;
 #endif
   }
 
@@ -88,8 +88,9 @@ class DeviceTally {
     add_to(SharedSums{sum}, 0, part);
   }
 
-  /// All threads of a warp at once. Bits of doubles that are not negative are ordered as they are,
-  /// their halves one after the other.
+  /// Raises the maxima of the device by those of a warp, whose threads must all call it. The
+  /// maximum of non-negative doubles is found from the high and then the low halves of their bit
+  /// patterns.
   __device__ void flush()
   {
     constexpr unsigned all = 0xffffffffu;
@@ -107,20 +108,21 @@ class DeviceTally {
 
  private:
   double *maxima_;
-  std::uint64_t *first_trouble_;
+  std::uint64_t *first_error_;
   double best_[NUM_MAXIMA];
   bool has_best_ = false;
 };
 
-/// A point that cannot begin the step has no weights: nothing that needs them is done any more.
+/// True if passes must not run: the flag is set, or a point has an error of stage 0 and therefore
+/// no weights.
 template <class P> __device__ bool is_halted(const Findings &findings)
 {
   if (findings.halt && *findings.halt > 0) return true;
-  return P::STAGE > 0 && findings.first_trouble[0] != FirstTrouble::NOWHERE;
+  return P::STAGE > 0 && findings.first_error[0] != PointErrorKey::NO_ERROR;
 }
 
-/// Says so to the compiler where points have no boxes but those of fixed size: what the others need
-/// takes registers of kernels that are run by default.
+/// Tells the compiler that points have boxes of fixed size only, which saves registers in the
+/// kernels that run by default.
 template <bool HasBoxes, class P> __device__ void leave_out_boxes(P &pass)
 {
   if constexpr (!HasBoxes) {
@@ -155,10 +157,10 @@ __global__ void __launch_bounds__(BLOCK)
   pass(i, sums);
 }
 
-/// Sums over all ranks, for those who touch the nodes: all lists in one block.
+/// Exchanges the sums of shared nodes with all neighbours, in one block.
 template <int D>
 __global__ void __launch_bounds__(MAIL_BLOCK)
-    meet_for_node_sums(MailPlaces mail, MailPartners partners, MoveSums<D> given, MoveSums<D> taken,
+    exchange_node_sums(MailPlaces mail, MailPartners partners, MoveSums<D> given, MoveSums<D> taken,
                        Findings findings)
 {
   rve::follow();

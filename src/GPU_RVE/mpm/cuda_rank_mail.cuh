@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What ranks with a GPU each tell each other without their hosts, in kernels between the passes of a step: through page-locked memory of
-// the computer that they share, which all of its GPUs reach. A rank leaves its numbers there, says so, waits until all others have said so,
-// and takes theirs. Its host goes on meanwhile.
+// Exchange of numbers between the GPUs of ranks on one computer, in kernels between the passes of a
+// step and without their hosts. The exchange buffers are in shared page-locked memory that all GPUs
+// can access. A rank writes its numbers, sets a flag, waits for the flags of all other ranks and
+// reads their numbers. Hosts do not wait for the exchange.
 
 #pragma once
 
@@ -19,34 +20,37 @@
 
 namespace mpm {
 
-/// For kernels. Rounds of mail are numbered, alike on all ranks. What is left in one of them is taken before anyone leaves anything in the next but
-/// one: each round waits for all ranks. So there are two places for everything.
+/// Layout of the shared memory, for kernels. Rounds of exchange have the same numbers on all ranks.
+/// Each round waits for all ranks, so the numbers of a round are read before any rank writes those
+/// of the next round but one. Two buffers for each purpose therefore suffice.
 struct MailPlaces {
   static constexpr int MOST_RANKS = 16, MOST_MAXIMA = 256;
 
   char *memory;
-  std::uint64_t *rounds;    ///< so far, of this rank; in the memory of its device
-  int ranks, rank;          ///< all, and this one
+  std::uint64_t *rounds;    ///< rounds of this rank so far, in the memory of its device
+  int ranks, rank;          ///< number of ranks, and this rank
 
-  /// Integers from one rank to another one, at most: all letters have 16 MiB.
-  static __host__ __device__ std::size_t letter(int ranks)
+  /// Largest number of integers from one rank to another one. All exchange buffers have 16 MiB.
+  static __host__ __device__ std::size_t buffer_length(int ranks)
   {
     return (std::size_t(1) << 20) / (ranks * ranks);
   }
   static std::size_t size(int ranks)
   {
     return flags(ranks) +
-        2 * ranks * (MOST_MAXIMA * sizeof(double) + ranks * letter(ranks) * sizeof(std::int64_t));
+        2 * ranks *
+        (MOST_MAXIMA * sizeof(double) + ranks * buffer_length(ranks) * sizeof(std::int64_t));
   }
 
-  /// Above zero when a rank has left, and nobody shall wait any more. Of host memory, too.
+  /// Flag that is above zero if a rank has left, which ends all waiting. Valid for host addresses
+  /// too.
   static __host__ __device__ std::uint64_t *left(char *memory)
   {
     return reinterpret_cast<std::uint64_t *>(memory);
   }
 
-  /// The last round in which that rank has left all that is wanted of it.
-  __device__ std::uint64_t &told(int of) const
+  /// Last round for which a rank has written all its numbers.
+  __device__ std::uint64_t &finished_round(int of) const
   {
     return *reinterpret_cast<std::uint64_t *>(memory + FLAG * (1 + of));
   }
@@ -55,27 +59,29 @@ struct MailPlaces {
     return reinterpret_cast<double *>(memory + flags(ranks)) +
         (2 * from + round % 2) * static_cast<std::size_t>(MOST_MAXIMA);
   }
-  __device__ std::int64_t *place_of_letter(int from, int to, std::uint64_t round) const
+  __device__ std::int64_t *exchange_buffer(int from, int to, std::uint64_t round) const
   {
     auto *first = reinterpret_cast<std::int64_t *>(memory + flags(ranks) +
                                                    2 * ranks * MOST_MAXIMA * sizeof(double));
-    return first + ((2 * from + round % 2) * static_cast<std::size_t>(ranks) + to) * letter(ranks);
+    return first +
+        ((2 * from + round % 2) * static_cast<std::size_t>(ranks) + to) * buffer_length(ranks);
   }
 
-  /// All threads of the only block begin the next round.
+  /// Returns the number of the next round. All threads of the only block call it.
   __device__ std::uint64_t begin_round() const { return *rounds + 1; }
-  /// All of them: what they have left can be taken, and what others have left in this round is there.
-  __device__ void meet(std::uint64_t round) const
+  /// Publishes the numbers that this block has written, and waits for those of all ranks in this
+  /// round. All threads call it.
+  __device__ void synchronise(std::uint64_t round) const
   {
     using Flag = cuda::atomic_ref<std::uint64_t, cuda::thread_scope_system>;
     __threadfence_system();
     __syncthreads();
     if (threadIdx.x == 0) {
-      *rounds = round;    // all have read it
-      Flag(told(rank)).store(round, cuda::memory_order_release);
+      *rounds = round;    // all threads have read the former value
+      Flag(finished_round(rank)).store(round, cuda::memory_order_release);
     }
     if (threadIdx.x < ranks) {
-      const Flag other(told(threadIdx.x)), is_left(*left(memory));
+      const Flag other(finished_round(threadIdx.x)), is_left(*left(memory));
       while (other.load(cuda::memory_order_acquire) < round &&
              is_left.load(cuda::memory_order_relaxed) == 0)
         __nanosleep(100);
@@ -84,11 +90,11 @@ struct MailPlaces {
   }
 
  private:
-  static constexpr std::size_t FLAG = 128;    ///< bytes: a flag has a line of a cache for itself
+  static constexpr std::size_t FLAG = 128;    ///< bytes; each flag has its own cache line
   static __host__ __device__ std::size_t flags(int ranks) { return FLAG * (1 + ranks); }
 };
 
-/// Maxima over all ranks, in place. Passes that are halted have no rounds: those that are made in their place have them.
+/// Computes maxima over all ranks in place. A halted kernel has no round; its repetition has one.
 template <class Number>
 __global__ void meet_for_maxima(MailPlaces mail, const std::int32_t *halt, Number *maxima,
                                 int count)
@@ -98,7 +104,7 @@ __global__ void meet_for_maxima(MailPlaces mail, const std::int32_t *halt, Numbe
   const std::uint64_t round = mail.begin_round();
   const int k = threadIdx.x;
   if (k < count) mail.maxima(mail.rank, round)[k] = maxima[k];
-  mail.meet(round);
+  mail.synchronise(round);
   if (k >= count) return;
   Number most = maxima[k];
   for (int other = 0; other < mail.ranks; ++other) {
@@ -108,7 +114,7 @@ __global__ void meet_for_maxima(MailPlaces mail, const std::int32_t *halt, Numbe
   maxima[k] = most;
 }
 
-/// Another rank, and where the sums for it and from it end in the lists of those that are given and taken.
+/// Another rank, and the ends of its sums in the lists of given and taken nodes.
 struct MailPartner {
   int rank, given_end, taken_end;
 };
@@ -117,32 +123,34 @@ struct MailPartners {
   MailPartner partner[MailPlaces::MOST_RANKS];
 };
 
-/// give(k, place) leaves the sums of the k-th node that is given, of `width` integers each, and take(k, place) adds those of the k-th one that is
-/// taken.
+/// Exchanges sums of nodes, with `width` integers per node. give(k, place) writes the sums of the
+/// k-th given node to `place`, and take(k, place) adds the sums of the k-th taken node from
+/// `place`.
 template <class Give, class Take>
 __device__ void meet_for_sums(const MailPlaces &mail, const MailPartners &partners,
                               std::size_t width, const Give &give, const Take &take)
 {
   const std::uint64_t round = mail.begin_round();
-  const auto each_node = [&](int MailPartner::*end, const auto &letter_of, const auto &act) {
+  const auto each_node = [&](int MailPartner::*end, const auto &buffer_of, const auto &act) {
     for (int n = 0, first = 0; n < partners.count; ++n) {
       const MailPartner &other = partners.partner[n];
-      std::int64_t *letter = letter_of(other.rank);
+      std::int64_t *buffer = buffer_of(other.rank);
       for (int k = first + threadIdx.x; k < other.*end; k += blockDim.x)
-        act(k, letter + (k - first) * width);
+        act(k, buffer + (k - first) * width);
       first = other.*end;
     }
   };
   each_node(
-      &MailPartner::given_end, [&](int to) { return mail.place_of_letter(mail.rank, to, round); },
+      &MailPartner::given_end, [&](int to) { return mail.exchange_buffer(mail.rank, to, round); },
       give);
-  mail.meet(round);
+  mail.synchronise(round);
   each_node(
       &MailPartner::taken_end,
-      [&](int from) { return mail.place_of_letter(from, mail.rank, round); }, take);
+      [&](int from) { return mail.exchange_buffer(from, mail.rank, round); }, take);
 }
 
-/// The mail of this rank, if there can be any: all ranks on one computer, each with a GPU of its own.
+/// Shared memory of this rank for exchanges. It is open if all ranks are on one computer and each
+/// has its own GPU.
 class RankMail {
  public:
   RankMail() = default;
@@ -153,7 +161,7 @@ class RankMail {
     if (places_.memory) cudaHostUnregister(memory_.get());
   }
 
-  /// All ranks call it together, or each_rank_has_its_device() those without a device.
+  /// Collective. Ranks without a device call each_rank_has_its_device() instead.
   void open(const Communication &communication, const cudaUUID_t &device)
   {
     DeviceName name;
@@ -180,7 +188,7 @@ class RankMail {
   }
 
   bool is_open() const { return places_.memory != nullptr; }
-  /// Ends all waiting, also that of other ranks: for good.
+  /// Ends all waiting of all ranks permanently.
   void leave()
   {
     if (is_open()) *flag_of_leaving() = 1;

@@ -56,7 +56,7 @@ void DruckerPrager<D>::update(int count, const int *point_index,
     const double step = beyond / (shear_modulus_ + 9.0 * bulk_modulus * friction_ * dilatancy_);
     double root = before.root - shear_modulus_ * step;
     double sum = before.trace - 9.0 * bulk_modulus * dilatancy_ * step;
-    if (!(root > 0.0)) {    // beyond the apex, which a cone without friction does not have
+    if (!(root > 0.0)) {    // beyond the apex; a cone without friction has none
       root = 0.0;
       sum = friction_ > 0.0 ? strength_ / friction_ : before.trace;
     }
@@ -67,7 +67,7 @@ void DruckerPrager<D>::update(int count, const int *point_index,
         stress[p](a, b) = a == b ? mean + share * (trial(a, a) - mean_before) : share * trial(a, b);
     if (D == 2) state[OutOfPlaneStress] = mean + share * (trial_out - mean_before);
 
-    // deviator of the plastic strain: s_t - s over 2 μ, with |s| = sqrt(2 J2), times sqrt(2/3)
+    // the deviator of the plastic strain is (s_t - s)/(2 μ) with |s| = sqrt(2 J2); times sqrt(2/3)
     state[PlasticStrain] += (before.root - root) / (std::sqrt(3.0) * shear_modulus_);
   }
 }

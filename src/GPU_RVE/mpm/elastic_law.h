@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Laws with an isotropic elastic part: Lame's moduli and the wave speeds that follow from them.
+// Base class of laws with an isotropic elastic part: Lame's constants and moduli of waves.
 
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A pass over the nodes that ranks share: their sums to and from a buffer.
+// Pass over the nodes that ranks share, which copies sums to and from an exchange buffer.
 
 #pragma once
 
@@ -7,9 +7,9 @@
 
 namespace mpm {
 
-/// Sums of the nodes of a list, one node after the other in the buffer. From there they are added,
-/// since a node may be in the list for several ranks. The ranks do this together, whatever one of them
-/// has found.
+/// Copies the sums of a list of nodes to a buffer, node after node, or adds them from the buffer.
+/// The additions are atomic, since a node may be listed for several ranks. The stage is 0 because
+/// all ranks must run the pass, even if one of them has found an error.
 template <int D> struct MoveSums : Pass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
@@ -20,7 +20,7 @@ template <int D> struct MoveSums : Pass<D> {
   bool packs;
 
   int items() const { return count; }
-  /// Integers of a node.
+  /// Number of integers of a node in the buffer.
   RVE_HD int width() const
   {
     int sum = 0;

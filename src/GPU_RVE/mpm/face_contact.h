@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Contact of the material with bodies that press with one face: passes over columns of nodes.
 //
-// The face of a body generally lies between two rows of nodes, an inner and an outer one. In every
-// column of nodes under the body, the velocity interpolated at the face is that of the body. With w
-// the distance of the face from the inner row in cells, the impulses are (1 - w) J and w J with
+// The face of a body generally lies between an inner and an outer row of nodes. In each column of
+// nodes under the body, the velocity interpolated at the face is that of the body. With the
+// distance w of the face from the inner row [cells], the impulses are (1 - w) J and w J with
 //   J = (v_body - (1 - w) v_in - w v_out) / ((1 - w)² / m_in + w² / m_out).
-// With linear shape functions w is rounded to 0 or 1. doc/src/theory_mpm.rst has the reasons, and how
-// material slides on the lateral faces of a body. A lateral face that a neighboring body covers is none.
+// With linear shape functions w is rounded to 0 or 1. doc/src/theory_mpm.rst has the reasons, and
+// the sliding of material on lateral faces. A lateral face that a neighbouring body covers is
+// ignored.
 //
-// Columns are under the body if they are within its width, edges included: edges should lie on
+// Columns are under the body if they are within its width, edges included. Edges should lie on
 // columns. Columns of a round body are those within its radius. The nodes of its outermost cell are
 // on its lateral face, where motion towards the axis is stopped.
 //
 // A contact is first found, which marks the components of nodes that it holds, and then imposed.
-// Components that a side of the grid holds are left to the side: bodies do not feel them. Nodes that
-// several bodies hold are divided among them (shared_contacts.h).
+// Bodies do not act on components that a side of the grid holds. Nodes that several bodies hold are
+// divided among them (shared_contacts.h).
 
 #pragma once
 
@@ -28,26 +29,24 @@ template <int D> struct FaceColumn {
   int normal;                 ///< axis of the column
   int inwards;                ///< step of the row index into the body
   double face, back;          ///< row coordinates of the two ends of the body
-  Place<D> place;             ///< of the column; its component along `normal` has no meaning
-  int first_row, last_row;    ///< of the nodes that there are
+  Place<D> place;             ///< place of the column; the component along `normal` is not used
+  int first_row, last_row;    ///< rows of the outermost nodes that are held
 
-  // the inner and the outer node of the face, with the share of the force that each takes
+  // the inner and the outer node of the face, and the share of the force of each
   int row[2], node[2];
   double share[2];
-  bool used[2];     ///< takes a share at all
-  bool has_pair;    ///< both nodes are there
+  bool used[2];     ///< the node takes a share
+  bool has_pair;    ///< all used nodes are held
 
-  int lateral[D] = {};    ///< -1 or 1: on this lateral face, along the axes of the face
+  int lateral[D] = {};    ///< -1 or 1 if the column is on the low or high lateral face, else 0
   bool is_lateral = false;
   int weight = StepView<D>::WHOLE_CONTACT;    ///< sectors around the column that the body covers
   bool is_round = false;
-  Vec<D> from_axis =
-      Vec<D>::zero();    ///< of a round body, unit vector to a column on its lateral face
+  Vec<D> from_axis = Vec<D>::zero();    ///< unit vector from the axis to a lateral column, if round
 
-  /// False if the column is not under the body.
+  /// Sets the members for a column. Returns false if the column is not under the body.
   RVE_HD bool find(const StepView<D> &step, int number, const RigidBodyOptions &options, int column)
   {
-    using namespace face_pair;
     const Grid<D> &grid = step.grid;
     const RigidBodyState<D> state = step.body(number);
     body = number;
@@ -56,7 +55,7 @@ template <int D> struct FaceColumn {
     inwards = outside < 0.0 ? 1 : -1;
     face = grid.scaled(outside < 0.0 ? state.lo[normal] : state.hi[normal], normal);
     back = grid.scaled(outside < 0.0 ? state.hi[normal] : state.lo[normal], normal);
-    if (!(std::abs(face) < 1e9 && std::abs(back) < 1e9)) return false;    // nowhere near the grid
+    if (!(std::abs(face) < 1e9 && std::abs(back) < 1e9)) return false;    // far from the grid
     first_row = grid.first(normal);
     last_row = grid.last(normal);
     if (!find_place(grid, state, options, column)) return false;
@@ -87,7 +86,6 @@ template <int D> struct FaceColumn {
   /// Calls visit(row, node) for the nodes with mass inside the body that its face does not use.
   template <class Visit> RVE_HD void each_inside(const StepView<D> &step, const Visit &visit) const
   {
-    using face_pair::SAME_PLACE;
     int inside = used[0] ? row[0] + inwards : row[0];
     inside = inside < first_row ? first_row : inside > last_row ? last_row : inside;
     for (; is_held(inside); inside += inwards) {
@@ -101,7 +99,6 @@ template <int D> struct FaceColumn {
   RVE_HD bool find_place(const Grid<D> &grid, const RigidBodyState<D> &state,
                          const RigidBodyOptions &options, int column)
   {
-    using namespace face_pair;
     place = Place<D>::zero();
     is_round = D == 3 && options.round;
     double radius = 1e9;
@@ -132,11 +129,11 @@ template <int D> struct FaceColumn {
   }
 };
 
-/// Lateral faces at a node inside a body, without those that other bodies cover: two plates that
-/// touch each other are one plate.
+/// Lateral faces at a node inside a body that no other body covers. Two plates that touch each
+/// other therefore act as one plate.
 ///
-/// The axes along the face divide the surroundings of the node into sectors. Sector s is bit s of a
-/// set, and bit a of s is the side of the node along axis a.
+/// The axes along the face divide the surroundings of the node into sectors. Bit s of a set is
+/// sector s, and bit a of s is the side of the node along axis a.
 template <int D> struct OpenFaces {
   int lateral[D] = {};
   bool any = false;
@@ -162,7 +159,8 @@ template <int D> struct OpenFaces {
  private:
   static constexpr int SECTORS = 1 << D;
 
-  /// Sectors on the inner sides of lateral faces. One side along the column stands for both.
+  /// Returns the set of sectors on the inner sides of lateral faces. Sectors on one side along the
+  /// column represent both sides.
   static RVE_HD int sectors(const FaceColumn<D> &column, const int *on_face)
   {
     int set = 0;
@@ -177,7 +175,6 @@ template <int D> struct OpenFaces {
   static RVE_HD int covered(const Grid<D> &grid, const RigidBodyState<D> &other,
                             const FaceColumn<D> &column, const Place<D> &place)
   {
-    using face_pair::SAME_PLACE;
     int on_face[D] = {};
     for (int a = 0; a < D; ++a) {
       const double from_low = place[a] - grid.scaled(other.lo[a], a);
@@ -206,7 +203,7 @@ template <int D> struct ImposeBody : Pass<D> {
     if (work.finds) find(column, k);
     if (!work.imposes) return;
     impose(column, step.body_velocity[body], work.balances ? 1.0 : 0.0, step.with_forces());
-    // a new body held nothing before: its nodes keep the momentum that they bring
+    // a new body held no nodes before, so the momenta before the forces do not change
     const Vec<D> &before = step.body_velocity_before[body];
     if (work.balances && !std::isnan(before[0]))
       impose(column, before, -step.flip, step.before_forces());
@@ -227,7 +224,8 @@ template <int D> struct ImposeBody : Pass<D> {
     });
   }
 
-  /// Whether the face touches the material in this column, and the components that it holds then.
+  /// Finds whether the face touches the material in this column, and marks the components that it
+  /// holds.
   RVE_HD void find_pair(const FaceColumn<D> &column, int k) const
   {
     double velocity = 0.0;
@@ -245,7 +243,7 @@ template <int D> struct ImposeBody : Pass<D> {
     if (work.how == Contact::Keep)
       touches = touches && is_closed;
     else if (options.separation)
-      touches = touches && entry > 0.0;    // pushes the material away
+      touches = touches && entry > 0.0;    // the face pushes the material
     is_closed = touches;
     const auto holds = [&](int a) {
       if (!touches || !(a == column.normal || options.rough)) return false;
@@ -257,7 +255,7 @@ template <int D> struct ImposeBody : Pass<D> {
       if (column.used[i]) step.mark_contacts(body, column.node[i], column.weight, holds);
   }
 
-  /// Speed at which a node moves into the body across an axis, from the side `lateral`.
+  /// Speed at which a node moves into the body along an axis, from the side `lateral`.
   RVE_HD double entry(int n, int a, int lateral) const
   {
     return (step.momentum_end[n][a] / step.mass[n] - step.body_velocity[body][a]) * -lateral;
@@ -265,7 +263,7 @@ template <int D> struct ImposeBody : Pass<D> {
 
   RVE_HD void find_on_lateral(const OpenFaces<D> &open, int n, int weight) const
   {
-    int only = -1;    // the axis along which material moves into the body slowest
+    int only = -1;    // axis along which the material moves into the body slowest
     double slowest = 0.0;
     for (int a = 0; a < D; ++a) {
       if (open.lateral[a] == 0 || step.held_by_side(n, a)) continue;
@@ -293,8 +291,8 @@ template <int D> struct ImposeBody : Pass<D> {
                        [&](int a) { return inwards > 0.0 && is_radial(column, n, a); });
   }
 
-  /// Gives the marked components the velocity of the body. `felt_share` of each impulse is added to
-  /// the impulse of the material on the body in this step.
+  /// Sets the marked components to the velocity of the body. The fraction `felt_share` of each
+  /// impulse is added to the impulse of the material on the body in this step.
   RVE_HD void impose(const FaceColumn<D> &column, const Vec<D> &velocity, double felt_share,
                      const ContactMomenta<D> &momenta) const
   {
@@ -336,7 +334,7 @@ template <int D> struct ImposeBody : Pass<D> {
     }
   }
 
-  /// Stops the motion towards the axis, in the directions that no side holds.
+  /// Stops the motion towards the axis in the directions that no side holds.
   RVE_HD void impose_on_round(const FaceColumn<D> &column, int n, const Vec<D> &velocity,
                               double felt_share, const ContactMomenta<D> &momenta) const
   {

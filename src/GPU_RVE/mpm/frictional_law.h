@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What elastic, perfectly plastic laws of cohesion and friction share: their parameters, and what they
-// remember.
+// Base class of elastic, perfectly plastic laws with cohesion and friction: parameters and state
+// variables.
 
 #pragma once
 
@@ -18,29 +18,8 @@ inline double sine_of(double degrees)
   return std::sin(degrees * rve::kPi / 180.0);
 }
 
-/// rve::InputError unless young_modulus > 0, cohesion >= 0 [stress]; 0 <= poisson_ratio < 0.5;
-/// 0 <= dilation <= friction < 90 [degrees]; cohesion and friction not both 0.
-inline void require_strength(double young_modulus, double poisson_ratio, double cohesion,
-                             double friction_degrees, double dilation_degrees)
-{
-  using rve::number;
-  using rve::require;
-  require(young_modulus > 0.0,
-          "Young's modulus must be positive, got " + number(young_modulus) + " [stress]");
-  require(poisson_ratio >= 0.0 && poisson_ratio < 0.5,
-          "Poisson's ratio must be in [0, 0.5), got " + number(poisson_ratio));
-  require(cohesion >= 0.0, "cohesion must be at least 0, got " + number(cohesion) + " [stress]");
-  require(friction_degrees >= 0.0 && friction_degrees < 90.0,
-          "friction angle must be in [0, 90), got " + number(friction_degrees) + " [degrees]");
-  require(dilation_degrees >= 0.0 && dilation_degrees <= friction_degrees,
-          "dilation angle must be in [0, friction angle], got " + number(dilation_degrees) +
-              " with friction angle " + number(friction_degrees) + " [degrees]");
-  require(cohesion > 0.0 || friction_degrees > 0.0,
-          "cohesion and friction angle must not both be 0: the material would have no strength");
-}
-
-/// Divides the cohesion c and tan(phi) of the arguments E, nu, c, phi, psi by a factor above 0. The dilation angle psi stays, unless it
-/// would be above the new phi: then it is phi.
+/// Divides the cohesion c and tan(phi) of the arguments E, nu, c, phi, psi by a positive factor.
+/// The dilation angle psi is limited to the new phi.
 inline void reduce_cohesion_and_friction(double *arguments, double factor)
 {
   enum { COHESION = 2, FRICTION, DILATION };
@@ -55,9 +34,8 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
   using Tensor = rve::Tensor<double, D>;
 
  public:
-  /// Places of the state variables. The first one, the stress out of the plane, tension positive, is
-  /// there in the plane only; the other one is the accumulated plastic strain, sqrt(2/3 dε^p:dε^p) of
-  /// the deviator.
+  /// Indices of the state variables. The out-of-plane stress [stress], tension positive, exists in
+  /// 2D only. The plastic strain is the accumulated sqrt(2/3 dε^p:dε^p) of the deviator.
   enum { OutOfPlaneStress = 0, PlasticStrain = D == 2 ? 1 : 0 };
 
   StateVariables state_variables() const override
@@ -65,8 +43,8 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
     if (D == 2) return {{"out_of_plane_stress", "stress"}, {"plastic_strain", ""}};
     return {{"plastic_strain", ""}};
   }
-  /// σ_zz is the mean of the principal stresses in the plane: admissible to an isotropic law if they
-  /// are.
+  /// The initial σ_zz is the mean of the in-plane principal stresses, which is admissible to an
+  /// isotropic law if these stresses are.
   void begin_memory(const Tensor &stress, double *memory) const override
   {
     if (D == 2) memory[OutOfPlaneStress] = 0.5 * trace(stress);
@@ -80,16 +58,30 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
   }
 
  protected:
-  /// As require_strength.
+  /// Requires young_modulus > 0 and cohesion >= 0 [stress], 0 <= poisson_ratio < 0.5,
+  /// 0 <= dilation <= friction < 90 [degrees], and cohesion and friction not both 0; throws
+  /// rve::InputError otherwise. `name` appears in messages.
   FrictionalLaw(const std::string &name, double young_modulus, double poisson_ratio,
                 double cohesion, double friction_degrees, double dilation_degrees) :
       ElasticLaw<D>(young_modulus, poisson_ratio),
       name_(name)
   {
-    require_strength(young_modulus, poisson_ratio, cohesion, friction_degrees, dilation_degrees);
+    using rve::require;
+    require(young_modulus > 0.0, "Young's modulus must be positive, got ", young_modulus,
+            " [stress]");
+    require(poisson_ratio >= 0.0 && poisson_ratio < 0.5,
+            "Poisson's ratio must be in [0, 0.5), got ", poisson_ratio);
+    require(cohesion >= 0.0, "cohesion must be at least 0, got ", cohesion, " [stress]");
+    require(friction_degrees >= 0.0 && friction_degrees < 90.0,
+            "friction angle must be in [0, 90), got ", friction_degrees, " [degrees]");
+    require(dilation_degrees >= 0.0 && dilation_degrees <= friction_degrees,
+            "dilation angle must be in [0, friction angle], got ", dilation_degrees,
+            " with friction angle ", friction_degrees, " [degrees]");
+    require(cohesion > 0.0 || friction_degrees > 0.0,
+            "cohesion and friction angle must not both be 0: the material would have no strength");
   }
 
-  /// Stress after an elastic increment. The stress out of the plane advances in the memory.
+  /// Returns the stress after an elastic increment. The out-of-plane stress advances in `memory`.
   Tensor elastic_trial(const Tensor &deformation_increment, const Tensor &stress,
                        double *memory) const
   {
@@ -99,7 +91,7 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
   }
 
  private:
-  std::string name_;    ///< for messages
+  std::string name_;    ///< name in messages
 };
 
 }    // namespace mpm

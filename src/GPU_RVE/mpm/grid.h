@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The background grid: cells of equal edges over a box, with one layer of ghost nodes around it.
 //
-// A point inside the box reaches at most one cell width beyond it (half size of a GIMP domain <= half a cell), so
-// one layer holds every node that it can touch.
+// A point inside the box reaches at most one cell width beyond it, since the half size of a GIMP
+// domain is at most half a cell. One layer therefore has all ghost nodes that points can touch.
 //
-// Storage is for a box of nodes, the part of the grid that a rank holds: node numbers count in it. Cells, coordinates and places are those
-// of the whole grid.
+// A rank stores a box of nodes, its part of the grid. Storage indices of nodes refer to this part,
+// and cells, coordinates and places (node numbers along each axis) to the whole grid.
 
 #pragma once
 
@@ -16,9 +16,7 @@
 #include "rve/core/vec.h"
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
-#include <string>
 
 namespace mpm {
 
@@ -26,13 +24,13 @@ template <int D> using Vec = rve::Vec<double, D>;
 template <int D> using Tensor = rve::Tensor<double, D>;
 using Vec2 = Vec<2>;
 
-/// Of a node: its number along each axis.
+/// Index of a node along each axis.
 template <int D> using Place = rve::Vec<int, D>;
 
-/// Sides of the grid and faces of a point's or body's box: low and high of each axis in turn.
+/// Sides of the grid and faces of the box of a point or body: low and high side of each axis.
 enum class Face { XLo, XHi, YLo, YHi, ZLo, ZHi };
 
-/// Faces of a box.
+/// Number of faces of a box.
 template <int D> constexpr int FACES = 2 * rve::Space<D>::axes;
 
 RVE_HD inline int axis_of(Face face)
@@ -40,7 +38,7 @@ RVE_HD inline int axis_of(Face face)
   return static_cast<int>(face) / 2;
 }
 
-/// Outward normal along its axis: -1 or +1.
+/// Returns the direction of the outward normal along its axis: -1 or +1.
 RVE_HD inline double outward(Face face)
 {
   return static_cast<int>(face) % 2 == 0 ? -1.0 : 1.0;
@@ -48,7 +46,7 @@ RVE_HD inline double outward(Face face)
 
 template <int D> class Grid;
 
-/// A block of nodes of a grid: along each axis from `first` to before `end`, numbered as for Grid::node().
+/// A block of nodes of a grid, from `first` to before `end` along each axis.
 template <int D> struct NodeBox {
   Place<D> first = Place<D>::zero();
   Place<D> end = Place<D>::zero();
@@ -67,7 +65,7 @@ template <int D> struct NodeBox {
   }
   RVE_HD bool contains(const Grid<D> &grid, int node) const { return contains(grid.place(node)); }
 
-  /// How many; as a real number, since boxes of large grids have more nodes than an integer counts.
+  /// Number of nodes. The type is double, since boxes of large grids exceed the range of int.
   double count() const
   {
     double count = 1.0;
@@ -75,7 +73,7 @@ template <int D> struct NodeBox {
     return count;
   }
 
-  /// visit(place) for all nodes, those along the first axis one after the other.
+  /// Calls visit(place) for all nodes; the place along the first axis varies fastest.
   template <class Visit> void for_each(const Visit &visit) const
   {
     if (is_empty()) return;
@@ -87,7 +85,7 @@ template <int D> struct NodeBox {
   }
 };
 
-/// The nodes in both boxes.
+/// Returns the nodes in both boxes.
 template <int D> NodeBox<D> common(const NodeBox<D> &one, const NodeBox<D> &other)
 {
   NodeBox<D> box;
@@ -100,34 +98,32 @@ template <int D> NodeBox<D> common(const NodeBox<D> &one, const NodeBox<D> &othe
 
 template <int D> class Grid {
  public:
-  /// Nodes that can be held, fewer than this.
+  /// Upper limit, exclusive, of the number of nodes that can be held.
   static constexpr double MOST_NODES = 2e8;
 
-  /// Box [lo, hi] [length] in cells of `cell_size` [length]; all extents must be whole numbers of cells
-  /// (to 1e-6 cells), or rve::InputError. Holds all nodes, or none if they are too many: then ask for a part().
+  /// Divides the box from lo to hi [length] into cells of `cell_size` [length]. The grid holds all
+  /// nodes, or none if there are too many; part() then gives a grid that holds some. Throws
+  /// rve::InputError unless all extents are whole numbers of cells within 1e-6 cells.
   Grid(const Vec<D> &lo, const Vec<D> &hi, double cell_size) :
       lo_(lo), hi_(hi), cell_size_(cell_size)
   {
-    using rve::number;
-    rve::require(cell_size > 0.0,
-                 "grid cell size must be positive, got " + number(cell_size) + " [length]");
+    using rve::require;
+    require(cell_size > 0.0, "grid cell size must be positive, got ", cell_size, " [length]");
     for (int a = 0; a < D; ++a) {
-      const std::string axis(1, "xyz"[a]);
-      rve::require(hi[a] > lo[a],
-                   "grid extent in " + axis + " must be positive, got lo " + number(lo[a]) +
-                       ", hi " + number(hi[a]) + " [length]");
+      const char axis = "xyz"[a];
+      require(hi[a] > lo[a], "grid extent in ", axis, " must be positive, got lo ", lo[a], ", hi ",
+              hi[a], " [length]");
       const double cells = (hi[a] - lo[a]) / cell_size;
-      rve::require(cells < 1e6,
-                   "grid must have fewer than 1000000 cells in " + axis + ", got " + number(cells));
+      require(cells < 1e6, "grid must have fewer than 1000000 cells in ", axis, ", got ", cells);
       cells_[a] = static_cast<int>(std::lround(cells));
-      rve::require(cells_[a] > 0 && std::abs(cells - cells_[a]) < 1e-6,
-                   "grid extent in " + axis + " must be a whole number of cells, got " +
-                       number(hi[a] - lo[a]) + " / " + number(cell_size) + " = " + number(cells));
+      require(cells_[a] > 0 && std::abs(cells - cells_[a]) < 1e-6, "grid extent in ", axis,
+              " must be a whole number of cells, got ", hi[a] - lo[a], " / ", cell_size, " = ",
+              cells);
     }
     if (all().count() < MOST_NODES) *this = part(all());
   }
 
-  /// All nodes of the grid, ghosts included.
+  /// Returns the box of all nodes of the grid including ghosts.
   NodeBox<D> all() const
   {
     NodeBox<D> box;
@@ -137,7 +133,8 @@ template <int D> class Grid {
     }
     return box;
   }
-  /// The same grid, holding the nodes of a box: of all() and fewer than MOST_NODES.
+  /// Returns the same grid with storage for a box of nodes, which is within all() and has fewer
+  /// than MOST_NODES nodes.
   Grid part(const NodeBox<D> &box) const
   {
     Grid grid = *this;
@@ -147,7 +144,7 @@ template <int D> class Grid {
     }
     return grid;
   }
-  /// The nodes that are held.
+  /// Returns the box of the nodes that are held.
   NodeBox<D> held() const
   {
     NodeBox<D> box;
@@ -162,23 +159,25 @@ template <int D> class Grid {
   RVE_HD double lo(int axis) const { return lo_[axis]; }
   RVE_HD double hi(int axis) const { return hi_[axis]; }
 
-  /// Number of cells along an axis; its nodes are -1 (ghost), 0 ... cells, cells + 1 (ghost).
+  /// Number of cells along an axis. Its nodes are -1 (ghost), 0 ... cells, cells + 1 (ghost).
   RVE_HD int cells(int axis) const { return cells_[axis]; }
 
-  /// Of the nodes that are held along an axis: how many, and the places of the first and the last one.
+  /// Number of nodes that are held along an axis; first() and last() are the places of the
+  /// outermost.
   RVE_HD int nodes(int axis) const { return held_[axis]; }
   RVE_HD int first(int axis) const { return first_[axis]; }
   RVE_HD int last(int axis) const { return first_[axis] + held_[axis] - 1; }
   RVE_HD int node_count() const { return stride(D); }
 
-  /// Storage index of a node that is held, by its place: from -1 to cells + 1 along each axis.
+  /// Returns the storage index of a node that is held, by its place: from -1 to cells + 1 along
+  /// each axis.
   RVE_HD int node(const Place<D> &place) const
   {
     int index = place[D - 1] - first_[D - 1];
     for (int a = D - 2; a >= 0; --a) index = index * nodes(a) + (place[a] - first_[a]);
     return index;
   }
-  /// The place of a node with this storage index.
+  /// Returns the place of the node with this storage index.
   RVE_HD Place<D> place(int node) const
   {
     Place<D> place;
@@ -189,14 +188,14 @@ template <int D> class Grid {
     place[D - 1] = node + first_[D - 1];
     return place;
   }
-  /// By how much the storage index grows from a node to the next one along an axis.
+  /// Difference of the storage indices of successive nodes along an axis.
   RVE_HD int stride(int axis) const
   {
     int stride = 1;
     for (int a = 0; a < axis; ++a) stride *= nodes(a);
     return stride;
   }
-  /// Lines of held nodes along an axis.
+  /// Number of lines of held nodes along an axis.
   RVE_HD int lines_along(int axis) const
   {
     int lines = 1;
@@ -204,11 +203,12 @@ template <int D> class Grid {
       if (a != axis) lines *= nodes(a);
     return lines;
   }
-  /// Nodes with the same place along the last axis follow each other in storage: a layer.
+  /// Number of layers. A layer has the nodes with the same place along the last axis, contiguous in
+  /// storage.
   int layers() const { return nodes(D - 1); }
   int layer_size() const { return stride(D - 1); }
 
-  /// The number of a place among all() nodes, in the order of storage.
+  /// Returns the index of a place among all() nodes, in the order of storage.
   std::int64_t id(const Place<D> &place) const
   {
     std::int64_t id = 0;
@@ -225,7 +225,7 @@ template <int D> class Grid {
     return place;
   }
 
-  /// Coordinate in cell widths from the low side.
+  /// Returns a coordinate [length] as a distance from the low side [cells].
   RVE_HD double scaled(double coordinate, int axis) const
   {
     return (coordinate - lo_[axis]) / cell_size_;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The arrays on the nodes that a machine holds, in its own kind of memory, and where a StepView
-// finds them.
+// Arrays on the nodes that a machine holds, in host or device memory, to which a StepView points.
 
 #pragma once
 
@@ -13,12 +12,12 @@
 
 namespace mpm {
 
-/// `Buffer<T>` has upload(std::vector<T>) and reserve_zeros(count), which return where the passes
-/// find its elements.
+/// Node fields of a machine. `Buffer<T>` has upload(std::vector<T>) and reserve_zeros(count), which
+/// return pointers for the passes.
 template <int D, template <class> class Buffer> class GridArrays {
  public:
-  /// Makes them for a part of the grid and the bodies of a view, which then has them. Nothing of
-  /// before is kept: no step needs it.
+  /// Allocates the fields for a part of the grid and the bodies of a view, and sets the pointers of
+  /// the view. Former values are not kept.
   void wire(StepView<D> &view, const Grid<D> &part, const Boundary<D> &boundary)
   {
     view.grid = part;
@@ -26,7 +25,7 @@ template <int D, template <class> class Buffer> class GridArrays {
     NodeFields<D, Buffer>::each(
         view,
         [&](std::size_t per_node, auto &pointer, auto &buffer) {
-          pointer = buffer.reserve_zeros(per_node * nodes + 1);    // none is empty
+          pointer = buffer.reserve_zeros(per_node * nodes + 1);    // no field is empty
         },
         view, fields_);
     std::int64_t *sums = view.all_sums;

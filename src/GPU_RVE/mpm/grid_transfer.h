@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// From points to nodes and back: the weights of a point, its shares of the integer sums on the nodes, and the gather.
+// Transfers between points and nodes: weights of a point, its shares of the integer sums on nodes,
+// and interpolation.
 
 #pragma once
 
@@ -13,10 +14,10 @@
 
 namespace mpm {
 
-/// The nodes around a point, three along each axis: their places count from 0 to 2 here.
+/// The nodes around a point, three along each axis. Places in the support count from 0 to 2.
 template <int D> struct Support {
   int first_node;       ///< storage index of the node at place 0
-  int stride[D - 1];    ///< of the storage index along all axes but the first
+  int stride[D - 1];    ///< strides of the storage index along all axes but the first
   AxisWeights axis[D];
   double per_cell;    ///< 1 / cell size [1/length]
 
@@ -46,16 +47,19 @@ template <int D> struct Support {
     return place;
   }
 
-  /// Puts the block where the weights of the axes begin.
+  /// Sets all members that follow from the grid and the weights of the axes.
   RVE_HD void locate(const Grid<D> &grid)
   {
     Place<D> first;
     for (int a = 0; a < D; ++a) first[a] = axis[a].first;
     first_node = grid.node(first);
+    for (int a = 1; a < D; ++a) stride[a - 1] = grid.stride(a);
+    per_cell = 1.0 / grid.cell_size();
   }
 
  private:
-  // No loops: inside of those over the nodes, a compiler for a device would not unroll all of them.
+  // index sequences replace loops, since device compilers would not unroll loops within those over
+  // nodes
   template <std::size_t... A>
   RVE_INLINE int node(const Place<D> &place, std::index_sequence<A...>) const
   {
@@ -68,10 +72,11 @@ template <int D> struct Support {
   }
 };
 
-/// visit(place) for the nodes of a support, those along the first axis one after the other: sums of real numbers keep their bits.
+/// Calls visit(place) for the nodes of a support; the place along the first axis varies fastest.
+/// The fixed order preserves the bits of floating point sums.
 template <int D, class Visit> RVE_INLINE void each_node(const Visit &visit)
 {
-  static_assert(D == 2 || D == 3, "a loop for each axis");
+  static_assert(D == 2 || D == 3, "each dimension needs its own loops");
   if constexpr (D == 2) {
     for (int b = 0; b < 3; ++b)
       for (int a = 0; a < 3; ++a) visit(Place<D>{{a, b}});
@@ -82,12 +87,12 @@ template <int D, class Visit> RVE_INLINE void each_node(const Visit &visit)
   }
 }
 
-/// The box of a point in cells of the grid, as a step finds it at its start.
+/// The box of a point at the start of a step [cells].
 template <int D> struct PointBox {
-  Vec<D> place;    ///< from the low sides
-  Vec<D> half;     ///< may be more than half a cell if it follows the deformation
+  Vec<D> place;    ///< centre from the low sides of the grid [cells]
+  Vec<D> half;     ///< half sizes, above 0.5 only if the box follows the deformation [cells]
 
-  /// Boxes of at most a cell that it consists of along an axis.
+  /// Number of parts along an axis, each of which is at most a cell.
   RVE_HD int parts(int axis) const
   {
     const double cells = 2.0 * half[axis] * (1.0 - 1e-9);
@@ -95,8 +100,9 @@ template <int D> struct PointBox {
   }
 };
 
-/// Half size along an axis, in cells, of the box with the same second moments along the axes as the deformed box of a point,
-/// Σ_b (F_ab l_b)² = l_a², so that it neither knows a rotation of a square nor loses a stretch that turns.
+/// Half size l_a along an axis [cells] of the axis-aligned box with the same second moments along
+/// the axes as the deformed box of a point: l_a² = Σ_b (F_ab l_b)². A rotation does not change a
+/// square, and a rotating stretch is preserved.
 template <int D>
 RVE_HD double deformed_half(const Grid<D> &grid, const Vec<D> &half_size,
                             const Tensor<D> &deformation, int axis)
@@ -109,7 +115,8 @@ RVE_HD double deformed_half(const Grid<D> &grid, const Vec<D> &half_size,
   return std::sqrt(square) / grid.cell_size();
 }
 
-/// That box, no larger than its place in the grid allows: it reaches half a cell beyond a side at most.
+/// The box with the half sizes deformed_half(), limited to half a cell beyond the sides of the
+/// grid.
 template <int D>
 RVE_HD PointBox<D> deformed_box(const Grid<D> &grid, const double *position,
                                 const Vec<D> &half_size, const Tensor<D> &deformation)
@@ -125,7 +132,7 @@ RVE_HD PointBox<D> deformed_box(const Grid<D> &grid, const double *position,
   return box;
 }
 
-/// Weights of a part of a box; of the whole, if it is no larger than a cell.
+/// Weights of a part of a box; `part` has its index along each axis.
 template <int D>
 RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const int *part)
 {
@@ -136,12 +143,10 @@ RVE_HD Support<D> support_of(const Grid<D> &grid, const PointBox<D> &box, const 
     support.axis[a] = gimp_weights(xi, half < 0.5 ? half : 0.5);
   }
   support.locate(grid);
-  for (int a = 1; a < D; ++a) support.stride[a - 1] = grid.stride(a);
-  support.per_cell = 1.0 / grid.cell_size();
   return support;
 }
 
-/// Weights of a point inside the grid with a box of fixed size. half_size [length] does not matter for Linear.
+/// Weights of a point inside the grid with a box of fixed size. Linear ignores half_size [length].
 template <int D>
 RVE_HD Support<D> support_of(const Grid<D> &grid, ShapeFunction shape, const double *position,
                              const Vec<D> &half_size)
@@ -154,19 +159,18 @@ RVE_HD Support<D> support_of(const Grid<D> &grid, ShapeFunction shape, const dou
                                                      : gimp_weights(xi, half < 0.5 ? half : 0.5);
   }
   support.locate(grid);
-  for (int a = 1; a < D; ++a) support.stride[a - 1] = grid.stride(a);
-  support.per_cell = 1.0 / grid.cell_size();
   return support;
 }
 
-/// Adds to the k-th of some sums on nodes. Where threads share the sums, their type brings an addition of its own.
+/// Adds to the k-th of the sums on nodes. Types of sums that threads share overload this function.
 RVE_HD inline void add_to(std::int64_t *sums, std::size_t k, std::int64_t part)
 {
   sums[k] += part;
 }
 
-/// Adds share(place) to component c of every node of the support, each share rounded once; the heaviest node gets what they leave of a total
-/// that has been rounded: the nodes hold the total of the points to the last bit.
+/// Adds share(place) to component c of `C` sums per node for all nodes of the support. Each share
+/// is rounded once, and the heaviest node gets the rest `left` of the rounded total, so that the
+/// sum over the nodes is the total exactly.
 template <int C, int D, class Share, class Sums>
 RVE_HD void scatter_integer(const Support<D> &support, const rve::FixedScale &scale,
                             std::int64_t left, const Share &share, Sums sums, int c)
@@ -182,7 +186,7 @@ RVE_HD void scatter_integer(const Support<D> &support, const rve::FixedScale &sc
   add_to(sums, static_cast<std::size_t>(heaviest) * C + c, left);
 }
 
-/// Adds shares of `total`, which is rounded here.
+/// Rounds `total` and adds its shares as scatter_integer() does.
 template <int C, int D, class Share, class Sums>
 RVE_HD void scatter(const Support<D> &support, const rve::FixedScale &scale, double total,
                     const Share &share, Sums sums, int c)
@@ -190,7 +194,7 @@ RVE_HD void scatter(const Support<D> &support, const rve::FixedScale &scale, dou
   scatter_integer<C>(support, scale, scale.integer(total), share, sums, c);
 }
 
-/// Σ_I N_I(x_p) field_I; `field` is an array over the nodes.
+/// Returns Σ_I N_I(x_p) field_I; `field` is an array over the nodes.
 template <int D, class Field>
 RVE_HD Vec<D> interpolate(const Support<D> &support, const Field &field)
 {
@@ -201,7 +205,7 @@ RVE_HD Vec<D> interpolate(const Support<D> &support, const Field &field)
   return sum;
 }
 
-/// Σ_I field_I ⊗ ∇N_I(x_p)
+/// Returns Σ_I field_I ⊗ ∇N_I(x_p).
 template <int D, class Field>
 RVE_HD Tensor<D> interpolate_gradient(const Support<D> &support, const Field &field)
 {

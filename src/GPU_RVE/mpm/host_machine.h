@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The machine that runs the passes of a time step, and its implementation by CPU threads.
 //
-// A time step is written once, as a sequence of passes (step_program.h), each of which says what one
-// point, node, column of nodes or load does (*_passes.h, *_contact.h). It runs on CPU threads
-// (HostMachine) or on a CUDA device (CudaMachine in cuda_machine.cu). A Machine owns the arrays of its
-// part of the grid, and has the public members of HostMachine, whose comments say what they do.
+// A time step is a sequence of passes (step_program.h). A pass defines the work for one point,
+// node, column of nodes or load (*_passes.h, *_contact.h). Passes run on CPU threads (HostMachine)
+// or on a CUDA device (CudaMachine in cuda_machine.cu). A machine owns the arrays of its part of
+// the grid, and has the public members of HostMachine, whose comments define them.
 //
-// The contract that gives the same bits on all machines:
-//   1. a pass changes only what belongs to its item;
-//   2. what it tells beyond the item has no order: integer sums, largest values, the least of the
-//      points with trouble;
+// All machines give the same bits because of these rules:
+//   1. a pass changes only data of its item;
+//   2. results of several items do not depend on the order: integer sums, maxima, and the lowest
+//      key of points with errors;
 //   3. passes take effect in the order of the calls.
 
 #pragma once
@@ -29,10 +29,10 @@
 
 namespace mpm {
 
-/// Sums on a range of nodes: those of one thread, so that no addition needs a lock.
+/// Sums of one thread on a range of nodes. Additions need no lock.
 struct PartialSums {
   std::int64_t *first;
-  std::size_t offset;    ///< index of the first
+  std::size_t offset;    ///< index of the first sum among those of all nodes
 };
 
 inline void add_to(PartialSums sums, std::size_t k, std::int64_t part)
@@ -40,7 +40,7 @@ inline void add_to(PartialSums sums, std::size_t k, std::int64_t part)
   sums.first[k - sums.offset] += part;
 }
 
-/// An array of the grid in ordinary memory.
+/// An array of the grid in host memory.
 template <class T> class HostArray {
  public:
   T *upload(const std::vector<T> &values)
@@ -48,7 +48,7 @@ template <class T> class HostArray {
     values_ = values;
     return values_.data();
   }
-  /// Gives memory back that a larger part of the grid had.
+  /// Returns `count` zeros. The memory of a larger former part of the grid is freed.
   T *reserve_zeros(std::size_t count)
   {
     std::vector<T>().swap(values_);
@@ -60,7 +60,7 @@ template <class T> class HostArray {
   std::vector<T> values_;
 };
 
-/// Points stay where the caller has them.
+/// Machine that runs passes on CPU threads. It works on the caller's arrays of points.
 template <int D> class HostMachine {
  public:
   HostMachine(const SolverOptions<D> &options, const Grid<D> &grid,
@@ -73,10 +73,10 @@ template <int D> class HostMachine {
   /// Collective, after all ranks have a machine.
   void join_ranks(const Communication &communication)
   {
-    each_rank_has_its_device(communication, DeviceName{});    // ranks with a device ask
+    each_rank_has_its_device(communication, DeviceName{});    // collective with ranks on devices
   }
 
-  /// A step begins.
+  /// Begins a step.
   void begin(const StepInput<D> &input)
   {
     const int count = input.points.count;
@@ -98,86 +98,94 @@ template <int D> class HostMachine {
     maxima_.assign(view_.body_maximum(0), 0.0);
     maxima_.resize(view_.num_maxima(), -std::numeric_limits<double>::infinity());
     view_.maximum = maxima_.data();
-    first_trouble_ = FirstTrouble::NOWHERE;
+    first_error_ = PointErrorKey::NO_ERROR;
   }
 
-  /// What passes work on.
+  /// Data of the passes.
   const StepView<D> &view() const { return view_; }
-  /// With all that only the machine has changed.
+  /// Points on the host, with all changes by the machine.
   const PointView<D> &host_points() const { return view_.points; }
 
-  /// The nodes that this rank holds in this step, and what it shares with other ranks.
-  void take_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
+  /// Sets the nodes that this rank holds in this step and those that it shares with other ranks.
+  void set_part(const SharedNodes<D> &shared, const Boundary<D> &boundary)
   {
     if (shared.part_edition() != part_edition_) grid_arrays_.wire(view_, shared.part(), boundary);
     part_edition_ = shared.part_edition();
     view_.point_total = shared.point_total();
     view_.touched = shared.touched();
-    lower_touched_ = shared.lower_touched();
-    view_.lower_touched = lower_touched_.data();
-    view_.num_lower = static_cast<int>(lower_touched_.size());
+    view_.lower_touched = shared.lower_touched();
+    view_.num_lower = shared.num_lower();
     shared_ = &shared;
   }
 
-  /// Whether contacts of several bodies can be on one node.
+  /// Sets whether nodes are divided among contacts of several bodies.
   void divide_nodes(bool divides) { view_.divides_nodes = divides; }
 
-  /// Whether findings are known when a pass returns; if not, settle() brings them.
-  static constexpr bool knows_at_once() { return true; }
-  /// The device begins what it has been told; wait(): passes are done.
-  void hand_over() {}
+  /// True if findings are complete when a pass returns. Otherwise wait_for_findings() completes
+  /// them.
+  static constexpr bool is_synchronous() { return true; }
+  /// Starts all passes on the device that have not been started.
+  void submit() {}
+  /// Waits until all passes have finished.
   void wait() {}
-  /// Passes from now on change nothing if the flag, in the memory of the device, is above zero when
-  /// their turn comes. Null: they go. Only where findings are not known at once.
-  void halt_where(const std::int32_t *) {}
-  /// Findings, increments and rigid bodies are asked for, and known to the host after settle(). In
-  /// between others may tell the device more.
-  void ask() {}
-  void settle() {}
-  /// Positions and velocities come to the host; what others have begun goes on.
-  void bring_motion() {}
-  /// For laws that run on the device, if there is one; stresses_come(): they have begun.
+  /// Makes the passes from now on conditional: they change nothing if the flag, in device memory,
+  /// is above zero when they run. Null removes the condition. Asynchronous machines only.
+  void halt_if(const std::int32_t *) {}
+  /// Requests a copy of findings and rigid bodies. Other work may be submitted to the device before
+  /// wait_for_findings().
+  void request_findings() {}
+  /// Waits until findings, increments and rigid bodies are available to the host.
+  void wait_for_findings() {}
+  /// Copies positions and velocities to the host after wait_for_findings(). Other work of the
+  /// device continues.
+  void download_motion() {}
+  /// Arrays for laws that run on the device, if there is one.
   static DeviceArrays<D> device_arrays() { return {}; }
-  void stresses_come() {}
-  /// ΔF of the points for laws that run on the host; stresses_changed(): these are done.
+  /// Announces that laws have begun to write stresses on the device.
+  void expect_device_stresses() {}
+  /// ΔF of the points for laws that run on the host.
   const Tensor<D> *increments() const { return increment_.data(); }
+  /// Announces that laws have changed the stresses on the host.
   void stresses_changed() {}
-  /// What passes have found: the first point with trouble, and the largest values by Maximum.
-  std::uint64_t first_trouble() const { return first_trouble_; }
+  /// Lowest PointErrorKey that passes have found, or NO_ERROR.
+  std::uint64_t first_error() const { return first_error_; }
+  /// Maxima that passes have found, indexed by Maximum.
   const double *maxima() const { return maxima_.data(); }
-  /// Takes the largest of all ranks.
+  /// Replaces maxima by those over all ranks. Collective.
   void share_maxima(const Communication &communication, int first, int count)
   {
     communication.max_over_ranks(maxima_.data() + first, count);
   }
-  /// Whether ranks exchange bounds and sums without their hosts, by meet_for_sums().
-  static constexpr bool ranks_meet_there() { return false; }
-  void meet_for_sums(const MoveSums<D> &, const SharedNodes<D> &) {}
-  /// Nobody waits for this rank any more.
+  /// True if the devices of the ranks exchange maxima and sums in this step without their hosts.
+  static constexpr bool devices_exchange() { return false; }
+  /// Exchanges the sums of shared nodes between devices.
+  void exchange_sums(const MoveSums<D> &, const SharedNodes<D> &) {}
+  /// Ends all waiting between devices after an error of this rank.
   void leave_ranks() {}
 
-  /// Brings fields to the host that only the machine has changed.
+  /// Copies fields to the host that the machine has changed.
   void fetch(const PointView<D> &) {}
-  /// The host has changed points in another way than by positions, velocities, forces, models and
-  /// bodies.
+  /// Announces that the host has changed fields of points other than positions, velocities, forces,
+  /// models and bodies.
   void points_changed() {}
 
-  /// The shared nodes, where passes can read them.
+  /// SharedNodes::given() and taken() in memory that passes can read.
   const int *given_nodes() const { return shared_->given().data(); }
   const int *taken_nodes() const { return shared_->taken().data(); }
-  /// Room for what ranks exchange, until it is asked for again.
+  /// Returns a buffer of `count` integers for exchanges between ranks, valid until the next call.
   std::int64_t *exchange_buffer(std::size_t count)
   {
     exchange_.resize(count);
     return exchange_.data();
   }
 
-  /// Nodes of the part in a row of a field of view(), on the host until the next call.
+  /// Returns the nodes of the part in a row of a field of view(), on the host. Valid until the next
+  /// call.
   template <class T> const T *of_nodes(const T *field, int row = 0) const
   {
     return field + view_.in_row(row, 0);
   }
-  /// In the last step [force].
+  /// Largest unbalanced force of the last step [force].
   double unbalanced() const { return maxima_.empty() ? 0.0 : maxima_[Unbalanced]; }
 
   static constexpr double transfer_time() { return 0.0; }
@@ -186,7 +194,7 @@ template <int D> class HostMachine {
     return std::to_string(threads_) + (threads_ == 1 ? " CPU thread" : " CPU threads");
   }
 
-  /// pass(load, sums) for all loads, which adds to the sums that scatter() has begun.
+  /// Calls pass(load, sums) for all loads. The pass adds to sums that scatter() has begun.
   template <class P> void scatter_loads(const P &pass)
   {
     const SumsByKind<std::int64_t *> sums = {{view_.sums[InertiaSums], view_.sums[VectorSums]}};
@@ -195,9 +203,9 @@ template <int D> class HostMachine {
     for (int k = 0; k < pass.items(); ++k) own(k, sums);
   }
 
-  /// pass(item, tally) for all items. tally.raise(k, value) keeps the largest value,
-  /// tally.trouble(p, what) the first point that cannot be treated, and tally.add(sum, part) adds to an
-  /// integer that other items add to.
+  /// Calls pass(item, tally) for all items. tally.raise(k, value) raises the k-th maximum,
+  /// tally.error(p, code) reports the error of a point, and tally.add(sum, part) adds to an integer
+  /// that other items also add to.
   template <class P> void over(const P &pass)
   {
     const int count = pass.items();
@@ -208,7 +216,7 @@ template <int D> class HostMachine {
       const rve::ThreadShare mine(count);
       Tally &tally = tallies_[rve::this_thread()];
       tally.best = maxima_;
-      tally.first = FirstTrouble::NOWHERE;
+      tally.first = PointErrorKey::NO_ERROR;
       if (rve::this_thread() == 0) team = rve::team_size();
       P own = pass;
       own.begin();
@@ -217,16 +225,16 @@ template <int D> class HostMachine {
     for (int t = 0; t < team; ++t) {
       for (std::size_t k = 0; k < maxima_.size(); ++k)
         maxima_[k] = std::max(maxima_[k], tallies_[t].best[k]);
-      first_trouble_ = std::min(first_trouble_, tallies_[t].first);
+      first_error_ = std::min(first_error_, tallies_[t].first);
     }
   }
 
-  /// pass(point, sums) for all points, which adds to sums on nodes: those of the kinds that the pass
-  /// adds to begin with zero.
+  /// Calls pass(point, sums) for all points. The sums on nodes of the kinds that the pass adds to
+  /// are first set to zero.
   template <class P> void scatter(const P &pass)
   {
     const int count = pass.items();
-    // a team may be smaller
+    // the team may have fewer threads than partial_ has elements
     for (Partial &part : partial_) part.first_layer = part.end_layer = 0;
     const rve::LightWork work(count, threads_);
 #pragma omp parallel num_threads(work.team)
@@ -249,7 +257,7 @@ template <int D> class HostMachine {
   }
 
  private:
-  /// What one thread found. Far from those of others in memory.
+  /// Findings of one thread, aligned to avoid false sharing.
   struct alignas(128) Tally {
     std::vector<double> best;
     std::uint64_t first;
@@ -258,7 +266,7 @@ template <int D> class HostMachine {
     {
       if (value > best[k]) best[k] = value;
     }
-    void trouble(int p, Trouble what) { first = std::min(first, FirstTrouble::key(p, what)); }
+    void error(int p, ErrorCode code) { first = std::min(first, PointErrorKey::key(p, code)); }
     void add(std::int64_t *sum, std::int64_t part)
     {
 #pragma omp atomic
@@ -266,7 +274,7 @@ template <int D> class HostMachine {
     }
   };
 
-  /// Sums of the layers of nodes that one thread's points reach.
+  /// Sums of one thread on the layers of nodes that its points reach.
   struct alignas(128) Partial {
     int first_layer, end_layer;
     std::vector<std::int64_t> sums[NUM_SUM_KINDS];
@@ -285,7 +293,7 @@ template <int D> class HostMachine {
     part.end_layer = 0;
     for (int p = mine.begin; p < mine.end; ++p) {
       if (view_.points.rigid_body[p] >= 0) continue;
-      const int first = view_.grid.first(D - 1);    // of the part, whose layers count from 0
+      const int first = view_.grid.first(D - 1);    // layers of the part count from 0
       int layer = support_[p].axis[D - 1].first - first, end = layer + 3;
       if (view_.has_boxes()) {
         const PointBox<D> &box = box_[p];
@@ -301,7 +309,7 @@ template <int D> class HostMachine {
     part.first_layer = std::min(part.first_layer, part.end_layer);
   }
 
-  /// Adds up what the threads have on a layer.
+  /// Adds the partial sums of all threads on a layer.
   void merge(int layer, SumKind kind) const
   {
     const std::size_t size = static_cast<std::size_t>(width_of<D>(kind)) * view_.grid.layer_size();
@@ -321,12 +329,11 @@ template <int D> class HostMachine {
   std::vector<PointBox<D>> box_;
   std::vector<Tensor<D>> increment_;
   std::vector<double> maxima_;
-  std::uint64_t first_trouble_ = FirstTrouble::NOWHERE;
+  std::uint64_t first_error_ = PointErrorKey::NO_ERROR;
   std::vector<Tally> tallies_;
   std::vector<Partial> partial_;
   const SharedNodes<D> *shared_ = nullptr;
   int part_edition_ = 0;
-  std::vector<NodeBox<D>> lower_touched_;
   std::vector<std::int64_t> exchange_;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The constitutive laws in closed form, by the words that scripts have for them: a new law is a line here and files of its own.
+// Table of the constitutive laws in closed form, by their words in scripts. A new law needs a line
+// of the table and its own files.
 
 #pragma once
 
@@ -11,16 +12,17 @@
 
 namespace mpm {
 
+/// A law of the table.
 template <int D> struct LawEntry {
-  std::string word;
-  std::vector<std::string> arguments;    ///< numbers, in the order of a script: their names
-  /// The law with these arguments; rve::InputError where they are wrong.
+  std::string word;                      ///< name in scripts
+  std::vector<std::string> arguments;    ///< names of the arguments, which are numbers
+  /// Makes the law with these arguments. Throws rve::InputError for wrong arguments.
   std::shared_ptr<Constitutive<D>> (*make)(const double *arguments);
-  /// Divides the strength in the arguments by a factor above 0; null: the law has no strength.
+  /// Divides the strength in the arguments by a positive factor; null if the law has no strength.
   void (*reduce_strength)(double *arguments, double factor) = nullptr;
 };
 
-/// The laws that there are in D dimensions. A program may add laws of its own before it reads scripts.
+/// Returns the laws in D dimensions. A program may add its own laws before it reads scripts.
 template <int D> std::vector<LawEntry<D>> &law_table();
 
 }    // namespace mpm

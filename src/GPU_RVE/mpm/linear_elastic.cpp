@@ -5,7 +5,6 @@
 
 namespace mpm {
 
-using rve::number;
 using rve::require;
 using rve::Tensor;
 
@@ -13,10 +12,10 @@ template <int D>
 LinearElastic<D>::LinearElastic(double young_modulus, double poisson_ratio) :
     ElasticLaw<D>(young_modulus, poisson_ratio)
 {
-  require(young_modulus > 0.0,
-          "Young's modulus must be positive, got " + number(young_modulus) + " [stress]");
-  require(poisson_ratio > -1.0 && poisson_ratio < 0.5,
-          "Poisson's ratio must be in (-1, 0.5), got " + number(poisson_ratio));
+  require(young_modulus > 0.0, "Young's modulus must be positive, got ", young_modulus,
+          " [stress]");
+  require(poisson_ratio > -1.0 && poisson_ratio < 0.5, "Poisson's ratio must be in (-1, 0.5), got ",
+          poisson_ratio);
 }
 
 template <int D>

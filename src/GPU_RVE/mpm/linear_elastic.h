@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Linear elasticity, for verification and for parts of scenes that need no grains.
+// Linear elasticity, for verification and for material without grains.
 
 #pragma once
 
@@ -7,16 +7,17 @@
 
 namespace mpm {
 
-/// Isotropic linear elasticity, in the plane that of plane strain, as a hypoelastic law with the rotation of the increment taken out:
+/// Isotropic linear elasticity, in 2D for plane strain, as a hypoelastic law without the rotation
+/// of the increment:
 ///   σ_new = R σ Rᵀ + λ tr(D) I + 2 μ D
-/// with D and the rotation R from the displacement gradient with respect to the middle of the increment
-/// (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862; it integrates the Jaumann rate).
-/// Chosen because it needs no memory but the stress, starts from any initial stress, and is exact for a rigid rotation
-/// of any size and for small strains. It is not the derivative of an energy: over closed cycles of large strain it gains
-/// or loses work of the order (σ/E)².
+/// with D and the rotation R from the displacement gradient with respect to the middle of the
+/// increment (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862; it integrates the Jaumann
+/// rate). The law needs no state variables, starts from any initial stress, and is exact for rigid
+/// rotations of any size and for small strains. It does not derive from an energy: closed cycles of
+/// large strain gain or lose work of the order (σ/E)².
 template <int D> class LinearElastic : public ElasticLaw<D> {
  public:
-  /// young_modulus > 0 [stress], -1 < poisson_ratio < 0.5; rve::InputError otherwise.
+  /// Throws rve::InputError unless young_modulus > 0 [stress] and -1 < poisson_ratio < 0.5.
   LinearElastic(double young_modulus, double poisson_ratio);
 
   void update(int count, const int *point_index,

@@ -7,12 +7,12 @@
 
 namespace mpm {
 
-/// Area on which the traction acts [length²]: that of the face as it is seen along its own direction
-/// before the deformation. In the plane a face has a length |F_tt| times the initial one, and a
-/// thickness; in space the area is that of the parallelogram of its two edges.
+/// Area on which the traction acts [length²]: the area of the deformed face projected along its
+/// initial normal. In 2D the face has the thickness and |F_tt| times its initial length. In 3D the
+/// area is that of the projected parallelogram of its two edges.
 template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointLoad<D> &load)
 {
-  static_assert(D == 2 || D == 3, "a face has one axis or two axes along it");
+  static_assert(D == 2 || D == 3, "a face has one or two tangential axes");
   const int normal = axis_of(load.face);
   const Vec<D> &half = step.points.half_size[load.point];
   const Tensor<D> &F = step.points.deformation_gradient[load.point];
@@ -25,8 +25,9 @@ template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointL
   }
 }
 
-/// Force of a load [force]. One that follows acts on the present area vector of the face,
-/// A det(F) F^-T N of the initial one A N (Nanson): the column of cofactors of F for the normal.
+/// Force of a load [force]. A following load acts on the present area vector A det(F) F^-T N of the
+/// face with the initial area vector A N (Nanson's formula), which is the column of cofactors of F
+/// for the normal.
 template <int D> RVE_HD Vec<D> load_force(const StepView<D> &step, const PointLoad<D> &load)
 {
   Vec<D> force;
@@ -54,7 +55,7 @@ template <int D> RVE_HD Vec<D> load_force(const StepView<D> &step, const PointLo
   return force;
 }
 
-/// Checks a load and bounds its force.
+/// Checks loads and finds bounds of their forces.
 template <int D> struct PrepareLoad : LoadPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
@@ -64,18 +65,19 @@ template <int D> struct PrepareLoad : LoadPass<D> {
   {
     const PointLoad<D> &load = step.loads[k];
     if (step.points.rigid_body[load.point] >= 0) {
-      tally.trouble(load.point, Trouble::RigidTraction);
+      tally.error(load.point, ErrorCode::RigidTraction);
     } else if (!are_finite<D>(load.traction.component)) {
-      tally.trouble(load.point, Trouble::Traction);
+      tally.error(load.point, ErrorCode::Traction);
     } else if (bounds_forces) {
       tally.raise(step.load_maximum(load.load), largest<D>(load_force(step, load).component));
     }
   }
 };
 
-/// Traction t on the face of a point's box: f_I = t A N_t,I(x_t) H_n,I(x_face), with N the shape
-/// function of the point along the face, and H the hat function at the face itself across it. Uniform
-/// stress is then in equilibrium with t = σ to round-off (doc/src/theory_mpm.rst, tractions).
+/// Adds tractions t on faces of boxes of points to the sums of forces: f_I = t A N_t,I(x_t)
+/// H_n,I(x_face) with the shape function N of the point along the face and the hat function H at
+/// the face across it. Uniform stress is then in equilibrium with t = σ to round-off
+/// (doc/src/theory_mpm.rst, tractions).
 template <int D> struct ScatterLoad : LoadPass<D> {
   using Pass<D>::step;
   rve::FixedScale scale = {};
@@ -92,7 +94,7 @@ template <int D> struct ScatterLoad : LoadPass<D> {
         ? step.box[p].place[normal] + outward(load.face) * step.box[p].half[normal]
         : step.grid.scaled(face, normal);
 
-    // three rows that contain the face and lie within the ghost layer
+    // the three rows contain the face and end at the ghost layer
     const int row = static_cast<int>(std::floor(xi));
     const int highest = step.grid.cells(normal) - 1;
     AxisWeights across = {row < -1 ? -1 : row > highest ? highest : row, {}, {}};
@@ -100,7 +102,7 @@ template <int D> struct ScatterLoad : LoadPass<D> {
       across.value[b] = larger(0.0, 1.0 - std::abs(xi - (across.first + b)));
     const Vec<D> whole = load_force(step, load);
     each_part(step, p, [&](const Support<D> &of_part, const BoxPart<D> &part) {
-      if (part.place[normal] != 0) return;    // only one of the parts in a row has the face
+      if (part.place[normal] != 0) return;    // one part represents all parts across the face
       Support<D> support = of_part;
       for (int a = 0; a < D; ++a)
         if (a == normal) support.axis[a] = across;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Single numbers that say how a point is stressed and strained, for output. Equations (25b) and (27) of Zhao, Zhao & Liang 2021, with n = 2
-// in the plane and n = 3 in space. Numbers in, numbers out.
+// Scalar measures of stress and strain for output: equations (25b) and (27) of Zhao, Zhao & Liang
+// 2021, with n = 2 in 2D and n = 3 in 3D.
 
 #pragma once
 
@@ -10,13 +10,14 @@
 
 namespace mpm {
 
-/// sqrt(s:s/2) of the deviator of the symmetric part: half the difference of the principal stresses [stress].
+/// sqrt(s:s/2) of the deviator of the symmetric part, which is half the difference of the principal
+/// stresses [stress].
 inline double deviatoric_stress(const rve::Tensor2 &stress)
 {
   return std::hypot(0.5 * (stress(0, 0) - stress(1, 1)), 0.5 * (stress(0, 1) + stress(1, 0)));
 }
 
-/// Sum of the squares of the components of the deviator of the symmetric part.
+/// Sum of the squared components of the deviator of the symmetric part.
 inline double deviatoric_square(const rve::Tensor3 &t)
 {
   const rve::Tensor3 deviator =
@@ -26,7 +27,7 @@ inline double deviatoric_square(const rve::Tensor3 &t)
   return sum;
 }
 
-/// sqrt(3/2 s:s), the difference of the principal stresses in a triaxial test [stress].
+/// sqrt(3/2 s:s), which is the difference of the principal stresses in a triaxial test [stress].
 inline double deviatoric_stress(const rve::Tensor3 &stress)
 {
   return std::sqrt(1.5 * deviatoric_square(stress));
@@ -38,7 +39,7 @@ inline double deviatoric_strain(const rve::Tensor2 &F)
   return std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
 }
 
-/// sqrt(2/3 e:e): a third of q over the shear modulus, of an isotropic elastic material.
+/// sqrt(2/3 e:e), which is q/(3 μ) in an isotropic elastic material.
 inline double deviatoric_strain(const rve::Tensor3 &F)
 {
   return std::sqrt(2.0 / 3.0 * deviatoric_square(F));

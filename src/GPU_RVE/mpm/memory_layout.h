@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What is in the rows of memory of a scene's points: the state variables of each of its laws.
-//
-// For those who keep the rows, write them to files and show them. Knows laws by words, as law_table.h does.
+// Layout of the rows of state variables of points (MemoryRows), for restart files and output. Laws
+// are identified by their words, as in law_table.h.
 
 #pragma once
 
@@ -15,9 +14,11 @@
 
 namespace mpm {
 
+/// State variables of each law.
 class MemoryLayout {
  public:
-  /// Adds a law, unless it is there, and returns its number. Models of one law with different parameters share it.
+  /// Adds a law if it is new and returns its index. Models of one law with different parameters
+  /// share the index.
   int add(const std::string &law, StateVariables variables)
   {
     const int there = find(law);
@@ -27,7 +28,7 @@ class MemoryLayout {
     return num_laws() - 1;
   }
 
-  /// The number of a law, -1 if it is not there.
+  /// Returns the index of a law, or -1 if there is no such law.
   int find(const std::string &law) const
   {
     for (int k = 0; k < num_laws(); ++k)
@@ -39,10 +40,10 @@ class MemoryLayout {
   const std::string &word(int law) const { return laws_.at(law).word; }
   const StateVariables &variables(int law) const { return laws_.at(law).variables; }
 
-  /// Doubles of a row.
+  /// Number of doubles of a row.
   int width() const { return width_; }
 
-  /// Where the rows of a law have this variable; -1 if it has none of the name.
+  /// Returns the index of a variable in the rows of a law, or -1 if the law has no such variable.
   int place(int law, const std::string &name) const
   {
     const StateVariables &all = variables(law);
@@ -51,7 +52,7 @@ class MemoryLayout {
     return -1;
   }
 
-  /// "name name ..." of a law.
+  /// Returns the names of the variables of a law, separated by blanks.
   std::string names(int law) const
   {
     std::string text;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Strain and rotation of a deformation increment, and the elastic stress that they give: what hypoelastic laws share.
-// Numbers in, numbers out.
+// Strain and rotation of a deformation increment and the elastic stress that follows from them, for
+// hypoelastic laws.
 
 #pragma once
 
@@ -8,15 +8,16 @@
 
 namespace mpm {
 
-/// D and R from the displacement gradient with respect to the middle of the increment
-/// (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862). No strain in a rigid rotation of any size.
+/// Strain D and rotation R from the displacement gradient with respect to the middle of the
+/// increment (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862). A rigid rotation of any
+/// size gives no strain.
 template <int D> struct MidpointIncrement {
   rve::Tensor<double, D> strain;      ///< D
   rve::Tensor<double, D> rotation;    ///< R
 };
 
-/// R = (I - W/2)⁻¹ (I + W/2), a rotation by 2 atan(|w|/2), of a displacement gradient with the spin W. In the plane a rotation has one
-/// angle.
+/// Rotation R = (I - W/2)⁻¹ (I + W/2) of a displacement gradient with the spin W. In 2D its angle
+/// is 2 atan(|w|/2).
 RVE_INLINE rve::Tensor2 midpoint_rotation(const rve::Tensor2 &gradient)
 {
   const double half_spin = 0.25 * (gradient(1, 0) - gradient(0, 1));
@@ -26,7 +27,7 @@ RVE_INLINE rve::Tensor2 midpoint_rotation(const rve::Tensor2 &gradient)
   return {{cosine, -sine, sine, cosine}};
 }
 
-/// In space, with H = W/2 = h ×: R = I + 2 (H + H²)/(1 + h²), as H³ = -h² H.
+/// The same rotation in 3D: with H = W/2 = h ×, R = I + 2 (H + H²)/(1 + h²), since H³ = -h² H.
 RVE_INLINE rve::Tensor3 midpoint_rotation(const rve::Tensor3 &gradient)
 {
   using rve::Tensor3;
@@ -36,6 +37,7 @@ RVE_INLINE rve::Tensor3 midpoint_rotation(const rve::Tensor3 &gradient)
   return Tensor3::identity() + factor * (half_spin + half_spin * half_spin);
 }
 
+/// Strain and rotation of ΔF.
 template <int D>
 RVE_INLINE MidpointIncrement<D>
 midpoint_increment(const rve::Tensor<double, D> &deformation_increment)
@@ -47,7 +49,7 @@ midpoint_increment(const rve::Tensor<double, D> &deformation_increment)
   return {0.5 * (gradient + transpose(gradient)), midpoint_rotation(gradient)};
 }
 
-/// R σ Rᵀ + λ tr(D) I + 2 μ D, symmetric to the last bit [stress].
+/// Returns R σ Rᵀ + λ tr(D) I + 2 μ D, which is exactly symmetric [stress].
 template <int D>
 RVE_INLINE rve::Tensor<double, D> elastic_stress(const rve::Tensor<double, D> &stress,
                                                  const MidpointIncrement<D> &increment,

@@ -12,16 +12,16 @@ using rve::Tensor3;
 
 namespace {
 
-  /// A stress in principal axes: values in descending order, and the way back.
+  /// Principal stresses in descending order, and the transformation back.
   template <int D> struct PrincipalStress;
 
-  /// In the plane, with the stress out of it.
+  /// The 2D version includes the out-of-plane stress.
   template <> struct PrincipalStress<2> {
     MohrCoulombReturn::Principal principal;
-    int upper, lower, out;     ///< places of the two in the plane and of σ_zz
+    int upper, lower, out;     ///< indices of the two in-plane principal stresses and of σ_zz
     double half_difference;    ///< (σ_xx - σ_yy)/2
     double shear;
-    double radius;    ///< of Mohr's circle in the plane
+    double radius;    ///< radius of Mohr's circle in the plane
 
     PrincipalStress(const Tensor2 &stress, const double *memory)
     {
@@ -40,22 +40,16 @@ namespace {
       principal.value[out] = out_of_plane;
     }
 
+    /// Stores a stress with the former principal directions, which isotropy preserves.
     void store(const MohrCoulombReturn::Principal &values, Tensor2 &stress, double *memory) const
-    {
-      stress = in_plane(values);
-      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
-    }
-
-   private:
-    /// In the plane, with the directions of before: isotropy keeps them.
-    Tensor2 in_plane(const MohrCoulombReturn::Principal &values) const
     {
       const double mean = 0.5 * (values.value[upper] + values.value[lower]);
       const double scale = radius > 0.0 ? 0.5 * (values.value[upper] - values.value[lower]) / radius
                                         : 0.0;
       const double difference = scale * half_difference;
       const double tangential = scale * shear;
-      return {{mean + difference, tangential, tangential, mean - difference}};
+      stress = {{mean + difference, tangential, tangential, mean - difference}};
+      memory[MohrCoulomb<2>::OutOfPlaneStress] = values.value[out];
     }
   };
 
@@ -68,7 +62,8 @@ namespace {
       for (int i = 0; i < 3; ++i) principal.value[i] = axes_.value[i];
     }
 
-    /// What the return takes away, along the axes: a stress that it leaves alone keeps its bits.
+    /// Subtracts the principal stresses that the return removes. A stress that the return does not
+    /// change keeps its bits.
     void store(const MohrCoulombReturn::Principal &values, Tensor3 &stress, double *) const
     {
       stress = stress_;
@@ -113,7 +108,7 @@ void MohrCoulomb<D>::update(int count, const int *point_index, const Tensor *def
     const MohrCoulombReturn::Principal after = return_(trial.principal);
     trial.store(after, stress[p], state);
 
-    // deviator of the plastic strain: that of the relaxed stress over 2 μ
+    // the deviator of the plastic strain is that of the relaxed stress divided by 2 μ
     double relaxed[3];
     for (int i = 0; i < 3; ++i) relaxed[i] = trial.principal.value[i] - after.value[i];
     const double mean = (relaxed[0] + relaxed[1] + relaxed[2]) / 3.0;

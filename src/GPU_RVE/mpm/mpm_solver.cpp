@@ -8,7 +8,6 @@
 #include "rve/core/error.h"
 #include "rve/core/first_error.h"
 #include "rve/core/threads.h"
-#include "rve/core/wall_time.h"
 
 #if defined(GPU_RVE_WITH_CUDA)
 #include "mpm/cuda_machine.h"
@@ -21,44 +20,34 @@
 
 namespace mpm {
 
-using rve::number;
+using rve::concat;
 using rve::require;
 
 namespace {
-
-  /// D components, with something between them.
-  template <int D> std::string in_words(const double *component, const char *between)
-  {
-    std::string text = number(component[0]);
-    for (int a = 1; a < D; ++a) text += between + number(component[a]);
-    return text;
-  }
 
   template <int D> std::string extents(const Grid<D> &grid)
   {
     std::string text;
     for (int a = 0; a < D; ++a)
-      text += std::string(a == 0 ? "" : ", ") + "xyz"[a] + " from " + number(grid.lo(a)) + " to " +
-          number(grid.hi(a));
+      text += concat(a == 0 ? "" : ", ", "xyz"[a], " from ", grid.lo(a), " to ", grid.hi(a));
     return text;
   }
 
   template <int D> const SolverOptions<D> &checked(const SolverOptions<D> &options)
   {
-    require(options.thickness > 0.0,
-            "thickness must be positive, got " + number(options.thickness) + " [length]");
-    require(options.flip >= 0.0 && options.flip <= 1.0,
-            "flip fraction must be in [0, 1], got " + number(options.flip));
+    require(options.thickness > 0.0, "thickness must be positive, got ", options.thickness,
+            " [length]");
+    require(options.flip >= 0.0 && options.flip <= 1.0, "flip fraction must be in [0, 1], got ",
+            options.flip);
     require(options.damping >= 0.0 && options.damping < 1.0,
-            "local damping must be in [0, 1), got " + number(options.damping));
+            "local damping must be in [0, 1), got ", options.damping);
     for (int side = 0; side < FACES<D>; ++side) {
       const Dashpots &dashpots = options.dashpots[side];
       const SideKind kind = options.sides[side];
       for (const double speed : {dashpots.normal, dashpots.tangential})
-        require(speed >= 0.0 && std::isfinite(speed), [&] {
-          return "speed of waves that a side absorbs must be at least 0, got " + number(speed) +
-              " [length/time]";
-        });
+        require(speed >= 0.0 && std::isfinite(speed),
+                "speed of waves that a side absorbs must be at least 0, got ", speed,
+                " [length/time]");
       require(kind == SideKind::Free || dashpots.normal == 0.0,
               "a side that holds the velocity across it cannot absorb waves that come across");
       require(kind != SideKind::Fixed || dashpots.tangential == 0.0,
@@ -72,8 +61,8 @@ namespace {
   [[noreturn]] void fail(const PointView<D> &points, int p, const std::string &what)
   {
     throw PointError(points.id[p],
-                     "material point " + std::to_string(points.id[p]) + " at (" +
-                         in_words<D>(points.position[p], ", ") + ") " + what);
+                     concat("material point ", points.id[p], " at (",
+                            in_words<D>(points.position[p], ", "), ") ", what));
   }
 
   template <int D>
@@ -87,14 +76,14 @@ namespace {
 #if defined(GPU_RVE_WITH_CUDA)
       if (auto runner = make_cuda_machine(options, communication, grid, obstacle)) return runner;
 #endif
-      require(options.device != Device::Cuda, "a CUDA device was asked for, but " + obstacle);
-      require(!required, rve::cuda_requirement() + " forbids falling back to the CPU: " + obstacle);
+      require(options.device != Device::Cuda, "a CUDA device was asked for, but ", obstacle);
+      require(!required, rve::cuda_requirement, " forbids falling back to the CPU: ", obstacle);
       if (notice) *notice = obstacle + "; CPU threads serve";
     }
     return std::make_unique<StepProgram<D, HostMachine>>(options, communication, grid);
   }
 
-  /// Collective: ends on all ranks if a rank has no runner.
+  /// Makes the runner of this rank. Collective; throws on all ranks if a rank has no runner.
   template <int D>
   std::unique_ptr<StepRunner<D>> make_runner(const SolverOptions<D> &options,
                                              const Communication &communication,
@@ -119,45 +108,45 @@ template <int D>
 void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_bodies,
                        int num_models, std::uint64_t key)
 {
-  const int p = FirstTrouble::point(key);
+  const int p = PointErrorKey::point(key);
   const auto of_point = [&]() -> std::string {
-    switch (FirstTrouble::trouble(key)) {
-      case Trouble::Position:
+    switch (PointErrorKey::code(key)) {
+      case ErrorCode::Position:
         return "has a position that is not finite";
-      case Trouble::Outside:
-        return "is outside of the grid, " + extents(grid) +
-            " [length]; use a larger domain, a boundary that holds it, or a shorter time step";
-      case Trouble::Velocity:
+      case ErrorCode::Outside:
+        return concat(
+            "is outside of the grid, ", extents(grid),
+            " [length]; use a larger domain, a boundary that holds it, or a shorter time step");
+      case ErrorCode::Velocity:
         return "has a velocity that is not finite";
-      case Trouble::Stress:
+      case ErrorCode::Stress:
         return "has a stress that is not finite";
-      case Trouble::HalfSize:
+      case ErrorCode::HalfSize:
         if (!(points.initial_volume[p] > 0.0))
           return "has no volume yet: it was created after the run has been set up; create points "
                  "before a run, and do not leave out the setup of that run";
-        return "must have half sizes in (0, " + number(0.5 * grid.cell_size()) +
-            "] (half a cell), got " + in_words<D>(points.half_size[p].component, " ") + " [length]";
-      case Trouble::UnknownBody:
-        return "belongs to rigid body " + std::to_string(points.rigid_body[p]) +
-            ", but there are only " + std::to_string(num_bodies);
-      case Trouble::UnknownModel:
-        return "has constitutive model " + std::to_string(points.model[p]) + ", but there are " +
-            std::to_string(num_models);
-      case Trouble::Mass:
-        return "must have a positive mass, got " + number(points.mass[p]) + " [mass]";
-      case Trouble::Volume:
-        return "must have a positive volume, got " + number(points.volume[p]) + " [length^3]";
-      case Trouble::BodyForce:
+        return concat("must have half sizes in (0, ", 0.5 * grid.cell_size(),
+                      "] (half a cell), got ", in_words<D>(points.half_size[p].component, " "),
+                      " [length]");
+      case ErrorCode::UnknownBody:
+        return concat("belongs to rigid body ", points.rigid_body[p], ", but there are only ",
+                      num_bodies);
+      case ErrorCode::UnknownModel:
+        return concat("has constitutive model ", points.model[p], ", but there are ", num_models);
+      case ErrorCode::Mass:
+        return concat("must have a positive mass, got ", points.mass[p], " [mass]");
+      case ErrorCode::Volume:
+        return concat("must have a positive volume, got ", points.volume[p], " [length^3]");
+      case ErrorCode::BodyForce:
         return "has a body force that is not finite";
-      case Trouble::RigidTraction:
+      case ErrorCode::RigidTraction:
         return "is rigid and cannot carry a traction; the group of the traction must have no "
-               "points "
-               "of a rigid body";
-      case Trouble::Traction:
+               "points of a rigid body";
+      case ErrorCode::Traction:
         return "has a traction that is not finite";
       default:
-        return "is inverted, det(F) = " + number(determinant(points.deformation_gradient[p])) +
-            "; the time step is too large or the material lost its stiffness";
+        return concat("is inverted, det(F) = ", determinant(points.deformation_gradient[p]),
+                      "; the time step is too large or the material lost its stiffness");
     }
   };
   fail(points, p, of_point());
@@ -165,10 +154,8 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
 
 void check_bound(double bound, std::int64_t terms, const char *what)
 {
-  require(bound * static_cast<double>(terms) < 1e300, [&] {
-    return std::string(what) + " of a point is too large for the sums on the grid, got " +
-        number(bound);
-  });
+  require(bound * static_cast<double>(terms) < 1e300, what,
+          " of a point is too large for the sums on the grid, got ", bound);
 }
 
 template <int D>
@@ -188,18 +175,16 @@ MpmSolver<D>::MpmSolver(const SolverOptions<D> &options, Communication communica
 template <int D> void MpmSolver<D>::set_body_velocity(int body, const Vec<D> &velocity)
 {
   require(are_finite<D>(velocity.component), [&] {
-    return "velocity of " + options_.name_of_body(body) + " must be finite, got " +
-        in_words<D>(velocity.component, " ") + " [length/time]";
+    return concat("velocity of ", options_.name_of_body(body), " must be finite, got ",
+                  in_words<D>(velocity.component, " "), " [length/time]");
   });
   body_velocity_.at(body) = velocity;
 }
 
 template <int D> void MpmSolver<D>::set_body_friction(int body, double friction)
 {
-  require(friction > 0.0 && std::isfinite(friction), [&] {
-    return "friction of " + options_.name_of_body(body) + " must be above 0 and finite, got " +
-        number(friction);
-  });
+  require(friction > 0.0 && std::isfinite(friction), "friction of ", options_.name_of_body(body),
+          " must be above 0 and finite, got ", friction);
   runner_->set_body_friction(body, friction);
 }
 
@@ -223,20 +208,16 @@ template <int D>
 StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
                                  const std::vector<TractionLoad<D>> &loads, double dt)
 {
-  require(dt > 0.0 && std::isfinite(dt),
-          [&] { return "MPM time step must be positive, got " + number(dt) + " [time]"; });
-  require(points.memory_width >= stresses_.memory_width(), [&] {
-    return "rows of the memory of points have " + std::to_string(points.memory_width) +
-        " numbers, but a law has " + std::to_string(stresses_.memory_width()) + " state variables";
-  });
+  require(dt > 0.0 && std::isfinite(dt), "MPM time step must be positive, got ", dt, " [time]");
+  require(points.memory_width >= stresses_.memory_width(), "rows of the memory of points have ",
+          points.memory_width, " numbers, but a law has ", stresses_.memory_width(),
+          " state variables");
   loads_.clear();
   for (std::size_t k = 0; k < loads.size(); ++k)
     for (std::size_t n = 0; n < loads[k].point_index.size(); ++n) {
       const int p = loads[k].point_index[n];
-      require(p >= 0 && p < points.count, [&] {
-        return "traction on point index " + std::to_string(p) + ", allowed are 0 to " +
-            std::to_string(points.count - 1);
-      });
+      require(p >= 0 && p < points.count, "traction on point index ", p, ", allowed are 0 to ",
+              points.count - 1);
       loads_.push_back({p, static_cast<int>(k), loads[k].face, loads[k].follows,
                         loads[k].of_point.empty() ? loads[k].traction : loads[k].of_point.at(n)});
     }
@@ -268,19 +249,19 @@ void MpmSolver<D>::evaluate(const PointView<D> &points, const std::vector<Tracti
   runner_->evaluate(input(points, loads, dt), stresses_);
 }
 
-/// Refuses what a step left behind and the next one could not begin with.
+/// Throws a PointError for points with which the next step cannot begin.
 template <int D> void MpmSolver<D>::check_points(const PointView<D> &points) const
 {
-  std::uint64_t first = FirstTrouble::NOWHERE;
+  std::uint64_t first = PointErrorKey::NO_ERROR;
   const rve::LightWork work(points.count, options_.threads);
 #pragma omp parallel for num_threads(work.team) reduction(min : first)
   for (int p = 0; p < points.count; ++p) {
-    const Trouble trouble =
-        state_trouble(grid_, first_of<D>(points.position[p]), first_of<D>(points.velocity[p]),
-                      points.stress[p], points.rigid_body[p] >= 0);
-    if (trouble != Trouble::None) first = std::min(first, FirstTrouble::key(p, trouble));
+    const ErrorCode error =
+        state_error(grid_, first_of<D>(points.position[p]), first_of<D>(points.velocity[p]),
+                    points.stress[p], points.rigid_body[p] >= 0);
+    if (error != ErrorCode::None) first = std::min(first, PointErrorKey::key(p, error));
   }
-  if (first != FirstTrouble::NOWHERE)
+  if (first != PointErrorKey::NO_ERROR)
     throw_point_error(grid_, points, static_cast<int>(body_velocity_.size()), stresses_.num_laws(),
                       first);
 }
@@ -319,8 +300,8 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
   }
   if (first < points.count)
     fail(points, first,
-         "has no wave speed, p-wave modulus " +
-             number(stresses_.law(points.model[first]).p_wave_modulus(first)) + " [stress]");
+         concat("has no wave speed, p-wave modulus ",
+                stresses_.law(points.model[first]).p_wave_modulus(first), " [stress]"));
   communication_.max_over_ranks(&fastest, 1);
   for (const Dashpots &dashpots : options_.dashpots)
     fastest = std::max({fastest, dashpots.normal, dashpots.tangential});

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The material point method: one time step, from points to the grid and back.
+// The material point method: time steps from points to the grid and back.
 //
-// Knows nothing of LAMMPS, MPI, CUDA or grains. Points belong to the caller; sums on the nodes of the grid are integers, and over all
-// ranks where several need them, so that results have the same bits for any number of ranks and threads and any order of the points.
-// A rank holds the part of the grid around its points (shared_nodes.h).
-// Every rank must make the same calls, questions for nodes, reactions and totals included: a call may communicate through the
-// functions in Communication.
+// This interface does not depend on LAMMPS, MPI, CUDA or grains. Points belong to the caller. Sums
+// on nodes of the grid are integers, over all ranks that need them, so that results have the same
+// bits for any number of ranks and threads and any order of the points. A rank holds the part of
+// the grid around its points (shared_nodes.h). All ranks must make the same calls, including those
+// for nodes, reactions and totals, since calls may communicate through the functions in
+// Communication.
 
 #pragma once
 
@@ -33,88 +34,102 @@ template <int D> struct Totals {
 
 template <int D> class MpmSolver {
  public:
-  /// rve::InputError on wrong options; on Device::Cuda without a device, and on any missing device when the environment has
-  /// GPU_RVE_REQUIRE_CUDA (cuda/cuda_required.h). `notice`, if given, receives the reason when Device::Auto falls back to the CPU.
+  /// Throws rve::InputError for wrong options, for Device::Cuda without a device, and for any
+  /// missing device if the environment has GPU_RVE_REQUIRE_CUDA (cuda/cuda_required.h). `notice`,
+  /// if given, receives the reason if Device::Auto falls back to the CPU. Collective.
   explicit MpmSolver(const SolverOptions<D> &options, Communication communication = {},
                      std::string *notice = nullptr);
 
-  /// The constitutive models that PointView::model refers to. Not owned; they must outlive the solver's calls.
+  /// Sets the constitutive models to which PointView::model refers. They are not owned and must
+  /// outlive the calls of the solver.
   void set_models(std::vector<Constitutive<D> *> models) { stresses_.set_laws(std::move(models)); }
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec<D> &velocity);
-  /// Coefficient of a body with frictional contact from the next step on, above zero [-].
+  /// Sets the friction coefficient of a body with frictional contact from the next step on, above 0
+  /// [-].
   void set_body_friction(int body, double friction);
-  /// The velocity [length/time] that a body had in the last step, of a run that is continued; not a number if there was none.
+  /// Sets the velocity of a body in the step before, for a continued run; NaN if there was no such
+  /// step [length/time].
   void set_body_velocity_before(int body, const Vec<D> &velocity)
   {
     body_velocity_before_.at(body) = velocity;
   }
   const Vec<D> &body_velocity_before(int body) const { return body_velocity_before_.at(body); }
 
-  /// Those that can turn. Their rates are prescribed there.
+  /// Bodies that can turn. RigidBodies::set_rates() prescribes their rates.
   RigidBodies<D> &rigid_bodies() { return rigid_; }
 
   /// Advances all points by `dt` [time]: positions, velocities, F, volumes, stresses, L.
   ///
-  /// The cycle: (1) mass, momentum to the grid; [Usavg: half of the strain]; (2) forces
-  /// f_I = - Σ V σ·∇N + Σ f N + traction; (3) conditions, p += f dt, conditions, damping; (4) x += dt Σ N v,
-  /// v = flip (v + Σ N Δv) + (1 - flip) Σ N v; (5) momentum to the grid again, conditions,
-  /// L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F, stresses.
-  /// One set of weights, that of the position at the start, serves the whole step.
-  /// Rigid points move with their body and have no part in the sums.
+  ///   1. mass and momentum to the grid; Usavg: half of the strain
+  ///   2. forces f_I = - Σ V σ·∇N + Σ f N + traction
+  ///   3. conditions, p += f dt, conditions, damping
+  ///   4. x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v
+  ///   5. momentum to the grid again, conditions, L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F,
+  ///      stresses
   ///
-  /// rve::InputError if dt <= 0 or a load or index is wrong; PointError if a point is outside of the grid before
-  /// or after the step, inverted, or has a quantity that is not finite.
+  /// The weights of the initial positions are used in the whole step. Rigid points move with their
+  /// body and do not contribute to sums.
+  ///
+  /// Throws rve::InputError if dt <= 0 or a load or index is wrong, and PointError if a point is
+  /// outside of the grid before or after the step, inverted, or has a quantity that is not finite.
   void step(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads, double dt);
 
-  /// Nodal forces, unbalanced force and reactions of the current state as step() would find them; nothing is advanced.
+  /// Finds nodal forces, the unbalanced force and reactions of the current state as step() does,
+  /// without advancing points.
   void evaluate(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads, double dt);
 
-  /// dt max_p (c_p + |v_p|) / h with c = sqrt(M/ρ), M from the constitutive model and ρ = m/V. Above 1 the step is unstable;
-  /// nonlinear materials want 0.5. The speeds of dashpots of the sides count as well.
+  /// Returns the Courant number dt max_p (c_p + |v_p|) / h with c = sqrt(M/ρ), M from the
+  /// constitutive model and ρ = m/V. The maximum includes the wave speeds of dashpots. Steps above
+  /// 1 are unstable, and nonlinear materials need 0.5 or less.
   double cfl_number(const PointView<D> &points, double dt) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].
   Vec<D> body_reaction(int body) const;
-  /// Its torque about the origin of a body that can turn; in the plane the first component [force length].
+  /// Torque of the material about the origin of a body that can turn, one component in 2D [force
+  /// length].
   Vec<rve::Space<D>::spins> body_torque(int body) const;
   /// Force of the material on a side of the grid [force].
   Vec<D> side_reaction(Face side) const { return runner_->side_reaction(side); }
-  /// Sum of what local damping did to the nodes in the last step or evaluation [force]: what reactions and other forces lack of the
-  /// change of the points' momentum.
+  /// Sum of the forces of local damping on nodes in the last step or evaluation [force]. Together
+  /// with reactions and other forces it balances the change of momentum of the points.
   Vec<D> damping_force() const { return runner_->damping_force(); }
-  /// Largest |component| of internal plus external nodal force where the velocity is not prescribed [force].
+  /// Largest magnitude of a component of the internal plus external nodal force whose velocity is
+  /// not prescribed [force].
   double max_unbalanced_force() const { return runner_->max_unbalanced_force(); }
 
+  /// Returns sums over all deformable points.
   Totals<D> totals(const PointView<D> &points) const;
 
   const Grid<D> &grid() const { return grid_; }
   /// Internal plus external force on a node in the last step or evaluation [force].
   Vec<D> node_force(const Place<D> &place) const { return runner_->node_force(place); }
   double node_mass(const Place<D> &place) const { return runner_->node_mass(place); }
-  /// Nodes of the grid that this rank has memory for and passes over: those around its points in the last step or evaluation.
+  /// Number of nodes of the grid that this rank held in the last step or evaluation.
   int held_nodes() const { return runner_->held_nodes(); }
 
-  /// With a device, a step leaves deformation gradients, volumes and velocity gradients there: this brings those arrays up to date.
+  /// Updates all arrays of the points that a device has changed, such as deformation gradients and
+  /// volumes, and waits for stresses.
   void fetch(const PointView<D> &points) const
   {
     settle();
     runner_->fetch(points);
   }
-  /// A step does not wait for stresses that a device computes. The next one does, and whoever reads those of the points calls this before:
-  /// with fetch() they are up to date, too. Of this rank alone.
+  /// Waits for stresses that a device computes, since a step does not. It must precede reading
+  /// stresses of the points between steps, unless fetch() is called. Not collective.
   void settle() const;
-  /// The arrays, which must be up to date, have been or will be changed before the next call. Positions, velocities and body
-  /// forces may change without being announced; so may models and rigid bodies.
+  /// Announces that the caller has changed, or will change before the next call, the arrays of the
+  /// points, which must be up to date. Positions, velocities, body forces, models and rigid bodies
+  /// may change without announcement.
   void points_changed() { runner_->points_changed(); }
 
-  /// Wall time so far in copies from and to a device [seconds].
+  /// Total wall time of copies from and to a device [seconds].
   double transfer_time() const { return runner_->transfer_time(); }
-  /// Wall time that the k-th constitutive model has taken so far [seconds].
+  /// Total wall time of the k-th constitutive model [seconds].
   double model_time(int k) const { return stresses_.time(k); }
 
-  /// What advances the points: a line for the log.
+  /// Returns a description of the threads or device, for the log.
   std::string description() const { return runner_->description(); }
 
  private:
@@ -129,7 +144,7 @@ template <int D> class MpmSolver {
   mutable StressUpdate<D> stresses_;
   std::vector<Vec<D>> body_velocity_, body_velocity_before_;
   RigidBodies<D> rigid_;
-  double last_dt_ = 0.0;    ///< of the last step or evaluation
+  double last_dt_ = 0.0;    ///< time step of the last step or evaluation [time]
   std::vector<PointLoad<D>> loads_;
 };
 

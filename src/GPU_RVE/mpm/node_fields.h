@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The fields on the nodes of the grid, in one list, and the integer sums of which they are made. The
-// pointers of a StepView and the arrays of both machines follow from it. A new field is a member of
-// NodeFields and its row in each().
+// List of the fields on the nodes of the grid, and the integer sums from which they are computed.
+// The pointers of a StepView and the arrays of both machines follow from the list. A new field
+// needs a member of NodeFields and a row in each().
 
 #pragma once
 
@@ -11,18 +11,18 @@
 
 namespace mpm {
 
-/// Integer sums on the nodes, to which all points add. Ranks exchange the sums of nodes that they
-/// share. VectorSums serve one pass after the other: forces, momenta, volume and mean of a cell.
+/// Kinds of integer sums on nodes. All points add to them, and ranks exchange the sums of shared
+/// nodes. Successive passes use VectorSums for forces, momenta, and volumes and means of cells.
 enum SumKind { InertiaSums, VectorSums, NUM_SUM_KINDS };
 
-/// Integers of a kind on a node: mass and momentum, or a vector.
+/// Number of integers of a kind on a node: mass and momentum, or a vector.
 template <int D> RVE_HD constexpr int width_of(SumKind kind)
 {
   return kind == InertiaSums ? 1 + rve::Space<D>::axes : rve::Space<D>::axes;
 }
 template <int D> constexpr int SUMS_OF_NODE = width_of<D>(InertiaSums) + width_of<D>(VectorSums);
 
-/// Where a pass adds to the sums of each kind.
+/// Destinations of a pass for the sums of each kind.
 template <class Sums> struct SumsByKind {
   Sums of[NUM_SUM_KINDS];
   RVE_HD const Sums &operator[](SumKind kind) const { return of[kind]; }
@@ -30,32 +30,30 @@ template <class Sums> struct SumsByKind {
 
 /// `Array<T>` holds a field of all nodes: a pointer or a buffer.
 template <int D, template <class> class Array> struct NodeFields {
-  Array<std::int64_t> all_sums{};     ///< of each kind, one kind after the other
+  Array<std::int64_t> all_sums{};     ///< sums of all kinds, one kind after the other
   Array<double> mass{};               ///< [mass]
   Array<Vec<D>> momentum{};           ///< at the start of the step [mass length/time]
   Array<Vec<D>> momentum_end{};       ///< [mass length/time]
-  Array<Vec<D>> damping_impulse{};    ///< what damping added [mass length/time]
+  Array<Vec<D>> damping_impulse{};    ///< momentum added by damping [mass length/time]
   Array<Vec<D>> force{};              ///< [force]
-  Array<Vec<D>> velocity{};           ///< that the points see next [length/time]
+  Array<Vec<D>> velocity{};           ///< velocity for the next motion or strains [length/time]
   Array<Vec<D>> velocity_change{};    ///< [length/time]
-  Array<double> cell_mean{};          ///< of the cell above the node, with mean dilation
-  // impulses that the material gave, for the reactions [mass length/time]
-  Array<Vec<D>> side_impulse{};        ///< per axis: to the side across that axis
-  Array<Vec<D>> absorbed_impulse{};    ///< per axis: to the dashpots of that side
-  Array<Vec<D>> body_impulse{};        ///< per body
+  Array<double> cell_mean{};          ///< mean of the cell above the node, with mean dilation
+  // impulses of the material, for reactions [mass length/time]
+  Array<Vec<D>> side_impulse{};        ///< per axis: on the side across that axis
+  Array<Vec<D>> absorbed_impulse{};    ///< per axis: on the dashpots of that side
+  Array<Vec<D>> body_impulse{};        ///< per body: on that body
   // contacts with bodies
   Array<std::uint8_t> on_body{};            ///< bit a: a body has a condition on component a
   Array<std::uint8_t> closed{};             ///< per body and column: the face is in contact
   Array<std::uint16_t> contact_states{};    ///< per body that can turn: two bits a contact (Touch)
-  Array<std::uint16_t>
-      contacts_of_body{};    ///< per body: weight of its contacts, four bits a component
-  // where there are several bodies
-  Array<std::uint32_t>
-      parts{};    ///< weights of contacts that divide it, eight bits a component; 0: none
+  Array<std::uint16_t> contacts_of_body{};    ///< per body: contact weight, 4 bits a component
+  // fields for several bodies
+  Array<std::uint32_t> parts{};    ///< sum of contact weights, 8 bits a component; 0: not divided
   Array<Vec<D>> gathered_end{};    ///< impulses that are added to momentum_end later
-  Array<Vec<D>> gathered{};        ///< the same for momentum
+  Array<Vec<D>> gathered{};        ///< impulses that are added to momentum later
 
-  /// visit(values per node, the field in each set...) for all fields of a step (StepView).
+  /// Calls visit(values per node, the field in each set...) for all fields of a step (StepView).
   template <class Step, class Visit, class... Sets>
   static void each(const Step &step, const Visit &visit, Sets &...sets)
   {

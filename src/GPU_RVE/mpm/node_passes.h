@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Passes over nodes: the balance of momentum, and velocities.
+// Passes over nodes: balance of momentum and velocities.
 
 #pragma once
 
@@ -7,7 +7,8 @@
 
 namespace mpm {
 
-/// Sides, Cundall's local damping, and, unless damping disturbed the conditions, the velocities.
+/// Imposes the sides and finds the velocities. With Cundall's local damping it applies the damping
+/// instead of finding velocities, since conditions must then be imposed again (NodeDamped).
 template <int D> struct NodeBalance : NodePass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &tally) const
@@ -15,7 +16,7 @@ template <int D> struct NodeBalance : NodePass<D> {
     Vec<D> &begin = step.momentum[n];
     Vec<D> &end = step.momentum_end[n];
     step.balance_sides(n, end, begin);
-    // elsewhere a rank may have the force of a node, but not know that a body holds it
+    // on other nodes a rank may have the force but not the contacts of bodies
     if (!step.shares_grid || step.touched.contains(step.grid, n))
       for (int c = 0; c < D; ++c)
         if (!step.constrains(n, c)) tally.raise(Unbalanced, std::abs(step.force[n][c]));
@@ -23,8 +24,8 @@ template <int D> struct NodeBalance : NodePass<D> {
       set_velocities(step, n);
       return;
     }
-    // -α |f| sign(v) on the net force, reactions included: a node that is held feels none, and
-    // reactions stay undamped. sign(0) = 0.
+    // the damping force is -α |f| sign(v) with the net force f including reactions and sign(0) = 0;
+    // a held node has none, and reactions are not damped
     step.damping_impulse[n] = (-1.0) * end;
     for (int c = 0; c < D; ++c) {
       const double net = end[c] - begin[c];
@@ -42,7 +43,7 @@ template <int D> struct NodeBalance : NodePass<D> {
   }
 };
 
-/// Sides again and the velocities, after damping.
+/// Imposes the sides again and finds the velocities after damping.
 template <int D> struct NodeDamped : NodePass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &) const
@@ -53,14 +54,14 @@ template <int D> struct NodeDamped : NodePass<D> {
   }
 };
 
-/// Dashpots of the sides: a traction -ρ c v on each component of the velocity, across and along the
-/// side (Lysmer & Kuhlemeyer 1969, J. Eng. Mech. Div. ASCE 95, 859). They act on the momenta with the
-/// forces, before bodies and sides; what a side holds has none.
+/// Applies dashpots of the sides, with a traction -ρ c v for each component of the velocity (Lysmer
+/// & Kuhlemeyer 1969, J. Eng. Mech. Div. ASCE 95, 859). They act on the momenta with the forces,
+/// before bodies and sides, and not on components that a side holds.
 ///
-/// Material whose face is on the side gives its nodes the mass m = ρ A h/2, so ρ A c v = (2 c/h) m v
-/// needs no area or density (doc/src/theory_mpm.rst). With the velocity in the middle of the step
-/// p_end = p + f dt - β (p + p_end), β = c dt/h, which never gives energy. Beyond β = 1 it turns the
-/// velocity of a node over, of which points see a part only: cfl_number() counts these speeds too.
+/// Material whose face is on the side gives its nodes the mass m = ρ A h/2, so ρ A c v = (2 c/h) m
+/// v needs no area or density (doc/src/theory_mpm.rst). With the velocity in the middle of the
+/// step, p_end = p + f dt - β (p + p_end), β = c dt/h, which never adds energy. Above β = 1 it
+/// reverses the velocity of a node, so cfl_number() includes these speeds.
 template <int D> struct AbsorbAtNode : Pass<D> {
   using Pass<D>::step;
 
@@ -83,7 +84,7 @@ template <int D> struct AbsorbAtNode : Pass<D> {
   }
 };
 
-/// Velocities for strains, from momenta on which bodies have been imposed.
+/// Finds velocities for strains from momenta on which bodies have been imposed.
 template <int D> struct NodeVelocity : NodePass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &) const

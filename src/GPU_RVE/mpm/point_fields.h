@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The fields of the material points, in one list. The pointers of a PointView, the arrays of a
-// caller, the copies on a device, messages between ranks, records of restart files and columns of
-// output follow from it. A new field is a member of PointFields and its row in each().
+// List of the fields of material points. The pointers of a PointView, the arrays of a caller, the
+// copies on a device, messages between ranks, records of restart files and columns of output follow
+// from it. A new field needs a member of PointFields and a row in each().
 
 #pragma once
 
@@ -13,25 +13,25 @@
 
 namespace mpm {
 
-/// Row of the list for a field of type T, which consists of doubles.
+/// Row of the list for a field of type T, which has members of type double only.
 template <class T> struct PointField {
   using Value = T;
-  const char *name;    ///< a word, by which scripts ask for the field
-  const char *unit;    ///< "stress", ..., or "" for a plain number
+  const char *name;    ///< word for the field in scripts
+  const char *unit;    ///< "stress", ..., or "" for a dimensionless number
 };
 
 /// `Array<T>` holds a field of all points: a pointer, a vector or a buffer. A step changes the
 /// fields that are not const.
 template <int D, template <class> class Array> struct PointFields {
-  Array<const Vec<D>> half_size{};            ///< of the point's box [length]
-  Array<const double> mass{};                 ///< > 0 [mass]
-  Array<const double> initial_volume{};       ///< at F = I [length³]
-  Array<double> volume{};                     ///< in the plane area times thickness [length³]
+  Array<const Vec<D>> half_size{};            ///< half size of the point's box [length]
+  Array<const double> mass{};                 ///< above 0 [mass]
+  Array<const double> initial_volume{};       ///< volume at F = I [length³]
+  Array<double> volume{};                     ///< area times thickness in 2D [length³]
   Array<Tensor<D>> deformation_gradient{};    ///< F
   Array<Tensor<D>> stress{};                  ///< Cauchy, tension positive [stress]
   Array<Tensor<D>> velocity_gradient{};       ///< L [1/time]
 
-  /// visit(row, the field in each set...) for all fields, in the order of the members.
+  /// Calls visit(row, the field in each set...) for all fields in the order of the members.
   template <class Visit, class... Sets>
   static constexpr void each(const Visit &visit, Sets &...sets)
   {
@@ -52,7 +52,7 @@ template <class T> using Single = std::remove_const_t<T>;
 /// The fields of one point.
 template <int D> using PointRecord = PointFields<D, Single>;
 
-/// The fields of a new point. Those that are not named begin with zeros.
+/// Returns the fields of a new point: F = I, zeros otherwise.
 template <int D> PointRecord<D> new_point()
 {
   PointRecord<D> point;
@@ -60,7 +60,7 @@ template <int D> PointRecord<D> new_point()
   return point;
 }
 
-/// The fields of the points of a caller.
+/// Arrays of the fields of a caller's points.
 template <int D> struct PointArrays : PointFields<D, Column> {
   using Fields = PointFields<D, Column>;
 
@@ -78,7 +78,7 @@ template <int D> struct PointArrays : PointFields<D, Column> {
   {
     Fields::each([=](const auto &, auto &value, auto &column) { column[i] = value; }, point, *this);
   }
-  /// Gives a view the addresses of the fields.
+  /// Sets the pointers of a view to the fields.
   void show(PointFields<D, Pointer> &view)
   {
     Fields::each([](const auto &, auto &pointer, auto &column) { pointer = column.data(); }, view,
@@ -86,7 +86,7 @@ template <int D> struct PointArrays : PointFields<D, Column> {
   }
 };
 
-/// Bytes of a point by the rows of each().
+/// Number of bytes of a point according to the rows of each().
 template <int D> constexpr std::size_t listed_bytes()
 {
   std::size_t bytes = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A point and its nodes: the parts of a box that is larger than a cell, what the point gives to sums
-// on nodes, what it gathers from fields on nodes, and the cells that its box covers.
+// Functions of a point and its nodes: parts of a box that is larger than a cell, contributions to
+// sums on nodes, interpolation of node fields, and the cells that the box covers.
 
 #pragma once
 
@@ -8,13 +8,13 @@
 
 namespace mpm {
 
-/// One of the boxes that the box of a point consists of.
+/// A part of the box of a point; all parts have equal sizes.
 template <int D> struct BoxPart {
-  int number = 0, count = 1;
-  int place[D] = {};    ///< along the axes
+  int number = 0, count = 1;    ///< index of the part, and number of parts
+  int place[D] = {};            ///< index of the part along each axis
 
   RVE_HD double share() const { return 1.0 / count; }
-  /// Of a total that all parts together have to the last bit.
+  /// Returns the integer share of this part in a total. The shares of all parts add up exactly.
   RVE_HD std::int64_t integer(const rve::FixedScale &scale, double total) const
   {
     if (count == 1) return scale.integer(total);
@@ -23,7 +23,8 @@ template <int D> struct BoxPart {
   }
 };
 
-/// visit(support, part): once with the weights of the point, unless its box is larger than a cell.
+/// Calls visit(support, part) for each part of the box of a point. A box that is not larger than a
+/// cell has one part with the weights of the point.
 template <int D, class Visit>
 RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
 {
@@ -31,7 +32,7 @@ RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
   if (step.follows())
     for (int a = 0; a < D; ++a) part.count *= step.box[p].parts(a);
   if (part.count == 1) {
-    // a copy: after each addition to memory a thread of a GPU would read the weights again
+    // without a copy, a GPU thread would read the weights again after each addition to memory
     const Support<D> support = step.support[p];
     visit(support, part);
     return;
@@ -46,8 +47,8 @@ RVE_HD void each_part(const StepView<D> &step, int p, const Visit &visit)
   }
 }
 
-/// Adds a number of a point to component c of the sums of a kind on its nodes. All parts of its box
-/// together give the rounded number to the last bit.
+/// Adds a number of a point to component c of the sums of a kind on its nodes. All parts of the box
+/// together add exactly the rounded number.
 template <SumKind KIND, int D, class Sums>
 RVE_HD void give(const Support<D> &support, const BoxPart<D> &part, const rve::FixedScale &scale,
                  double whole, Sums sums, int c)
@@ -58,7 +59,7 @@ RVE_HD void give(const Support<D> &support, const BoxPart<D> &part, const rve::F
       [&](const Place<D> &place) { return value * support.value(place); }, sums, c);
 }
 
-/// Σ_I N_I(x_p) field_I
+/// Returns Σ_I N_I(x_p) field_I.
 template <int D> RVE_HD Vec<D> gathered(const StepView<D> &step, int p, const Vec<D> *field)
 {
   if (!step.follows()) return interpolate(step.support[p], field);
@@ -69,7 +70,7 @@ template <int D> RVE_HD Vec<D> gathered(const StepView<D> &step, int p, const Ve
   return sum;
 }
 
-/// Σ_I field_I ⊗ ∇N_I(x_p)
+/// Returns Σ_I field_I ⊗ ∇N_I(x_p).
 template <int D>
 RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> *field)
 {
@@ -81,8 +82,9 @@ RVE_HD Tensor<D> gathered_gradient(const StepView<D> &step, int p, const Vec<D> 
   return sum;
 }
 
-/// visit(node, weight) for the cells that the box of a point covers, by the node below each, with the
-/// part of the box that is in it. With linear shape functions all of a point is in one cell.
+/// Calls visit(node, weight) for the cells that the box of a point covers. `node` is the lowest
+/// node of the cell, and `weight` the fraction of the box in the cell. With linear shape functions
+/// a point is in one cell.
 template <int D, class Visit>
 RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
 {
@@ -117,7 +119,7 @@ RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
   }
 }
 
-/// The mean of the cells of a point.
+/// Returns the weighted mean of the values of a point's cells.
 template <int D> RVE_HD double mean_of_cells(const StepView<D> &step, int p)
 {
   double mean = 0.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Passes over points: checks, weights and bounds at the start of a step, motion and strains at its
+// Passes over points: checks, weights and bounds at the start of a step, motion and strains at the
 // end.
 
 #pragma once
@@ -8,7 +8,8 @@
 
 namespace mpm {
 
-/// What a step begins with at a point, read at once: a thread of a GPU waits for memory once.
+/// Data of a point at the start of a step. Reading all at once makes a GPU thread wait for memory
+/// once.
 template <int D> struct PointAtStart {
   Vec<D> position, velocity, half_size, body_force;
   Tensor<D> stress;
@@ -24,45 +25,49 @@ template <int D> struct PointAtStart {
   }
 };
 
-/// What would be undefined behaviour or nonsense further on, before a step or after it. The last
-/// assignment wins, and there is no branch: a GPU would read no further number before it.
+/// Returns the error of the state of a point, before or after a step, that would cause undefined
+/// behaviour or wrong results. The last assignment wins. There are no branches, since a GPU would
+/// not read further numbers before a branch.
 template <int D>
-RVE_HD Trouble state_trouble(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
+RVE_HD ErrorCode state_error(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
                              const Tensor<D> &stress, bool is_rigid)
 {
-  Trouble trouble = finite(stress) ? Trouble::None : Trouble::Stress;
-  trouble = are_finite<D>(velocity.component) ? trouble : Trouble::Velocity;
-  trouble = grid.contains(position.component) ? trouble : Trouble::Outside;
-  trouble = is_rigid ? Trouble::None : trouble;
-  return are_finite<D>(position.component) ? trouble : Trouble::Position;
+  ErrorCode error = finite(stress) ? ErrorCode::None : ErrorCode::Stress;
+  error = are_finite<D>(velocity.component) ? error : ErrorCode::Velocity;
+  error = grid.contains(position.component) ? error : ErrorCode::Outside;
+  error = is_rigid ? ErrorCode::None : error;
+  return are_finite<D>(position.component) ? error : ErrorCode::Position;
 }
 
-constexpr double SIZE_TOLERANCE = 1e-6;    // of a half size that should be at most h/2, relative
+constexpr double SIZE_TOLERANCE = 1e-6;    // relative tolerance of the largest half size, h/2
 
-/// Trouble of a point at the start of a step. As in state_trouble, the last assignment wins.
+/// Returns the error of a point at the start of a step. The last assignment wins, as in
+/// state_error().
 template <int D>
-RVE_HD Trouble input_trouble(const Grid<D> &grid, const PointAtStart<D> &point, int num_bodies,
+RVE_HD ErrorCode input_error(const Grid<D> &grid, const PointAtStart<D> &point, int num_bodies,
                              int num_models)
 {
   const bool is_rigid = point.rigid_body >= 0;
   const auto is_positive = [](double x) { return x > 0.0 && std::isfinite(x); };
-  Trouble trouble = are_finite<D>(point.body_force.component) ? Trouble::None : Trouble::BodyForce;
-  trouble = is_positive(point.volume) ? trouble : Trouble::Volume;
-  trouble = is_positive(point.mass) ? trouble : Trouble::Mass;
-  trouble = point.model >= 0 && point.model < num_models ? trouble : Trouble::UnknownModel;
-  trouble = is_rigid ? Trouble::None : trouble;
-  trouble = point.rigid_body < num_bodies ? trouble : Trouble::UnknownBody;
+  ErrorCode error = are_finite<D>(point.body_force.component) ? ErrorCode::None
+                                                              : ErrorCode::BodyForce;
+  error = is_positive(point.volume) ? error : ErrorCode::Volume;
+  error = is_positive(point.mass) ? error : ErrorCode::Mass;
+  error = point.model >= 0 && point.model < num_models ? error : ErrorCode::UnknownModel;
+  error = is_rigid ? ErrorCode::None : error;
+  error = point.rigid_body < num_bodies ? error : ErrorCode::UnknownBody;
   bool has_size = true;
   for (int a = 0; a < D; ++a)
     has_size = has_size && point.half_size[a] > 0.0 &&
         point.half_size[a] <= 0.5 * grid.cell_size() * (1.0 + SIZE_TOLERANCE);
-  trouble = has_size ? trouble : Trouble::HalfSize;
-  const Trouble of_state =
-      state_trouble(grid, point.position, point.velocity, point.stress, is_rigid);
-  return of_state == Trouble::None ? trouble : of_state;
+  error = has_size ? error : ErrorCode::HalfSize;
+  const ErrorCode of_state =
+      state_error(grid, point.position, point.velocity, point.stress, is_rigid);
+  return of_state == ErrorCode::None ? error : of_state;
 }
 
-/// Bound of the internal force components of a point on a node: |V σ·∇N| with |∂N| <= 1/h [force].
+/// Bound of the components of the internal force of a point on a node, |V σ·∇N| with |∂N| <= 1/h
+/// [force].
 template <int D>
 RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, double cell_size)
 {
@@ -75,12 +80,13 @@ RVE_HD double internal_force_bound(const Tensor<D> &stress, double volume, doubl
   return volume / cell_size * largest_row;
 }
 
-/// Bounds of the forces of a point on a node, and of its pressure, which neighbours can get.
+/// Raises the bounds of the forces of a point on a node and, with mean dilation, of volume and
+/// pressure.
 template <int D, class Tally>
 RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress, double volume,
                                const double *body_force, Tally &tally)
 {
-  // without its mean the stress is no larger than twice as much
+  // subtracting the mean at most doubles the stress
   const double factor = step.mean_dilation ? 2.0 : 1.0;
   tally.raise(
       ForceBound,
@@ -91,18 +97,19 @@ RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress,
   tally.raise(PressureBound, std::abs(trace(stress)) / D);
 }
 
-/// Checks, weights, bounds of what goes to the nodes, and the extents of rigid bodies.
+/// Finds errors and weights of points, bounds of their contributions to nodes, and extents of rigid
+/// bodies.
 template <int D> struct PreparePoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
-  bool bounds_forces;    ///< stresses do not change before the forces are summed
+  bool bounds_forces;    ///< set if stresses do not change before the forces are summed
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
     const PointAtStart<D> point(step.points, p);
-    const Trouble trouble = input_trouble(step.grid, point, step.num_bodies, step.num_models);
-    if (trouble != Trouble::None) {
-      tally.trouble(p, trouble);
+    const ErrorCode error = input_error(step.grid, point, step.num_bodies, step.num_models);
+    if (error != ErrorCode::None) {
+      tally.error(p, error);
       return;
     }
     const double *x = point.position.component;
@@ -133,7 +140,7 @@ template <int D> struct PreparePoint : PointPass<D> {
   }
 };
 
-/// The bound of forces after stresses have changed within a step.
+/// Raises the bounds of forces after stresses have changed within a step.
 template <int D> struct BoundForces : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -144,7 +151,8 @@ template <int D> struct BoundForces : PointPass<D> {
   }
 };
 
-/// x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v; rigid points move with their body.
+/// Moves points: x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v. Rigid points move with
+/// their body.
 template <int D> struct AdvancePoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -171,12 +179,13 @@ template <int D> struct AdvancePoint : PointPass<D> {
       x[c] += step.dt * grid_velocity[c];
       v[c] = step.flip * (v[c] + change[c]) + (1.0 - step.flip) * grid_velocity[c];
     }
-    if (!are_finite<D>(v)) tally.trouble(p, Trouble::Velocity);
+    if (!are_finite<D>(v)) tally.error(p, ErrorCode::Velocity);
     tally.raise(MomentumAgainBound, points.mass[p] * largest<D>(v));
   }
 
  private:
-  /// Positions stay on the body to round-off; velocities are those at the end.
+  /// Moves a point with a body that turns, accurate to round-off. The velocity is that at the new
+  /// position.
   RVE_HD void turn_with(const RigidBodyStep<D> &body, double *x, double *v) const
   {
     Vec<D> arm, linear;
@@ -193,7 +202,7 @@ template <int D> struct AdvancePoint : PointPass<D> {
   }
 };
 
-/// L of a point before its dilation is replaced by that of its cells.
+/// Finds L of points before the mean of their cells replaces their dilation.
 template <int D> struct GradientOfPoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -205,11 +214,11 @@ template <int D> struct GradientOfPoint : PointPass<D> {
   }
 };
 
-/// L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F.
+/// Finds strains: L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F.
 template <int D> struct StrainPoint : PointPass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 2;
-  double dt;    ///< of the whole step or of a part
+  double dt;    ///< whole time step or a part of it [time]
 
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
   {
@@ -234,7 +243,7 @@ template <int D> struct StrainPoint : PointPass<D> {
     points.volume[p] = volume;
     step.increment[p] = increment;
     if (!(determinant(increment) > 0.0 && volume > 0.0 && std::isfinite(volume)))
-      tally.trouble(p, Trouble::Inverted);
+      tally.error(p, ErrorCode::Inverted);
     if (step.follows())
       for (int a = 0; a < D; ++a)
         tally.raise(BoxBound, deformed_half(step.grid, points.half_size[p], deformation, a));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Exact sums over points of all ranks: the same bits for any order of the points and any ranks.
+// Exact sums over points of all ranks, whose bits do not depend on the order of points or on ranks.
 
 #pragma once
 
@@ -15,12 +15,12 @@
 namespace mpm {
 
 struct PointSums {
-  std::int64_t points;
-  std::vector<double> sums;
+  std::int64_t points;         ///< number of points
+  std::vector<double> sums;    ///< one sum per number of a point
 };
 
-/// Sums of `count` numbers value(p, q) of each point that takes(p) accepts. check(largest, points)
-/// refuses numbers that are too large. Collective.
+/// Returns the sums of `count` numbers value(p, q) of each point p for which takes(p) is true.
+/// check(largest, points) throws if the numbers are too large. Collective.
 template <int D, class Takes, class Value, class Check>
 PointSums sum_over_points(const PointView<D> &points, const Communication &communication, int count,
                           const Takes &takes, const Value &value, const Check &check)

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Material points as the solver sees them: arrays that the caller owns, and the loads on them.
+// Material points for the solver: arrays that the caller owns, and loads on points.
 
 #pragma once
 
 #include "mpm/constitutive.h"
 #include "mpm/point_fields.h"
+#include "rve/core/error.h"
 
 #include <cmath>
 #include <cstddef>
@@ -15,19 +16,19 @@
 
 namespace mpm {
 
-/// Rows of three doubles one after the other: `{&atom->x[0][0]}` of LAMMPS, or a vector of 3 n doubles.
+/// Contiguous rows of three doubles, such as `{&atom->x[0][0]}` in LAMMPS.
 struct Rows3 {
   double *first = nullptr;
   RVE_HD double *operator[](int i) const { return first + 3 * static_cast<std::ptrdiff_t>(i); }
 };
 
-/// Not rve::larger, which wants numbers: a `b` that is not a number is passed over.
+/// Returns the larger number; unlike rve::larger, it ignores a `b` that is NaN.
 RVE_HD inline double larger(double a, double b)
 {
   return a < b ? b : a;
 }
 
-/// The largest magnitude of D components.
+/// Returns the largest magnitude of D components.
 template <int D> RVE_HD double largest(const double *component)
 {
   double result = std::abs(component[0]);
@@ -35,7 +36,7 @@ template <int D> RVE_HD double largest(const double *component)
   return result;
 }
 
-/// A vector of its D components.
+/// Returns the vector of the first D components.
 template <int D> RVE_HD Vec<D> first_of(const double *component)
 {
   Vec<D> vector;
@@ -43,7 +44,7 @@ template <int D> RVE_HD Vec<D> first_of(const double *component)
   return vector;
 }
 
-/// Whether D components are finite numbers.
+/// True if D components are finite numbers.
 template <int D> RVE_HD bool are_finite(const double *component)
 {
   for (int a = 0; a < D; ++a)
@@ -51,37 +52,46 @@ template <int D> RVE_HD bool are_finite(const double *component)
   return true;
 }
 
-/// The points of this rank. Arrays have `count` entries; a step changes fields that are not const, the
-/// memory of the laws and the first D components of position and velocity.
+/// Text of D components, separated by `between`.
+template <int D> std::string in_words(const double *component, const char *between)
+{
+  std::string text = rve::number(component[0]);
+  for (int a = 1; a < D; ++a) text += rve::concat(between, component[a]);
+  return text;
+}
+
+/// The points of this rank. Arrays have `count` elements. A step changes fields that are not const,
+/// the state variables, and the first D components of positions and velocities.
 template <int D> struct PointView : PointFields<D, Pointer> {
   int count = 0;
   int memory_width = 0;                ///< doubles in a row of `memory`
-  const std::int64_t *id = nullptr;    ///< for messages
+  const std::int64_t *id = nullptr;    ///< used in messages
   Rows3 position;                      ///< centre [length]
   Rows3 velocity;                      ///< [length/time]
-  Rows3 body_force;                    ///< [force]; read only
-  double *memory = nullptr;            ///< rows of what the laws remember
+  Rows3 body_force;                    ///< [force]; a step only reads it
+  double *memory = nullptr;            ///< rows of state variables
   const int *model = nullptr;          ///< index of the constitutive model
   const int *rigid_body = nullptr;     ///< index of the rigid body, or -1 for a deformable point
 };
 
 /// A traction vector [stress] on one face of the boxes of some local points.
 ///
-/// It acts per current extent of the face as it is seen along its own direction (load_extent), so that a vertical load on a surface
-/// that tilts stays a load per horizontal length or area. A load that follows acts along the present normal of the face, per its present
-/// extent: a pressure, of which `traction` is the vector before the deformation. The list of loads is the same on all ranks; the points
-/// are not.
+/// It acts on the current area of the face projected along its initial normal (load_extent), so
+/// that a vertical load on a surface that tilts remains a load per horizontal length or area. A
+/// following load is a pressure on the present face along its present normal, and `traction` is its
+/// vector before the deformation. The list of loads is the same on all ranks, but the points
+/// differ.
 template <int D> struct TractionLoad {
   Vec<D> traction;
   Face face = Face::YHi;
   bool follows = false;
   std::vector<int> point_index;
-  /// In place of `traction`, where it varies: of each in point_index.
+  /// Traction of each point of point_index, which replaces `traction` unless it is empty.
   std::vector<Vec<D>> of_point{};
 };
 
-/// A point that the solver cannot treat: outside the grid, inverted, not finite. The message names its id and position.
-/// It may be thrown on one rank only.
+/// Error for a point that is outside of the grid, inverted or not finite. The message names its id
+/// and position. The error may occur on one rank only.
 class PointError : public std::runtime_error {
  public:
   PointError(std::int64_t id, const std::string &message) :

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Whether ranks have devices that can work for them side by side.
+// Check that each rank has its own device.
 
 #pragma once
 
@@ -13,10 +13,11 @@
 
 namespace mpm {
 
-/// No two devices have the same; zeros: none.
+/// Unique name of a device; zeros if there is none.
 using DeviceName = std::array<std::int64_t, 2>;
 
-/// All ranks call it together, those without a device as well.
+/// Returns true if all ranks have devices and no two ranks share one. Collective, also for ranks
+/// without a device. `own` names the device of this rank.
 inline bool each_rank_has_its_device(const Communication &communication, const DeviceName &own)
 {
   std::vector<std::int64_t> words(own.size() * communication.ranks, 0);

@@ -10,12 +10,11 @@
 
 namespace mpm {
 
-using rve::number;
 using rve::require;
 
 namespace {
 
-  /// Rotation by a vector [radian], Rodrigues' formula; in the plane by its first component.
+  /// Rotation by a vector [radian] by Rodrigues' formula; in 2D by its first component.
   template <int D> Tensor<D> rotation_by(const double *vector)
   {
     constexpr int SPINS = rve::Space<D>::spins;
@@ -25,17 +24,11 @@ namespace {
     if (!(angle > 0.0)) return Tensor<D>::identity();
     double rates[FREEDOMS<D>] = {};
     for (int k = 0; k < SPINS; ++k) rates[D + k] = vector[k] / angle;
-    Tensor<D> spin;
-    for (int b = 0; b < D; ++b) {
-      Vec<D> axis = Vec<D>::zero();
-      axis[b] = 1.0;
-      const Vec<D> motion = velocity_at(rates, axis);
-      for (int a = 0; a < D; ++a) spin(a, b) = motion[a];
-    }
+    const Tensor<D> spin = spin_tensor<D>(rates);
     return Tensor<D>::identity() + std::sin(angle) * spin + (1.0 - std::cos(angle)) * (spin * spin);
   }
 
-  /// Of numbers of the points that `takes` accepts (sum_over_points).
+  /// Returns the sums of numbers of the points that `takes` accepts (sum_over_points).
   template <int D, class Takes, class Value>
   std::vector<double> sums(const PointView<D> &points, const Communication &communication,
                            int count, const Takes &takes, const Value &value)
@@ -47,7 +40,8 @@ namespace {
     return sum_over_points(points, communication, count, takes, value, check).sums;
   }
 
-  /// M for the present axes of a body whose M along its own axes is given: both blocks of freedoms turn with it.
+  /// Transforms the inertia matrix from the axes of a body (`own`) to those of space (`world`).
+  /// `turn` is the orientation of the body.
   template <int D> void turn_inertia(const Tensor<D> &turn, const double *own, double *world)
   {
     constexpr int S = FREEDOMS<D>;
@@ -66,12 +60,13 @@ namespace {
       }
   }
 
-  /// By how much [length] a face at `distance` from the centre goes on, which is none if it is not on a side of the grid nor a little beyond it.
+  /// Length that extends a face at `distance` from the centre to two cells beyond a side of the
+  /// grid [length]. It is 0 unless the face is on the side or less than two cells beyond it.
   template <int D>
   double beyond_side(const SolverOptions<D> &options, const Vec<D> &centre, const Vec<D> &normal,
                      double distance)
   {
-    const double cell = options.cell_size, near = face_pair::SAME_PLACE * cell;
+    const double cell = options.cell_size, near = SAME_PLACE * cell;
     for (int a = 0; a < D; ++a) {
       if (!(std::abs(normal[a]) > 1.0 - 1e-9)) continue;
       const double face = centre[a] + normal[a] * distance;
@@ -87,13 +82,12 @@ template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : 
 {
   for (int b = 0; b < static_cast<int>(options.rigid_bodies.size()); ++b) {
     const RigidBodyOptions &body = options.rigid_bodies[b];
-    const auto refuse_unless = [&](bool is_right, const std::string &what) {
-      require(is_right, options.name_of_body(b) + " " + what);
+    const auto refuse_unless = [&](bool is_right, const auto &...what) {
+      require(is_right, options.name_of_body(b), " ", what...);
     };
     index_.push_back(body.form == BodyForm::Face ? -1 : static_cast<int>(bodies_.size()));
     refuse_unless(body.friction >= 0.0 && std::isfinite(body.friction),
-                  "must have a coefficient of friction of at least 0, got " +
-                      number(body.friction));
+                  "must have a coefficient of friction of at least 0, got ", body.friction);
     refuse_unless(!(body.rough && body.friction > 0.0),
                   "is rough and has a coefficient of friction: one of the two");
     refuse_unless(D == 3 || body.form != BodyForm::Cylinder, "is a cylinder, which needs space");
@@ -109,7 +103,7 @@ template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : 
   prescribed_.assign(bodies_.size(), {});
 }
 
-/// Along the axes of the body.
+/// Returns the hull in the axes of the body.
 template <int D> ConvexHull<D> RigidBodies<D>::hull_of(int body) const
 {
   std::vector<Vec<D>> vertices;
@@ -119,37 +113,23 @@ template <int D> ConvexHull<D> RigidBodies<D>::hull_of(int body) const
   for (Vec<D> &vertex : vertices) vertex = to_body * vertex;
   const ConvexHull<D> hull = convex_hull(vertices, options_.name_of_body(body));
   const double cell = options_.cell_size, width = hull.least_width();
-  require(width >= (1.0 - 1e-6) * cell, [&] {
-    return options_.name_of_body(body) +
-        " must be as wide as a cell at least, from each face to the vertex opposite, " +
-        number(cell) + ", got " + number(width) + " [length]";
-  });
+  require(width >= (1.0 - 1e-6) * cell, options_.name_of_body(body),
+          " must be as wide as a cell at least, from each face to the vertex opposite, ", cell,
+          ", got ", width, " [length]");
   return hull;
 }
 
 template <int D> void RigidBodies<D>::set_rates(int body, const double *rates)
 {
   for (int k = 0; k < S; ++k)
-    require(std::isfinite(rates[k]), [&] {
-      return std::string(k < D ? "velocity" : "spin") + " of " + options_.name_of_body(body) +
-          " must be finite, got " + number(rates[k]) + (k < D ? " [length/time]" : " [1/time]");
-    });
+    require(std::isfinite(rates[k]), k < D ? "velocity" : "spin", " of ",
+            options_.name_of_body(body), " must be finite, got ", rates[k],
+            k < D ? " [length/time]" : " [1/time]");
   std::copy_n(rates, S, prescribed_.at(index_.at(body)).begin());
 }
 
-template <int D>
-void RigidBodies<D>::make(int k, const PointView<D> &points, const Communication &communication)
-{
-  State &body = states_[k];
-  body.orientation = rotation_by<D>(options_.rigid_bodies[bodies_[k]].turned);
-  fit_form(k, points, communication);
-  place_origin(k, points, communication);
-  find_inertia(k, points, communication);
-  body.is_made = true;
-}
-
-/// The form fits the boxes of the points along the axes of the body, or has its vertices. The centre is
-/// that of the form, from the origin of the coordinates.
+/// Finds the half sizes and the centre of a body from the boxes of its points along the axes of the
+/// body, or from its vertices. The centre is relative to the origin of the coordinates.
 template <int D>
 void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communication &communication)
 {
@@ -169,7 +149,7 @@ void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communica
   communication.max_over_ranks(extent, 2 * D);
   Vec<D> middle;
   for (int a = 0; a < D; ++a) {
-    require(std::isfinite(extent[a]), [&] { return options_.name_of_body(b) + " has no points"; });
+    require(std::isfinite(extent[a]), options_.name_of_body(b), " has no points");
     middle[a] = 0.5 * (extent[D + a] - extent[a]);
     body.half[a] = 0.5 * (extent[D + a] + extent[a]);
   }
@@ -179,15 +159,14 @@ void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communica
   }
   const double cell = options_.cell_size;
   for (int a = 0; a < D; ++a)
-    require(2.0 * body.half[a] >= (1.0 - 1e-6) * cell, [&] {
-      return options_.name_of_body(b) + " must be as wide as a cell at least, " + number(cell) +
-          ", got " + number(2.0 * body.half[a]) + " [length]";
-    });
+    require(2.0 * body.half[a] >= (1.0 - 1e-6) * cell, options_.name_of_body(b),
+            " must be as wide as a cell at least, ", cell, ", got ", 2.0 * body.half[a],
+            " [length]");
   body.centre = body.orientation * middle;
 }
 
-/// The origin is the centre of mass or the pivot. The centre of the form is given from there, along the
-/// axes of the body.
+/// Sets the origin to the centre of mass or the pivot, and makes the centre of the form relative to
+/// it, in the axes of the body.
 template <int D>
 void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
                                   const Communication &communication)
@@ -208,24 +187,19 @@ void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
   for (const auto &side : hulls_[k].sides) {
     const double outside =
         dot(side.plane.normal, to_body * (mass_centre - middle)) - side.plane.distance;
-    require(outside <= allowed, [&] {
-      std::string place;
-      for (int a = 0; a < D; ++a) place += (a == 0 ? "" : " ") + number(mass_centre[a]);
-      return options_.name_of_body(b) + " has points whose center of mass, " + place + ", is " +
-          number(outside) + " outside of its vertices; allowed is half a cell, " + number(allowed) +
-          " [length]";
-    });
+    require(outside <= allowed, options_.name_of_body(b), " has points whose center of mass, ",
+            in_words<D>(mass_centre.component, " "), ", is ", outside,
+            " outside of its vertices; allowed is half a cell, ", allowed, " [length]");
   }
-  require(options.free == 0 || moments[0] > 0.0, [&] {
-    return options_.name_of_body(b) + " is driven by forces: its points must have mass";
-  });
+  require(options.free == 0 || moments[0] > 0.0, options_.name_of_body(b),
+          " is driven by forces: its points must have mass");
   body.origin = mass_centre;
   if (options.has_pivot) std::copy_n(options.pivot, D, body.origin.component);
   body.centre = to_body * (middle - body.origin);
   body.mass_centre = to_body * (mass_centre - body.origin);
 }
 
-/// Of the points and their boxes, about the origin; and the rates with which a body begins.
+/// Finds the inertia of the points and their boxes about the origin, and the initial rates.
 template <int D>
 void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
                                   const Communication &communication)
@@ -236,7 +210,7 @@ void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
   const auto is_own = [&](int p) { return points.rigid_body[p] == b; };
   const Tensor<D> to_body = transpose(body.orientation);
   const auto arm = [&](int p) { return to_body * (first_of<D>(points.position[p]) - body.origin); };
-  // what a point's own box adds about an axis: m/3 (l² + l'²) of the half sizes across it
+  // a point's own box adds m/3 (l² + l'²) about an axis, with the half sizes l, l' across it
   const auto own_inertia = [&](int p, int i, int j) {
     if (i != j || i < D) return 0.0;
     double sum = 0.0;
@@ -259,11 +233,11 @@ void RigidBodies<D>::find_inertia(int k, const PointView<D> &points,
     const Vec<D> world_arm = first_of<D>(points.position[p]) - body.origin;
     return points.mass[p] * dot(first_of<D>(points.velocity[p]), unit_motion(q, world_arm));
   });
-  // velocities of points say nothing of the spin of their boxes; points in a row, nothing of the spin
-  // about it
-  constexpr double NOTHING = 1e-9;
+  // the inertia of boxes does not contribute to the momentum of points; a small part of it makes
+  // the matrix regular for points on one line
+  constexpr double SMALL_PART = 1e-9;
   double own[S * S], world[S * S];
-  for (int q = 0; q < S * S; ++q) own[q] = of_places[q] + NOTHING * of_boxes[q];
+  for (int q = 0; q < S * S; ++q) own[q] = of_places[q] + SMALL_PART * of_boxes[q];
   turn_inertia(body.orientation, own, world);
   solve_free<D>(world, momentum.data(), options.free, body.rates);
 }
@@ -273,10 +247,16 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
                                                      const Communication &communication)
 {
   steps_.assign(bodies_.size(), {});
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+  for (int k = 0; k < static_cast<int>(bodies_.size()); ++k) {
     State &body = states_[k];
     const RigidBodyOptions &options = options_.rigid_bodies[bodies_[k]];
-    if (!body.is_made) make(static_cast<int>(k), points, communication);
+    if (!body.is_made) {
+      body.orientation = rotation_by<D>(options.turned);
+      fit_form(k, points, communication);
+      place_origin(k, points, communication);
+      find_inertia(k, points, communication);
+      body.is_made = true;
+    }
     RigidBodyStep<D> &step = steps_[k];
     step.body = bodies_[k];
     step.free = options.free;
@@ -288,11 +268,12 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
     step.origin = body.origin;
     const double cell = options_.cell_size;
     if (options.form == BodyForm::Convex)
-      set_half_spaces(static_cast<int>(k), step.shape);
+      set_half_spaces(k, step.shape);
     else
       widen_at_sides(step.shape);
     step.reach = std::sqrt(dot(body.centre, body.centre)) + 2.0 * step.shape.radius() + 2.0 * cell;
-    // lines through the box around the body along each axis have two contacts each, and all nodes inside one
+    // each line through the bounding box along an axis has two contacts, and each node inside has
+    // one
     const double across = 2.0 * step.shape.radius() / cell + 3.0;
     double terms = 1.0;
     for (int a = 0; a < D; ++a) terms *= std::min(across, 1e4);
@@ -322,7 +303,8 @@ template <int D> int RigidBodies<D>::num_enclosed(int body, const PointView<D> &
   return count;
 }
 
-/// A flat face on a side of the grid, or beyond it, is no edge of the body: there it goes on, by two cells.
+/// Extends flat faces on a side of the grid or beyond it by two cells, since the body continues
+/// there.
 template <int D> void RigidBodies<D>::widen_at_sides(RigidShape<D> &shape) const
 {
   const int first = shape.form == BodyForm::Box ? 0 : shape.form == BodyForm::Cylinder ? 2 : D;
@@ -336,7 +318,8 @@ template <int D> void RigidBodies<D>::widen_at_sides(RigidShape<D> &shape) const
     }
 }
 
-/// Those of the vertices, which go on beyond sides of the grid as flat faces of other forms do.
+/// Sets the half spaces of the form Convex, with extensions beyond sides of the grid as in
+/// widen_at_sides().
 template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shape) const
 {
   ConvexHull<D> hull = hulls_[k];
@@ -346,19 +329,18 @@ template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shap
         beyond_side(options_, shape.centre, shape.orientation * plane.normal, plane.distance);
     if (more != 0.0) hull.extend(side, more);
   }
-  require(hull.sides.size() <= MOST_HALF_SPACES, [&] {
-    return options_.name_of_body(bodies_[k]) + " must have at most " +
-        std::to_string(MOST_HALF_SPACES) +
-        " faces with those in which it goes on beyond sides of the grid, got " +
-        std::to_string(hull.sides.size());
-  });
+  require(hull.sides.size() <= MOST_HALF_SPACES, options_.name_of_body(bodies_[k]),
+          " must have at most ", MOST_HALF_SPACES,
+          " faces with those in which it goes on beyond sides of the grid, got ",
+          hull.sides.size());
   shape.half = hull.half;
   shape.num_half_spaces = static_cast<int>(hull.sides.size());
   for (int n = 0; n < shape.num_half_spaces; ++n) shape.half_space[n] = hull.sides[n].plane;
 }
 
-/// Momentum of the bodies that forces drive, and the rates that they would have without contact. About an origin that moves with
-/// the body, M du/dt = Q - (m ω × (ω × c), ω × I ω) with the centre of mass at c.
+/// Finds the momentum of the bodies that forces drive, and their rates without contact. About an
+/// origin that moves with the body, M du/dt = Q - (m ω × (ω × c), ω × I ω) with the centre of mass
+/// at c.
 template <int D>
 void RigidBodies<D>::add_forces(const PointView<D> &points, double dt,
                                 const Communication &communication)
@@ -417,7 +399,7 @@ template <int D> void RigidBodies<D>::advance(double dt)
   }
 }
 
-/// visit(numbers, count) for the numbers of a body in its record behind the first two.
+/// Calls visit(numbers, count) for the numbers of a body in its record after the first two.
 template <int D>
 template <class Body, class Visit>
 void RigidBodies<D>::each_number(Body &body, const Visit &visit)

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The rigid bodies that can turn, between steps: place, turn, rates, and the inertia of those that forces drive.
+// State of the rigid bodies that can turn between steps: position, orientation, rates and inertia.
 //
-// A body is made of its points once, when it is first seen: its form fits the boxes of the points or has vertices of its own, their masses
-// give its inertia, and their velocities those with which a free body begins. From then on the points follow the body. Forces on the points act on it.
+// A body is made from its points in its first step. Its form fits the boxes of the points or has
+// given vertices, the masses of the points give its inertia, and their velocities give the initial
+// rates of free freedoms. Afterwards the points follow the body, and forces on them act on the
+// body.
 
 #pragma once
 
@@ -15,39 +17,45 @@
 
 namespace mpm {
 
+/// All rigid bodies that can turn. Parameters `body` are indices among all rigid bodies.
 template <int D> class RigidBodies {
  public:
   static constexpr int S = FREEDOMS<D>;
 
-  /// rve::InputError on wrong options.
+  /// Throws rve::InputError for wrong options of any rigid body.
   explicit RigidBodies(const SolverOptions<D> &options);
 
-  /// Prescribes rates of a body from the next step on: velocity of its origin and spin. What forces drive is left alone.
+  /// Prescribes the rates of a body from the next step on: velocity of its origin and spin, S
+  /// numbers [length/time], [1/time]. Freedoms that obey forces ignore them.
   void set_rates(int body, const double *rates);
 
-  /// For a step from this state; valid until the next call. All ranks call it together.
+  /// Returns the data of the bodies for a step from the present state, valid until the next call.
+  /// Collective. Throws rve::InputError if the points of a new body are not suitable.
   std::vector<RigidBodyStep<D>> &steps(const PointView<D> &points, double dt,
                                        const Communication &communication);
-  /// Moves the bodies by what the step has found.
+  /// Moves the bodies by the rates that the step has found over `dt` [time].
   void advance(double dt);
 
+  /// True if the form of the body is not Face.
   bool can_turn(int body) const { return index_.at(body) >= 0; }
 
-  /// Number of points of this rank, of the material and of other bodies, whose centers are inside of a
-  /// body that can turn and has not moved yet. Known after a step or an evaluation.
+  /// Number of points of the material and other bodies on this rank whose centres are inside a body
+  /// that can turn and has not moved yet. Available after a step or an evaluation.
   int num_enclosed(int body, const PointView<D> &points) const;
 
-  // of a body that can turn, by its number among all bodies
+  // the following members are for bodies that can turn
   /// Velocity of its origin and spin in the last step [length/time], [1/time].
   const double *rates(int body) const { return state(body).rates; }
-  /// Force [force] and torque about its origin [force length] of the material in the last step or evaluation, times its time.
+  /// Impulse of the material in the last step or evaluation: force times time step, then torque
+  /// about the origin times time step.
   const double *felt(int body) const { return steps_.at(index_.at(body)).felt; }
-  /// The sum of spins times time: in the plane, and about an axis that keeps its direction, the angle [radian].
+  /// Sum of spin times time step. It is the angle in 2D, and about an axis of fixed direction
+  /// [radian].
   const double *turned(int body) const { return state(body).turned; }
   const Vec<D> &origin(int body) const { return state(body).origin; }
   double mass(int body) const { return state(body).inertia[0]; }
 
-  /// Everything that a body has between steps, for files.
+  /// Number of doubles in the record of a body, its complete state between steps for restart files.
   static constexpr int RECORD = 2 + 4 * D + D * D + S + rve::Space<D>::spins + S * S;
   std::vector<double> record(int body) const;
   void set_record(int body, const double *record);
@@ -55,20 +63,19 @@ template <int D> class RigidBodies {
  private:
   struct State {
     bool is_made = false, has_moved = false;
-    Vec<D> origin = Vec<D>::zero();    ///< about which it turns [length]
-    /// Of the form, from the origin along the body's axes [length].
+    Vec<D> origin = Vec<D>::zero();    ///< centre of rotation [length]
+    /// Centre of the form from the origin, in the axes of the body [length].
     Vec<D> centre = Vec<D>::zero();
     Vec<D> half = Vec<D>::zero();           ///< [length]
-    Vec<D> mass_centre = Vec<D>::zero();    ///< from the origin along the body's axes [length]
+    Vec<D> mass_centre = Vec<D>::zero();    ///< from the origin, in the axes of the body [length]
     Tensor<D> orientation = Tensor<D>::identity();
     double rates[S] = {};
     double turned[rve::Space<D>::spins] = {};
-    double inertia[S * S] = {};    ///< along the body's axes, about the origin
+    double inertia[S * S] = {};    ///< about the origin, in the axes of the body
   };
 
   const State &state(int body) const { return states_.at(index_.at(body)); }
   template <class Body, class Visit> static void each_number(Body &body, const Visit &visit);
-  void make(int k, const PointView<D> &points, const Communication &communication);
   void fit_form(int k, const PointView<D> &points, const Communication &communication);
   void place_origin(int k, const PointView<D> &points, const Communication &communication);
   void find_inertia(int k, const PointView<D> &points, const Communication &communication);
@@ -78,9 +85,9 @@ template <int D> class RigidBodies {
   void add_forces(const PointView<D> &points, double dt, const Communication &communication);
 
   SolverOptions<D> options_;
-  std::vector<int> index_;              ///< of each body among those that can turn, or -1
-  std::vector<int> bodies_;             ///< those that can turn
-  std::vector<ConvexHull<D>> hulls_;    ///< of those of the form Convex, along the body's axes
+  std::vector<int> index_;              ///< per body: index among those that can turn, or -1
+  std::vector<int> bodies_;             ///< indices of the bodies that can turn
+  std::vector<ConvexHull<D>> hulls_;    ///< per turning body: hull in its axes, if Convex
   std::vector<State> states_;
   std::vector<std::array<double, S>> prescribed_;
   std::vector<RigidBodyStep<D>> steps_;

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contact of the material with convex bodies that can turn: passes over columns of nodes and over bodies.
+// Contact of the material with convex bodies that can turn: passes over columns of nodes and over
+// bodies.
 //
-// The surface of a body lies between nodes. On every line of nodes along an axis that meets it where its normal is nearest to that
-// axis, the velocity *interpolated at the surface* satisfies the contact, as under the face of a body that does not turn
-// (face_contact.h), here along the true normal there. Edges and corners need nothing else: each line meets one face. It meets
-// it if it runs a quarter of a cell deep behind the others at least: a block that has sunk into its ground a little must not plough.
-// Nodes deeper inside satisfy the contact with the surface that is nearest. Nodes take the impulse of a contact in shares whose
-// centre is the place of the contact, so that body and material exchange momentum and angular momentum to round-off.
+// The surface of a body lies between nodes. A line of nodes along an axis has a contact at the
+// surface if the normal there is nearest to that axis. The velocity interpolated at the surface
+// then satisfies the contact along the true normal, as under the face of a body that does not turn
+// (face_contact.h). Edges and corners need no special treatment, since each line meets one face. A
+// line counts if it passes at least a quarter of a cell behind the other faces; otherwise a block
+// that has sunk into the ground a little would plough. Nodes deeper inside satisfy the contact with
+// the nearest surface. Nodes take the impulse of a contact in shares whose centre is the position
+// of the contact, so that body and material exchange momentum and angular momentum to round-off.
 //
-// A body that forces drive gets the velocities of the end of the step: each contact adds its effective mass to the inertia of the body
-// (GatherContacts), the sum is solved (SolveContacts), and the contacts are imposed with the result. What the body feels is what the
-// contacts then gave, summed in integers; its motion follows from that and from nothing else (FinishBodies).
+// A body that forces drive gets the velocities of the end of the step. Each contact adds its
+// effective mass to the inertia of the body (GatherContacts), the sum is solved (SolveContacts),
+// and the contacts are imposed with the result. The reaction on the body is the integer sum of the
+// impulses of these contacts, which alone determine its motion (FinishBodies).
 
 #pragma once
 
@@ -18,21 +22,23 @@
 
 namespace mpm {
 
-/// A place where a body and the grid touch: on the surface, between two nodes of a line, or at a node inside.
+/// A contact between a body and the grid: on the surface between two nodes of a line, or at a node
+/// inside the body.
 template <int D> struct RigidContact {
-  int count;    ///< nodes that take a share
+  int count;    ///< number of nodes that take a share
   int node[2];
   double share[2];
-  int slot;         ///< of its state in the word of its first node
-  Vec<D> normal;    ///< out of the body
-  Vec<D> arm;       ///< from the origin of the body [length]
+  int slot;         ///< index of the state in the word of the first node
+  Vec<D> normal;    ///< outward normal of the body
+  Vec<D> arm;       ///< position from the origin of the body [length]
 
-  /// Whether it can hold this component.
+  /// True if the contact can hold this component.
   RVE_HD bool acts_on(const RigidBodyOptions &options, int axis) const
   {
     return options.rough || options.friction > 0.0 || normal[axis] != 0.0;
   }
-  /// Division of a node (shared_contacts.h), the same for components that it acts on together.
+  /// Division of a node (shared_contacts.h): the largest of all components on which the contact
+  /// acts.
   RVE_HD double division(const StepView<D> &step, const RigidBodyOptions &options, int n) const
   {
     double most = 1.0;
@@ -44,17 +50,18 @@ template <int D> struct RigidContact {
   }
 };
 
-/// Depth behind the other faces from which on a line counts, in cells.
+/// Smallest depth behind the other faces at which a line has a contact [cells].
 constexpr double LEAST_DEPTH = 0.25;
 
-/// Of the sum of the normals of two faces, from which on they enclose a tip and are not opposite faces.
+/// Smallest length of the sum of the normals of two faces that enclose a tip; opposite faces have
+/// less.
 constexpr double TIP = 1e-3;
 
-/// Near a tip both faces would take the same nodes, one after the other: they have one contact between
-/// them, which a wedge feels as its tip.
+/// State of a tip between two faces. Near a tip both faces would use the same nodes, so one contact
+/// at the tip replaces theirs.
 enum class Tip { None, Reachable, OutOfReach };
 
-/// Normal of a tip, and its place on the line, in rows.
+/// Finds a tip, its normal, and its position `row` on the line [cells].
 template <int axis, int D>
 RVE_HD Tip find_tip(const Grid<D> &grid, const typename RigidShape<D>::Crossing &crossing,
                     Vec<D> &normal, double &row)
@@ -67,18 +74,17 @@ RVE_HD Tip find_tip(const Grid<D> &grid, const typename RigidShape<D>::Crossing 
   if (!shares_nodes || !(length > TIP)) return Tip::None;
   normal = (1.0 / length) * both;
   row = 0.5 * (crossing.place[0] + crossing.place[1]) / cell;
-  const double least = (LEAST_DEPTH - face_pair::SAME_PLACE) * cell;
+  const double least = (LEAST_DEPTH - SAME_PLACE) * cell;
   const bool is_reachable = row > grid.first(axis) && row < grid.last(axis) &&
       !(crossing.depth[0] < least) && !(crossing.depth[1] < least);
   return is_reachable ? Tip::Reachable : Tip::OutOfReach;
 }
 
-/// visit(contact) for the contacts of a body on one line of nodes along an axis, in their order.
+/// Calls visit(contact) for the contacts of a body on one line of nodes along an axis, in order.
 template <int axis, int D, class Visit>
 RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &body, int column,
                                const Visit &visit)
 {
-  using face_pair::SAME_PLACE;
   const Grid<D> &grid = step.grid;
   const double cell = grid.cell_size();
   Place<D> place;
@@ -96,7 +102,7 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
   typename RigidShape<D>::Crossing crossing;
   if (!body.shape.cross(point, axis, SAME_PLACE * cell, crossing)) return;
 
-  // there is no mass elsewhere
+  // nodes outside these rows have no mass
   const int first_row = grid.first(axis), last_row = grid.last(axis);
   const auto is_steepest = [&](const Vec<D> &normal) {
     for (int a = 0; a < D; ++a)
@@ -135,10 +141,9 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
     if (tip != Tip::None) return;
   }
 
-  int inside[2];    // rows of the nodes inside that are on no other contact
+  int inside[2];    // first and last row of the inner nodes that are in no contact on the surface
   for (int end = 0; end < 2; ++end) {
-    const double face =
-        face_pair::clamped(crossing.place[end] / cell, first_row - 2.0, last_row + 2.0);
+    const double face = clamped(crossing.place[end] / cell, first_row - 2.0, last_row + 2.0);
     const int inwards = end == 0 ? 1 : -1;
     const int inner = static_cast<int>(end == 0 ? std::ceil(face) : std::floor(face));
     inside[end] = inner;
@@ -177,7 +182,8 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
   }
 }
 
-/// The axis is a constant for the compiler: with one in a variable nvcc 13.0 lost the components of points along it, on the device.
+/// Calls visit(contact) for the contacts of a body on one line of nodes along an axis. The axis is
+/// a template argument, since nvcc 13.0 generates wrong device code for a variable axis.
 template <int D, class Visit>
 RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, int axis,
                          int column, const Visit &visit)
@@ -190,24 +196,26 @@ RVE_HD void each_contact(const StepView<D> &step, const RigidBodyStep<D> &body, 
     each_contact_along<D - 1>(step, body, column, visit);
 }
 
-/// What becomes of a contact. Slides: the material keeps its velocity along the surface but for friction.
+/// State of a contact. Slides: only friction changes the velocity of the material along the
+/// surface.
 enum class Touch { Open, Slides, Sticks };
 
-/// A contact with the momenta that meet there.
+/// Relative motion of body and material at a contact.
 template <int D> struct RigidContactMotion {
-  /// Effective: of the impulse that changes the velocity at the contact by one [mass].
+  /// Effective mass: impulse that changes the velocity of the material at the contact by one
+  /// [mass].
   double mass = 0.0;
-  Vec<D> normal;    ///< within what the sides of the grid leave free, a unit vector
-  /// Of the body to the material, now and before the forces [length/time].
+  Vec<D> normal;    ///< unit vector; components that sides of the grid hold are zero
+  /// Velocity of the body relative to the material, now and before the forces [length/time].
   Vec<D> approach, approach_before;
+  bool is_held[D] = {};    ///< components that a side of the grid holds
 
-  /// False if there is nothing to push.
+  /// Returns false if a node has no mass or the sides of the grid hold the normal direction.
   RVE_HD bool find(const StepView<D> &step, const RigidBodyStep<D> &body,
                    const RigidContact<D> &contact, const RigidBodyOptions &options,
                    const Vec<D> *now, const Vec<D> *before)
   {
     double compliance = 0.0;
-    bool held[D] = {};
     Vec<D> velocity = Vec<D>::zero(), velocity_before = Vec<D>::zero();
     for (int k = 0; k < contact.count; ++k) {
       const int n = contact.node[k];
@@ -216,24 +224,21 @@ template <int D> struct RigidContactMotion {
       compliance += contact.share[k] * contact.share[k] / m * contact.division(step, options, n);
       velocity = velocity + (contact.share[k] / m) * now[n];
       if (before) velocity_before = velocity_before + (contact.share[k] / m) * before[n];
-      for (int a = 0; a < D; ++a) held[a] = held[a] || step.held_by_side(n, a);
+      for (int a = 0; a < D; ++a) is_held[a] = is_held[a] || step.held_by_side(n, a);
     }
     mass = 1.0 / compliance;
-    approach = velocity_at(body.now, contact.arm) - velocity;
+    approach = freed(velocity_at(body.now, contact.arm) - velocity);
     approach_before = before && !body.is_new
-        ? velocity_at(body.before, contact.arm) - velocity_before
+        ? freed(velocity_at(body.before, contact.arm) - velocity_before)
         : Vec<D>::zero();
-    normal = contact.normal;
-    for (int a = 0; a < D; ++a)
-      if (held[a]) normal[a] = approach[a] = approach_before[a] = 0.0;
-    for (int a = 0; a < D; ++a) is_held[a] = held[a];
+    normal = freed(contact.normal);
     const double length = std::sqrt(dot(normal, normal));
-    if (!(length > face_pair::SAME_PLACE)) return false;    // a plane of symmetry cuts the body
+    if (!(length > SAME_PLACE)) return false;    // the body is cut by a symmetry plane
     normal = (1.0 / length) * normal;
     return true;
   }
 
-  /// With what the sides hold removed.
+  /// Returns a vector without the components that sides hold.
   RVE_HD Vec<D> freed(Vec<D> vector) const
   {
     for (int a = 0; a < D; ++a)
@@ -241,14 +246,13 @@ template <int D> struct RigidContactMotion {
     return vector;
   }
 
-  bool is_held[D];
-
+  /// Normal impulse on the body, at least 0 [mass length/time].
   RVE_HD double normal_felt(double flip) const
   {
     const double felt = mass * (dot(approach, normal) - flip * dot(approach_before, normal));
     return felt > 0.0 ? felt : 0.0;
   }
-  /// Unit vector of the velocity of the body along the surface, seen from the material; zero if there is none.
+  /// Unit vector of the velocity of the body relative to the material along the surface, or zero.
   RVE_HD Vec<D> slip() const
   {
     const Vec<D> along = approach - dot(approach, normal) * normal;
@@ -269,8 +273,9 @@ template <int D> struct RigidContactMotion {
   }
 };
 
-/// Scales of what contacts add up for one body. Terms have no bound that is known beforehand: nodes with little mass move fast. So
-/// there is room for terms a million times larger than those of points, and what is lost below is kept in a second sum.
+/// Scales of the sums over contacts of one body. No bound of the terms is known in advance, since
+/// nodes with little mass move fast. The sums therefore have capacity for terms a million times
+/// larger than those of points, and a second sum keeps the digits that are rounded off.
 template <int D> struct ContactScales {
   static constexpr double ROOM = 0x1p20;
   rve::FixedScale mass, coarse, fine;
@@ -295,17 +300,17 @@ template <int D> struct ContactScales {
   }
 };
 
-/// What the passes over contacts share. Item k is a line of nodes along `axis`.
+/// Base class of passes over contacts. Item k is a line of nodes along `axis`.
 template <int D> struct ContactPass : Pass<D> {
   using Pass<D>::step;
-  int index;    ///< of the body in step.rigid
+  int index;    ///< index of the body in step.rigid
   int axis;
   RigidBodyOptions options;
 
   int items() const { return step.grid.lines_along(axis); }
 
  protected:
-  /// Whether this rank is the one that counts a contact.
+  /// True if this rank counts a contact: the first rank that touches its first node does.
   RVE_HD bool counts(const RigidContact<D> &contact) const
   {
     if (!step.shares_grid) return true;
@@ -315,14 +320,14 @@ template <int D> struct ContactPass : Pass<D> {
       if (step.lower_touched[k].contains(step.grid, node)) return false;
     return true;
   }
-  /// A unit motion in the unit of the sums: arms count in `reach`.
+  /// unit_motion() with the arm of rotations in units of `reach`.
   static RVE_HD Vec<D> scaled_motion(const RigidBodyStep<D> &body, int freedom, const Vec<D> &arm)
   {
     return unit_motion(freedom, freedom < D ? arm : (1.0 / body.reach) * arm);
   }
 };
 
-/// What the contacts add to the inertia and to the momentum of a body that forces drive.
+/// Sums the additions of contacts to the inertia and momentum of a body that forces drive.
 template <int D> struct GatherContacts : ContactPass<D> {
   using Pass<D>::step;
 
@@ -338,7 +343,7 @@ template <int D> struct GatherContacts : ContactPass<D> {
         return;
       const Touch touch = motion.touch(this->options, step.flip);
       if (touch == Touch::Open) return;
-      // what the contact would give a body at rest, and by how much more one with the unit velocity
+      // `rest` gives the impulse on a body at rest, `answer` the change for a velocity of the body
       const Vec<D> rest = motion.approach - step.flip * motion.approach_before -
           motion.freed(velocity_at(body.now, contact.arm));
       const Vec<D> pushed =
@@ -362,7 +367,7 @@ template <int D> struct GatherContacts : ContactPass<D> {
   }
 };
 
-/// The rates with which the contacts of one body are satisfied; one item.
+/// Finds the rates that satisfy the contacts of one body. The pass has one item.
 template <int D> struct SolveContacts : Pass<D> {
   using Pass<D>::step;
   int index;
@@ -385,7 +390,7 @@ template <int D> struct SolveContacts : Pass<D> {
   }
 };
 
-/// Marks the nodes on which contacts can act, so that they can be divided among bodies.
+/// Marks the nodes on which contacts can act, before nodes are divided among bodies.
 template <int D> struct FindContacts : ContactPass<D> {
   using Pass<D>::step;
 
@@ -406,7 +411,8 @@ template <int D> struct FindContacts : ContactPass<D> {
   }
 };
 
-/// Imposes the contacts. If it balances: on the momenta with and before the forces, and what the body feels is summed.
+/// Imposes the contacts. In a balance, it changes the momenta with and before the forces, and sums
+/// the impulse on the body.
 template <int D> struct ImposeContacts : ContactPass<D> {
   using Pass<D>::step;
   ContactWork work;
@@ -437,7 +443,7 @@ template <int D> struct ImposeContacts : ContactPass<D> {
             (touch == Touch::Sticks ? velocity : dot(velocity, motion.normal) * motion.normal);
       };
       Vec<D> impulse = held_part(motion.approach);
-      // friction is a force: the momenta for strains have it already
+      // friction acts as a force in the balance only; momenta for strains already contain it
       if (work.balances && touch == Touch::Slides && this->options.friction > 0.0)
         impulse =
             impulse + (this->options.friction * motion.normal_felt(step.flip)) * motion.slip();
@@ -466,7 +472,7 @@ template <int D> struct ImposeContacts : ContactPass<D> {
   }
 };
 
-/// The motion of a body follows from what it felt. Item k is the k-th body that can turn.
+/// Finds the motion of bodies from the impulses on them. Item k is the k-th body that can turn.
 template <int D> struct FinishBodies : Pass<D> {
   using Pass<D>::step;
 
@@ -483,7 +489,7 @@ template <int D> struct FinishBodies : Pass<D> {
       right[i] = body.impulse[i] + body.felt[i];
     }
     solve_free<D>(body.inertia, right, body.free, body.now);
-    // local damping, as of a node (NodeBalance)
+    // local damping is that of nodes (NodeBalance)
     for (int i = 0; i < S; ++i) {
       if (!(body.free >> i & 1)) continue;
       const double direction = double(body.before[i] > 0.0) - double(body.before[i] < 0.0);
@@ -492,11 +498,12 @@ template <int D> struct FinishBodies : Pass<D> {
   }
 };
 
-/// The sums of one body over its contacts, or what all bodies feel, to and from a buffer that ranks exchange; item k is a sum.
+/// Copies the contact sums of one body, or the impulses on all bodies, to or from a buffer that
+/// ranks exchange. Item k is a sum.
 template <int D> struct MoveContactSums : Pass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
-  int index;    ///< of the body whose inertia and momentum are meant, or -1: what all bodies feel
+  int index;    ///< body whose additions to inertia and momentum are copied; -1: impulses on all
   bool packs;
   std::int64_t *buffer;
   int count;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Convex rigid bodies that can turn: their form, their freedoms of motion, and what a time step knows of one. Numbers in, numbers out.
+// Convex rigid bodies that can turn: form, freedoms of motion, and data of a body in a time step.
 
 #pragma once
 
@@ -10,15 +10,16 @@
 
 namespace mpm {
 
-/// Face: the box around the points, which does not turn and presses with one of its faces (ImposeBody in face_contact.h). The others
-/// are convex bodies with contact on their whole surface, which can turn. Ball: in the plane a disk. Cylinder: in space, its axis is the
-/// third one of the body. Convex: what half spaces have in common.
+/// Form of a rigid body. Face: the box around its points, which does not turn and presses with one
+/// face (ImposeBody in face_contact.h). The other forms are convex bodies with contact on their
+/// whole surface, which can turn. Ball: a disk in 2D. Cylinder: 3D only, along the third axis of
+/// the body. Convex: the intersection of half spaces.
 enum class BodyForm { Face, Box, Ball, Cylinder, Convex };
 
 template <int D> constexpr int FREEDOMS = rve::Space<D>::freedoms;
 
-/// The velocity [length/time] at `arm` [length] from the origin of a body that has the unit velocity in one freedom: along an axis,
-/// or about one (in the plane there is one).
+/// Velocity at `arm` [length] from the origin of a body that moves with unit rate in one freedom:
+/// translation along an axis, or rotation about an axis, which is the only one in 2D.
 template <int D> RVE_HD Vec<D> unit_motion(int freedom, const Vec<D> &arm)
 {
   Vec<D> motion = Vec<D>::zero();
@@ -34,7 +35,7 @@ template <int D> RVE_HD Vec<D> unit_motion(int freedom, const Vec<D> &arm)
   return motion;
 }
 
-/// The velocity at `arm` of a body with these rates in its freedoms: v + ω × r.
+/// Velocity v + ω × r [length/time] at `arm` r of a body with these rates in its freedoms.
 template <int D> RVE_HD Vec<D> velocity_at(const double *rates, const Vec<D> &arm)
 {
   Vec<D> velocity = Vec<D>::zero();
@@ -42,41 +43,51 @@ template <int D> RVE_HD Vec<D> velocity_at(const double *rates, const Vec<D> &ar
   return velocity;
 }
 
-/// Rotation by the vector ω dt of a body with these rates, in the plane by the angle ω dt, to round-off.
-///
-/// Rodrigues' formula, R = I + (sin θ / θ) W + ((1 - cos θ) / θ²) W², with the spin W of ω dt and θ = |ω dt|. Both factors are power
-/// series of θ². Sums and products alone have the same bits on CPUs and devices, which functions of libraries have not.
-template <int D> RVE_HD Tensor<D> turn_of(const double *rates, double dt)
+/// Tensor W of the spin of a body with these rates: W x = ω × x.
+template <int D> RVE_HD Tensor<D> spin_tensor(const double *rates)
 {
-  constexpr int SERIES = 9, MOST_HALVINGS = 64;
-  double square = 0.0;
-  for (int k = D; k < FREEDOMS<D>; ++k) square += (dt * rates[k]) * (dt * rates[k]);
-  double part = dt;    // an angle of 1 or less is turned by, as often as it takes
-  int halvings = 0;
-  for (; square > 1.0 && halvings < MOST_HALVINGS; ++halvings) {
-    square *= 0.25;
-    part *= 0.5;
-  }
-  double of_sine = 1.0, of_cosine = 1.0;    // from the last terms to the first
-  for (int k = SERIES; k > 0; --k) {
-    of_sine = 1.0 - of_sine * (square / ((2 * k) * (2 * k + 1)));
-    of_cosine = 1.0 - of_cosine * (square / ((2 * k + 1) * (2 * k + 2)));
-  }
-  of_cosine *= 0.5;
   Tensor<D> spin;
   for (int b = 0; b < D; ++b) {
     Vec<D> axis = Vec<D>::zero();
     axis[b] = 1.0;
     Vec<D> motion = Vec<D>::zero();
     for (int k = D; k < FREEDOMS<D>; ++k) motion = motion + rates[k] * unit_motion(k, axis);
-    for (int a = 0; a < D; ++a) spin(a, b) = part * motion[a];
+    for (int a = 0; a < D; ++a) spin(a, b) = motion[a];
   }
+  return spin;
+}
+
+/// Rotation by the vector ω dt of a body with these rates (by the angle ω dt in 2D), accurate to
+/// round-off.
+///
+/// Rodrigues' formula is R = I + (sin θ / θ) W + ((1 - cos θ) / θ²) W², with the spin tensor W of ω
+/// dt and θ = |ω dt|. Both factors are power series of θ², because sums and products have the same
+/// bits on CPUs and devices, unlike library functions.
+template <int D> RVE_HD Tensor<D> turn_of(const double *rates, double dt)
+{
+  constexpr int SERIES = 9, MOST_HALVINGS = 64;
+  double square = 0.0;
+  for (int k = D; k < FREEDOMS<D>; ++k) square += (dt * rates[k]) * (dt * rates[k]);
+  double part = dt;    // halved until the angle is at most 1; the rotation is squared as often
+  int halvings = 0;
+  for (; square > 1.0 && halvings < MOST_HALVINGS; ++halvings) {
+    square *= 0.25;
+    part *= 0.5;
+  }
+  double of_sine = 1.0, of_cosine = 1.0;    // Horner's scheme from the last term to the first
+  for (int k = SERIES; k > 0; --k) {
+    of_sine = 1.0 - of_sine * (square / ((2 * k) * (2 * k + 1)));
+    of_cosine = 1.0 - of_cosine * (square / ((2 * k + 1) * (2 * k + 2)));
+  }
+  of_cosine *= 0.5;
+  const Tensor<D> spin = part * spin_tensor<D>(rates);
   Tensor<D> turn = Tensor<D>::identity() + of_sine * spin + of_cosine * (spin * spin);
   for (int k = 0; k < halvings; ++k) turn = turn * turn;
   return turn;
 }
 
-/// x of A x = b in the freedoms that are free, those that are not keep theirs. Gauss' elimination with pivots.
+/// Solves A x = b for the free components of x by Gaussian elimination with pivots. The other
+/// components keep their values. Bit k of `free` marks component k.
 template <int D>
 RVE_HD void solve_free(const double *matrix, const double *right, int free, double *x)
 {
@@ -115,34 +126,36 @@ RVE_HD void solve_free(const double *matrix, const double *right, int free, doub
   }
 }
 
-/// All that is on the inner side of a plane, whose normal points outward.
+/// The inner side of a plane, whose normal points outward.
 template <int D> struct HalfSpace {
-  Vec<D> normal;      ///< a unit vector along the axes of a body
-  double distance;    ///< of the plane from the centre of the body, along the normal [length]
+  Vec<D> normal;    ///< unit vector in the axes of a body
+  double
+      distance;    ///< distance from the centre of the body to the plane along the normal [length]
 };
 
-/// Of one body.
+/// Largest number of half spaces of a body.
 constexpr int MOST_HALF_SPACES = 64;
 
-/// A convex body in its place.
+/// A convex body with its position and orientation.
 template <int D> struct RigidShape {
   BodyForm form = BodyForm::Box;
-  int num_half_spaces = 0;           ///< of the form Convex
+  int num_half_spaces = 0;           ///< used by the form Convex
   Vec<D> centre = Vec<D>::zero();    ///< [length]
-  /// Half sizes along its own axes; of round ones the first is the radius [length].
+  /// Half sizes along the axes of the body; the first is the radius of round bodies [length].
   Vec<D> half = Vec<D>::zero();
-  Tensor<D> orientation = Tensor<D>::identity();    ///< its axes are the columns
+  Tensor<D> orientation = Tensor<D>::identity();    ///< columns: axes of the body
   HalfSpace<D> half_space[MOST_HALF_SPACES] = {};
 
-  /// Where a line enters and leaves the body.
+  /// Points at which a line enters and leaves the body.
   struct Crossing {
-    double place[2];     ///< along the line [length]
-    Vec<D> normal[2];    ///< outward
-    double depth[2];     ///< there, behind the nearest of the other faces [length]
+    double place[2];     ///< coordinates along the line [length]
+    Vec<D> normal[2];    ///< outward normals
+    double depth[2];     ///< depths behind the nearest of the other faces [length]
   };
 
-  /// Of a line along a coordinate axis through `point`, places counted from there; false if they do not meet. Lines along a face
-  /// meet it if they are nearer than `tolerance` [length].
+  /// Finds the crossing of a line along a coordinate axis through `point`, from which places are
+  /// counted. Returns false if the line does not meet the body. A line parallel to a face meets it
+  /// if it is inside or nearer than `tolerance` [length].
   RVE_HD bool cross(const Vec<D> &point, int axis, double tolerance, Crossing &crossing) const
   {
     const Vec<D> start = transpose(orientation) * (point - centre);
@@ -152,7 +165,7 @@ template <int D> struct RigidShape {
     constexpr int ROUND = -1;
     crossing.place[0] = -1e300;
     crossing.place[1] = 1e300;
-    int face[2] = {D, D};    // the flat one across an axis of the body, or ROUND
+    int face[2] = {D, D};    // axis of the body across the flat face that is met, or ROUND
     const auto narrow = [&](int end, double place, const Vec<D> &normal, int which) {
       if (end == 0 ? place > crossing.place[0] : place < crossing.place[1]) {
         crossing.place[end] = place;
@@ -212,7 +225,7 @@ template <int D> struct RigidShape {
     return true;
   }
 
-  /// Outward normal of the surface nearest to a point inside.
+  /// Returns the outward normal of the surface nearest to a point inside.
   RVE_HD Vec<D> normal_at(const Vec<D> &point) const
   {
     const Vec<D> start = transpose(orientation) * (point - centre);
@@ -238,7 +251,7 @@ template <int D> struct RigidShape {
     return orientation * normal;
   }
 
-  /// Radius of the sphere around it [length].
+  /// Radius of a sphere around the body [length].
   RVE_HD double radius() const
   {
     if (form == BodyForm::Ball) return half[0];
@@ -248,15 +261,15 @@ template <int D> struct RigidShape {
   }
 
  private:
-  /// Axes of the body before this one are round, the others flat.
+  /// Index of the first axis of the body along which it is flat; those before are round.
   RVE_HD int first_flat() const
   {
     return form == BodyForm::Ball ? D : form == BodyForm::Cylinder ? 2 : 0;
   }
 
-  static constexpr double PARALLEL = 1e-12;    // sine of an angle
+  static constexpr double PARALLEL = 1e-12;    // sine of the largest angle between parallels
 
-  /// `cross` of the form Convex, along its axes.
+  /// Does the work of cross() for the form Convex, with vectors in the axes of the body.
   RVE_HD bool cross_planes(const Vec<D> &start, const Vec<D> &direction, double tolerance,
                            Crossing &crossing) const
   {
@@ -293,7 +306,7 @@ template <int D> struct RigidShape {
         if (k == face[end]) continue;
         const Vec<D> &other = half_space[k].normal;
         double below = half_space[k].distance - dot(other, place);
-        // a face that the lines of this axis meet as well: a line at the edge meets both
+        // lines along this axis also meet the other face, and a line at the edge meets both
         if (is_steep && outward * dot(other, direction) > STEEP) {
           if (below < same) sum = sum + other;
           continue;
@@ -306,11 +319,14 @@ template <int D> struct RigidShape {
     return true;
   }
 
-  static constexpr double SAME_DEPTH = 1e-9;    // over the size of the body
-  static constexpr double STEEP = 0.7072;       // along an axis: one of two at a right angle
+  static constexpr double SAME_DEPTH = 1e-9;    // tolerance relative to the size of the body
+  /// Cosine to an axis that only one of two perpendicular normals exceeds.
+  static constexpr double STEEP = 0.7072;
 
-  /// Whether the depth behind a plane is one behind an edge, and how much of it. Faces whose normals are up to 45 degrees apart are on the
-  /// way to a round body, which has no edges; from there to a right angle there is more and more of an edge. A face opposite has none.
+  /// Returns whether the depth `below` behind another face counts as a depth behind an edge, and
+  /// scales it. Faces whose normals differ by up to 45 degrees approximate a round body and have no
+  /// edge. From there to a right angle the effect of the edge grows. An opposite face has no common
+  /// edge.
   RVE_HD bool is_behind_edge(const Vec<D> &normal, const Vec<D> &other, double &below) const
   {
     constexpr double ROUND = 0.3;    // 1 - cos of 45.6 degrees
@@ -320,7 +336,8 @@ template <int D> struct RigidShape {
     return true;
   }
 
-  /// `normal_at` of the form Convex, along its axes. Where several faces are nearest it is their mean, so that symmetric bodies are symmetric.
+  /// Does the work of normal_at() for the form Convex, with vectors in the axes of the body. If
+  /// several faces are nearest, the result is the mean of their normals, which preserves symmetry.
   RVE_HD Vec<D> normal_of_planes(const Vec<D> &start) const
   {
     const double same = SAME_DEPTH * radius();
@@ -336,34 +353,36 @@ template <int D> struct RigidShape {
       }
     }
     const double length = std::sqrt(dot(sum, sum));
-    return length > 0.5 ? (1.0 / length) * sum : first;    // else between opposite faces
+    return length > 0.5 ? (1.0 / length) * sum : first;    // normals of opposite faces cancel
   }
 };
 
-/// What a step knows of a body that can turn, and what it finds out. Sums are integers, over all ranks.
+/// Data and results of a step for a body that can turn. Sums are integers over all ranks.
 template <int D> struct RigidBodyStep {
   static constexpr int S = FREEDOMS<D>;
 
-  int body;      ///< its number
-  int free;      ///< bit k: freedom k obeys forces; the others are prescribed
-  int is_new;    ///< there was no step before
+  int body;      ///< index among all bodies
+  int free;      ///< bit k: freedom k obeys forces; other freedoms are prescribed
+  int is_new;    ///< 1 if the body has not moved yet, otherwise 0
   int unused;
   RigidShape<D> shape;
-  Vec<D> origin;    ///< about which it turns [length]
-  /// Radius of the body around its origin and a bit more, the unit of arms in the sums [length].
+  Vec<D> origin;    ///< centre of rotation [length]
+  /// Bound of the radius of the body around its origin, the unit of arms in the sums [length].
   double reach;
-  std::int64_t terms;    ///< more than there are contacts
+  std::int64_t terms;    ///< upper bound of the number of contacts
   double before[S];      ///< rates in the step before [length/time], [1/time]
-  /// Without contact, then such that contacts are satisfied, then as they have moved the body.
+  /// Rates first without contact, then those that satisfy the contacts, and finally those that
+  /// follow from the impulses of the contacts [length/time], [1/time].
   double now[S];
-  /// Momentum with the forces of this step, without contact [mass length/time], [mass length²/time].
+  /// Momentum with the forces of this step, without contact [mass length/time], [mass
+  /// length²/time].
   double impulse[S];
   double inertia[S * S];
 
-  std::int64_t stiffness[S * S], target[S];    ///< what contacts add to inertia and impulse
-  /// Impulse of the material on the body, in two parts.
+  std::int64_t stiffness[S * S], target[S];    ///< additions of contacts to inertia and impulse
+  /// Coarse and fine parts of the impulse of the material on the body.
   std::int64_t felt_coarse[S], felt_fine[S];
-  double felt[S];    ///< their sum [mass length/time], [mass length²/time]
+  double felt[S];    ///< sum of both parts [mass length/time], [mass length²/time]
 };
 
 }    // namespace mpm

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Shape functions of the background grid along one axis; those of a node are products. Numbers in, numbers out.
+// Shape functions of the background grid along one axis. The shape function of a node is their
+// product.
 //
-// Coordinates are in cell widths from the low side of the grid, slopes are per cell width.
+// Coordinates are distances from the low side of the grid in cell widths; slopes are per cell
+// width.
 
 #pragma once
 
@@ -11,14 +13,15 @@
 
 namespace mpm {
 
-/// Linear: hat functions. Gimp: averaged over the box of the point at the beginning. Cpgimp: over a box that follows its deformation.
+/// Kind of shape functions. Linear: hat functions. Gimp: averaged over the initial box of the
+/// point. Cpgimp: averaged over a box that follows the deformation of the point.
 enum class ShapeFunction { Linear, Gimp, Cpgimp };
 
 /// Values and slopes at three successive nodes.
 struct AxisWeights {
   int first;          ///< index of the first node
-  double value[3];    ///< they sum to 1
-  double slope[3];    ///< they sum to 0 [1/cell]
+  double value[3];    ///< values, whose sum is 1
+  double slope[3];    ///< slopes, whose sum is 0 [1/cell]
 
   RVE_HD int heaviest() const
   {
@@ -27,11 +30,11 @@ struct AxisWeights {
   }
 };
 
-/// Hat functions at coordinate xi in [0, cells]. On a node the point belongs to the cell above it, on the high side of the
-/// grid to the last cell. The third node has weight 0.
+/// Hat functions at coordinate xi in [0, cells]. A point on a node belongs to the cell above it,
+/// and on the high side of the grid to the last cell. The third node has the weight 0.
 ///
-/// A point is kept 2⁻²⁴ cells away from the nodes of its cell: on a node, the other end of the cell would have a slope but no
-/// mass, and so neither a velocity to give nor a way to take a force.
+/// A point is kept 2⁻²⁴ cells away from the nodes of its cell. If it were on a node, the other end
+/// of the cell would have a slope but no mass, and therefore no velocity and no response to forces.
 RVE_HD inline AxisWeights linear_weights(double xi, int cells)
 {
   constexpr double MARGIN = 0x1p-24;
@@ -42,12 +45,13 @@ RVE_HD inline AxisWeights linear_weights(double xi, int cells)
   return {cell, {1.0 - above, above, 0.0}, {-1.0, 1.0, 0.0}};
 }
 
-/// uGIMP: the hat function averaged over [xi - half, xi + half], 0 < half <= 1/2, with its derivative
-/// (Bardenhagen & Kober 2004, CMES 5, 477, contiguous particles of fixed size). With distance d from the node:
+/// uGIMP: the hat function averaged over [xi - half, xi + half], 0 < half <= 1/2, and its
+/// derivative (Bardenhagen & Kober 2004, CMES 5, 477, contiguous particles of fixed size). With the
+/// distance d from the node:
 ///   d < half              S = 1 - (d² + half²) / (2 half)
 ///   half <= d < 1 - half  S = 1 - d
 ///   d < 1 + half          S = (1 + half - d)² / (4 half)
-/// The nearest node and its two neighbours are all that such an interval can reach.
+/// Such an interval reaches the nearest node and its two neighbours only.
 RVE_HD inline AxisWeights gimp_weights(double xi, double half)
 {
   const int nearest = static_cast<int>(std::floor(xi + 0.5));

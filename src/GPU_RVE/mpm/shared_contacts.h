@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Nodes that several rigid bodies touch.
+// Passes for nodes that several rigid bodies touch.
 //
 // A node that contacts of more than one body hold is divided among these contacts. Each contact
 // acts on a part of the mass and momentum in proportion to its weight, the number of sectors around
 // the node that the face of the body covers. All contacts start from the same momenta, and the
-// node receives the sum of their impulses. This conserves momentum and does not depend on the order
-// of the bodies, and two halves of a plate bear together what the plate bears.
+// node receives the sum of their impulses. This conserves momentum, does not depend on the order of
+// the bodies, and gives two halves of a plate together the reaction of the plate.
 //
 // The map of momenta is A P S, with the division S, a projection P in the metric of the mass, and
 // the sum A = S^T. It is self-adjoint with eigenvalues from 0 to 1, so that it cannot add energy.
 // Imposing one body after the other is a product of projections P2 P1, which is not self-adjoint:
-// with the stiffness of the material it has complex eigenvalues, and the motion of nodes with little
-// mass grows from step to step.
+// with the stiffness of the material it has complex eigenvalues, and the motion of nodes with
+// little mass grows from step to step.
 //
-// The division leaves a part of the deviation from conditions that differ between contacts. So the
-// sweep is repeated. Components of a node are divided one by one. Components that only one body
-// touches are not divided, and their momenta change at once.
+// The division leaves a part of the deviation from conditions that differ between contacts, so the
+// sweep is repeated. Components of a node are divided separately. Components that only one body
+// touches are not divided, and their momenta change immediately.
 
 #pragma once
 
@@ -23,8 +23,8 @@
 
 namespace mpm {
 
-/// Number of sweeps over contacts on divided nodes. Two contacts leave 2^-4 of a deviation that both
-/// can remove.
+/// Number of sweeps over contacts on divided nodes. Two contacts leave 2^-4 of a deviation that
+/// both can remove.
 constexpr int SHARED_SWEEPS = 4;
 
 /// The work of a pass over the contacts of a body.
@@ -32,8 +32,8 @@ struct ContactWork {
   Contact how;
   bool finds;    ///< marks the components that contacts hold
   bool imposes;
-  bool balances;    ///< also on the momenta before the forces, and sums the impulse on the body
-  bool again;       ///< only contacts on nodes that bodies share, in sweeps after the first one
+  bool balances;    ///< also changes the momenta before the forces, and sums impulses on the body
+  bool again;       ///< skips nodes that bodies do not share, in sweeps after the first one
 
   RVE_HD bool skips(bool is_shared) const { return again && !is_shared; }
 };

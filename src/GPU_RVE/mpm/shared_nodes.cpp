@@ -33,7 +33,7 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
 {
   constexpr double INFINITE = std::numeric_limits<double>::infinity();
   const auto beyond = [](double half) {
-    return std::max(0.0, half - 0.5);    // of what a box of a cell reaches
+    return std::max(0.0, half - 0.5);    // reach in addition to that of a box of one cell
   };
   const bool asks_points = shape == ShapeFunction::Cpgimp && half_boxes == FROM_POINTS;
   const double beyond_all = shape == ShapeFunction::Cpgimp ? beyond(half_boxes) * grid_.cell_size()
@@ -44,11 +44,12 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
   std::int64_t count = 0;
   {
     const rve::LightWork work(points.count, threads_);
-#pragma omp parallel for num_threads(work.team) reduction(+ : count) reduction(min : lo[:D]) reduction(max : hi[:D])
+#pragma omp parallel for num_threads(work.team) reduction(+ : count) reduction(min : lo[:D]) \
+    reduction(max : hi[:D])
     for (int p = 0; p < points.count; ++p) {
       if (points.rigid_body[p] >= 0) continue;
       ++count;
-      // points that are elsewhere, or nowhere, end the step on their rank
+      // points outside the grid, or without a finite position, end the step on their rank
       const double *x = points.position[p];
       if (!grid_.contains(x)) continue;
       double more[D];
@@ -64,7 +65,7 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
       }
     }
   }
-  // the count of all points, then the corners of the box of each rank
+  // words: number of points of all ranks, then the corners of the box of each rank
   const NodeBox<D> own = box_around(lo, hi);
   std::vector<std::int64_t> words(1 + 2 * D * static_cast<std::size_t>(communication_.ranks), 0);
   words[0] = count;
@@ -83,15 +84,16 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
       touched_[rank].first[a] = static_cast<int>(corners[a]);
       touched_[rank].end[a] = static_cast<int>(corners[D + a]);
     }
-  words_.clear();    // should there be no room, the next call finds none either
-  require_room();
+  words_.clear();    // if require_capacity() throws, the next call must check again
+  require_capacity();
   words_ = std::move(words);
-  hold();
+  choose_part();
   list_nodes();
 }
 
-/// With xi the coordinate in cells, weights reach from node floor(xi) - 1 to floor(xi) + 2 (support_of). Loads are on faces at most
-/// half a cell away and have three rows, from floor(xi) - 1 to floor(xi) + 3 (ScatterLoad).
+/// Returns the nodes that points between `lo` and `hi` [length] can touch. With the coordinate xi
+/// in cells, weights reach from node floor(xi) - 1 to floor(xi) + 2 (support_of). Loads on faces at
+/// most half a cell away have three rows, from floor(xi) - 1 to floor(xi) + 3 (ScatterLoad).
 template <int D> NodeBox<D> SharedNodes<D>::box_around(const double *lo, const double *hi) const
 {
   for (int a = 0; a < D; ++a)
@@ -100,7 +102,7 @@ template <int D> NodeBox<D> SharedNodes<D>::box_around(const double *lo, const d
   for (int a = 0; a < D; ++a) {
     const auto cell_of = [&](double coordinate) {
       return static_cast<int>(
-          std::floor(face_pair::clamped(grid_.scaled(coordinate, a), 0.0, grid_.cells(a))));
+          std::floor(clamped(grid_.scaled(coordinate, a), 0.0, grid_.cells(a))));
     };
     box.first[a] = cell_of(lo[a]) - 1;
     box.end[a] = std::min(cell_of(hi[a]) + 4, grid_.cells(a) + 2);
@@ -126,33 +128,33 @@ template <int D> NodeBox<D> SharedNodes<D>::to_hold(int rank) const
   return wider(needed(rank), margin);
 }
 
-/// Of all ranks, so that all of them end together.
-template <int D> void SharedNodes<D>::require_room() const
+/// Checks the boxes of all ranks, so that all ranks throw together.
+template <int D> void SharedNodes<D>::require_capacity() const
 {
-  using rve::number;
   for (int rank = 0; rank < communication_.ranks; ++rank) {
     const NodeBox<D> box = to_hold(rank);
     rve::require(box.count() < Grid<D>::MOST_NODES, [&] {
       std::string extents, nodes;
       for (int a = 0; a < D; ++a) {
         const double cell = grid_.cell_size();
-        extents += std::string(a == 0 ? "" : ", ") + "xyz"[a] + " from " +
-            number(grid_.lo(a) + box.first[a] * cell) + " to " +
-            number(grid_.lo(a) + (box.end[a] - 1) * cell);
-        nodes += (a == 0 ? "" : " x ") + std::to_string(box.end[a] - box.first[a]);
+        extents +=
+            rve::concat(a == 0 ? "" : ", ", "xyz"[a], " from ", grid_.lo(a) + box.first[a] * cell,
+                        " to ", grid_.lo(a) + (box.end[a] - 1) * cell);
+        nodes += rve::concat(a == 0 ? "" : " x ", box.end[a] - box.first[a]);
       }
-      return "rank " + std::to_string(rank) + " of " + std::to_string(communication_.ranks) +
-          " has points that need " + nodes + " nodes of the grid, " + extents +
-          " [length]; a rank can hold fewer than " + number(Grid<D>::MOST_NODES) +
+      return rve::concat(
+          "rank ", rank, " of ", communication_.ranks, " has points that need ", nodes,
+          " nodes of the grid, ", extents, " [length]; a rank can hold fewer than ",
+          Grid<D>::MOST_NODES,
           ": use more ranks, divide the domain among them so that each has points in a smaller "
-          "box, "
-          "or use larger cells";
+          "box, or use larger cells");
     });
   }
 }
 
-/// What is held beyond the needed box costs passes and memory, and what was needed once need not be held for ever.
-template <int D> void SharedNodes<D>::hold()
+/// Chooses another part if the present one lacks needed nodes or is more than twice as large as
+/// necessary, since nodes beyond the needed box take time and memory.
+template <int D> void SharedNodes<D>::choose_part()
 {
   const NodeBox<D> box = needed(communication_.rank);
   const NodeBox<D> fresh = to_hold(communication_.rank), held = part_.held();

@@ -1,22 +1,26 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which nodes of the grid a rank holds, which of them concern others too, and what the ranks know of each other.
+// Nodes of the grid that a rank holds, and nodes that it shares with other ranks.
 //
-// Two boxes of nodes belong to a rank: the touched one, outside of which its points add nothing to any sum, and the needed one around
-// it, which holds all that has influence on a touched node. The rank holds the needed box and a margin, in which its points may move
-// before it must hold another one. Nodes that nobody has touched have no mass and change nothing: so what is held beyond the touched
-// box has no influence on any bit.
+// A rank has two boxes of nodes. Outside the touched box its points add nothing to any sum. The
+// needed box around it has all nodes that influence a touched node. The rank holds the needed box
+// and a margin, within which its points may move before it must hold another box. Nodes that no
+// rank touches have no mass and change nothing, so nodes held beyond the needed box do not
+// influence the bits of results.
 //
-// Sums over all ranks are formed in the needed box of each rank: every rank gives what it has in its touched box and in the needed box
-// of another one to that one, and takes what others have touched in its own needed box. Elsewhere it has zeros, but never a part of a
-// sum. So momenta, conditions and impulses are right on the nodes that it touches, which are all that its points see; what it finds on
-// others must not be used.
+// Sums over all ranks are formed in the needed box of each rank. A rank gives its sums in the
+// overlap of its touched box and the needed box of another rank to that rank, and takes the sums of
+// other ranks in its own needed box. Elsewhere it has zeros or complete sums, but never a part of a
+// sum. Momenta, conditions and impulses are therefore correct on the nodes that a rank touches,
+// which are all that its points use. Results on other nodes must not be used.
 //
-// Nodes have influence on each other through rigid bodies only, which tie the two nodes of a column on both sides of a face
-// together (ImposeBody in face_contact.h), one body at one place across its face. All that n bodies with faces across an axis can
-// tie together lies within n + 1 successive nodes along that axis, whatever their order and however often they are imposed: the
-// needed box is wider by n on both sides. A body that can turn ties together the two nodes of a line on both sides of its surface, along
-// one axis after the other, and twice if local damping has disturbed that (ImposeContacts): each makes the needed box wider by two
-// along each axis. What a body feels is counted by the first rank that touches the node of the contact.
+// Nodes influence each other through rigid bodies only. A body with a face couples the two nodes of
+// a column on both sides of its face (ImposeBody in face_contact.h). All nodes that n bodies with
+// faces across an axis can couple lie within n + 1 successive nodes along that axis, in any order
+// of imposing, so the needed box is wider by n on both sides. A body that can turn couples the two
+// nodes of a line on both sides of its surface along one axis after the other, and twice if local
+// damping has disturbed them (ImposeContacts). Each such body makes the needed box wider by two on
+// both sides along each axis. The first rank that touches the node of a contact counts its impulse
+// on the body.
 
 #pragma once
 
@@ -34,55 +38,57 @@
 
 namespace mpm {
 
-/// Another rank, and how many nodes have sums that go to it and come from it.
+/// Another rank, and the numbers of nodes with sums given to it and taken from it.
 struct Neighbour {
   int rank;
   std::size_t given, taken;
 };
 
+/// Nodes that ranks hold and share in a step.
 template <int D> class SharedNodes {
  public:
-  /// Boxes of points reach as far as their deformation gradients say.
+  /// Value of `half_boxes`: the deformation gradients of the points give the sizes of their boxes.
   static constexpr double FROM_POINTS = -1.0;
 
   SharedNodes(const Grid<D> &grid, Communication communication,
               const std::vector<RigidBodyOptions> &bodies, int threads);
 
-  /// Finds them for the positions at the start of a step. All ranks call it together; rve::InputError on all of them if one would hold
-  /// too many nodes. `half_boxes`: half size of the largest box that follows the deformation, in cells, where the gradients are elsewhere.
+  /// Finds the nodes for the positions at the start of a step. Collective. Throws rve::InputError
+  /// on all ranks if one would hold too many nodes. `half_boxes`: half size of the largest box that
+  /// follows the deformation [cells], if the gradients of `points` are out of date.
   void find(const PointView<D> &points, ShapeFunction shape, double half_boxes = FROM_POINTS);
 
-  // as found
-  /// Deformable points of all ranks.
+  // results of find()
+  /// Number of deformable points of all ranks.
   std::int64_t point_total() const { return point_total_; }
-  /// The nodes that may get anything from the points of this rank and the loads on them.
+  /// Box of the nodes to which points of this rank and loads on them may contribute.
   const NodeBox<D> &touched() const { return touched_[communication_.rank]; }
-  /// The same of each rank before this one.
-  std::vector<NodeBox<D>> lower_touched() const
-  {
-    return {touched_.begin(), touched_.begin() + communication_.rank};
-  }
-  /// The grid with storage for what this rank holds.
+  /// Touched boxes of the ranks before this one, num_lower() of them.
+  const NodeBox<D> *lower_touched() const { return touched_.data(); }
+  int num_lower() const { return communication_.rank; }
+  /// The grid with storage for the nodes that this rank holds.
   const Grid<D> &part() const { return part_; }
-  /// Number of the part: another one for another part.
+  /// Number that changes whenever the part changes.
   int part_edition() const { return part_edition_; }
 
-  /// Those that have nodes in common with this rank, ascending. None for one rank.
+  /// Ranks that share nodes with this rank, in ascending order.
   const std::vector<Neighbour> &neighbours() const { return neighbours_; }
-  /// Nodes of the part whose sums go to the neighbours, one neighbour after the other, and nodes for which sums come from them.
+  /// Nodes of the part whose sums are given to the neighbours, one neighbour after the other, as
+  /// indices in the part. taken() has the nodes for which neighbours give sums.
   const std::vector<int> &given() const { return given_; }
   const std::vector<int> &taken() const { return taken_; }
-  /// Number of these lists: another one for other lists.
+  /// Number that changes whenever these lists change.
   int edition() const { return edition_; }
-  /// The most nodes whose sums go from one rank to another one, of all ranks: a number that all of them know.
-  /// For few ranks: it looks at all pairs of them.
+  /// Largest number of nodes with sums from one rank to another, over all pairs of ranks. All ranks
+  /// get the same number. The time is quadratic in the number of ranks.
   double most_given() const;
 
-  /// The values of all nodes in a box that are not zero bits, by the order of Grid::id(), from those of each rank in the nodes that it
-  /// has touched. All ranks call it together, with the same box. `own` is per node of the part.
+  /// Returns the values of all nodes in a box whose bits are not all zero, in the order of
+  /// Grid::id(). The first rank that touches a node gives its value. Collective, with the same box
+  /// on all ranks. `own` has a value per node of the part.
   template <class T>
   std::vector<NodeValue<D, T>> everywhere(const T *own, const NodeBox<D> &where) const;
-  /// Of one node; zero bits if no rank has touched it.
+  /// Returns the value of one node, or zero bits if no rank touches it. Collective.
   template <class T> T at(const T *own, const Place<D> &place) const
   {
     NodeBox<D> box = {place, place};
@@ -91,12 +97,12 @@ template <int D> class SharedNodes {
     return found.empty() ? T{} : found.front().value;
   }
 
-  /// visit(box) for boxes one after the other, in the order of Grid::id(), which hold all that any rank has touched and are small enough
-  /// to ask for all their values at once.
+  /// Calls visit(box) for successive boxes in the order of Grid::id(), which together contain all
+  /// touched boxes. Each is small enough for one call of everywhere().
   template <class Visit> void each_layer(const Visit &visit) const;
 
  private:
-  /// Cells that points may move, at least, until another part is held.
+  /// Smallest distance [cells] that points can move before another part must be held.
   static constexpr int MARGIN = 1;
   static constexpr double MOST_AT_ONCE = 1 << 20;    ///< nodes
 
@@ -104,17 +110,17 @@ template <int D> class SharedNodes {
   NodeBox<D> wider(const NodeBox<D> &box, const int *margin) const;
   NodeBox<D> needed(int rank) const { return wider(touched_[rank], reach_); }
   NodeBox<D> to_hold(int rank) const;
-  void require_room() const;
-  void hold();
+  void require_capacity() const;
+  void choose_part();
   void list_nodes();
   bool is_first_to_touch(const Place<D> &place) const;
 
-  Grid<D> grid_;    ///< the whole, of which nothing is stored
+  Grid<D> grid_;    ///< the whole grid
   Communication communication_;
   int threads_;
-  int reach_[D] = {};    ///< by which needed boxes are wider
+  int reach_[D] = {};    ///< number of nodes by which needed boxes are wider on each side
   std::int64_t point_total_ = 0;
-  std::vector<std::int64_t> words_;    ///< what touched_ has been made from
+  std::vector<std::int64_t> words_;    ///< exchanged numbers from which touched_ was made
   std::vector<NodeBox<D>> touched_;    ///< per rank
   Grid<D> part_;
   int part_edition_ = 1;
@@ -128,19 +134,19 @@ template <class T>
 std::vector<NodeValue<D, T>> SharedNodes<D>::everywhere(const T *own, const NodeBox<D> &where) const
 {
   static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % sizeof(std::int64_t) == 0);
-  // a node is told by the first rank that has touched it, unless its value is zero bits
+  // the first rank that touches a node gives its value, unless all bits are zero
   const T zero{};
-  std::vector<NodeValue<D, T>> told;
+  std::vector<NodeValue<D, T>> given;
   common(touched(), where).for_each([&](const Place<D> &place) {
     const T &value = own[part_.node(place)];
     if (std::memcmp(&value, &zero, sizeof(T)) != 0 && is_first_to_touch(place))
-      told.push_back({place, value});
+      given.push_back({place, value});
   });
-  if (communication_.ranks == 1) return told;
+  if (communication_.ranks == 1) return given;
 
-  // every rank fills a part of one list that is zero elsewhere: node, value, node, value ...
+  // each rank fills its part of one list, which is zero elsewhere: node, value, node, value ...
   std::vector<std::int64_t> counts(communication_.ranks, 0);
-  counts[communication_.rank] = static_cast<std::int64_t>(told.size());
+  counts[communication_.rank] = static_cast<std::int64_t>(given.size());
   communication_.sum_over_ranks(counts.data(), counts.size());
   std::int64_t before = 0, total = 0;
   for (int rank = 0; rank < communication_.ranks; ++rank) {
@@ -149,10 +155,10 @@ std::vector<NodeValue<D, T>> SharedNodes<D>::everywhere(const T *own, const Node
   }
   constexpr std::size_t ROW = 1 + sizeof(T) / sizeof(std::int64_t);
   std::vector<std::int64_t> rows(ROW * total, 0);
-  for (std::size_t k = 0; k < told.size(); ++k) {
+  for (std::size_t k = 0; k < given.size(); ++k) {
     std::int64_t *row = &rows[ROW * (before + k)];
-    row[0] = grid_.id(told[k].place);
-    std::memcpy(row + 1, &told[k].value, sizeof(T));
+    row[0] = grid_.id(given[k].place);
+    std::memcpy(row + 1, &given[k].value, sizeof(T));
   }
   if (total > 0) communication_.sum_over_ranks(rows.data(), rows.size());
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the solver is told once: the method and its numbers, and how ranks add up.
+// Options of the solver, and functions for communication between ranks.
 
 #pragma once
 
@@ -20,40 +20,44 @@
 
 namespace mpm {
 
-/// Musl: stresses are updated at the end of the step from momenta that are extrapolated anew (Sulsky, Zhou & Schreyer 1995,
-/// Comput. Phys. Commun. 87, 236). Usavg: half of the increment before the forces, half of it at the end (Nairn 2003, CMES 4,
-/// 649; Bardenhagen 2002, J. Comput. Phys. 180, 383): conserves energy better, calls the constitutive model twice.
+/// Time of the update of stresses. Musl: at the end of the step from momenta that are extrapolated
+/// again (Sulsky, Zhou & Schreyer 1995, Comput. Phys. Commun. 87, 236). Usavg: half of the
+/// increment before the forces and half at the end (Nairn 2003, CMES 4, 649; Bardenhagen 2002, J.
+/// Comput. Phys. 180, 383), which conserves energy better and calls the constitutive model twice.
 enum class Scheme { Musl, Usavg };
 
 using rve::Device;
 
+/// Options of a solver.
 template <int D> struct SolverOptions {
   Vec<D> lo = Vec<D>::zero();    ///< domain [length]
   Vec<D> hi = Vec<D>::zero();
   double cell_size = 0.0;    ///< h [length]
-  double thickness = 1.0;    ///< out of the plane, as in the points' volumes [length]
+  double thickness = 1.0;    ///< 2D: thickness in the volumes of the points [length]
   ShapeFunction shape = ShapeFunction::Gimp;
   Scheme scheme = Scheme::Musl;
   double flip = 1.0;    ///< 1: points receive velocity increments (FLIP), 0: grid velocities (PIC)
   bool mean_dilation = false;    ///< volumetric parts of strain and stress are means over cells
   double damping = 0.0;          ///< Cundall's local damping of nodes, in [0, 1)
   std::array<SideKind, FACES<D>> sides{};       ///< in the order of Face; default free
-  std::array<Dashpots, FACES<D>> dashpots{};    ///< of the sides; default none
+  std::array<Dashpots, FACES<D>> dashpots{};    ///< in the order of Face; default none
   std::vector<RigidBodyOptions> rigid_bodies;
-  /// Of each body of the form Convex, where it is made; bodies at the end that are of other forms may be left out [length].
+  /// Initial vertices of each body, used for the form Convex; the list may be shorter than
+  /// rigid_bodies if the last bodies have other forms [length].
   std::vector<std::vector<Vec<D>>> rigid_body_vertices;
-  std::vector<std::string> rigid_body_names;    ///< for messages; one without a name has its number
+  std::vector<std::string> rigid_body_names;    ///< used in messages; the default is the index
   int threads = 1;                              ///< OpenMP threads; no influence on results
   Device device = Device::Cpu;                  ///< no influence on results
-  int device_number = 0;    ///< beyond the last device it begins with the first again
+  int device_number = 0;                        ///< modulo the number of usable devices
 
-  /// Bodies that can turn.
+  /// Number of bodies that can turn.
   int num_turning() const
   {
     int count = 0;
     for (const RigidBodyOptions &body : rigid_bodies) count += body.form != BodyForm::Face;
     return count;
   }
+  /// True if a side has dashpots.
   bool absorbs() const
   {
     return std::any_of(dashpots.begin(), dashpots.end(),
@@ -67,31 +71,33 @@ template <int D> struct SolverOptions {
   }
 };
 
-/// What this rank sends to another one and what it gets from there.
+/// Numbers that this rank sends to another rank and receives from it.
 struct Message {
-  int rank;    ///< the other one
+  int rank;    ///< the other rank
   const std::int64_t *sent;
   std::size_t sent_count;
   std::int64_t *received;
   std::size_t received_count;
 };
 
-/// Sums and largest values in place over all ranks, and messages between pairs of them. All ranks make the same calls, and the numbers at
-/// both ends of a message agree; one without numbers is not there. The defaults are right for one rank.
+/// Functions for communication: sums and maxima in place over all ranks, and messages between pairs
+/// of ranks. All ranks make the same calls, and both ends of a message have the same counts.
+/// Messages without numbers are left out. The defaults are for one rank.
 struct Communication {
   int ranks = 1;
-  int rank = 0;    ///< this one, below ranks
+  int rank = 0;    ///< index of this rank
   std::function<void(std::int64_t *data, std::size_t count)> sum_over_ranks = [](std::int64_t *,
                                                                                  std::size_t) {};
   std::function<void(double *data, std::size_t count)> max_over_ranks = [](double *, std::size_t) {
   };
   std::function<void(const std::vector<Message> &messages)> exchange =
       [](const std::vector<Message> &) {};
-  /// Ends on all ranks if a rank has a problem: with that of the lowest such rank. Collective.
+  /// Throws on all ranks if a rank has a problem, with that of the lowest such rank. Collective.
   std::function<void(const std::string &problem)> raise_on_all = [](const std::string &problem) {
     if (!problem.empty()) throw rve::InputError(problem);
   };
-  /// Memory that all ranks have in common, so many bytes, zeros at first. Null on all of them where it cannot be: on several computers.
+  /// Returns memory of `bytes` bytes that all ranks share, filled with zeros. Returns null on all
+  /// ranks if that is impossible, for example on several computers. Collective.
   std::function<std::shared_ptr<void>(std::size_t bytes)> shared_memory = [](std::size_t) {
     return std::shared_ptr<void>();
   };

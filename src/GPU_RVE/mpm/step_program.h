@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One time step as a sequence of passes, for any machine that runs passes: host_machine.h says what a machine is.
+// One time step as a sequence of passes, for any machine that runs passes (host_machine.h).
 
 #pragma once
 
@@ -37,11 +37,11 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       order_.push_back({static_cast<int>(b), can_turn ? turning++ : -1});
       if (b < 64 && !can_turn && !(D == 3 && bodies[b].round)) plates_ |= std::uint64_t(1) << b;
     }
-    // sums of three impulses on a node depend on their order: it must not be that of the script
+    // sums of three impulses on a node depend on their order, which must not be that of the script
     std::stable_sort(order_.begin(), order_.end(), [&](const Ordered &one, const Ordered &other) {
       return options.name_of_body(one.body) < options.name_of_body(other.body);
     });
-    forget_places();
+    forget_positions();
   }
 
   void join_ranks() override { machine_.join_ranks(communication_); }
@@ -66,9 +66,10 @@ template <int D, template <int> class Machine> class StepProgram final : public 
       finish_stress(update);
       over<BoundForces>();
       over<PrepareLoad>(true);
-      static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2, "with loads");
+      static_assert(ForceBound + 1 == NUM_MAXIMA && ForceBound == VolumeBound + 2,
+                    "the bounds of loads follow");
       share_maxima(VolumeBound, 3 + machine_.view().num_loads);
-      if (machine_.knows_at_once()) check_sums();
+      if (machine_.is_synchronous()) check_sums();
       find_cell_means<MeanPressure>();
       sum<Force>(true);
       balance();
@@ -90,8 +91,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     prepare(true);
     find_forces();
     share_maxima(Unbalanced, 2);
-    machine_.ask();
-    machine_.settle();
+    machine_.request_findings();
+    machine_.wait_for_findings();
     check_all();
   }
 
@@ -100,25 +101,25 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   void fetch(const PointView<D> &points) override
   {
     machine_.fetch(points);
-    forget_places();
+    forget_positions();
   }
   void points_changed() override
   {
     machine_.points_changed();
-    forget_places();
+    forget_positions();
   }
 
   Vec<D> body_reaction(int body) override
   {
-    return known_in(body_reactions_, body, [&] {
+    return cached(body_reactions_, body, [&] {
       return per_time(boundary_.body_impulse(
           body, everywhere(machine_.view().body_impulse, body, whole_.all())));
     });
   }
   Vec<D> side_reaction(Face side) override
   {
-    return known_in(side_reactions_, static_cast<int>(side),
-                    [&] { return find_side_reaction(side); });
+    return cached(side_reactions_, static_cast<int>(side),
+                  [&] { return find_side_reaction(side); });
   }
   Vec<D> damping_force() override
   {
@@ -144,21 +145,21 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   std::string description() const override { return machine_.description(); }
 
  private:
-  /// Runs a pass over its items.
   template <template <int> class P, class... Arguments> void over(const Arguments &...arguments)
   {
     machine_.over(P<D>{{machine_.view()}, arguments...});
   }
-  /// Values of a row of a node field on all ranks, after a step.
+  /// Returns the values of a row of a node field on all ranks, after a step. Collective.
   template <class T>
   std::vector<NodeValue<D, T>> everywhere(const T *field, int row, const NodeBox<D> &where)
   {
     return shared_.everywhere(machine_.of_nodes(field, row), where);
   }
 
-  /// Asked for component by component, and by several who write them.
+  /// Returns known[which], which find() computes at the first call after a step. Callers ask for
+  /// each component separately.
   template <class Find>
-  static Vec<D> known_in(std::map<int, Vec<D>> &known, int which, const Find &find)
+  static Vec<D> cached(std::map<int, Vec<D>> &known, int which, const Find &find)
   {
     const auto at = known.find(which);
     return at != known.end() ? at->second : known[which] = find();
@@ -181,24 +182,25 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     body_reactions_.clear();
     side_reactions_.clear();
     machine_.begin(input);
-    if (input.points.count != point_count_) forget_places();
+    if (input.points.count != point_count_) forget_positions();
     point_count_ = input.points.count;
     body_velocity_ = input.body_velocity;
     shared_.find(input.points, options_.shape, half_boxes_);
-    machine_.take_part(shared_, boundary_);
+    machine_.set_part(shared_, boundary_);
     machine_.divide_nodes(divides_nodes_);
     update.begin_step(input.points, options_.threads);
   }
 
-  /// Others may have moved the points: what was known of where they are is void.
-  void forget_places()
+  /// Forgets bounds of positions of points, since the host may have moved them.
+  void forget_positions()
   {
     half_boxes_ = SharedNodes<D>::FROM_POINTS;
     divides_nodes_ = machine_.view().has_several_bodies();
   }
 
-  /// Whether two bodies can hold the same node once they have moved for a time `dt` from where the points were found in this step. The contacts of a
-  /// plate reach less than a cell beyond its box; bodies that turn are not looked at.
+  /// True if two bodies may hold the same node after a time `dt` [time] of motion from the
+  /// positions that this step has found. Contacts of a plate reach less than a cell beyond its box.
+  /// If any body can turn, positions are not considered.
   bool bodies_can_meet(double dt)
   {
     const StepView<D> &view = machine_.view();
@@ -208,7 +210,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
         if (!are_apart(b, other, dt)) return true;
     return false;
   }
-  /// By more than two cells along one axis.
+  /// True if two bodies are more than two cells apart along one axis after `dt` [time].
   bool are_apart(int one, int other, double dt)
   {
     const StepView<D> &view = machine_.view();
@@ -223,43 +225,42 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     return false;
   }
 
-  /// Runs the passes that need pending stresses. A device launches them speculatively, before the host
-  /// knows that the stresses are complete: if the host must finish some RVEs they are cancelled and
-  /// repeated. Not if hosts exchange sums in between.
+  /// Runs the passes that need pending stresses. A device launches them speculatively, before the
+  /// host has checked that the stresses are complete. If the host must finish some RVEs, the passes
+  /// are cancelled and repeated. Passes are not launched speculatively if hosts exchange sums in
+  /// between, as they do for bodies that can turn.
   template <class Passes> void after_stress(StressUpdate<D> &update, const Passes &passes)
   {
-    const bool needs_no_host = !machine_.knows_at_once() &&
-        (communication_.ranks == 1 || (machine_.ranks_meet_there() && !has_free_bodies()));
+    const bool needs_no_host = !machine_.is_synchronous() &&
+        (communication_.ranks == 1 ||
+         (machine_.devices_exchange() && machine_.view().num_rigid == 0));
     const std::int32_t *needs_host = needs_no_host ? update.needs_host() : nullptr;
     const auto launch = [&] {
       passes();
-      machine_.hand_over();
+      machine_.submit();
     };
     if (needs_host) {
-      machine_.halt_where(needs_host);
+      machine_.halt_if(needs_host);
       launch();
-      machine_.halt_where(nullptr);
+      machine_.halt_if(nullptr);
     }
     try {
       if (fetch_stress(update) != rve::StressesAre::OnDevice || !needs_host) launch();
-      // after these passes, for which devices of other ranks may wait
+      // devices of other ranks may wait for these passes, so the hosts synchronise after them
       update.synchronise_ranks();
     } catch (...) {
       machine_.leave_ranks();
       throw;
     }
   }
-  /// The reactions of free bodies are summed on the hosts.
-  bool has_free_bodies() const { return machine_.view().num_rigid > 0; }
-
-  /// Checks, weights and bounds of all points.
+  /// Finds errors, weights and bounds of all points and loads.
   void prepare(bool bounds_forces)
   {
     over<PreparePoint>(bounds_forces);
     over<PrepareLoad>(bounds_forces);
-    if (machine_.knows_at_once()) fail_on_trouble();
+    if (machine_.is_synchronous()) throw_first_error();
     share_maxima(0, machine_.view().num_maxima());
-    if (!machine_.knows_at_once()) return;
+    if (!machine_.is_synchronous()) return;
     check_all();
     machine_.divide_nodes(bodies_can_meet(0.0));
   }
@@ -271,26 +272,26 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     balance();
   }
 
-  /// Points move with the grid, and the strains of the end follow from their momenta.
+  /// Moves the points with the grid, and finds the strains from the momenta at the end.
   void move(double dt)
   {
     over<AdvancePoint>();
-    if (machine_.knows_at_once()) fail_on_trouble();
-    static_assert(ContactBound == MomentumAgainBound + 2, "all at once");
+    if (machine_.is_synchronous()) throw_first_error();
+    static_assert(ContactBound == MomentumAgainBound + 2, "one exchange shares all three");
     share_maxima(MomentumAgainBound, 3);
-    if (machine_.knows_at_once()) check_sums();
+    if (machine_.is_synchronous()) check_sums();
     sum<MomentumAgain>(false);
     impose_bodies(Contact::Keep, false);
     find_strains(dt);
   }
 
-  /// Means over cells, where they are asked for.
+  /// Finds means over cells if the option mean_dilation is set.
   template <template <int> class Mean> void find_cell_means()
   {
     if (options_.mean_dilation) sum<Mean>(false);
   }
 
-  /// The momentum balance of the nodes under all conditions, and their velocities.
+  /// Balances the momenta of the nodes under all conditions, and finds their velocities.
   void balance()
   {
     if (machine_.view().num_absorbing > 0) over<AbsorbAtNode>();
@@ -302,7 +303,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     over<NodeDamped>();
   }
 
-  /// Strains from momenta that bodies have been imposed on.
+  /// Finds strains over `dt` [time] from momenta on which bodies have been imposed.
   void find_strains(double dt)
   {
     over<NodeVelocity>();
@@ -313,25 +314,25 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     }
     over<StrainPoint>(dt);
   }
-  /// Begins the update of the stresses by strains over dt [time].
+  /// Begins the update of the stresses by strains over `dt` [time].
   void begin_stress(double dt, StressUpdate<D> &update)
   {
     const bool is_planned = update.plan(machine_.device_arrays(), dt);
-    machine_.ask();
+    machine_.request_findings();
     if (is_planned) update.launch_early();
-    machine_.settle();
+    machine_.wait_for_findings();
     check_all();
-    if (!machine_.knows_at_once()) {
+    if (!machine_.is_synchronous()) {
       half_boxes_ = machine_.maxima()[BoxBound];
       divides_nodes_ = bodies_can_meet(machine_.view().dt);
     }
     if (is_planned && update.launch()) {
-      machine_.stresses_come();
-      machine_.bring_motion();    // meanwhile
+      machine_.expect_device_stresses();
+      machine_.download_motion();    // while the stresses are computed
       return;
     }
     const bool come_later = update.begin(machine_.increments(), dt);
-    machine_.bring_motion();
+    machine_.download_motion();
     if (!come_later) machine_.stresses_changed();
   }
   rve::StressesAre fetch_stress(StressUpdate<D> &update)
@@ -346,7 +347,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     update.synchronise_ranks();
   }
 
-  /// Contacts of all bodies. Those of several are found together and imposed on nodes that are divided among them.
+  /// Imposes the contacts of all bodies. If several bodies can hold the same nodes, all contacts
+  /// are found first, and the nodes are divided among them.
   void impose_bodies(Contact how, bool balances)
   {
     if (!machine_.view().divides_nodes) {
@@ -392,7 +394,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     share_contacts(-1, MoveContactSums<D>::FELT * count);
     over<FinishBodies>();
   }
-  /// Sums of a body over its contacts, or what all feel (-1), over all ranks.
+  /// Sums `count` contact sums over all ranks: those of the body `index`, or the impulses on all
+  /// bodies (-1).
   void share_contacts(int index, int count)
   {
     if (communication_.ranks == 1) return;
@@ -404,7 +407,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.over(sums);
   }
 
-  /// Sums over all points, and over the forces of loads, on the nodes.
+  /// Sums contributions of all points, and optionally the forces of loads, on the nodes.
   template <template <int> class... Sum> void sum(bool with_loads)
   {
     using Points = Scatter<D, Sum...>;
@@ -414,7 +417,7 @@ template <int D, template <int> class Machine> class StepProgram final : public 
     machine_.over(TakeSums<D, Sum...>{{machine_.view()}});
   }
 
-  /// Sums of a pass over all ranks, where that matters to this one.
+  /// Adds the sums of a pass over the ranks that share nodes with this one.
   template <class P> void share_sums()
   {
     if (communication_.ranks == 1) return;
@@ -424,8 +427,8 @@ template <int D, template <int> class Machine> class StepProgram final : public 
                      {P::adds_to(InertiaSums), P::adds_to(VectorSums)},
                      nullptr,
                      true};
-    if (machine_.ranks_meet_there()) {
-      machine_.meet_for_sums(sums, shared_);
+    if (machine_.devices_exchange()) {
+      machine_.exchange_sums(sums, shared_);
       return;
     }
     const std::size_t width = sums.width();
@@ -451,12 +454,12 @@ template <int D, template <int> class Machine> class StepProgram final : public 
 
   void share_maxima(int first, int count) { machine_.share_maxima(communication_, first, count); }
 
-  void fail_on_trouble()
+  void throw_first_error()
   {
-    if (machine_.first_trouble() == FirstTrouble::NOWHERE) return;
+    if (machine_.first_error() == PointErrorKey::NO_ERROR) return;
     const StepView<D> &view = machine_.view();
     throw_point_error(view.grid, machine_.host_points(), view.num_bodies, view.num_models,
-                      machine_.first_trouble());
+                      machine_.first_error());
   }
 
   void check_sums()
@@ -472,16 +475,16 @@ template <int D, template <int> class Machine> class StepProgram final : public 
                 view.point_total, "volume times pressure or rate of dilation");
   }
 
-  /// Everything that the machine can have found so far.
+  /// Throws if the findings of the machine so far contain an error.
   void check_all()
   {
-    fail_on_trouble();
+    throw_first_error();
     check_sums();
     const StepView<D> &view = machine_.view();
-    rve::require(!(machine_.maxima()[ContactBound] > 1.0), [&] {
-      return "the impulse of a contact with a rigid body is too large for the sums on the grid, " +
-          rve::number(machine_.maxima()[ContactBound]) + " times their room";
-    });
+    rve::require(
+        !(machine_.maxima()[ContactBound] > 1.0),
+        "the impulse of a contact with a rigid body is too large for the sums on the grid, ",
+        machine_.maxima()[ContactBound], " times their room");
     for (int b = 0; b < view.num_bodies; ++b)
       rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]),
                    [&] { return options_.name_of_body(b) + " has no points"; });
@@ -499,17 +502,18 @@ template <int D, template <int> class Machine> class StepProgram final : public 
   SharedNodes<D> shared_;
   Machine<D> machine_;
   std::vector<Message> messages_;
-  /// That were asked for since the last step.
+  /// Reactions that were computed since the last step, by body or side.
   std::map<int, Vec<D>> body_reactions_, side_reactions_;
-  /// Of the largest box of a point, in cells, where the machine alone knows the deformation: as of the last strains.
+  /// Half size [cells] of the largest box of a point after the last strains, if the deformation is
+  /// in the memory of the machine only.
   double half_boxes_ = SharedNodes<D>::FROM_POINTS;
-  bool divides_nodes_ = false;    ///< in the next step, as far as is known
+  bool divides_nodes_ = false;    ///< nodes are divided among bodies in the next step
   std::vector<Vec<D>> body_velocity_;
-  int point_count_ = -1;    ///< in the last step
+  int point_count_ = -1;    ///< number of points in the last step
   struct Ordered {
-    int body, turning;    ///< number of the body, and among those that can turn or -1
+    int body, turning;    ///< index among all bodies, and among those that can turn or -1
   };
-  std::vector<Ordered> order_;    ///< of the bodies in the passes
+  std::vector<Ordered> order_;    ///< order of the bodies in the passes
   std::uint64_t plates_ = 0;      ///< bit b: body b presses with one face and is not round
 };
 

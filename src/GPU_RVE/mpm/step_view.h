@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the passes of a time step work on: pointers into the memory of the host or of a device, and the tally that passes over
-// points leave behind.
+// Data of the passes of a time step: pointers into the memory of the host or of a device, maxima,
+// and error codes of points.
 
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace mpm {
 
-/// What is wrong with a point; `describe` has the words.
-enum class Trouble {
+/// Error of a point; throw_point_error() has the messages.
+enum class ErrorCode {
   None,
   Position,
   Outside,
@@ -34,50 +34,52 @@ enum class Trouble {
   Inverted
 };
 
-/// Largest values that are known after a pass. The first are those of deformable points or of nodes; then one per load, and
-/// those of each body: its low sides with the sign changed, then its high ones. Zeros are positive.
+/// Indices of maxima that passes find. Maxima over deformable points or nodes come first, then one
+/// per load, and then those of each body: its low coordinates with the opposite sign, and its high
+/// coordinates. Zeros are positive.
 enum Maximum {
   MassBound,
   MomentumBound,
   MomentumAgainBound,
   Unbalanced,
-  /// Of the terms of contacts with bodies that can turn, over what their sums have room for.
+  /// Terms of contacts with bodies that can turn, relative to the capacity of their sums.
   ContactBound,
-  /// Half size of boxes that follow the deformation, after strains; of this rank [cells].
+  /// Half size of boxes that follow the deformation, after strains, on this rank [cells].
   BoxBound,
   DilationBound,    ///< |tr L| [1/time]
-  VolumeBound,      ///< of a point [length³]
+  VolumeBound,      ///< volume of a point [length³]
   PressureBound,    ///< |tr σ / D| [stress]
-  ForceBound,       ///< those of loads follow
+  ForceBound,       ///< last, since the bounds of loads follow [force]
   NUM_MAXIMA
 };
 
-/// Of the first point with trouble: lower ones come first. 64 bits, so that threads of a device can take the least.
-struct FirstTrouble {
-  static constexpr std::uint64_t NOWHERE = std::numeric_limits<std::uint64_t>::max();
-  static RVE_HD std::uint64_t key(int point, Trouble trouble)
+/// Key of a point with an error. Keys have the order of the points, and 64 bits, so that threads of
+/// a device can find the lowest one atomically.
+struct PointErrorKey {
+  static constexpr std::uint64_t NO_ERROR = std::numeric_limits<std::uint64_t>::max();
+  static RVE_HD std::uint64_t key(int point, ErrorCode code)
   {
-    return static_cast<std::uint64_t>(point) << 8 | static_cast<std::uint64_t>(trouble);
+    return static_cast<std::uint64_t>(point) << 8 | static_cast<std::uint64_t>(code);
   }
   static int point(std::uint64_t key) { return static_cast<int>(key >> 8); }
-  static Trouble trouble(std::uint64_t key) { return static_cast<Trouble>(key & 255); }
+  static ErrorCode code(std::uint64_t key) { return static_cast<ErrorCode>(key & 255); }
 };
 
-/// One traction vector on one face of a point's box.
+/// A traction vector on one face of a point's box.
 template <int D> struct PointLoad {
   int point;
-  int load;    ///< index of its TractionLoad
+  int load;    ///< index of the TractionLoad
   Face face;
   bool follows;
   Vec<D> traction;    ///< [stress]
 };
 
-/// Momenta that contacts change, and the impulses on divided nodes that are not added yet.
+/// Momenta that contacts change, and impulses on divided nodes that have not been added yet.
 template <int D> struct ContactMomenta {
   Vec<D> *momentum, *gathered;
 };
 
-/// What the passes of a step see. A step has no arrays before a machine gives it some.
+/// Data of the passes of a step. A machine sets the pointers.
 template <int D> struct StepView : NodeFields<D, Pointer> {
   StepView(const Grid<D> &grid_in, const SolverOptions<D> &options, bool shares_grid_in) :
       grid(grid_in), shape(options.shape), flip(options.flip), damping(options.damping),
@@ -90,34 +92,34 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   Grid<D> grid;    ///< the part that this rank holds
   ShapeFunction shape;
   double flip, damping, thickness;
-  bool mean_dilation;    ///< then there are boxes of points and means of cells
+  bool mean_dilation;    ///< strains and stresses have volumetric parts that are means over cells
   bool absorbs;          ///< some sides have dashpots
   double dt = 0.0;
   int num_bodies, num_models = 0, num_loads = 0;
-  int num_rigid;    ///< of the bodies, those that can turn
-  /// Bodies can hold the same nodes in this step, which are divided then. Without it they are
-  /// imposed one by one, to the same bits.
+  int num_rigid;    ///< number of bodies that can turn
+  /// Nodes are divided among bodies, since several may hold the same node in this step. If no node
+  /// has several bodies, imposing bodies one by one without division gives the same bits.
   bool divides_nodes = false;
   RigidBodyStep<D> *rigid = nullptr;
   const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]
-  /// In the step before; not a number: there was none.
+  /// Velocities in the step before; NaN if there was none [length/time].
   const Vec<D> *body_velocity_before = nullptr;
   std::int64_t point_total = 0;    ///< deformable points of all ranks
-  bool shares_grid;                ///< with other ranks
-  /// If it shares the grid: the nodes that this rank's points reach, where it knows everything.
+  bool shares_grid;                ///< there are other ranks
+  /// Nodes that points of this rank reach, on which all data are correct, if shares_grid.
   NodeBox<D> touched;
-  const NodeBox<D> *lower_touched = nullptr;    ///< the same of each rank before this one
+  const NodeBox<D> *lower_touched = nullptr;    ///< touched boxes of the ranks before this one
   int num_lower = 0;
-  const double *maximum = nullptr;    ///< by Maximum, and on; of all ranks
+  const double *maximum = nullptr;    ///< maxima of all ranks, indexed as Maximum says
 
   PointView<D> points;
   Support<D> *support = nullptr;          ///< per point
   PointBox<D> *box = nullptr;             ///< per point, if has_boxes()
   Tensor<D> *increment = nullptr;         ///< per point: ΔF
-  const PointLoad<D> *loads = nullptr;    ///< of this rank
+  const PointLoad<D> *loads = nullptr;    ///< loads of this rank
   int num_point_loads = 0;
 
-  std::int64_t *sums[NUM_SUM_KINDS] = {};    ///< in all_sums, per node
+  std::int64_t *sums[NUM_SUM_KINDS] = {};    ///< per node, within all_sums
   const std::uint8_t *sides = nullptr;       ///< per node: SideBits
   const AbsorbingNode<D> *absorbing = nullptr;
   int num_absorbing = 0;
@@ -129,13 +131,13 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   RVE_HD int body_maximum(int body) const { return NUM_MAXIMA + num_loads + FACES<D> * body; }
   RVE_HD int num_maxima() const { return body_maximum(num_bodies); }
 
-  /// For sums over all points with this bound.
+  /// Scale of sums over all points with this bound.
   RVE_HD rve::FixedScale scale(Maximum bound) const { return {maximum[bound], point_total}; }
-  /// Bound of all forces that a point can put on a node [force].
+  /// Bound of all forces of a point on a node [force].
   RVE_HD double force_bound() const
   {
     double bound = maximum[ForceBound];
-    // a point can get the mean pressure of its neighbours
+    // mean dilation can give a point the pressure of its neighbours
     if (mean_dilation) bound += maximum[VolumeBound] * maximum[PressureBound] / grid.cell_size();
     for (int k = 0; k < num_loads; ++k) bound += maximum[load_maximum(k)];
     return bound;
@@ -146,7 +148,7 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     return sums[kind] + width_of<D>(kind) * static_cast<std::size_t>(n);
   }
-  /// Index of a node in a field with several rows of nodes, per body or axis.
+  /// Index of a node in a field with a row of nodes per body or axis.
   RVE_HD std::size_t in_row(int row, int n) const
   {
     return static_cast<std::size_t>(row) * grid.node_count() + n;
@@ -156,18 +158,19 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     return (sides[n] & (SideBits::across(axis) | SideBits::FIXED_ACROSS_ANY)) != 0;
   }
-  /// Whether the last conditions that were imposed had one on this component of the velocity.
+  /// True if the conditions that were imposed last include this velocity component.
   RVE_HD bool constrains(int n, int axis) const
   {
     return held_by_side(n, axis) || (this->on_body[n] >> axis & 1) != 0;
   }
-  /// Takes from the momentum [mass length/time] of a node what the sides hold.
+  /// Sets the components of a node's momentum that sides hold to zero.
   RVE_HD void impose_sides(int n, Vec<D> &momentum) const
   {
     for (int a = 0; sides[n] != 0 && a < D; ++a)
       if (held_by_side(n, a)) momentum[a] = 0.0;
   }
-  /// The same for the two momenta of a balance, with and before the forces; the impulse is recorded.
+  /// Imposes the sides on the momenta of a balance, with and before the forces, and stores the
+  /// impulse on the sides.
   RVE_HD void balance_sides(int n, Vec<D> &with_forces, Vec<D> &before) const
   {
     const int kinds = sides[n];
@@ -194,7 +197,7 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     return contacts_at(body, n) >> 4 * axis & 15;
   }
-  /// Marks the components of a node that the only contact of a body there holds.
+  /// Marks the components that a body's only contact at a node holds.
   template <class Holds>
   RVE_HD void mark_contacts(int body, int n, int weight, const Holds &holds) const
   {
@@ -216,9 +219,10 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     return divides_nodes && (this->parts[n] >> 8 * axis & 255) != 0;
   }
-  /// Weight of a contact that has the whole surroundings of a node: the sectors along its face.
+  /// Weight of a contact that covers all sectors around a node: the number of sectors along its
+  /// face.
   static constexpr int WHOLE_CONTACT = 1 << (D - 1);
-  /// Mass of a node over the part that a contact with this weight acts on.
+  /// Ratio of the mass of a node to the part on which a contact with this weight acts.
   RVE_HD double division(int n, int axis, int weight) const
   {
     return is_shared(n, axis) ? static_cast<double>(this->parts[n] >> 8 * axis & 255) / weight
@@ -244,12 +248,12 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   }
 };
 
-/// Of passes, by which the first point with trouble is found.
+/// Number of stages of passes; PointErrorKey keys of lower stages are reported first.
 constexpr int NUM_STAGES = 3;
 
-/// What all passes have. A thread calls begin() on a copy of its own before its items.
+/// Base class of passes. Each thread calls begin() on its own copy before it processes items.
 template <int D> struct Pass {
-  /// Trouble of a lower stage is reported first; points with trouble in stage 0 have no weights.
+  /// Stage of the errors that the pass reports. Points with errors in stage 0 have no weights.
   static constexpr int STAGE = 1;
   static constexpr bool OVER_POINTS = false;
   StepView<D> step;
@@ -263,7 +267,7 @@ template <int D> struct PointPass : Pass<D> {
 template <int D> struct NodePass : Pass<D> {
   int items() const { return this->step.grid.node_count(); }
 };
-/// Item k is the k-th load of a point.
+/// Base class of passes over loads. Item k is the k-th load of a point.
 template <int D> struct LoadPass : Pass<D> {
   int items() const { return this->step.num_point_loads; }
 };

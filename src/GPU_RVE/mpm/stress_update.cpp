@@ -33,8 +33,8 @@ template <int D> void StressUpdate<D>::begin_step(const PointView<D> &points, in
   });
 }
 
-/// Which points a law has changes seldom, and the lists are made again only then. A law that stands
-/// for several models has one list, under the first of them.
+/// Makes the lists of points of each law if they have changed, which is rare. A law for several
+/// models has one list, at the index of the first model.
 template <int D> void StressUpdate<D>::list_points()
 {
   const auto is_same = [&](const std::vector<int> &then, const int *now) {
@@ -52,7 +52,7 @@ template <int D> void StressUpdate<D>::list_points()
   points_of_.assign(laws_.size(), {});
   for (int p = 0; p < points_.count; ++p) {
     const int model = points_.model[p];
-    // the passes over the points refuse other models later
+    // passes over points report other models as errors later
     if (points_.rigid_body[p] < 0 && model >= 0 && model < num_laws())
       points_of_[first_of[model]].push_back(p);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The constitutive laws of all points of a rank, and the update of their stresses in a time step.
+// Constitutive laws of all points of a rank, and the update of stresses in a time step.
 
 #pragma once
 
@@ -12,32 +12,34 @@
 
 namespace mpm {
 
-/// In a step: begin_step(); then, once or twice, plan() and launch() where a device has the
-/// increments or else begin(); and finish() before the stresses are used, which may be in the next
-/// step.
+/// Updates stresses. A step calls begin_step(). Then, once or twice, it calls plan() and launch()
+/// if a device has the increments, otherwise begin(). It calls finish() before stresses are used,
+/// which may be in the next step.
 template <int D> class StressUpdate {
  public:
-  /// The laws that PointView::model refers to; a law may stand there several times. Not owned.
+  /// Sets the laws to which PointView::model refers. A law may appear several times. Not owned.
   void set_laws(std::vector<Constitutive<D> *> laws);
   int num_laws() const { return static_cast<int>(laws_.size()); }
   Constitutive<D> &law(int model) const { return *laws_.at(model); }
-  /// Doubles that a row of MemoryRows must have.
+  /// Number of doubles that a row of MemoryRows must have.
   int memory_width() const { return memory_width_; }
 
   /// Lists the points of each law. `points` is used until the end of the step.
   void begin_step(const PointView<D> &points, int threads);
 
-  /// Plans an update by increments that a device has; false if a law needs the host.
+  /// Plans an update by increments on a device over `dt` [time]. Returns false if a law needs the
+  /// host.
   bool plan(const DeviceArrays<D> &arrays, double dt);
   /// Launches a planned update before the host has read the plan (rve::Request::launch_early).
   void launch_early();
-  /// Launches a planned update once the device has been synchronised; false: begin() is needed for
-  /// some laws.
+  /// Launches a planned update after the device has been synchronised. Returns false if some laws
+  /// need begin().
   bool launch();
-  /// Begins an update over `dt` [time] by increments of the host, of laws that launch() has not
+  /// Begins an update over `dt` [time] by increments on the host, for laws that launch() has not
   /// launched. Returns true if finish() must wait for stresses.
   bool begin(const Tensor<D> *increment, double dt);
-  /// rve::Request::needs_host() of an update on the device; null: none, or several laws.
+  /// Returns rve::Request::needs_host() of an update on the device, or null if there is none or
+  /// there are several laws.
   const std::int32_t *needs_host() const;
   /// Waits for all stresses and returns where they are; OnDevice if no update was under way.
   rve::StressesAre finish();
@@ -46,12 +48,12 @@ template <int D> class StressUpdate {
 
   /// Announces that p_wave_modulus() of the laws will be called for many points.
   void expect_questions();
-  /// Wall time that the law of this model has taken [seconds], 0 for the repetition of a law.
+  /// Total wall time of the law of a model [seconds], or 0 if an earlier model has the same law.
   double time(int model) const { return seconds_.at(model); }
 
  private:
   void list_points();
-  /// Index of the only law with points; -1: none, or several.
+  /// Returns the index of the only law with points, or -1 if there is none or there are several.
   int only_law() const;
   /// Calls work(k) for all laws with points.
   template <class Work> void for_laws(const Work &work);
@@ -59,13 +61,13 @@ template <int D> class StressUpdate {
 
   std::vector<Constitutive<D> *> laws_;
   std::vector<double> seconds_;
-  std::vector<rve::Request *> requests_;    ///< null: none is under way
+  std::vector<rve::Request *> requests_;    ///< pending requests or null, per law
   int memory_width_ = 0;
-  PointView<D> points_ = {};    ///< of this step
+  PointView<D> points_ = {};    ///< points of this step
   int threads_ = 1;
 
   std::vector<std::vector<int>> points_of_;        ///< local indices by law, ascending
-  std::vector<int> listed_model_, listed_body_;    ///< for which those lists were made
+  std::vector<int> listed_model_, listed_body_;    ///< data for which the lists were made
 };
 
 }    // namespace mpm

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sums on nodes. A sum is a struct with the kind of its integers (KIND), their scale (begin), what a
-// point adds to its nodes (to_nodes) and what a node makes of the sum (take). Scatter and TakeSums run
-// several of them in one pass.
+// Sums on nodes. A sum is a struct with the kind of its integers (KIND) and the functions begin(),
+// which sets their scale, to_nodes(), which adds the contributions of a point, and take(), which
+// computes fields of a node from the sum. Scatter and TakeSums run several sums in one pass.
 
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace mpm {
 
-/// Mass and momentum.
+/// Sums of mass and momentum.
 template <int D> struct Inertia {
   static constexpr SumKind KIND = InertiaSums;
   rve::FixedScale mass_scale, momentum_scale;
@@ -37,7 +37,7 @@ template <int D> struct Inertia {
   }
 };
 
-/// Inertia for strains from the momentum at the start of the step.
+/// Sums of mass and momentum for strains at the start of the step.
 template <int D> struct InertiaForStrains : Inertia<D> {
   RVE_HD void take(const StepView<D> &step, int n) const
   {
@@ -47,8 +47,8 @@ template <int D> struct InertiaForStrains : Inertia<D> {
   }
 };
 
-/// f_I = - Σ V σ·∇N_I + Σ f N_I
-/// (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl. Mech. Eng. 118, 179), and p += f dt.
+/// Sums of forces, f_I = - Σ V σ·∇N_I + Σ f N_I (Sulsky, Chen & Schreyer 1994, Comput. Methods
+/// Appl. Mech. Eng. 118, 179), and p += f dt.
 template <int D> struct Force {
   static constexpr SumKind KIND = VectorSums;
   rve::FixedScale scale;
@@ -66,7 +66,7 @@ template <int D> struct Force {
     each_part(step, p, [&](const Support<D> &support, const BoxPart<D> &part) {
       const Tensor<D> stress_volume = (-volume * part.share()) * stress;
       for (int c = 0; c < D; ++c) {
-        // Σ∇N = 0: the shares of the internal force add up to nothing, to the last bit
+        // Σ∇N = 0, so the shares of the internal force add up to exactly 0
         scatter_integer<width_of<D>(KIND)>(
             support, scale, 0,
             [&](const Place<D> &place) {
@@ -80,7 +80,7 @@ template <int D> struct Force {
       }
     });
   }
-  /// Forgets what bodies did in the step before.
+  /// Sets force and momentum, and clears contacts and impulses of bodies from the step before.
   RVE_HD void take(const StepView<D> &step, int n) const
   {
     const std::int64_t *sums = step.sums_at(KIND, n);
@@ -92,7 +92,7 @@ template <int D> struct Force {
   }
 };
 
-/// The momentum after the motion of the points.
+/// Sums of momentum after the motion of the points.
 template <int D> struct MomentumAgain {
   static constexpr SumKind KIND = VectorSums;
   rve::FixedScale scale;
@@ -113,9 +113,9 @@ template <int D> struct MomentumAgain {
   }
 };
 
-/// Volume of the points in each cell, and volume times their dilation or pressure, for means: a cell
-/// with many points then has one constraint of volume (Hughes 1980, Int. J. Numer. Meth. Engng 15,
-/// 1413). With the mean pressure in the forces these do the work of the stresses.
+/// Sums of the volume of points in each cell, and of volume times dilation or pressure, for means
+/// over cells. A cell with many points then has one volume constraint (Hughes 1980, Int. J. Numer.
+/// Meth. Engng 15, 1413). With the mean pressure in the forces, their work is that of the stresses.
 template <int D, bool IS_DILATION> struct CellMean {
   static constexpr SumKind KIND = VectorSums;
   rve::FixedScale volume_scale, product_scale;
@@ -148,7 +148,7 @@ template <int D, bool IS_DILATION> struct CellMean {
 template <int D> using MeanDilation = CellMean<D, true>;
 template <int D> using MeanPressure = CellMean<D, false>;
 
-/// What deformable points add to sums.
+/// Pass that adds the contributions of deformable points to sums.
 template <int D, template <int> class... Sum> struct Scatter : PointPass<D>, Sum<D>... {
   using Pass<D>::step;
   Scatter(const PointPass<D> &pass) : PointPass<D>(pass) {}
@@ -161,7 +161,7 @@ template <int D, template <int> class... Sum> struct Scatter : PointPass<D>, Sum
   }
 };
 
-/// What nodes make of sums, in the order of these.
+/// Pass that computes fields of nodes from sums, in the order of the sums.
 template <int D, template <int> class... Sum> struct TakeSums : NodePass<D>, Sum<D>... {
   using Pass<D>::step;
   TakeSums(const NodePass<D> &pass) : NodePass<D>(pass) {}
