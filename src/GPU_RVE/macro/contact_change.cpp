@@ -71,7 +71,7 @@ namespace {
 
 template <int D> std::vector<int> RvePointsOf<D>::used_slots() const
 {
-  std::vector<int> slots;
+  Slots slots;
   for (int slot = 0; slot < points.size(); ++slot)
     if (points.unheard(slot).state != State::Empty) slots.push_back(slot);
   return slots;
@@ -97,7 +97,7 @@ template <int D> void RvePointsOf<D>::expect(const rve::ContactModel &contacts)
 template <int D>
 rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) const
 {
-  const std::vector<int> slots = used_slots();
+  const Slots slots = used_slots();
   const rve::ContactModel present = engine->contacts();
   rve::ContactModel all = present;
   for (const int slot : slots) {

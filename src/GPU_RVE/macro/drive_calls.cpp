@@ -12,75 +12,98 @@
 
 namespace macro {
 
+namespace {
+
+  /// Some RVEs of a call, in the order of the call.
+  template <int D> struct PartOfCall {
+    std::vector<std::size_t> index;    ///< in the call
+    std::vector<int> slots;
+    std::vector<rve::DriveOf<D>> drives;
+
+    /// Selects the RVEs for whose index belongs(k) is true.
+    template <class Belongs>
+    PartOfCall(const std::vector<int> &all_slots, const std::vector<rve::DriveOf<D>> &all_drives,
+               const Belongs &belongs)
+    {
+      for (std::size_t k = 0; k < all_slots.size(); ++k) {
+        if (!belongs(k)) continue;
+        index.push_back(k);
+        slots.push_back(all_slots[k]);
+        drives.push_back(all_drives[k]);
+      }
+    }
+    /// Copies the results of the part to their indices in the call.
+    template <class Answers> void scatter(const Answers &part, Answers &all) const
+    {
+      for (std::size_t m = 0; m < index.size(); ++m) all[index[m]] = part[m];
+    }
+  };
+
+}    // namespace
+
+/// Advances RVEs and adds the wall time to seconds_in_engine. RVEs with several copies get a call of
+/// their own, because the largest RVE of a call determines the share of a GPU that each RVE gets.
 template <int D>
 template <class Answers>
-void RvePointsOf<D>::call_engine(const std::vector<int> &slots,
-                                 const std::vector<rve::DriveOf<D>> &drives, Answers &answers) const
+void RvePointsOf<D>::call_engine(const Slots &slots, const Drives &drives, Answers &answers) const
 {
   const auto start = rve::WallClock::now();
-  if (any_copies)
-    call_engine_apart(slots, drives, answers);
-  else
+  if (any_copies) {
+    answers.resize(slots.size());
+    for (const bool has_copies : {false, true}) {
+      const PartOfCall<D> part(slots, drives,
+                               [&](std::size_t k) { return (copies(slots[k]) > 1) == has_copies; });
+      if (part.slots.empty()) continue;
+      Answers some;
+      engine->advance(part.slots, part.drives, some);
+      part.scatter(some, answers);
+    }
+  } else {
     engine->advance(slots, drives, answers);
+  }
   seconds_in_engine += rve::seconds_since(start);
 }
 
-/// RVEs of copies in a call of their own: the largest one of a call decides how much of a GPU each of them gets.
+/// Advances RVEs; an RVE whose cell is too narrow repeats the call as copies of itself side by side.
 template <int D>
 template <class Answers>
-void RvePointsOf<D>::call_engine_apart(const std::vector<int> &slots,
-                                       const std::vector<rve::DriveOf<D>> &drives,
-                                       Answers &answers) const
-{
-  answers.resize(slots.size());
-  for (const bool of_copies : {false, true}) {
-    std::vector<std::size_t> places;
-    std::vector<int> some_slots;
-    std::vector<rve::DriveOf<D>> some_drives;
-    for (std::size_t k = 0; k < slots.size(); ++k) {
-      if ((copies(slots[k]) > 1) != of_copies) continue;
-      places.push_back(k);
-      some_slots.push_back(slots[k]);
-      some_drives.push_back(drives[k]);
-    }
-    if (places.empty()) continue;
-    Answers some;
-    engine->advance(some_slots, some_drives, some);
-    for (std::size_t m = 0; m < places.size(); ++m) answers[places[m]] = some[m];
-  }
-}
-
-/// Those whose cells are too narrow stay as they were before the call, and repeat it as copies of themselves side by side.
-template <int D>
-template <class Answers>
-void RvePointsOf<D>::call_and_widen(const std::vector<int> &slots,
-                                    const std::vector<rve::DriveOf<D>> &drives, Answers &answers)
+void RvePointsOf<D>::call_and_widen(const Slots &slots, const Drives &drives, Answers &answers)
 {
   call_engine(slots, drives, answers);
   widen_and_repeat(slots, drives, answers);
 }
 
+/// Repeats the call for RVEs whose cells were too narrow, until no cell is or can be widened.
 template <int D>
 template <class Answers>
-void RvePointsOf<D>::widen_and_repeat(const std::vector<int> &slots,
-                                      const std::vector<rve::DriveOf<D>> &drives, Answers &answers)
+void RvePointsOf<D>::widen_and_repeat(const Slots &slots, const Drives &drives, Answers &answers)
 {
   if (options.most_copies == 1) return;
-  for (bool any_narrow = true; any_narrow;) {
-    std::vector<int> places, some_slots;
-    std::vector<rve::DriveOf<D>> some_drives;
-    for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
-      if (!(answers[k].status & rve::status::CellTooNarrow) || !widen(slots[k])) continue;
-      places.push_back(k);
-      some_slots.push_back(slots[k]);
-      some_drives.push_back(drives[k]);
-    }
-    any_narrow = !places.empty();
-    if (!any_narrow) return;
+  for (;;) {
+    const PartOfCall<D> narrow(slots, drives, [&](std::size_t k) {
+      return (answers[k].status & rve::status::CellTooNarrow) && widen(slots[k]);
+    });
+    if (narrow.slots.empty()) return;
     Answers some;
-    call_engine(some_slots, some_drives, some);
-    for (std::size_t m = 0; m < places.size(); ++m) answers[places[m]] = some[m];
+    call_engine(narrow.slots, narrow.drives, some);
+    narrow.scatter(some, answers);
   }
+}
+
+/// Returns results and stiffnesses of the present configurations. They cost no DEM steps.
+template <int D>
+std::vector<rve::ElasticResultOf<D>> RvePointsOf<D>::evaluate(const Slots &slots) const
+{
+  std::vector<rve::ElasticResultOf<D>> results;
+  call_engine(slots, drives_at_rest(slots.size()), results);
+  return results;
+}
+
+template <int D> void RvePointsOf<D>::freeze(int slot, std::uint32_t status)
+{
+  Point &point = points[slot];
+  point.state = State::Frozen;
+  point.result.status = status;
 }
 
 /// Through an increment; returns its stress.
@@ -98,8 +121,7 @@ template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_until(int slot, co
 }
 
 /// Slots whose RVEs sleep in this step.
-template <int D>
-std::vector<int> RvePointsOf<D>::those_that_sleep(const std::vector<int> &slots) const
+template <int D> std::vector<int> RvePointsOf<D>::those_that_sleep(const Slots &slots) const
 {
   std::vector<int> some;
   for (std::size_t k = 0; k < slots.size(); ++k)
@@ -108,23 +130,22 @@ std::vector<int> RvePointsOf<D>::those_that_sleep(const std::vector<int> &slots)
 }
 
 /// Those that came with a record and rest have not brought their stiffness.
-template <int D> void RvePointsOf<D>::complete_looks(const std::vector<int> &slots)
+template <int D> void RvePointsOf<D>::complete_looks(const Slots &slots)
 {
   std::vector<int> some;
   for (const int slot : slots)
     if (!points.is_ahead(slot) && points.at(slot).look && !points.at(slot).look->is_whole())
       some.push_back(slot);
   if (some.empty()) return;
-  std::vector<rve::ElasticResultOf<D>> found;
-  call_engine(some, drives_at_rest(some.size()), found);
+  const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);
   for (std::size_t m = 0; m < some.size(); ++m)
     points.told(some[m]).look->stiffness = found[m].stiffness;
 }
 
 /// Carries out rotations that grains could not follow: the drives keep the stretch.
 template <int D>
-void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
-                          std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn)
+void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
+                          const std::vector<char> &must_turn)
 {
   std::vector<int> some;
   std::vector<Matrix> rotations;
@@ -137,9 +158,7 @@ void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numb
 }
 
 /// What each RVE does. Returns whether all work.
-template <int D>
-bool RvePointsOf<D>::plan_actions(const std::vector<int> &slots,
-                                  const std::vector<rve::DriveOf<D>> &drives)
+template <int D> bool RvePointsOf<D>::plan_actions(const Slots &slots, const Drives &drives)
 {
   const int count = static_cast<int>(slots.size());
   actions.resize(count);
@@ -156,8 +175,7 @@ bool RvePointsOf<D>::plan_actions(const std::vector<int> &slots,
 /// The drives of those that work, with what they slept through; but under a servo, which takes no deformation. Returns whether one of them
 /// has slept and is under a servo.
 template <int D>
-bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
-                               const std::vector<rve::DriveOf<D>> &drives, bool all_work)
+bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool all_work)
 {
   working.clear();
   if (!all_work)
@@ -200,8 +218,8 @@ bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
 /// What an RVE under a servo slept through under another drive is carried out before. Who fails there is frozen and works no more.
 template <int D> void RvePointsOf<D>::catch_up()
 {
-  std::vector<int> slots;
-  std::vector<rve::DriveOf<D>> drives;
+  Slots slots;
+  Drives drives;
   must_turn.clear();
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
     const rve::DriveOf<D> &wanted = working_drives[m];
@@ -220,12 +238,13 @@ template <int D> void RvePointsOf<D>::catch_up()
   std::vector<rve::ResponseOf<D>> responses;
   call_and_widen(slots, drives, responses);
   for (std::size_t k = 0; k < slots.size(); ++k) {
+    if (responses[k].status & rve::status::Fatal) {
+      freeze(slots[k], responses[k].status);
+      continue;
+    }
     Point &point = points[slots[k]];
-    point.state = responses[k].status & rve::status::Fatal ? State::Frozen : State::Awake;
-    if (point.frozen())
-      point.result.status = responses[k].status;
-    else
-      point.pending = Matrix::identity();
+    point.state = State::Awake;
+    point.pending = Matrix::identity();
   }
   std::size_t left = 0;
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
@@ -239,62 +258,43 @@ template <int D> void RvePointsOf<D>::catch_up()
   is_looked_at.resize(left);
 }
 
-/// All parts of all macro steps, the n-th parts of all RVEs at once.
+/// Advances macro steps part by part. One call of the engine has the n-th parts of all RVEs.
 template <int D> void RvePointsOf<D>::run(std::vector<SampledStep<D>> &steps)
 {
   for (int part = 0;; ++part) {
-    std::vector<SampledStep<D> *> last, others;
-    for (SampledStep<D> &macro : steps)
-      if (!macro.failed && part < macro.parts)
-        (part + 1 == macro.parts ? last : others).push_back(&macro);
-    if (last.empty() && others.empty()) return;
-
-    const auto slots_of = [](const std::vector<SampledStep<D> *> &some) {
-      std::vector<int> slots;
-      for (const SampledStep<D> *macro : some) slots.push_back(macro->slot);
-      return slots;
-    };
-    const auto drives_of = [part](const std::vector<SampledStep<D> *> &some) {
-      std::vector<rve::DriveOf<D>> drives;
-      for (const SampledStep<D> *macro : some) drives.push_back(macro->of_part(part));
-      return drives;
-    };
-    if (!others.empty()) {
-      std::vector<rve::ResponseOf<D>> responses;
-      call_and_widen(slots_of(others), drives_of(others), responses);
-      for (std::size_t k = 0; k < others.size(); ++k) {
-        others[k]->samples.push_back(responses[k].stress);
-        others[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
-        if (others[k]->failed) points[others[k]->slot].result.status = responses[k].status;
-      }
+    std::vector<SampledStep<D> *> some;
+    Slots slots;
+    Drives drives;
+    for (SampledStep<D> &macro : steps) {
+      if (macro.failed || part >= macro.parts) continue;
+      some.push_back(&macro);
+      slots.push_back(macro.slot);
+      drives.push_back(macro.of_part(part));
     }
-    if (!last.empty()) {
-      std::vector<rve::ResponseOf<D>> responses;
-      call_and_widen(slots_of(last), drives_of(last), responses);
-      for (std::size_t k = 0; k < last.size(); ++k) {
-        SampledStep<D> &macro = *last[k];
-        Point &point = points[macro.slot];
-        point.result.status = responses[k].status;
-        macro.failed = (responses[k].status & rve::status::Fatal) != 0;
-        if (macro.failed) continue;
-        point.contacts = responses[k].num_contacts;
-        point.peak_force = responses[k].peak_force;
-        if (point.limit.is_exceeded(rve::stiffness_measures(responses[k])))
-          note_stiffening(macro.slot);
-        macro.samples.push_back(responses[k].stress);
-        point.result.stress = macro.parts == 1 ? responses[k].stress
-                                               : macro.stress(options.stress_from);
-      }
+    if (some.empty()) return;
+    call_and_widen(slots, drives, responses);
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      SampledStep<D> &macro = *some[k];
+      Point &point = points[macro.slot];
+      point.result.status = responses[k].status;
+      macro.failed = (responses[k].status & rve::status::Fatal) != 0;
+      if (macro.failed) continue;
+      macro.samples.push_back(responses[k].stress);
+      if (part + 1 < macro.parts) continue;
+      point.contacts = responses[k].num_contacts;
+      point.peak_force = responses[k].peak_force;
+      if (point.limit.is_exceeded(rve::stiffness_measures(responses[k])))
+        note_stiffening(macro.slot);
+      point.result.stress = macro.parts == 1 ? responses[k].stress
+                                             : macro.stress(options.stress_from);
     }
   }
 }
 
-template <int D>
-void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
-                                     const std::vector<rve::DriveOf<D>> &drives)
+template <int D> void RvePointsOf<D>::advance_shadows(const Slots &slots, const Drives &drives)
 {
   std::vector<int> originals, numbers;
-  std::vector<rve::DriveOf<D>> finer;
+  Drives finer;
   std::vector<char> turned;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     const Point &point = points.at(slots[k]);
@@ -323,8 +323,7 @@ void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
 }
 
 template <int D>
-std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
-                                         const std::vector<rve::DriveOf<D>> &drives,
+std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drives,
                                          bool with_details)
 {
   fetch_results();
@@ -348,7 +347,7 @@ std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
    thousands of RVEs get there in every step, and what is done for each of them counts
 ------------------------------------------------------------------------- */
 
-template <int D> bool RvePointsOf<D>::is_plain(const std::vector<int> &slots) const
+template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
 {
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
     return false;
@@ -364,8 +363,7 @@ template <int D> bool RvePointsOf<D>::is_plain(const std::vector<int> &slots) co
 }
 
 template <int D>
-std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
-                                                 const std::vector<rve::DriveOf<D>> &drives,
+std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drives &drives,
                                                  const std::vector<char> &looked_at)
 {
   const int count = static_cast<int>(slots.size());
@@ -410,9 +408,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
       take(k);
       continue;
     }
-    Point &point = points[slots[k]];
-    point.state = State::Frozen;
-    point.result.status = responses[k].status;
+    freeze(slots[k], responses[k].status);
     failed.push_back(slots[k]);
   }
   return failed;
@@ -420,27 +416,20 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
 
 /// Those that shall be looked at have the longest answer, in a call of their own.
 template <int D>
-void RvePointsOf<D>::call_and_look(const std::vector<int> &slots,
-                                   const std::vector<rve::DriveOf<D>> &drives,
+void RvePointsOf<D>::call_and_look(const Slots &slots, const Drives &drives,
                                    const std::vector<char> &looked_at)
 {
-  std::vector<int> some_slots[2], some_places[2];
-  std::vector<rve::DriveOf<D>> some_drives[2];
-  for (std::size_t k = 0; k < slots.size(); ++k) {
-    const int looked = looked_at[k] ? 1 : 0;
-    some_slots[looked].push_back(slots[k]);
-    some_places[looked].push_back(static_cast<int>(k));
-    some_drives[looked].push_back(drives[k]);
-  }
-  responses.resize(slots.size());
+  const PartOfCall<D> looked(slots, drives, [&](std::size_t k) { return looked_at[k] != 0; }),
+      others(slots, drives, [&](std::size_t k) { return looked_at[k] == 0; });
   std::vector<rve::ResponseOf<D>> of_others;
-  if (!some_slots[0].empty()) call_engine(some_slots[0], some_drives[0], of_others);
-  call_engine(some_slots[1], some_drives[1], found_looks);
-  for (std::size_t m = 0; m < of_others.size(); ++m) responses[some_places[0][m]] = of_others[m];
+  if (!others.slots.empty()) call_engine(others.slots, others.drives, of_others);
+  call_engine(looked.slots, looked.drives, found_looks);
+  responses.resize(slots.size());
+  others.scatter(of_others, responses);
   for (std::size_t m = 0; m < found_looks.size(); ++m) {
     const rve::ResultOf<D> &result = found_looks[m].result;
-    responses[some_places[1][m]] = {result.status, result.num_contacts, result.peak_force,
-                                    result.stress};
+    responses[looked.index[m]] = {result.status, result.num_contacts, result.peak_force,
+                                  result.stress};
   }
 }
 
@@ -469,8 +458,7 @@ template <int D> void RvePointsOf<D>::complete() const
 }
 
 template <int D>
-std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
-                                                 const std::vector<rve::DriveOf<D>> &drives)
+std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drives &drives)
 {
   record_sizes.assign(points.size(), 0);
   const bool all_work = plan_actions(slots, drives);
@@ -499,9 +487,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
 }
 
 /// The stress is that of several parts of the macro step.
-template <int D>
-void RvePointsOf<D>::advance_with_samples(const std::vector<int> &slots,
-                                          const std::vector<rve::DriveOf<D>> &drives)
+template <int D> void RvePointsOf<D>::advance_with_samples(const Slots &slots, const Drives &drives)
 {
   std::vector<SampledStep<D>> steps;
   steps.reserve(slots.size());
@@ -527,40 +513,23 @@ template <int D> void RvePointsOf<D>::look_at_working()
   for (std::size_t m = 0; m < working_slots.size(); ++m)
     if (is_looked_at[m] && !frozen(working_slots[m])) some.push_back(working_slots[m]);
   if (some.empty()) return;
-  std::vector<rve::ElasticResultOf<D>> found;
-  call_engine(some, drives_at_rest(some.size()), found);
+  const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);
   for (std::size_t m = 0; m < some.size(); ++m)
     if (!(found[m].result.status & rve::status::Fatal))
       points.told(some[m]).look = PointOf<D>::Look::of(found[m]);
 }
 
-// for the other source files of the class
-#define RVE_INSTANTIATE(D)                                                                         \
-  template std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &,                      \
-                                                    const std::vector<rve::DriveOf<D>> &, bool);   \
-  template void RvePointsOf<D>::complete() const;                                                  \
-  template bool RvePointsOf<D>::is_plain(const std::vector<int> &) const;                          \
-  template std::vector<int> RvePointsOf<D>::advance_plainly(                                       \
-      const std::vector<int> &, const std::vector<rve::DriveOf<D>> &, const std::vector<char> &);  \
-  template std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &,              \
-                                                            const std::vector<rve::DriveOf<D>> &); \
-  template rve::Tensor<double, D> RvePointsOf<D>::sleep_on(int, const rve::Tensor<double, D> &);   \
-  template rve::Tensor<double, D> RvePointsOf<D>::sleep_until(int,                                 \
-                                                              const rve::Tensor<double, D> &);     \
-  template std::vector<int> RvePointsOf<D>::those_that_sleep(const std::vector<int> &) const;      \
-  template void RvePointsOf<D>::complete_looks(const std::vector<int> &);                          \
-  template void RvePointsOf<D>::widen_and_repeat(const std::vector<int> &,                         \
-                                                 const std::vector<rve::DriveOf<D>> &,             \
-                                                 std::vector<rve::ResponseOf<D>> &);               \
-  template void RvePointsOf<D>::call_and_widen(const std::vector<int> &,                           \
-                                               const std::vector<rve::DriveOf<D>> &,               \
-                                               std::vector<rve::ResultOf<D>> &);                   \
-  template void RvePointsOf<D>::call_engine(const std::vector<int> &,                              \
-                                            const std::vector<rve::DriveOf<D>> &,                  \
-                                            std::vector<rve::ResultOf<D>> &) const;                \
-  template void RvePointsOf<D>::call_engine(const std::vector<int> &,                              \
-                                            const std::vector<rve::DriveOf<D>> &,                  \
-                                            std::vector<rve::ElasticResultOf<D>> &) const;
+template class RvePointsOf<2>;
+template class RvePointsOf<3>;
+
+// Member templates that other source files of the class call.
+#define RVE_INSTANTIATE(D)                                                           \
+  template void RvePointsOf<D>::widen_and_repeat(const Slots &, const Drives &,      \
+                                                 std::vector<rve::ResponseOf<D>> &); \
+  template void RvePointsOf<D>::call_and_widen(const Slots &, const Drives &,        \
+                                               std::vector<rve::ResultOf<D>> &);     \
+  template void RvePointsOf<D>::call_engine(const Slots &, const Drives &,           \
+                                            std::vector<rve::ResultOf<D>> &) const;
 RVE_INSTANTIATE(2)
 RVE_INSTANTIATE(3)
 #undef RVE_INSTANTIATE

@@ -72,14 +72,12 @@ void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<
   std::vector<rve::ResultOf<D>> results;
   lead(
       ways,
-      [](const std::vector<Way> &some, const std::vector<int> &) {
-        std::vector<rve::DriveOf<D>> calls;
+      [](const std::vector<Way> &some, const Slots &) {
+        Drives calls;
         for (const Way &way : some) calls.push_back(way.drive);
         return calls;
       },
-      [&](const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &calls) {
-        call_engine(slots, calls, results);
-      },
+      [&](const Slots &slots, const Drives &calls) { call_engine(slots, calls, results); },
       [&](const Way &way, std::size_t k) {
         if (results[k].status & rve::status::Fatal) return true;
         if (!way.is_at_rest(results[k]) && way.steps < MOST_FRESH_STEPS) return false;
@@ -110,13 +108,10 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
     engine->advance({renewal.slot}, drives_at_rest(1), looks);
   if (looks.empty() || (looks[0].status & rve::status::Fatal)) return;
   remove_shadow(renewal.slot);
-  point.result = looks[0];
+  point.begin_with(looks[0]);
   point.stale = false;
   point.state = State::Awake;
   point.servo_gain = fresh.gain;
-  point.grain_size = rve::grain_size(point.result);
-  point.contacts = point.result.num_contacts;
-  point.peak_force = point.result.peak_force;
   point.limit = rve::StiffeningLimit();    // always exceeded: its time-step bound was not checked
   note_stiffening(renewal.slot);
   point.drive = rve::DriveOf<D>();
@@ -131,7 +126,7 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
 }
 
 template <int D>
-std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
+std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const Slots &slots,
                                                 const std::vector<rve::RveStateOf<D>> &packings,
                                                 double dt)
 {

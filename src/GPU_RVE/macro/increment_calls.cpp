@@ -20,8 +20,10 @@ namespace macro {
 
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
-  /// has_actions: `actions` are those of the step.
-  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> &macro, bool of_all,
+  /// `macro` is null if only the points receive results. `of_all`: the call has the RVEs of the step
+  /// in their order, and not those of call_places. `has_actions`: RvePointsOf::actions are those of the
+  /// step.
+  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> *macro, bool of_all,
                 bool has_actions = false) :
       owner_(owner),
       macro_(macro), of_all_(of_all), has_actions_(has_actions)
@@ -32,7 +34,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     for (int m = begin; m < end; ++m) {
       rve::IncrementOf<D> &increment = increments[m - begin];
-      if (!plan(owner_.call_slots[m], macro_.increment(place(m)), increment)) return false;
+      if (!plan(owner_.call_slots[m], macro_->increment(place(m)), increment)) return false;
       increment.is_looked_at =
           has_actions_ && owner_.actions[place(m)] == Action::AdvanceAndEvaluate;
     }
@@ -58,7 +60,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   }
   void take_sleep(int m, const Matrix &pending) override
   {
-    macro_.take_stress(place(m), owner_.sleep_until(owner_.call_slots[m], pending));
+    deliver_stress(m, owner_.sleep_until(owner_.call_slots[m], pending));
   }
   /// Of one that fails another answer may follow.
   void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
@@ -72,7 +74,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     owner_.points.answered(slot, response, increment);
     if (owner_.points.front(slot).limit.is_exceeded(rve::stiffness_measures(response)))
       owner_.note_stiffening(slot);
-    macro_.take_stress(place(m), response.stress);
+    deliver_stress(m, response.stress);
   }
 
   int place(int m) const
@@ -92,15 +94,15 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     const PointFront<D> &front = owner_.points.front(slot);
     if (front.state != State::Awake && front.state != State::Asleep) return false;
-    increment.dt = macro_.dt;
-    increment.substeps = macro_.substeps;
+    increment.dt = macro_->dt;
+    increment.substeps = macro_->substeps;
     increment.deformation = deformation;
-    // what cannot be said of it is for others to say
-    if (macro_.substeps == 0) return !front.owes;
+    if (macro_->substeps == 0) return !front.owes;
+    // the engine reports this error
     if (!rve::finite(deformation)) return true;
     if (front.owes) increment.deformation = deformation * owner_.points.at(slot).pending;
     find_substeps(slot, increment);
-    if (owner_.planner().needs_turn(slot, increment.deformation, macro_.dt, increment.substeps))
+    if (owner_.planner().needs_turn(slot, increment.deformation, macro_->dt, increment.substeps))
       turn(slot, increment);
     return true;
   }
@@ -109,7 +111,12 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     if (owner_.options.adaptive)
       increment.substeps =
-          owner_.planner().substeps(slot, rve::strain_size(increment.deformation), macro_.dt);
+          owner_.planner().substeps(slot, rve::strain_size(increment.deformation), macro_->dt);
+  }
+
+  void deliver_stress(int m, const Matrix &stress)
+  {
+    if (macro_) macro_->take_stress(place(m), stress);
   }
 
   /// Leaves the stretch of an increment.
@@ -125,7 +132,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   }
 
   RvePointsOf &owner_;
-  MacroIncrementsOf<D> &macro_;
+  MacroIncrementsOf<D> *macro_;
   const bool of_all_, has_actions_;
   // grains could not follow these
   std::vector<int> turned_;
@@ -133,14 +140,14 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
 };
 
 template <int D>
-rve::Request *RvePointsOf<D>::begin(const std::vector<int> &slots, MacroIncrementsOf<D> &increments)
+rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &increments)
 {
   fetch_results();
   device_plan = Plan::None;
   under_way = {};
   if (options.stress_from != StressFrom::End || shadows || slots.empty()) return nullptr;
   const auto start = rve::WallClock::now();
-  if (points.is_changed()) find_those_apart();
+  find_those_apart();
   const int count = static_cast<int>(slots.size());
   const bool has_actions = find_sleepers(slots, increments);
   const bool any_sleep =
@@ -148,7 +155,7 @@ rve::Request *RvePointsOf<D>::begin(const std::vector<int> &slots, MacroIncremen
   if (any_sleep) complete_looks(those_that_sleep(slots));
   const bool of_all = !any_is_apart && !any_sleep;
   choose_slots(slots, any_sleep);
-  auto call = std::make_shared<IncrementCall>(*this, increments, of_all, has_actions);
+  auto call = std::make_shared<IncrementCall>(*this, &increments, of_all, has_actions);
   const auto engine_start = rve::WallClock::now();
   rve::Request *const request = engine->begin(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
@@ -168,7 +175,7 @@ rve::Request *RvePointsOf<D>::begin(const std::vector<int> &slots, MacroIncremen
 
 /// Which slots the call of the engine has, and where they are in `slots`: not those that are apart,
 /// which have calls of their own, and not those that sleep in this step.
-template <int D> void RvePointsOf<D>::choose_slots(const std::vector<int> &slots, bool any_sleep)
+template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_sleep)
 {
   call_slots.clear();
   call_places.clear();
@@ -190,8 +197,7 @@ template <int D> void RvePointsOf<D>::choose_slots(const std::vector<int> &slots
 
 /// What those that are not apart do in this step: whether there is any but work.
 template <int D>
-bool RvePointsOf<D>::find_sleepers(const std::vector<int> &slots,
-                                   const MacroIncrementsOf<D> &increments)
+bool RvePointsOf<D>::find_sleepers(const Slots &slots, const MacroIncrementsOf<D> &increments)
 {
   if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
   const int count = static_cast<int>(slots.size());
@@ -221,7 +227,7 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
     if (results_on_device) {
       fetch_results_of_stiffened();
     } else {
-      call = std::make_shared<IncrementCall>(*this, *advance.increments, call_places.empty());
+      call = std::make_shared<IncrementCall>(*this, advance.increments, call_places.empty());
       engine->device_calls()->deliver(*call);
       device_plan = Plan::None;
     }
@@ -243,9 +249,9 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
 /// Whether all of these that advance are as a plan of the device takes them: then device_call has them. Stresses of those that are frozen stay on the
 /// device as they are.
 template <int D>
-bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vector<int> &point_of)
+bool RvePointsOf<D>::find_planned(const Slots &slots, const std::vector<int> &point_of)
 {
-  if (points.is_changed()) find_those_apart();
+  find_those_apart();
   planned_slots = slots;
   planned_points = point_of;
   call_slots = slots;
@@ -293,7 +299,10 @@ bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vect
 template <int D> void RvePointsOf<D>::find_resting()
 {
   device_call.resting.clear();
-  if (!(options.quiescent_strain > 0.0) && !any_owes()) return;
+  // RVEs may still have deferred increments although no RVE may be skipped any more
+  const bool any_owes = std::any_of(call_slots.begin(), call_slots.end(),
+                                    [this](int slot) { return points.front(slot).owes; });
+  if (!(options.quiescent_strain > 0.0) && !any_owes) return;
   complete_looks(call_slots);
   const int count = static_cast<int>(call_slots.size());
   rests.resize(count);
@@ -307,15 +316,8 @@ template <int D> void RvePointsOf<D>::find_resting()
       device_call.resting.push_back({k, rests[k], points.sleep(call_slots[k])});
 }
 
-/// Whether one of those that advance still owes a deformation, though none may sleep any more.
-template <int D> bool RvePointsOf<D>::any_owes() const
-{
-  return std::any_of(call_slots.begin(), call_slots.end(),
-                     [this](int slot) { return points.front(slot).owes; });
-}
-
 template <int D>
-rve::Request *RvePointsOf<D>::plan(const std::vector<int> &slots, const std::vector<int> &point_of,
+rve::Request *RvePointsOf<D>::plan(const Slots &slots, const std::vector<int> &point_of,
                                    bool is_as_before, const rve::PointsOnDevice &there,
                                    MacroIncrementsOf<D> &increments)
 {
@@ -347,18 +349,6 @@ rve::Request *RvePointsOf<D>::plan(const std::vector<int> &slots, const std::vec
   return device;
 }
 
-namespace {
-  /// Discards the stresses of results that only the points receive.
-  template <int D> class NoIncrements final : public MacroIncrementsOf<D> {
-   public:
-    rve::Tensor<double, D> increment(int) const override
-    {
-      return rve::Tensor<double, D>::identity();
-    }
-    void take_stress(int, const rve::Tensor<double, D> &) override {}
-  };
-}    // namespace
-
 /// Fetches the results of RVEs that have stiffened and are not known to have, or of all RVEs if they
 /// are many.
 template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
@@ -372,21 +362,21 @@ template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
     fetch_results();
     return;
   }
-  NoIncrements<D> none;
-  IncrementCall call(*this, none, true);
+  IncrementCall call(*this, nullptr, true);
   for (const int place : places) engine->device_calls()->deliver_one(place, call);
 }
 
 template <int D> void RvePointsOf<D>::fetch_results()
 {
   if (!std::exchange(results_on_device, false)) return;
-  NoIncrements<D> none;
-  IncrementCall call(*this, none, true);
+  IncrementCall call(*this, nullptr, true);
   engine->device_calls()->deliver(call);
 }
 
+/// Updates is_apart if points have changed.
 template <int D> void RvePointsOf<D>::find_those_apart()
 {
+  if (!points.is_changed()) return;
   const int count = points.size();
   is_apart.resize(count);
   bool any = false;
@@ -402,12 +392,11 @@ template <int D> void RvePointsOf<D>::find_those_apart()
 
 /// Of those at these places that are not frozen: a call of their own, by drives. They are few.
 template <int D>
-void RvePointsOf<D>::advance_those_apart(const std::vector<int> &slots,
-                                         const std::vector<int> &places,
+void RvePointsOf<D>::advance_those_apart(const Slots &slots, const std::vector<int> &places,
                                          MacroIncrementsOf<D> &increments, std::vector<int> &failed)
 {
-  std::vector<int> some;
-  std::vector<rve::DriveOf<D>> drives;
+  Slots some;
+  Drives drives;
   for (const int place : places) {
     if (frozen(slots[place])) continue;
     some.push_back(slots[place]);
@@ -417,8 +406,8 @@ void RvePointsOf<D>::advance_those_apart(const std::vector<int> &slots,
     drive.deformation = increments.increment(place);
   }
   if (!some.empty()) {
-    const std::vector<int> lost = is_plain(some) ? advance_plainly(some, drives)
-                                                 : advance_by_plan(some, drives);
+    const Slots lost = is_plain(some) ? advance_plainly(some, drives)
+                                      : advance_by_plan(some, drives);
     for (const int place : places)
       if (std::find(lost.begin(), lost.end(), slots[place]) != lost.end()) failed.push_back(place);
   }
@@ -431,8 +420,8 @@ template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vec
   auto in_trouble = std::exchange(call.failed, {});
   std::sort(in_trouble.begin(), in_trouble.end(),
             [](const auto &one, const auto &other) { return one.m < other.m; });
-  std::vector<int> slots;
-  std::vector<rve::DriveOf<D>> drives;
+  Slots slots;
+  Drives drives;
   std::vector<rve::ResponseOf<D>> answers;
   for (const auto &one : in_trouble) {
     slots.push_back(call_slots[one.m]);
@@ -443,22 +432,12 @@ template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vec
   for (std::size_t k = 0; k < slots.size(); ++k)
     call.take_one(in_trouble[k].m, in_trouble[k].increment, answers[k]);
   for (const auto &one : call.failed) {
-    Point &point = points[call_slots[one.m]];
-    point.state = State::Frozen;
-    point.result.status = one.response.status;
+    freeze(call_slots[one.m], one.response.status);
     failed.push_back(call.place(one.m));
   }
 }
 
-#define RVE_INSTANTIATE(D)                                                                        \
-  template rve::Request *RvePointsOf<D>::begin(const std::vector<int> &, MacroIncrementsOf<D> &); \
-  template rve::Request *RvePointsOf<D>::plan(const std::vector<int> &, const std::vector<int> &, \
-                                              bool, const rve::PointsOnDevice &,                  \
-                                              MacroIncrementsOf<D> &);                            \
-  template std::vector<int> RvePointsOf<D>::finish();                                             \
-  template void RvePointsOf<D>::fetch_results();
-RVE_INSTANTIATE(2)
-RVE_INSTANTIATE(3)
-#undef RVE_INSTANTIATE
+template class RvePointsOf<2>;
+template class RvePointsOf<3>;
 
 }    // namespace macro

@@ -73,8 +73,7 @@ template <int D> bool RvePointsOf<D>::widen(int slot)
 
 /// Shadows whose cells are too narrow, as their RVEs: as many copies as these may have.
 template <int D>
-void RvePointsOf<D>::widen_shadows(const std::vector<int> &slots,
-                                   const std::vector<rve::DriveOf<D>> &drives,
+void RvePointsOf<D>::widen_shadows(const Slots &slots, const Drives &drives,
                                    std::vector<rve::ResponseOf<D>> &responses)
 {
   for (std::size_t k = 0; k < slots.size(); ++k) {

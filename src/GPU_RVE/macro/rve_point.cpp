@@ -18,6 +18,14 @@ template <int D> double PointOf<D>::strain_rate() const
   return rve::strain_size(drive.deformation) / (drive.substeps * drive.dt);
 }
 
+template <int D> void PointOf<D>::begin_with(const rve::ResultOf<D> &first)
+{
+  result = first;
+  grain_size = rve::grain_size(result);
+  contacts = result.num_contacts;
+  peak_force = result.peak_force;
+}
+
 template <int D> void PointOf<D>::note(const rve::DriveOf<D> &last)
 {
   drive = last;

@@ -71,6 +71,8 @@ template <int D> struct PointOf {
   double strain_rate() const;
   /// Its last DEM steps were these, and `result` has their stress.
   void note(const rve::DriveOf<D> &last);
+  /// Sets the result of an RVE before its first DEM steps, and what follows from it.
+  void begin_with(const rve::ResultOf<D> &first);
   /// A sound answer to this drive.
   void hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
   /// It sleeps, or sleeps on: cell, deformation and void ratio follow. The rest is that of the last DEM step.

@@ -72,7 +72,7 @@ typename RvePointsOf<D>::Point &RvePointsOf<D>::settle(int slot, const rve::RveS
 template <int D>
 std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> *> &states)
 {
-  std::vector<int> slots;
+  Slots slots;
   for (const rve::RveStateOf<D> *state : states) {
     slots.push_back(engine->add(*state));
     settle(slots.back(), *state);
@@ -82,21 +82,16 @@ std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> 
 }
 
 /// The first answer of RVEs that have just been taken in.
-template <int D> void RvePointsOf<D>::evaluate_new(const std::vector<int> &slots)
+template <int D> void RvePointsOf<D>::evaluate_new(const Slots &slots)
 {
   std::vector<rve::ResultOf<D>> results;
   call_and_widen(slots, drives_at_rest(slots.size()), results);
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    Point &point = points[slots[k]];
     if (results[k].status & rve::status::Fatal) {
-      point.state = State::Frozen;
-      point.result.status = results[k].status;
+      freeze(slots[k], results[k].status);
       continue;
     }
-    point.result = results[k];
-    point.grain_size = rve::grain_size(point.result);
-    point.contacts = point.result.num_contacts;
-    point.peak_force = point.result.peak_force;
+    points[slots[k]].begin_with(results[k]);
     limit_stiffening(slots[k]);
   }
 }
@@ -109,7 +104,7 @@ template <int D> void RvePointsOf<D>::limit_stiffening(int slot)
                                          front.of_contacts.is_linear()));
 }
 
-template <int D> void RvePointsOf<D>::begin_anew(const std::vector<int> &slots)
+template <int D> void RvePointsOf<D>::begin_anew(const Slots &slots)
 {
   for (const int slot : slots) {
     const bool has_shadow = points.at(slot).shadow >= 0;
@@ -125,8 +120,7 @@ template <int D> void RvePointsOf<D>::begin_anew(const std::vector<int> &slots)
 }
 
 template <int D>
-std::vector<double> RvePointsOf<D>::bound_time_steps(const std::vector<int> &slots,
-                                                     double enough) const
+std::vector<double> RvePointsOf<D>::bound_time_steps(const Slots &slots, double enough) const
 {
   const auto start = rve::WallClock::now();
   std::vector<double> bounds;
@@ -153,7 +147,7 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int sl
   return list;
 }
 
-template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
+template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
 {
   // where RVEs have come or gone the next plan is new, and has these numbers
   const bool tells_device = device_plan == Plan::Valid && !points.is_changed();
@@ -237,7 +231,7 @@ template <int D> void RvePointsOf<D>::set_options(const MacroStepOptions &_optio
 }
 
 template <int D>
-void RvePointsOf<D>::set_materials_in_place(const std::vector<int> &slots,
+void RvePointsOf<D>::set_materials_in_place(const Slots &slots,
                                             const std::vector<rve::Material> &materials)
 {
   std::size_t done = 0;
@@ -254,8 +248,7 @@ void RvePointsOf<D>::set_materials_in_place(const std::vector<int> &slots,
 }
 
 template <int D>
-void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
-                                   const std::vector<rve::Material> &materials)
+void RvePointsOf<D>::set_materials(const Slots &slots, const std::vector<rve::Material> &materials)
 {
   complete();
   record_sizes.assign(points.size(), 0);
@@ -266,8 +259,7 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
     set_materials_in_place(slots, materials);
   else
     move_to(contacts, by_slot);
-  std::vector<rve::ElasticResultOf<D>> looks;
-  call_engine(slots, drives_at_rest(slots.size()), looks);
+  const std::vector<rve::ElasticResultOf<D>> looks = evaluate(slots);
   std::vector<rve::ResponseOf<D>> look_at_shadow;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points[slots[k]];
@@ -292,7 +284,7 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
 }
 
 template <int D>
-std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const std::vector<int> &slots,
+std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const Slots &slots,
                                                                 bool with_states) const
 {
   std::vector<Kept> kept;
@@ -308,7 +300,7 @@ std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const std::vecto
 
 template <int D> void RvePointsOf<D>::restore(const std::vector<Kept> &before)
 {
-  std::vector<int> slots;
+  Slots slots;
   std::vector<rve::Material> materials;
   for (const Kept &kept : before) {
     slots.push_back(kept.slot);

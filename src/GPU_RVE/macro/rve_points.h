@@ -61,6 +61,9 @@ template <int D> class RvePointsOf {
 
   using Point = PointOf<D>;
 
+  using Slots = std::vector<int>;
+  using Drives = std::vector<rve::DriveOf<D>>;
+
   /// `_shadows` is an engine in double precision, or none if there shall be no shadows. `_threads` are for what is done here.
   RvePointsOf(std::unique_ptr<rve::EngineOf<D>> _engine, std::unique_ptr<rve::EngineOf<D>> _shadows,
               const MacroStepOptions &_options, int _threads = 1) :
@@ -75,7 +78,7 @@ template <int D> class RvePointsOf {
   /// if they do not fit into its memory, or have another contact law, and then changes nothing.
   void expect(const rve::ContactModel &contacts);
   /// Takes RVEs in and evaluates their stress; returns their slots.
-  std::vector<int> add(const std::vector<const rve::RveStateOf<D> *> &states);
+  Slots add(const std::vector<const rve::RveStateOf<D> *> &states);
   void remove(int slot);
 
   /// Advances those that are not frozen; returns the slots that failed, which stay as they were and are frozen. With stress samples
@@ -84,22 +87,20 @@ template <int D> class RvePointsOf {
   /// results are the same whenever they are asked for. Stress and status are those of the advance. The rest belongs to the same
   /// configuration: velocities have had their last kick (kinetic energy, forces of dashpots), and sums of forces may be rounded in
   /// another unit.
-  std::vector<int> advance(const std::vector<int> &slots,
-                           const std::vector<rve::DriveOf<D>> &drives, bool with_details = true);
+  Slots advance(const Slots &slots, const Drives &drives, bool with_details = true);
   /// Launches an advance by deformation increments: the engine reads them and delivers stresses while
   /// they are in the caches of a core. Null: this macro step needs drives, that is advance(), and
   /// nothing has changed. `slots` and `increments` live until finish(), before which only finish() and
   /// fetch_results() may be called.
-  rve::Request *begin(const std::vector<int> &slots, MacroIncrementsOf<D> &increments);
+  rve::Request *begin(const Slots &slots, MacroIncrementsOf<D> &increments);
   /// Plans the same with increments and stresses in the memory of the engine's device: the RVE of
   /// slots[k] belongs to the point point_of[k] there. The request has still to be launched. Null: some
   /// RVEs need the host, that is begin(). `increments` has the time step, and takes the stresses if
   /// finish() leaves them on the host. `is_as_before`: the arguments are those of the last plan.
-  rve::Request *plan(const std::vector<int> &slots, const std::vector<int> &point_of,
-                     bool is_as_before, const rve::PointsOnDevice &there,
-                     MacroIncrementsOf<D> &increments);
+  rve::Request *plan(const Slots &slots, const std::vector<int> &point_of, bool is_as_before,
+                     const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments);
   /// True if slots and points are those of the last plan.
-  bool is_as_before(const std::vector<int> &slots, const std::vector<int> &point_of) const
+  bool is_as_before(const Slots &slots, const std::vector<int> &point_of) const
   {
     return planned_slots == slots && planned_points == point_of;
   }
@@ -113,12 +114,12 @@ template <int D> class RvePointsOf {
   /// Completes the results of all points that an advance left without details.
   void complete() const;
   /// Those whose cells have become too narrow since this was asked last, and go on as copies of themselves side by side.
-  std::vector<int> take_widened() { return std::exchange(widened, {}); }
+  Slots take_widened() { return std::exchange(widened, {}); }
 
   /// Fresh RVEs in place of these, which have failed: of these packings the one whose void ratio is nearest to that of the RVE, under the stress
   /// that it had, with its material and deformation, at rest. Where it had none, the packing is expanded to its void ratio. One that fails
   /// before it has made a macro step is not replaced again. `dt` is the DEM time step. They have no shadows.
-  std::vector<RenewalOf<D>> renew(const std::vector<int> &slots,
+  std::vector<RenewalOf<D>> renew(const Slots &slots,
                                   const std::vector<rve::RveStateOf<D>> &packings, double dt);
 
   /// What stands between macro steps and DEM steps from now on; the refinement of shadows stays. RVEs that sleep carry out what they
@@ -128,20 +129,20 @@ template <int D> class RvePointsOf {
   /// Gives RVEs other materials, and their shadows, and evaluates their stress. A default gain of the servo follows. They may need other
   /// contacts than before: then all RVEs move to a new engine. Throws InputError if a material is out of range, if RVEs would have
   /// different contact laws, or if they do not fit into the memory of the new engine, and then changes none of these.
-  void set_materials(const std::vector<int> &slots, const std::vector<rve::Material> &materials);
+  void set_materials(const Slots &slots, const std::vector<rve::Material> &materials);
   /// All that a change of paths or, with its states, of materials can touch.
   struct Kept {
     int slot;
     Point point;
     std::optional<rve::RveStateOf<D>> state, shadow;
   };
-  std::vector<Kept> keep(const std::vector<int> &slots, bool with_states) const;
+  std::vector<Kept> keep(const Slots &slots, bool with_states) const;
   /// Undoes the changes of materials and paths since keep(), to the last bit.
   void restore(const std::vector<Kept> &before);
 
   /// Forgets all that has happened to RVEs: cells, grains and contacts stay, at rest; strains, counters, energies, servos and paths begin
   /// again, and so do those that were frozen. Slots and shadows stay theirs.
-  void begin_anew(const std::vector<int> &slots);
+  void begin_anew(const Slots &slots);
 
   /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
   void add_shadow(int slot);
@@ -160,9 +161,9 @@ template <int D> class RvePointsOf {
     return points.at(slot);
   }
   /// Lower bounds of the stable DEM time steps, sharp below `enough` (rve::EngineOf<D>).
-  std::vector<double> bound_time_steps(const std::vector<int> &slots, double enough) const;
+  std::vector<double> bound_time_steps(const Slots &slots, double enough) const;
   /// Their bounds have been looked at, and those of all that have stiffened.
-  void note_check(const std::vector<int> &slots);
+  void note_check(const Slots &slots);
   /// Advice on its energy balance since the last call with `at_start`, which only notes its terms.
   std::vector<rve::Advice> advice_on_energy(int slot, bool at_start);
   /// Whether its servo has come no nearer to its goal since the last time that this was asked.
@@ -237,8 +238,8 @@ template <int D> class RvePointsOf {
   mutable PointTable<D, Point> points;      // by slot
   mutable std::vector<int> record_sizes;    // by slot; 0: not known
   // of complete(), kept between calls
-  mutable std::vector<int> stale_slots;
-  mutable std::vector<rve::DriveOf<D>> resting;
+  mutable Slots stale_slots;
+  mutable Drives resting;
   mutable std::vector<rve::ResultOf<D>> looks;
 
   class IncrementCall;    // of the engine
@@ -278,29 +279,24 @@ template <int D> class RvePointsOf {
   // of advance_by_plan
   std::vector<Action> actions;    // of each slot that is given
   std::vector<int> working;       // places of those that work among them, unless all do
-  std::vector<int> working_slots;
-  std::vector<rve::DriveOf<D>> working_drives;
+  Slots working_slots;
+  Drives working_drives;
   std::vector<char> must_turn, is_looked_at;    // as working_slots
 
   template <class Answers>
-  void call_engine(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
-                   Answers &answers) const;
+  void call_engine(const Slots &slots, const Drives &drives, Answers &answers) const;
   template <class Answers>
-  void call_engine_apart(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
-                         Answers &answers) const;
+  void call_and_widen(const Slots &slots, const Drives &drives, Answers &answers);
   template <class Answers>
-  void call_and_widen(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
-                      Answers &answers);
-  template <class Answers>
-  void widen_and_repeat(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
-                        Answers &answers);
+  void widen_and_repeat(const Slots &slots, const Drives &drives, Answers &answers);
+  std::vector<rve::ElasticResultOf<D>> evaluate(const Slots &slots) const;
   bool widen(int slot);
   struct Fresh;
   using Way = WayToStress<D>;
   bool begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf<D>> &packings);
   void bring_to_stress(std::vector<Fresh> &all, const std::vector<Way> &ways);
   void end_fresh(Fresh &fresh);
-  void widen_shadows(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
+  void widen_shadows(const Slots &slots, const Drives &drives,
                      std::vector<rve::ResponseOf<D>> &responses);
   bool has_room_for_copies(int num_grains) const;
   static bool replace(rve::EngineOf<D> &engine, int number, const rve::RveStateOf<D> &state);
@@ -311,53 +307,47 @@ template <int D> class RvePointsOf {
     may_be_stiffer[slot] = 1;
     any_stiffened.set(true);
   }
-  bool is_plain(const std::vector<int> &slots) const;
-  std::vector<int> advance_plainly(const std::vector<int> &slots,
-                                   const std::vector<rve::DriveOf<D>> &drives,
-                                   const std::vector<char> &looked_at = {});
-  void call_and_look(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
-                     const std::vector<char> &looked_at);
-  std::vector<int> advance_by_plan(const std::vector<int> &slots,
-                                   const std::vector<rve::DriveOf<D>> &drives);
+  bool is_plain(const Slots &slots) const;
+  Slots advance_plainly(const Slots &slots, const Drives &drives,
+                        const std::vector<char> &looked_at = {});
+  void call_and_look(const Slots &slots, const Drives &drives, const std::vector<char> &looked_at);
+  Slots advance_by_plan(const Slots &slots, const Drives &drives);
   void find_those_apart();
-  void choose_slots(const std::vector<int> &slots, bool any_sleep);
+  void choose_slots(const Slots &slots, bool any_sleep);
   void end_failures(IncrementCall &call, std::vector<int> &failed);
-  void advance_those_apart(const std::vector<int> &slots, const std::vector<int> &places,
+  void advance_those_apart(const Slots &slots, const std::vector<int> &places,
                            MacroIncrementsOf<D> &increments, std::vector<int> &failed);
-  void advance_with_samples(const std::vector<int> &slots,
-                            const std::vector<rve::DriveOf<D>> &drives);
+  void advance_with_samples(const Slots &slots, const Drives &drives);
 
-  void evaluate_new(const std::vector<int> &slots);
+  void freeze(int slot, std::uint32_t status);
+  void evaluate_new(const Slots &slots);
   Point &settle(int slot, const rve::RveStateOf<D> &state);
   /// Without DEM steps: they ask for the present results.
-  static std::vector<rve::DriveOf<D>> drives_at_rest(std::size_t count);
+  static Drives drives_at_rest(std::size_t count);
   /// Those with an RVE.
-  std::vector<int> used_slots() const;
+  Slots used_slots() const;
   /// Materials by slot; null: as it is.
   using NewMaterials = std::vector<const rve::Material *>;
   rve::ContactModel contacts_with(const NewMaterials &materials) const;
   void move_to(const rve::ContactModel &contacts, const NewMaterials &materials);
-  void set_materials_in_place(const std::vector<int> &slots,
-                              const std::vector<rve::Material> &materials);
-  void complete_looks(const std::vector<int> &slots);
-  bool find_sleepers(const std::vector<int> &slots, const MacroIncrementsOf<D> &increments);
+  void set_materials_in_place(const Slots &slots, const std::vector<rve::Material> &materials);
+  void complete_looks(const Slots &slots);
+  bool find_sleepers(const Slots &slots, const MacroIncrementsOf<D> &increments);
   Matrix sleep_on(int slot, const Matrix &increment);
   Matrix sleep_until(int slot, const Matrix &pending);
-  std::vector<int> those_that_sleep(const std::vector<int> &slots) const;
+  Slots those_that_sleep(const Slots &slots) const;
   void look_at_working();
-  static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
-                   std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn);
+  static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
+                   const std::vector<char> &must_turn);
   void find_resting();
-  bool any_owes() const;
-  bool find_planned(const std::vector<int> &slots, const std::vector<int> &point_of);
+  bool find_planned(const Slots &slots, const std::vector<int> &point_of);
   void fetch_results_of_stiffened();
   StepPlanner<D> planner() const { return {options, points}; }
-  bool plan_actions(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
-  bool plan_work(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives,
-                 bool all_work);
+  bool plan_actions(const Slots &slots, const Drives &drives);
+  bool plan_work(const Slots &slots, const Drives &drives, bool all_work);
   void catch_up();
   void run(std::vector<SampledStep<D>> &steps);
-  void advance_shadows(const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &drives);
+  void advance_shadows(const Slots &slots, const Drives &drives);
 };
 using RvePoints = RvePointsOf<2>;
 
