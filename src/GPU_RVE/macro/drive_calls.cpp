@@ -139,7 +139,7 @@ template <int D> void RvePointsOf<D>::complete_looks(const Slots &slots)
   if (some.empty()) return;
   const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);
   for (std::size_t m = 0; m < some.size(); ++m)
-    points.told(some[m]).look->stiffness = found[m].stiffness;
+    points.synchronised(some[m]).look->stiffness = found[m].stiffness;
 }
 
 /// Carries out rotations that grains could not follow: the drives keep the stretch.
@@ -396,7 +396,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
   }
   for (std::size_t m = 0; m < looked_places.size(); ++m)
     if (!has_failed(looked_places[m]))
-      points.told(slots[looked_places[m]]).look = PointOf<D>::Look::of(found_looks[m]);
+      points.synchronised(slots[looked_places[m]]).look = PointOf<D>::Look::of(found_looks[m]);
   if (!any_failed) return {};
 
   std::vector<int> failed, in_trouble;
@@ -450,7 +450,7 @@ template <int D> void RvePointsOf<D>::complete() const
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k) {
-    Point &point = points.told(stale_slots[k]);
+    Point &point = points.synchronised(stale_slots[k]);
     point.stale = false;
     if (!(looks[k].status & rve::status::Fatal)) point.take_details(looks[k]);
   }
@@ -516,7 +516,7 @@ template <int D> void RvePointsOf<D>::look_at_working()
   const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);
   for (std::size_t m = 0; m < some.size(); ++m)
     if (!(found[m].result.status & rve::status::Fatal))
-      points.told(some[m]).look = PointOf<D>::Look::of(found[m]);
+      points.synchronised(some[m]).look = PointOf<D>::Look::of(found[m]);
 }
 
 template class RvePointsOf<2>;

@@ -55,7 +55,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   }
   void take_look(int m, const rve::LookOf<D> &look) override
   {
-    owner_.points.told(owner_.call_slots[m]).look =
+    owner_.points.synchronised(owner_.call_slots[m]).look =
         typename Point::Look{look.is_at_rest, look.mean_overlap, look.stiffness};
   }
   void take_sleep(int m, const Matrix &pending) override

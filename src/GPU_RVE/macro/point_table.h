@@ -98,13 +98,13 @@ template <int D, class Point> class PointTable {
   {
     note_stale();
     is_changed_.set(true);
-    tell(slot);
+    synchronise(slot);
     fronts_[slot].is_current = false;
     return points_[slot];
   }
   const Point &at(int slot) const
   {
-    tell(slot);
+    synchronise(slot);
     return points_[slot];
   }
 
@@ -125,7 +125,7 @@ template <int D, class Point> class PointTable {
   const rve::SleepOf<D> &sleep(int slot)
   {
     if (!sleeps_on(slot)) {
-      tell(slot);
+      synchronise(slot);
       sleeps_[slot] = points_[slot].sleep();
     }
     return sleeps_[slot];
@@ -148,9 +148,9 @@ template <int D, class Point> class PointTable {
   }
 
   /// For what no front has of the last answer.
-  Point &told(int slot)
+  Point &synchronised(int slot)
   {
-    tell(slot);
+    synchronise(slot);
     return points_[slot];
   }
 
@@ -231,7 +231,7 @@ template <int D, class Point> class PointTable {
     front.pressure = rve::mean_stress(response.stress);
   }
 
-  void tell(int slot) const
+  void synchronise(int slot) const
   {
     Front &front = fronts_[slot];
     if (!front.is_ahead) return;
