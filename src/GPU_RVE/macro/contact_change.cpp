@@ -73,7 +73,7 @@ template <int D> std::vector<int> RvePointsOf<D>::used_slots() const
 {
   Slots slots;
   for (int slot = 0; slot < points.size(); ++slot)
-    if (points.unheard(slot).state != State::Empty) slots.push_back(slot);
+    if (points.unsynchronised(slot).state != State::Empty) slots.push_back(slot);
   return slots;
 }
 
@@ -125,7 +125,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
   States old(points.size()), old_shadows(points.size());    // by slot
   for (const int slot : used_slots()) {
     old[slot] = engine->state(slot);
-    const int shadow = points.unheard(slot).shadow;
+    const int shadow = points.unsynchronised(slot).shadow;
     if (shadow >= 0) old_shadows[slot] = shadows->state(shadow);
   }
   const auto changed = [&](States states) {

@@ -36,7 +36,7 @@ template <int D> bool RvePointsOf<D>::has_room_for_copies(int num_grains) const
   for (const int other : used_slots()) {
     if (copies(other) == 1) continue;
     ++of_copies;
-    largest = std::max(largest, points.unheard(other).result.num_grains);
+    largest = std::max(largest, points.unsynchronised(other).result.num_grains);
   }
   double bytes = static_cast<double>(engine->bytes_per_rve(wanted)) -
       static_cast<double>(engine->bytes_per_rve(num_grains));
@@ -77,7 +77,7 @@ void RvePointsOf<D>::widen_shadows(const Slots &slots, const Drives &drives,
                                    std::vector<rve::ResponseOf<D>> &responses)
 {
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    const Point &point = points.unheard(slots[k]);
+    const Point &point = points.unsynchronised(slots[k]);
     while (responses[k].status & rve::status::CellTooNarrow) {
       const rve::RveStateOf<D> state = shadows->state(point.shadow);
       const int copies = state.num_grains() * point.copies / engine->state(slots[k]).num_grains();

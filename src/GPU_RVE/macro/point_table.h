@@ -28,10 +28,10 @@ enum class PointState : char {
 };
 
 /// What a point has not heard of, of which its front is ahead.
-enum class Unheard : char {
+enum class PointUpdate : char {
   Drive,        ///< drove the last DEM steps
   Increment,    ///< did: PointFront::increment
-  Sleep         ///< it sleeps on
+  Deferral      ///< it sleeps on
 };
 
 template <int D> bool is_identity(const rve::Tensor<double, D> &f)
@@ -42,15 +42,15 @@ template <int D> bool is_identity(const rve::Tensor<double, D> &f)
 
 template <int D> struct PointFront {
   PointState state = PointState::Empty;
-  bool is_current = false;             ///< it says what the point says
-  bool is_ahead = false;               ///< the point has not heard of the last answer
-  bool owes = false;                   ///< a deformation is pending
-  Unheard unheard = Unheard::Drive;    ///< while ahead
-  std::int32_t substeps = 0;           ///< of the last DEM steps; 0: none so far
-  rve::StiffeningLimit limit;          ///< beyond which the time-step bound is checked again
-  rve::ResponseOf<D> response;         ///< of the last advance
-  double pressure = 0.0;               ///< mean stress of the last DEM steps [stress]
-  ContactResponse<D> of_contacts;      ///< of its material and grains
+  bool is_current = false;                    ///< it says what the point says
+  bool is_ahead = false;                      ///< the point has not heard of the last answer
+  bool owes = false;                          ///< a deformation is pending
+  PointUpdate update = PointUpdate::Drive;    ///< while ahead
+  std::int32_t substeps = 0;                  ///< of the last DEM steps; 0: none so far
+  rve::StiffeningLimit limit;                 ///< beyond which the time-step bound is checked again
+  rve::ResponseOf<D> response;                ///< of the last advance
+  double pressure = 0.0;                      ///< mean stress of the last DEM steps [stress]
+  ContactResponse<D> of_contacts;             ///< of its material and grains
   rve::IncrementOf<D> increment;
 
   rve::StiffnessMeasures stiffness() const
@@ -111,7 +111,7 @@ template <int D, class Point> class PointTable {
   /// Whether the last thing that happened to it is that it sleeps, as sleep() has it.
   bool sleeps_on(int slot) const
   {
-    return fronts_[slot].is_ahead && fronts_[slot].unheard == Unheard::Sleep;
+    return fronts_[slot].is_ahead && fronts_[slot].update == PointUpdate::Deferral;
   }
   /// Whether it has not heard of the last answer, or sleep.
   bool is_ahead(int slot) const { return fronts_[slot].is_ahead; }
@@ -142,7 +142,7 @@ template <int D, class Point> class PointTable {
     front.state = PointState::Asleep;
     front.owes = true;
     front.is_ahead = true;
-    front.unheard = Unheard::Sleep;
+    front.update = PointUpdate::Deferral;
     front.response.stress = stress;
     sleeps_[slot].pending = pending;
   }
@@ -168,9 +168,9 @@ template <int D, class Point> class PointTable {
   }
 
   /// For what no answer changes.
-  const Point &unheard(int slot) const { return points_[slot]; }
+  const Point &unsynchronised(int slot) const { return points_[slot]; }
   /// To change what neither answers nor fronts have.
-  Point &unheard(int slot) { return points_[slot]; }
+  Point &unsynchronised(int slot) { return points_[slot]; }
   /// Whether its result is not whole.
   bool is_stale(int slot) const
   {
@@ -193,7 +193,7 @@ template <int D, class Point> class PointTable {
     }
     note_stale();
     take(front, response, drive.substeps);
-    front.unheard = Unheard::Drive;
+    front.update = PointUpdate::Drive;
     drives_[slot] = drive;
   }
   void answered(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
@@ -205,7 +205,7 @@ template <int D, class Point> class PointTable {
     }
     note_stale();
     take(front, response, increment.substeps);
-    front.unheard = Unheard::Increment;
+    front.update = PointUpdate::Increment;
     front.increment = increment;
   }
 
@@ -236,12 +236,12 @@ template <int D, class Point> class PointTable {
     Front &front = fronts_[slot];
     if (!front.is_ahead) return;
     front.is_ahead = false;
-    if (front.unheard == Unheard::Sleep)
+    if (front.update == PointUpdate::Deferral)
       points_[slot].sleep_on(sleeps_[slot]);
     else
       points_[slot].hear(front.response,
-                         front.unheard == Unheard::Increment ? front.increment.drive()
-                                                             : drives_[slot]);
+                         front.update == PointUpdate::Increment ? front.increment.drive()
+                                                                : drives_[slot]);
   }
 };
 

@@ -100,7 +100,8 @@ template <int D> void RvePointsOf<D>::limit_stiffening(int slot)
 {
   const PointFront<D> &front = points.front(slot);
   points.set_limit(slot,
-                   rve::stiffening_limit(front.stiffness(), points.unheard(slot).result.num_grains,
+                   rve::stiffening_limit(front.stiffness(),
+                                         points.unsynchronised(slot).result.num_grains,
                                          front.of_contacts.is_linear()));
 }
 
@@ -132,7 +133,7 @@ std::vector<double> RvePointsOf<D>::bound_time_steps(const Slots &slots, double 
 template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_energy(int slot, bool at_start)
 {
   const Point &point = this->point(slot);
-  std::optional<rve::EnergyTerms> &begin = points.unheard(slot).energy_at_start;
+  std::optional<rve::EnergyTerms> &begin = points.unsynchronised(slot).energy_at_start;
   if (at_start) begin = rve::energy_terms(point.last_steps());
   if (!begin) return {};
   return rve::advice_on_energy(*begin, rve::energy_terms(point.last_steps()));
@@ -238,7 +239,7 @@ void RvePointsOf<D>::set_materials_in_place(const Slots &slots,
   try {
     for (; done < slots.size(); ++done) {
       engine->set_material(slots[done], materials[done]);
-      const int shadow = points.unheard(slots[done]).shadow;
+      const int shadow = points.unsynchronised(slots[done]).shadow;
       if (shadow >= 0) shadows->set_material(shadow, materials[done]);
     }
   } catch (...) {

@@ -179,7 +179,7 @@ template <int D> class RvePointsOf {
   bool any_has_stiffened() const { return any_stiffened.is_set(); }
   // what is always up to date
   const Matrix &stress(int slot) const { return points.front(slot).response.stress; }
-  const rve::Material &material(int slot) const { return points.unheard(slot).material; }
+  const rve::Material &material(int slot) const { return points.unsynchronised(slot).material; }
   /// Whether time has passed for it, here or before it came here.
   bool has_advanced(int slot) const
   {
@@ -187,16 +187,16 @@ template <int D> class RvePointsOf {
     return front.substeps > 0 || front.state == State::Asleep;
   }
   bool frozen(int slot) const { return points.front(slot).state == State::Frozen; }
-  int copies(int slot) const { return points.unheard(slot).copies; }
-  int renewals(int slot) const { return points.unheard(slot).renewals; }
-  double servo_gain(int slot) const { return points.unheard(slot).servo_gain; }
+  int copies(int slot) const { return points.unsynchronised(slot).copies; }
+  int renewals(int slot) const { return points.unsynchronised(slot).renewals; }
+  double servo_gain(int slot) const { return points.unsynchronised(slot).servo_gain; }
   /// The next step of an RVE that is on one of these paths, for advance(), and what comes of it there.
   rve::DriveOf<D> path_drive(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
                              const double *script) const;
   void follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
                    const double *script);
-  PathState<D> &path(int slot) { return points.unheard(slot).path; }
-  const PathState<D> &path(int slot) const { return points.unheard(slot).path; }
+  PathState<D> &path(int slot) { return points.unsynchronised(slot).path; }
+  const PathState<D> &path(int slot) const { return points.unsynchronised(slot).path; }
   /// Largest difference between a steered stress and its goal, after the last DEM steps [stress]
   double servo_error(int slot) const { return points.at(slot).servo_error; }
   rve::RveStateOf<D> state(int slot) const { return engine->state(slot); }
@@ -211,7 +211,7 @@ template <int D> class RvePointsOf {
   double bytes_for(const std::vector<int> &grains, int count, int num_shadows) const;
   double bytes(int slot) const
   {
-    return engine->bytes_per_rve(points.unheard(slot).result.num_grains);
+    return engine->bytes_per_rve(points.unsynchronised(slot).result.num_grains);
   }
 
   /// Everything of one RVE as doubles.

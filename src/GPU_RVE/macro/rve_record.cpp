@@ -218,7 +218,7 @@ template <int D> int RvePointsOf<D>::record_bound(int slot) const
   // per grain: radius, coordinates, velocities, spins, list coordinates, place; the rest generously, with room for as many pairs again
   constexpr int of_grain = 1 + 3 * D + rve::Space<D>::spins + 1;
   constexpr int of_pair = sizeof(rve::PairOf<D>) / sizeof(double);
-  const Point &point = points.unheard(slot);
+  const Point &point = points.unsynchronised(slot);
   const rve::ResultOf<D> &result = point.result;
   const int of_state = of_grain * result.num_grains +
       2 * of_pair * std::max(result.num_pairs, result.num_grains) + 256;

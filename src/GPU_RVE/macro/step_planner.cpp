@@ -52,7 +52,7 @@ template <int D>
 bool StepPlanner<D>::slips(int slot, const Matrix &increment, double dt, int substeps) const
 {
   const PointFront<D> &front = points_.front(slot);
-  const rve::Material &material = points_.unheard(slot).material;
+  const rve::Material &material = points_.unsynchronised(slot).material;
   const double overlap = front.of_contacts.contact_strain(std::fmax(front.pressure, 0.0), material);
   return rve::slips(increment, substeps, dt, overlap,
                     [&] { return front.of_contacts.frequency(overlap, material); });
