@@ -134,7 +134,7 @@ template <int D> void RvePointsOf<D>::complete_looks(const Slots &slots)
 {
   std::vector<int> some;
   for (const int slot : slots)
-    if (!points.is_ahead(slot) && points.at(slot).look && !points.at(slot).look->is_whole())
+    if (!points.is_dirty(slot) && points.at(slot).look && !points.at(slot).look->is_whole())
       some.push_back(slot);
   if (some.empty()) return;
   const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);

@@ -42,8 +42,8 @@ template <int D> bool is_identity(const rve::Tensor<double, D> &f)
 
 template <int D> struct PointFront {
   PointState state = PointState::Empty;
-  bool is_current = false;                    ///< it says what the point says
-  bool is_ahead = false;                      ///< the point has not heard of the last answer
+  bool is_valid = false;                      ///< it says what the point says
+  bool is_dirty = false;                      ///< the point has not heard of the last answer
   bool owes = false;                          ///< a deformation is pending
   PointUpdate update = PointUpdate::Drive;    ///< while ahead
   std::int32_t substeps = 0;                  ///< of the last DEM steps; 0: none so far
@@ -99,7 +99,7 @@ template <int D, class Point> class PointTable {
     note_stale();
     is_changed_.set(true);
     synchronise(slot);
-    fronts_[slot].is_current = false;
+    fronts_[slot].is_valid = false;
     return points_[slot];
   }
   const Point &at(int slot) const
@@ -111,14 +111,14 @@ template <int D, class Point> class PointTable {
   /// Whether the last thing that happened to it is that it sleeps, as sleep() has it.
   bool sleeps_on(int slot) const
   {
-    return fronts_[slot].is_ahead && fronts_[slot].update == PointUpdate::Deferral;
+    return fronts_[slot].is_dirty && fronts_[slot].update == PointUpdate::Deferral;
   }
   /// Whether it has not heard of the last answer, or sleep.
-  bool is_ahead(int slot) const { return fronts_[slot].is_ahead; }
+  bool is_dirty(int slot) const { return fronts_[slot].is_dirty; }
   /// Of one that has not heard of its last answer nothing is known: a look would have told it.
   rve::Rest rest(int slot) const
   {
-    if (!fronts_[slot].is_ahead) return points_[slot].rest();
+    if (!fronts_[slot].is_dirty) return points_[slot].rest();
     return sleeps_on(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
   }
   /// Of one that sleeps, or has been looked at and shall.
@@ -141,7 +141,7 @@ template <int D, class Point> class PointTable {
     Front &front = fronts_[slot];
     front.state = PointState::Asleep;
     front.owes = true;
-    front.is_ahead = true;
+    front.is_dirty = true;
     front.update = PointUpdate::Deferral;
     front.response.stress = stress;
     sleeps_[slot].pending = pending;
@@ -157,14 +157,14 @@ template <int D, class Point> class PointTable {
   const Front &front(int slot) const
   {
     Front &front = fronts_[slot];
-    if (!front.is_current) front = points_[slot].front();
+    if (!front.is_valid) front = points_[slot].front();
     return front;
   }
   /// Sets the limit beyond which the time-step bound is checked again. Results do not change it.
   void set_limit(int slot, const rve::StiffeningLimit &limit)
   {
     points_[slot].limit = limit;
-    if (fronts_[slot].is_current) fronts_[slot].limit = limit;
+    if (fronts_[slot].is_valid) fronts_[slot].limit = limit;
   }
 
   /// For what no answer changes.
@@ -174,7 +174,7 @@ template <int D, class Point> class PointTable {
   /// Whether its result is not whole.
   bool is_stale(int slot) const
   {
-    return (fronts_[slot].is_ahead && !sleeps_on(slot)) || points_[slot].stale;
+    return (fronts_[slot].is_dirty && !sleeps_on(slot)) || points_[slot].stale;
   }
   /// Whether there may be one like that, since this was denied.
   bool any_stale() const { return any_stale_.is_set(); }
@@ -187,7 +187,7 @@ template <int D, class Point> class PointTable {
   void answered(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
   {
     Front &front = fronts_[slot];
-    if (!front.is_current || drive.substeps == 0) {
+    if (!front.is_valid || drive.substeps == 0) {
       (*this)[slot].hear(response, drive);
       return;
     }
@@ -199,7 +199,7 @@ template <int D, class Point> class PointTable {
   void answered(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
   {
     Front &front = fronts_[slot];
-    if (!front.is_current || increment.substeps == 0) {
+    if (!front.is_valid || increment.substeps == 0) {
       (*this)[slot].hear(response, increment.drive());
       return;
     }
@@ -225,7 +225,7 @@ template <int D, class Point> class PointTable {
   {
     front.state = PointState::Awake;
     front.owes = false;
-    front.is_ahead = true;
+    front.is_dirty = true;
     front.substeps = substeps;
     front.response = response;
     front.pressure = rve::mean_stress(response.stress);
@@ -234,8 +234,8 @@ template <int D, class Point> class PointTable {
   void synchronise(int slot) const
   {
     Front &front = fronts_[slot];
-    if (!front.is_ahead) return;
-    front.is_ahead = false;
+    if (!front.is_dirty) return;
+    front.is_dirty = false;
     if (front.update == PointUpdate::Deferral)
       points_[slot].sleep_on(sleeps_[slot]);
     else

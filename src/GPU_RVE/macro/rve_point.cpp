@@ -84,7 +84,7 @@ template <int D> void PointOf<D>::follow_pending()
 template <int D> PointFront<D> PointOf<D>::front() const
 {
   PointFront<D> front;
-  front.is_current = true;
+  front.is_valid = true;
   if (state == State::Empty) return front;
   front.state = state;
   front.owes = !is_identity(pending);
