@@ -114,7 +114,7 @@ template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_on(int slot, const
 
 template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_until(int slot, const Matrix &pending)
 {
-  points.front(slot);    // is current from here on
+  points.cached(slot);    // is current from here on
   const Matrix stress = points.sleep(slot).stress_after(pending);
   points.slept(slot, pending, stress);
   return stress;
@@ -197,7 +197,7 @@ bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool al
       drive = drives[k];
       must_turn[m] = 0;
       is_looked_at[m] = actions[k] == Action::AdvanceAndEvaluate;
-      const bool wakes = points.front(slot).owes, has_servo = drive.has_servo();
+      const bool wakes = points.cached(slot).owes, has_servo = drive.has_servo();
       some_owe = some_owe || (wakes && has_servo);
       if (has_servo || drive.substeps == 0) continue;
       if (wakes) drive.deformation = drive.deformation * points.at(slot).pending;
@@ -356,8 +356,8 @@ template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team) reduction(&& : plain)
   for (int k = 0; k < count; ++k) {
-    const PointFront<D> &front = points.front(slots[k]);
-    plain = plain && front.state == State::Awake && !front.owes;
+    const CachedPoint<D> &cached = points.cached(slots[k]);
+    plain = plain && cached.state == State::Awake && !cached.owes;
   }
   return plain;
 }
@@ -381,7 +381,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
   bool any_failed = false;
   const auto take = [&](int k) {
     points.answered(slots[k], responses[k], drives[k]);
-    if (points.front(slots[k]).limit.is_exceeded(rve::stiffness_measures(responses[k])))
+    if (points.cached(slots[k]).limit.is_exceeded(rve::stiffness_measures(responses[k])))
       note_stiffening(slots[k]);
   };
   {

@@ -72,7 +72,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     }
     const int slot = owner_.call_slots[m];
     owner_.points.answered(slot, response, increment);
-    if (owner_.points.front(slot).limit.is_exceeded(rve::stiffness_measures(response)))
+    if (owner_.points.cached(slot).limit.is_exceeded(rve::stiffness_measures(response)))
       owner_.note_stiffening(slot);
     deliver_stress(m, response.stress);
   }
@@ -92,15 +92,15 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
  private:
   bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
   {
-    const PointFront<D> &front = owner_.points.front(slot);
-    if (front.state != State::Awake && front.state != State::Asleep) return false;
+    const CachedPoint<D> &cached = owner_.points.cached(slot);
+    if (cached.state != State::Awake && cached.state != State::Asleep) return false;
     increment.dt = macro_->dt;
     increment.substeps = macro_->substeps;
     increment.deformation = deformation;
-    if (macro_->substeps == 0) return !front.owes;
+    if (macro_->substeps == 0) return !cached.owes;
     // the engine reports this error
     if (!rve::finite(deformation)) return true;
-    if (front.owes) increment.deformation = deformation * owner_.points.at(slot).pending;
+    if (cached.owes) increment.deformation = deformation * owner_.points.at(slot).pending;
     find_substeps(slot, increment);
     if (owner_.planner().needs_turn(slot, increment.deformation, macro_->dt, increment.substeps))
       turn(slot, increment);
@@ -278,19 +278,19 @@ bool RvePointsOf<D>::find_planned(const Slots &slots, const std::vector<int> &po
 #pragma omp parallel for num_threads(work.team) reduction(&& : all_serve)
   for (int k = 0; k < count; ++k) {
     const int slot = call_slots[k];
-    const PointFront<D> &front = points.front(slot);
-    const ContactResponse<D> &contacts = front.of_contacts;
-    const bool is_as_planned = front.state == State::Asleep ||
-        (front.state == State::Awake && !front.owes);
+    const CachedPoint<D> &cached = points.cached(slot);
+    const ContactResponse<D> &contacts = cached.of_contacts;
+    const bool is_as_planned = cached.state == State::Asleep ||
+        (cached.state == State::Awake && !cached.owes);
     all_serve = all_serve && is_as_planned && copies(slot) == 1 &&
         (contacts.is_linear() || !options.adaptive);
     rve::PlannedRve &planned = device_call.planned[k];
-    planned.pressure = front.pressure;
+    planned.pressure = cached.pressure;
     planned.grain_size = contacts.grain_size();
     planned.density = contacts.density();
     planned.contacts = contacts.linear();
-    planned.limit = front.limit;
-    planned.status = front.response.status;
+    planned.limit = cached.limit;
+    planned.status = cached.response.status;
   }
   return all_serve;
 }
@@ -301,7 +301,7 @@ template <int D> void RvePointsOf<D>::find_resting()
   device_call.resting.clear();
   // RVEs may still have deferred increments although no RVE may be skipped any more
   const bool any_owes = std::any_of(call_slots.begin(), call_slots.end(),
-                                    [this](int slot) { return points.front(slot).owes; });
+                                    [this](int slot) { return points.cached(slot).owes; });
   if (!(options.quiescent_strain > 0.0) && !any_owes) return;
   complete_looks(call_slots);
   const int count = static_cast<int>(call_slots.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The points behind RVEs, by slot, in two parts: all of a point, and its front, what every macro step asks of it and tells it. Thousands of whole
+// The points behind RVEs, by slot, in two parts: all of a point, and its cached, what every macro step asks of it and tells it. Thousands of whole
 // points are more than caches hold, and fronts are not.
 //
 // What DEM steps answer is written into fronts alone. A point hears of it when somebody looks at it.
@@ -27,10 +27,10 @@ enum class PointState : char {
   Frozen    ///< failed once and is not advanced any more
 };
 
-/// What a point has not heard of, of which its front is ahead.
+/// What a point has not heard of, of which its cached is ahead.
 enum class PointUpdate : char {
   Drive,        ///< drove the last DEM steps
-  Increment,    ///< did: PointFront::increment
+  Increment,    ///< did: CachedPoint::increment
   Deferral      ///< it sleeps on
 };
 
@@ -40,7 +40,7 @@ template <int D> bool is_identity(const rve::Tensor<double, D> &f)
   return std::equal(std::begin(f.component), std::end(f.component), one.component);
 }
 
-template <int D> struct PointFront {
+template <int D> struct CachedPoint {
   PointState state = PointState::Empty;
   bool is_valid = false;                      ///< it says what the point says
   bool is_dirty = false;                      ///< the point has not heard of the last answer
@@ -80,7 +80,7 @@ class SharedFlag {
 /// for.
 template <int D, class Point> class PointTable {
  public:
-  using Front = PointFront<D>;
+  using Cached = CachedPoint<D>;
 
   int size() const { return static_cast<int>(points_.size()); }
   /// Keeps those that are there.
@@ -88,7 +88,7 @@ template <int D, class Point> class PointTable {
   {
     if (size <= this->size()) return;
     points_.resize(size);
-    fronts_.resize(size);
+    cached_.resize(size);
     drives_.resize(size);
     sleeps_.resize(size);
   }
@@ -99,7 +99,7 @@ template <int D, class Point> class PointTable {
     note_stale();
     is_changed_.set(true);
     synchronise(slot);
-    fronts_[slot].is_valid = false;
+    cached_[slot].is_valid = false;
     return points_[slot];
   }
   const Point &at(int slot) const
@@ -111,14 +111,14 @@ template <int D, class Point> class PointTable {
   /// Whether the last thing that happened to it is that it sleeps, as sleep() has it.
   bool sleeps_on(int slot) const
   {
-    return fronts_[slot].is_dirty && fronts_[slot].update == PointUpdate::Deferral;
+    return cached_[slot].is_dirty && cached_[slot].update == PointUpdate::Deferral;
   }
   /// Whether it has not heard of the last answer, or sleep.
-  bool is_dirty(int slot) const { return fronts_[slot].is_dirty; }
+  bool is_dirty(int slot) const { return cached_[slot].is_dirty; }
   /// Of one that has not heard of its last answer nothing is known: a look would have told it.
   rve::Rest rest(int slot) const
   {
-    if (!fronts_[slot].is_dirty) return points_[slot].rest();
+    if (!cached_[slot].is_dirty) return points_[slot].rest();
     return sleeps_on(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
   }
   /// Of one that sleeps, or has been looked at and shall.
@@ -138,33 +138,33 @@ template <int D, class Point> class PointTable {
   /// It sleeps on with this deformation, behind sleep().
   void slept(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
   {
-    Front &front = fronts_[slot];
-    front.state = PointState::Asleep;
-    front.owes = true;
-    front.is_dirty = true;
-    front.update = PointUpdate::Deferral;
-    front.response.stress = stress;
+    Cached &cached = cached_[slot];
+    cached.state = PointState::Asleep;
+    cached.owes = true;
+    cached.is_dirty = true;
+    cached.update = PointUpdate::Deferral;
+    cached.response.stress = stress;
     sleeps_[slot].pending = pending;
   }
 
-  /// For what no front has of the last answer.
+  /// For what no cached has of the last answer.
   Point &synchronised(int slot)
   {
     synchronise(slot);
     return points_[slot];
   }
 
-  const Front &front(int slot) const
+  const Cached &cached(int slot) const
   {
-    Front &front = fronts_[slot];
-    if (!front.is_valid) front = points_[slot].front();
-    return front;
+    Cached &cached = cached_[slot];
+    if (!cached.is_valid) cached = points_[slot].cached_copy();
+    return cached;
   }
   /// Sets the limit beyond which the time-step bound is checked again. Results do not change it.
   void set_limit(int slot, const rve::StiffeningLimit &limit)
   {
     points_[slot].limit = limit;
-    if (fronts_[slot].is_valid) fronts_[slot].limit = limit;
+    if (cached_[slot].is_valid) cached_[slot].limit = limit;
   }
 
   /// For what no answer changes.
@@ -174,7 +174,7 @@ template <int D, class Point> class PointTable {
   /// Whether its result is not whole.
   bool is_stale(int slot) const
   {
-    return (fronts_[slot].is_dirty && !sleeps_on(slot)) || points_[slot].stale;
+    return (cached_[slot].is_dirty && !sleeps_on(slot)) || points_[slot].stale;
   }
   /// Whether there may be one like that, since this was denied.
   bool any_stale() const { return any_stale_.is_set(); }
@@ -186,32 +186,32 @@ template <int D, class Point> class PointTable {
   /// After a sound answer to this drive.
   void answered(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
   {
-    Front &front = fronts_[slot];
-    if (!front.is_valid || drive.substeps == 0) {
+    Cached &cached = cached_[slot];
+    if (!cached.is_valid || drive.substeps == 0) {
       (*this)[slot].hear(response, drive);
       return;
     }
     note_stale();
-    take(front, response, drive.substeps);
-    front.update = PointUpdate::Drive;
+    take(cached, response, drive.substeps);
+    cached.update = PointUpdate::Drive;
     drives_[slot] = drive;
   }
   void answered(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
   {
-    Front &front = fronts_[slot];
-    if (!front.is_valid || increment.substeps == 0) {
+    Cached &cached = cached_[slot];
+    if (!cached.is_valid || increment.substeps == 0) {
       (*this)[slot].hear(response, increment.drive());
       return;
     }
     note_stale();
-    take(front, response, increment.substeps);
-    front.update = PointUpdate::Increment;
-    front.increment = increment;
+    take(cached, response, increment.substeps);
+    cached.update = PointUpdate::Increment;
+    cached.increment = increment;
   }
 
  private:
   mutable std::vector<Point> points_;
-  mutable std::vector<Front> fronts_;
+  mutable std::vector<Cached> cached_;
   /// While fronts are ahead: of the last DEM steps, unless they were by an increment.
   mutable std::vector<rve::DriveOf<D>> drives_;
   std::vector<rve::SleepOf<D>> sleeps_;    ///< of those that sleep
@@ -221,27 +221,27 @@ template <int D, class Point> class PointTable {
 
   void note_stale() { any_stale_.set(true); }
 
-  static void take(Front &front, const rve::ResponseOf<D> &response, std::int32_t substeps)
+  static void take(Cached &cached, const rve::ResponseOf<D> &response, std::int32_t substeps)
   {
-    front.state = PointState::Awake;
-    front.owes = false;
-    front.is_dirty = true;
-    front.substeps = substeps;
-    front.response = response;
-    front.pressure = rve::mean_stress(response.stress);
+    cached.state = PointState::Awake;
+    cached.owes = false;
+    cached.is_dirty = true;
+    cached.substeps = substeps;
+    cached.response = response;
+    cached.pressure = rve::mean_stress(response.stress);
   }
 
   void synchronise(int slot) const
   {
-    Front &front = fronts_[slot];
-    if (!front.is_dirty) return;
-    front.is_dirty = false;
-    if (front.update == PointUpdate::Deferral)
+    Cached &cached = cached_[slot];
+    if (!cached.is_dirty) return;
+    cached.is_dirty = false;
+    if (cached.update == PointUpdate::Deferral)
       points_[slot].sleep_on(sleeps_[slot]);
     else
-      points_[slot].hear(front.response,
-                         front.update == PointUpdate::Increment ? front.increment.drive()
-                                                                : drives_[slot]);
+      points_[slot].hear(cached.response,
+                         cached.update == PointUpdate::Increment ? cached.increment.drive()
+                                                                 : drives_[slot]);
   }
 };
 

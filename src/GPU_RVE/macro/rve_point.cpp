@@ -81,19 +81,19 @@ template <int D> void PointOf<D>::follow_pending()
   result.void_ratio = (1.0 + rested.void_ratio) * rve::determinant(pending) - 1.0;
 }
 
-template <int D> PointFront<D> PointOf<D>::front() const
+template <int D> CachedPoint<D> PointOf<D>::cached_copy() const
 {
-  PointFront<D> front;
-  front.is_valid = true;
-  if (state == State::Empty) return front;
-  front.state = state;
-  front.owes = !is_identity(pending);
-  front.limit = limit;
-  front.response = {result.status, contacts, peak_force, result.stress};
-  front.pressure = last_steps().mean_stress();
-  front.of_contacts = ContactResponse<D>(material, grain_size);
-  front.substeps = drive.substeps;
-  return front;
+  CachedPoint<D> cached;
+  cached.is_valid = true;
+  if (state == State::Empty) return cached;
+  cached.state = state;
+  cached.owes = !is_identity(pending);
+  cached.limit = limit;
+  cached.response = {result.status, contacts, peak_force, result.stress};
+  cached.pressure = last_steps().mean_stress();
+  cached.of_contacts = ContactResponse<D>(material, grain_size);
+  cached.substeps = drive.substeps;
+  return cached;
 }
 
 template <int D> void PointOf<D>::take_details(const rve::ResultOf<D> &look)

@@ -82,7 +82,7 @@ template <int D> struct PointOf {
   /// Of one that sleeps, or has been looked at.
   rve::SleepOf<D> sleep() const;
   rve::Rest rest() const;
-  PointFront<D> front() const;
+  CachedPoint<D> cached_copy() const;
   /// D itself, in the axes of the present; zero before its first steps [1/time]
   Matrix rate_of_deformation() const;
   /// What its configuration says, which is that of its last steps. Their stress may be a mean, and their status stays.

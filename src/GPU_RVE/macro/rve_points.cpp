@@ -98,11 +98,11 @@ template <int D> void RvePointsOf<D>::evaluate_new(const Slots &slots)
 
 template <int D> void RvePointsOf<D>::limit_stiffening(int slot)
 {
-  const PointFront<D> &front = points.front(slot);
+  const CachedPoint<D> &cached = points.cached(slot);
   points.set_limit(slot,
-                   rve::stiffening_limit(front.stiffness(),
+                   rve::stiffening_limit(cached.stiffness(),
                                          points.unsynchronised(slot).result.num_grains,
-                                         front.of_contacts.is_linear()));
+                                         cached.of_contacts.is_linear()));
 }
 
 template <int D> void RvePointsOf<D>::begin_anew(const Slots &slots)
@@ -162,7 +162,7 @@ template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
       limit_stiffening(slot);
       may_be_stiffer[slot] = 0;
       // the plan of a device knows those of its call by their places
-      if (tells_device) limits[k] = {place_of_slot[slot], points.front(slot).limit};
+      if (tells_device) limits[k] = {place_of_slot[slot], points.cached(slot).limit};
     }
   }
   any_stiffened.set(false);

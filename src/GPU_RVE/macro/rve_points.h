@@ -172,21 +172,21 @@ template <int D> class RvePointsOf {
   bool has_stiffened(int slot) const
   {
     if (!may_be_stiffer[slot]) return false;
-    const PointFront<D> &front = points.front(slot);
-    return front.state != State::Frozen && front.limit.is_exceeded(front.stiffness());
+    const CachedPoint<D> &cached = points.cached(slot);
+    return cached.state != State::Frozen && cached.limit.is_exceeded(cached.stiffness());
   }
   /// True if an RVE has.
   bool any_has_stiffened() const { return any_stiffened.is_set(); }
   // what is always up to date
-  const Matrix &stress(int slot) const { return points.front(slot).response.stress; }
+  const Matrix &stress(int slot) const { return points.cached(slot).response.stress; }
   const rve::Material &material(int slot) const { return points.unsynchronised(slot).material; }
   /// Whether time has passed for it, here or before it came here.
   bool has_advanced(int slot) const
   {
-    const PointFront<D> &front = points.front(slot);
-    return front.substeps > 0 || front.state == State::Asleep;
+    const CachedPoint<D> &cached = points.cached(slot);
+    return cached.substeps > 0 || cached.state == State::Asleep;
   }
-  bool frozen(int slot) const { return points.front(slot).state == State::Frozen; }
+  bool frozen(int slot) const { return points.cached(slot).state == State::Frozen; }
   int copies(int slot) const { return points.unsynchronised(slot).copies; }
   int renewals(int slot) const { return points.unsynchronised(slot).renewals; }
   double servo_gain(int slot) const { return points.unsynchronised(slot).servo_gain; }
