@@ -186,10 +186,10 @@ bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool al
   working_drives.resize(count);
   must_turn.resize(count);
   is_looked_at.resize(count);
-  bool some_owe = false, some_turn = false;
+  bool any_deferred = false, some_turn = false;
   {
     const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : some_owe, some_turn)
+#pragma omp parallel for num_threads(work.team) reduction(|| : any_deferred, some_turn)
     for (int m = 0; m < count; ++m) {
       const int k = all_work ? m : working[m], slot = slots[k];
       rve::DriveOf<D> &drive = working_drives[m];
@@ -197,8 +197,8 @@ bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool al
       drive = drives[k];
       must_turn[m] = 0;
       is_looked_at[m] = actions[k] == Action::AdvanceAndEvaluate;
-      const bool wakes = points.cached(slot).owes, has_servo = drive.has_servo();
-      some_owe = some_owe || (wakes && has_servo);
+      const bool wakes = points.cached(slot).has_deferred, has_servo = drive.has_servo();
+      any_deferred = any_deferred || (wakes && has_servo);
       if (has_servo || drive.substeps == 0) continue;
       if (wakes) drive.deformation = drive.deformation * points.at(slot).pending;
       drive.substeps = planner().substeps(slot, drive);
@@ -206,13 +206,13 @@ bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool al
       some_turn = some_turn || must_turn[m];
     }
   }
-  if (!some_turn) return some_owe;
+  if (!some_turn) return any_deferred;
   turn(*engine, working_slots, working_drives, must_turn);
   // the strain of what is left, to its last digit
   for (int m = 0; m < count; ++m)
     if (must_turn[m])
       working_drives[m].substeps = planner().substeps(working_slots[m], working_drives[m]);
-  return some_owe;
+  return any_deferred;
 }
 
 /// What an RVE under a servo slept through under another drive is carried out before. Who fails there is frozen and works no more.
@@ -357,7 +357,7 @@ template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
 #pragma omp parallel for num_threads(work.team) reduction(&& : plain)
   for (int k = 0; k < count; ++k) {
     const CachedPoint<D> &cached = points.cached(slots[k]);
-    plain = plain && cached.state == State::Awake && !cached.owes;
+    plain = plain && cached.state == State::Awake && !cached.has_deferred;
   }
   return plain;
 }
@@ -471,9 +471,9 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
       if (actions[k] == Action::Skip) sleep_on(slots[k], drives[k].deformation);
   }
 
-  const bool some_owe = plan_work(slots, drives, all_work);
+  const bool any_deferred = plan_work(slots, drives, all_work);
   const std::size_t planned = working_slots.size();
-  if (some_owe) catch_up();
+  if (any_deferred) catch_up();
   if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
   else if (advance_plainly(working_slots, working_drives, is_looked_at).empty() &&

@@ -97,10 +97,10 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     increment.dt = macro_->dt;
     increment.substeps = macro_->substeps;
     increment.deformation = deformation;
-    if (macro_->substeps == 0) return !cached.owes;
+    if (macro_->substeps == 0) return !cached.has_deferred;
     // the engine reports this error
     if (!rve::finite(deformation)) return true;
-    if (cached.owes) increment.deformation = deformation * owner_.points.at(slot).pending;
+    if (cached.has_deferred) increment.deformation = deformation * owner_.points.at(slot).pending;
     find_substeps(slot, increment);
     if (owner_.planner().needs_turn(slot, increment.deformation, macro_->dt, increment.substeps))
       turn(slot, increment);
@@ -281,7 +281,7 @@ bool RvePointsOf<D>::find_planned(const Slots &slots, const std::vector<int> &po
     const CachedPoint<D> &cached = points.cached(slot);
     const ContactResponse<D> &contacts = cached.of_contacts;
     const bool is_as_planned = cached.state == State::Asleep ||
-        (cached.state == State::Awake && !cached.owes);
+        (cached.state == State::Awake && !cached.has_deferred);
     all_serve = all_serve && is_as_planned && copies(slot) == 1 &&
         (contacts.is_linear() || !options.adaptive);
     rve::PlannedRve &planned = device_call.planned[k];
@@ -300,9 +300,10 @@ template <int D> void RvePointsOf<D>::find_resting()
 {
   device_call.resting.clear();
   // RVEs may still have deferred increments although no RVE may be skipped any more
-  const bool any_owes = std::any_of(call_slots.begin(), call_slots.end(),
-                                    [this](int slot) { return points.cached(slot).owes; });
-  if (!(options.quiescent_strain > 0.0) && !any_owes) return;
+  const bool any_deferred = std::any_of(call_slots.begin(), call_slots.end(), [this](int slot) {
+    return points.cached(slot).has_deferred;
+  });
+  if (!(options.quiescent_strain > 0.0) && !any_deferred) return;
   complete_looks(call_slots);
   const int count = static_cast<int>(call_slots.size());
   rests.resize(count);

@@ -44,7 +44,7 @@ template <int D> struct CachedPoint {
   PointState state = PointState::Empty;
   bool is_valid = false;                      ///< it says what the point says
   bool is_dirty = false;                      ///< the point has not heard of the last answer
-  bool owes = false;                          ///< a deformation is pending
+  bool has_deferred = false;                  ///< a deformation is pending
   PointUpdate update = PointUpdate::Drive;    ///< while ahead
   std::int32_t substeps = 0;                  ///< of the last DEM steps; 0: none so far
   rve::StiffeningLimit limit;                 ///< beyond which the time-step bound is checked again
@@ -140,7 +140,7 @@ template <int D, class Point> class PointTable {
   {
     Cached &cached = cached_[slot];
     cached.state = PointState::Asleep;
-    cached.owes = true;
+    cached.has_deferred = true;
     cached.is_dirty = true;
     cached.update = PointUpdate::Deferral;
     cached.response.stress = stress;
@@ -224,7 +224,7 @@ template <int D, class Point> class PointTable {
   static void take(Cached &cached, const rve::ResponseOf<D> &response, std::int32_t substeps)
   {
     cached.state = PointState::Awake;
-    cached.owes = false;
+    cached.has_deferred = false;
     cached.is_dirty = true;
     cached.substeps = substeps;
     cached.response = response;

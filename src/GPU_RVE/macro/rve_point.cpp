@@ -87,7 +87,7 @@ template <int D> CachedPoint<D> PointOf<D>::cached_copy() const
   cached.is_valid = true;
   if (state == State::Empty) return cached;
   cached.state = state;
-  cached.owes = !is_identity(pending);
+  cached.has_deferred = !is_identity(pending);
   cached.limit = limit;
   cached.response = {result.status, contacts, peak_force, result.stress};
   cached.pressure = last_steps().mean_stress();

@@ -22,7 +22,8 @@ Action StepPlanner<D>::action(int slot, const Matrix &increment, double dt, int 
   const double limit = options_.quiescent_strain, strain = rve::strain_size(increment);
   // first the test that most RVEs decide
   if (cached.response.status != rve::status::Ok || !(strain < limit)) return Action::Advance;
-  const double of_all = cached.owes ? rve::strain_size(increment * points_.pending(slot)) : strain;
+  const double of_all = cached.has_deferred ? rve::strain_size(increment * points_.pending(slot))
+                                            : strain;
   switch (rve::skipping_of(points_.rest(slot), strain, of_all, limit, [&] {
     return options_.adaptive ? this->substeps(slot, strain, dt) : substeps;
   })) {
@@ -62,7 +63,7 @@ bool StepPlanner<D>::slips(int slot, const Matrix &increment, double dt, int sub
 template <int D>
 bool StepPlanner<D>::needs_turn(int slot, const Matrix &increment, double dt, int substeps) const
 {
-  return (points_.cached(slot).owes &&
+  return (points_.cached(slot).has_deferred &&
           rve::is_turned(points_.at(slot).mean_overlap(), increment)) ||
       (options_.adaptive && slips(slot, increment, dt, substeps));
 }
