@@ -107,25 +107,26 @@ template <int D> void RvePointsOf<D>::freeze(int slot, std::uint32_t status)
 }
 
 /// Through an increment; returns its stress.
-template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_on(int slot, const Matrix &increment)
+template <int D>
+rve::Tensor<double, D> RvePointsOf<D>::defer_increment(int slot, const Matrix &increment)
 {
-  return sleep_until(slot, increment * points.pending(slot));
+  return defer_until(slot, increment * points.pending(slot));
 }
 
-template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_until(int slot, const Matrix &pending)
+template <int D> rve::Tensor<double, D> RvePointsOf<D>::defer_until(int slot, const Matrix &pending)
 {
   points.cached(slot);    // is current from here on
-  const Matrix stress = points.sleep(slot).stress_after(pending);
-  points.slept(slot, pending, stress);
+  const Matrix stress = points.quiescence(slot).stress_after(pending);
+  points.defer(slot, pending, stress);
   return stress;
 }
 
 /// Slots whose RVEs sleep in this step.
-template <int D> std::vector<int> RvePointsOf<D>::those_that_sleep(const Slots &slots) const
+template <int D> std::vector<int> RvePointsOf<D>::newly_quiescent(const Slots &slots) const
 {
   std::vector<int> some;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if (actions[k] == Action::Skip && !points.sleeps_on(slots[k])) some.push_back(slots[k]);
+    if (actions[k] == Action::Skip && !points.was_deferred(slots[k])) some.push_back(slots[k]);
   return some;
 }
 
@@ -463,12 +464,12 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
   record_sizes.assign(points.size(), 0);
   const bool all_work = plan_actions(slots, drives);
   if (!all_work && options.quiescent_strain > 0.0) {
-    complete_looks(those_that_sleep(slots));
+    complete_looks(newly_quiescent(slots));
     const int count = static_cast<int>(slots.size());
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k)
-      if (actions[k] == Action::Skip) sleep_on(slots[k], drives[k].deformation);
+      if (actions[k] == Action::Skip) defer_increment(slots[k], drives[k].deformation);
   }
 
   const bool any_deferred = plan_work(slots, drives, all_work);

@@ -60,7 +60,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   }
   void take_sleep(int m, const Matrix &pending) override
   {
-    deliver_stress(m, owner_.sleep_until(owner_.call_slots[m], pending));
+    deliver_stress(m, owner_.defer_until(owner_.call_slots[m], pending));
   }
   /// Of one that fails another answer may follow.
   void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
@@ -149,23 +149,23 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
   const auto start = rve::WallClock::now();
   find_those_apart();
   const int count = static_cast<int>(slots.size());
-  const bool has_actions = find_sleepers(slots, increments);
-  const bool any_sleep =
+  const bool has_actions = choose_actions(slots, increments);
+  const bool any_quiescent =
       has_actions && std::find(actions.begin(), actions.end(), Action::Skip) != actions.end();
-  if (any_sleep) complete_looks(those_that_sleep(slots));
-  const bool of_all = !any_is_apart && !any_sleep;
-  choose_slots(slots, any_sleep);
+  if (any_quiescent) complete_looks(newly_quiescent(slots));
+  const bool of_all = !any_is_apart && !any_quiescent;
+  choose_slots(slots, any_quiescent);
   auto call = std::make_shared<IncrementCall>(*this, &increments, of_all, has_actions);
   const auto engine_start = rve::WallClock::now();
   rve::Request *const request = engine->begin(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
   if (!request) return nullptr;
-  if (any_sleep) {
+  if (any_quiescent) {
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k) {
       if (actions[k] != Action::Skip) continue;
-      increments.take_stress(k, sleep_on(slots[k], increments.increment(k)));
+      increments.take_stress(k, defer_increment(slots[k], increments.increment(k)));
     }
   }
   under_way = {request, &slots, &increments, std::move(call)};
@@ -175,12 +175,12 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
 
 /// Which slots the call of the engine has, and where they are in `slots`: not those that are apart,
 /// which have calls of their own, and not those that sleep in this step.
-template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_sleep)
+template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_quiescent)
 {
   call_slots.clear();
   call_places.clear();
   places_apart.clear();
-  if (!any_is_apart && !any_sleep) {
+  if (!any_is_apart && !any_quiescent) {
     call_slots = slots;
     return;
   }
@@ -189,7 +189,7 @@ template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_
       places_apart.push_back(k);
       continue;
     }
-    if (any_sleep && actions[k] == Action::Skip) continue;
+    if (any_quiescent && actions[k] == Action::Skip) continue;
     call_slots.push_back(slots[k]);
     call_places.push_back(k);
   }
@@ -197,7 +197,7 @@ template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_
 
 /// What those that are not apart do in this step: whether there is any but work.
 template <int D>
-bool RvePointsOf<D>::find_sleepers(const Slots &slots, const MacroIncrementsOf<D> &increments)
+bool RvePointsOf<D>::choose_actions(const Slots &slots, const MacroIncrementsOf<D> &increments)
 {
   if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
   const int count = static_cast<int>(slots.size());
@@ -314,7 +314,7 @@ template <int D> void RvePointsOf<D>::find_resting()
   }
   for (int k = 0; k < count; ++k)
     if (rests[k] != rve::Rest::Unknown)
-      device_call.resting.push_back({k, rests[k], points.sleep(call_slots[k])});
+      device_call.resting.push_back({k, rests[k], points.quiescence(call_slots[k])});
 }
 
 template <int D>

@@ -90,7 +90,7 @@ template <int D, class Point> class PointTable {
     points_.resize(size);
     cached_.resize(size);
     drives_.resize(size);
-    sleeps_.resize(size);
+    quiescences_.resize(size);
   }
 
   /// To be changed.
@@ -109,7 +109,7 @@ template <int D, class Point> class PointTable {
   }
 
   /// Whether the last thing that happened to it is that it sleeps, as sleep() has it.
-  bool sleeps_on(int slot) const
+  bool was_deferred(int slot) const
   {
     return cached_[slot].is_dirty && cached_[slot].update == PointUpdate::Deferral;
   }
@@ -119,24 +119,24 @@ template <int D, class Point> class PointTable {
   rve::Rest rest(int slot) const
   {
     if (!cached_[slot].is_dirty) return points_[slot].rest();
-    return sleeps_on(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
+    return was_deferred(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
   }
   /// Of one that sleeps, or has been looked at and shall.
-  const rve::SleepOf<D> &sleep(int slot)
+  const rve::SleepOf<D> &quiescence(int slot)
   {
-    if (!sleeps_on(slot)) {
+    if (!was_deferred(slot)) {
       synchronise(slot);
-      sleeps_[slot] = points_[slot].sleep();
+      quiescences_[slot] = points_[slot].quiescence();
     }
-    return sleeps_[slot];
+    return quiescences_[slot];
   }
   /// Deformation since its last DEM step.
   const rve::Tensor<double, D> &pending(int slot) const
   {
-    return sleeps_on(slot) ? sleeps_[slot].pending : at(slot).pending;
+    return was_deferred(slot) ? quiescences_[slot].pending : at(slot).pending;
   }
   /// It sleeps on with this deformation, behind sleep().
-  void slept(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
+  void defer(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
   {
     Cached &cached = cached_[slot];
     cached.state = PointState::Asleep;
@@ -144,7 +144,7 @@ template <int D, class Point> class PointTable {
     cached.is_dirty = true;
     cached.update = PointUpdate::Deferral;
     cached.response.stress = stress;
-    sleeps_[slot].pending = pending;
+    quiescences_[slot].pending = pending;
   }
 
   /// For what no cached has of the last answer.
@@ -174,7 +174,7 @@ template <int D, class Point> class PointTable {
   /// Whether its result is not whole.
   bool is_stale(int slot) const
   {
-    return (cached_[slot].is_dirty && !sleeps_on(slot)) || points_[slot].stale;
+    return (cached_[slot].is_dirty && !was_deferred(slot)) || points_[slot].stale;
   }
   /// Whether there may be one like that, since this was denied.
   bool any_stale() const { return any_stale_.is_set(); }
@@ -214,7 +214,7 @@ template <int D, class Point> class PointTable {
   mutable std::vector<Cached> cached_;
   /// While fronts are ahead: of the last DEM steps, unless they were by an increment.
   mutable std::vector<rve::DriveOf<D>> drives_;
-  std::vector<rve::SleepOf<D>> sleeps_;    ///< of those that sleep
+  std::vector<rve::SleepOf<D>> quiescences_;    ///< of those that sleep
 
   mutable SharedFlag any_stale_{true};
   SharedFlag is_changed_{true};
@@ -237,7 +237,7 @@ template <int D, class Point> class PointTable {
     if (!cached.is_dirty) return;
     cached.is_dirty = false;
     if (cached.update == PointUpdate::Deferral)
-      points_[slot].sleep_on(sleeps_[slot]);
+      points_[slot].defer(quiescences_[slot]);
     else
       points_[slot].hear(cached.response,
                          cached.update == PointUpdate::Increment ? cached.increment.drive()

@@ -48,7 +48,7 @@ void PointOf<D>::hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> 
   note(last);
 }
 
-template <int D> rve::SleepOf<D> PointOf<D>::sleep() const
+template <int D> rve::SleepOf<D> PointOf<D>::quiescence() const
 {
   return {pending, last_steps().stress,
           look && look->stiffness ? *look->stiffness : rve::AffineStiffnessOf<D>(), mean_overlap()};
@@ -61,7 +61,7 @@ template <int D> rve::Rest PointOf<D>::rest() const
   return is_at_rest ? rve::Rest::Rests : look ? rve::Rest::Moves : rve::Rest::Unknown;
 }
 
-template <int D> void PointOf<D>::sleep_on(const rve::SleepOf<D> &sleep)
+template <int D> void PointOf<D>::defer(const rve::SleepOf<D> &sleep)
 {
   if (!asleep()) rested = result;
   state = State::Asleep;

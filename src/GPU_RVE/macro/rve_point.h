@@ -76,11 +76,11 @@ template <int D> struct PointOf {
   /// A sound answer to this drive.
   void hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
   /// It sleeps, or sleeps on: cell, deformation and void ratio follow. The rest is that of the last DEM step.
-  void sleep_on(const rve::SleepOf<D> &sleep);
+  void defer(const rve::SleepOf<D> &sleep);
   /// What follows the pending deformation, from `rested`; but its stress.
   void follow_pending();
   /// Of one that sleeps, or has been looked at.
-  rve::SleepOf<D> sleep() const;
+  rve::SleepOf<D> quiescence() const;
   rve::Rest rest() const;
   CachedPoint<D> cached_copy() const;
   /// D itself, in the axes of the present; zero before its first steps [1/time]

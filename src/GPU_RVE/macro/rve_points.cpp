@@ -280,7 +280,7 @@ void RvePointsOf<D>::set_materials(const Slots &slots, const std::vector<rve::Ma
     }
     point.rested = look;
     point.look = PointOf<D>::Look::of(looks[k]);
-    point.sleep_on(point.sleep());
+    point.defer(point.quiescence());
   }
 }
 

@@ -313,7 +313,7 @@ template <int D> class RvePointsOf {
   void call_and_look(const Slots &slots, const Drives &drives, const std::vector<char> &looked_at);
   Slots advance_by_plan(const Slots &slots, const Drives &drives);
   void find_those_apart();
-  void choose_slots(const Slots &slots, bool any_sleep);
+  void choose_slots(const Slots &slots, bool any_quiescent);
   void end_failures(IncrementCall &call, std::vector<int> &failed);
   void advance_those_apart(const Slots &slots, const std::vector<int> &places,
                            MacroIncrementsOf<D> &increments, std::vector<int> &failed);
@@ -332,10 +332,10 @@ template <int D> class RvePointsOf {
   void move_to(const rve::ContactModel &contacts, const NewMaterials &materials);
   void set_materials_in_place(const Slots &slots, const std::vector<rve::Material> &materials);
   void complete_looks(const Slots &slots);
-  bool find_sleepers(const Slots &slots, const MacroIncrementsOf<D> &increments);
-  Matrix sleep_on(int slot, const Matrix &increment);
-  Matrix sleep_until(int slot, const Matrix &pending);
-  Slots those_that_sleep(const Slots &slots) const;
+  bool choose_actions(const Slots &slots, const MacroIncrementsOf<D> &increments);
+  Matrix defer_increment(int slot, const Matrix &increment);
+  Matrix defer_until(int slot, const Matrix &pending);
+  Slots newly_quiescent(const Slots &slots) const;
   void look_at_working();
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
                    const std::vector<char> &must_turn);
