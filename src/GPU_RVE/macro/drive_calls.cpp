@@ -381,7 +381,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
   const auto has_failed = [&](int k) { return (responses[k].status & rve::status::Fatal) != 0; };
   bool any_failed = false;
   const auto take = [&](int k) {
-    points.answered(slots[k], responses[k], drives[k]);
+    points.store(slots[k], responses[k], drives[k]);
     if (points.cached(slots[k]).limit.is_exceeded(rve::stiffness_measures(responses[k])))
       note_stiffening(slots[k]);
   };
@@ -442,7 +442,7 @@ template <int D> void RvePointsOf<D>::complete() const
     if (points.is_stale(slot)) stale_slots.push_back(slot);
   const int count = static_cast<int>(stale_slots.size());
   if (count == 0) {
-    points.deny_stale();
+    points.clear_any_stale();
     return;
   }
   // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
@@ -455,7 +455,7 @@ template <int D> void RvePointsOf<D>::complete() const
     point.stale = false;
     if (!(looks[k].status & rve::status::Fatal)) point.take_details(looks[k]);
   }
-  points.deny_stale();
+  points.clear_any_stale();
 }
 
 template <int D>

@@ -71,7 +71,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
       return;
     }
     const int slot = owner_.call_slots[m];
-    owner_.points.answered(slot, response, increment);
+    owner_.points.store(slot, response, increment);
     if (owner_.points.cached(slot).limit.is_exceeded(rve::stiffness_measures(response)))
       owner_.note_stiffening(slot);
     deliver_stress(m, response.stress);
@@ -388,7 +388,7 @@ template <int D> void RvePointsOf<D>::find_those_apart()
     any = any || is_apart[slot];
   }
   any_is_apart = any;
-  points.deny_change();
+  points.clear_changed();
 }
 
 /// Of those at these places that are not frozen: a call of their own, by drives. They are few.

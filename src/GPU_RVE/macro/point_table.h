@@ -96,7 +96,7 @@ template <int D, class Point> class PointTable {
   /// To be changed.
   Point &operator[](int slot)
   {
-    note_stale();
+    any_stale_.set(true);
     is_changed_.set(true);
     synchronise(slot);
     cached_[slot].is_valid = false;
@@ -178,33 +178,33 @@ template <int D, class Point> class PointTable {
   }
   /// Whether there may be one like that, since this was denied.
   bool any_stale() const { return any_stale_.is_set(); }
-  void deny_stale() const { any_stale_.set(false); }
+  void clear_any_stale() const { any_stale_.set(false); }
   /// Whether more may have changed than answers say, since this was denied.
   bool is_changed() const { return is_changed_.is_set(); }
-  void deny_change() { is_changed_.set(false); }
+  void clear_changed() { is_changed_.set(false); }
 
   /// After a sound answer to this drive.
-  void answered(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
+  void store(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
   {
     Cached &cached = cached_[slot];
     if (!cached.is_valid || drive.substeps == 0) {
-      (*this)[slot].hear(response, drive);
+      (*this)[slot].store(response, drive);
       return;
     }
-    note_stale();
-    take(cached, response, drive.substeps);
+    any_stale_.set(true);
+    store_response(cached, response, drive.substeps);
     cached.update = PointUpdate::Drive;
     drives_[slot] = drive;
   }
-  void answered(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
+  void store(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
   {
     Cached &cached = cached_[slot];
     if (!cached.is_valid || increment.substeps == 0) {
-      (*this)[slot].hear(response, increment.drive());
+      (*this)[slot].store(response, increment.drive());
       return;
     }
-    note_stale();
-    take(cached, response, increment.substeps);
+    any_stale_.set(true);
+    store_response(cached, response, increment.substeps);
     cached.update = PointUpdate::Increment;
     cached.increment = increment;
   }
@@ -219,9 +219,8 @@ template <int D, class Point> class PointTable {
   mutable SharedFlag any_stale_{true};
   SharedFlag is_changed_{true};
 
-  void note_stale() { any_stale_.set(true); }
-
-  static void take(Cached &cached, const rve::ResponseOf<D> &response, std::int32_t substeps)
+  static void store_response(Cached &cached, const rve::ResponseOf<D> &response,
+                             std::int32_t substeps)
   {
     cached.state = PointState::Awake;
     cached.has_deferred = false;
@@ -239,9 +238,9 @@ template <int D, class Point> class PointTable {
     if (cached.update == PointUpdate::Deferral)
       points_[slot].defer(quiescences_[slot]);
     else
-      points_[slot].hear(cached.response,
-                         cached.update == PointUpdate::Increment ? cached.increment.drive()
-                                                                 : drives_[slot]);
+      points_[slot].store(cached.response,
+                          cached.update == PointUpdate::Increment ? cached.increment.drive()
+                                                                  : drives_[slot]);
   }
 };
 

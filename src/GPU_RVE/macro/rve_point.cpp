@@ -34,7 +34,7 @@ template <int D> void PointOf<D>::note(const rve::DriveOf<D> &last)
 }
 
 template <int D>
-void PointOf<D>::hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last)
+void PointOf<D>::store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last)
 {
   state = State::Awake;
   result.status = response.status;

@@ -74,7 +74,7 @@ template <int D> struct PointOf {
   /// Sets the result of an RVE before its first DEM steps, and what follows from it.
   void begin_with(const rve::ResultOf<D> &first);
   /// A sound answer to this drive.
-  void hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
+  void store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
   /// It sleeps, or sleeps on: cell, deformation and void ratio follow. The rest is that of the last DEM step.
   void defer(const rve::SleepOf<D> &sleep);
   /// What follows the pending deformation, from `rested`; but its stress.
