@@ -153,7 +153,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
   const auto put = [this](const States &states, const States &of_shadows) {
     add_all(states, *engine);
     for (std::size_t slot = 0; slot < of_shadows.size(); ++slot)
-      if (of_shadows[slot]) points[slot].shadow = shadows->add(*of_shadows[slot]);
+      if (of_shadows[slot]) points.modify(slot).shadow = shadows->add(*of_shadows[slot]);
   };
   engine = std::move(other);
   device_plan = Plan::None;

@@ -101,7 +101,7 @@ std::vector<rve::ElasticResultOf<D>> RvePointsOf<D>::evaluate(const Slots &slots
 
 template <int D> void RvePointsOf<D>::freeze(int slot, std::uint32_t status)
 {
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   point.state = State::Frozen;
   point.result.status = status;
 }
@@ -243,7 +243,7 @@ template <int D> void RvePointsOf<D>::catch_up()
       freeze(slots[k], responses[k].status);
       continue;
     }
-    Point &point = points[slots[k]];
+    Point &point = points.modify(slots[k]);
     point.state = State::Awake;
     point.pending = Matrix::identity();
   }
@@ -276,7 +276,7 @@ template <int D> void RvePointsOf<D>::run(std::vector<SampledStep<D>> &steps)
     call_and_widen(slots, drives, responses);
     for (std::size_t k = 0; k < some.size(); ++k) {
       SampledStep<D> &macro = *some[k];
-      Point &point = points[macro.slot];
+      Point &point = points.modify(macro.slot);
       point.result.status = responses[k].status;
       macro.failed = (responses[k].status & rve::status::Fatal) != 0;
       if (macro.failed) continue;
@@ -315,7 +315,7 @@ template <int D> void RvePointsOf<D>::advance_shadows(const Slots &slots, const 
   shadows->advance(numbers, finer, responses);
   widen_shadows(originals, finer, responses);
   for (std::size_t k = 0; k < numbers.size(); ++k) {
-    Point &point = points[originals[k]];
+    Point &point = points.modify(originals[k]);
     if (responses[k].status & rve::status::Fatal)
       remove_shadow(originals[k]);    // its RVE will have another one, or fail as well
     else
@@ -495,7 +495,7 @@ template <int D> void RvePointsOf<D>::advance_with_samples(const Slots &slots, c
   for (std::size_t k = 0; k < slots.size(); ++k) steps.emplace_back(slots[k], drives[k], options);
   run(steps);
   for (const SampledStep<D> &macro : steps) {
-    Point &point = points[macro.slot];
+    Point &point = points.modify(macro.slot);
     point.state = macro.failed ? State::Frozen : State::Awake;
     if (macro.failed) continue;
     point.stale = true;

@@ -90,7 +90,7 @@ void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<
 template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
 {
   RenewalOf<D> &renewal = fresh.renewal;
-  Point &point = points[renewal.slot];
+  Point &point = points.modify(renewal.slot);
   rve::RveStateOf<D> state = engine->state(renewal.slot);
   renewal.steps = state.counters.steps - fresh.of_packing.steps;
   const auto go_on = [&](std::int64_t rve::Counters::*count) {
@@ -154,7 +154,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const Slots &slots,
     if (was_just_made) fresh.candidates.clear();
     fresh.copies_before = point.copies;
   }
-  for (const int slot : slots) points[slot].copies = 1;
+  for (const int slot : slots) points.modify(slot).copies = 1;
 
   // those that fail on the way try the next packing
   for (int trial = 0; trial < MOST_FRESH_TRIALS; ++trial) {
@@ -170,7 +170,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const Slots &slots,
     Fresh &fresh = all[k];
     if (points.at(slots[k]).frozen()) {    // as it was
       replace(*engine, slots[k], fresh.before);
-      points[slots[k]].copies = fresh.copies_before;
+      points.modify(slots[k]).copies = fresh.copies_before;
       fresh.renewal.packing = -1;
     }
     record_sizes[slots[k]] = 0;

@@ -50,7 +50,7 @@ template <int D> bool RvePointsOf<D>::has_room_for_copies(int num_grains) const
 /// same configuration.
 template <int D> bool RvePointsOf<D>::widen(int slot)
 {
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   if (2 * point.copies > options.most_copies) return false;
   const rve::RveStateOf<D> state = engine->state(slot);
   if (rve::is_one_grain_across(state, point.copies)) return false;

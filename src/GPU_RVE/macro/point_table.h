@@ -94,7 +94,7 @@ template <int D, class Point> class PointTable {
   }
 
   /// To be changed.
-  Point &operator[](int slot)
+  Point &modify(int slot)
   {
     any_stale_.set(true);
     is_changed_.set(true);
@@ -188,7 +188,7 @@ template <int D, class Point> class PointTable {
   {
     Cached &cached = cached_[slot];
     if (!cached.is_valid || drive.substeps == 0) {
-      (*this)[slot].store(response, drive);
+      modify(slot).store(response, drive);
       return;
     }
     any_stale_.set(true);
@@ -200,7 +200,7 @@ template <int D, class Point> class PointTable {
   {
     Cached &cached = cached_[slot];
     if (!cached.is_valid || increment.substeps == 0) {
-      (*this)[slot].store(response, increment.drive());
+      modify(slot).store(response, increment.drive());
       return;
     }
     any_stale_.set(true);

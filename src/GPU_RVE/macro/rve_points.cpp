@@ -61,7 +61,7 @@ typename RvePointsOf<D>::Point &RvePointsOf<D>::settle(int slot, const rve::RveS
   record_sizes[slot] = 0;
   may_be_stiffer.resize(points.size());
   may_be_stiffer[slot] = 1;
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   point = Point();
   point.state = State::Awake;
   point.material = state.material;
@@ -91,7 +91,7 @@ template <int D> void RvePointsOf<D>::evaluate_new(const Slots &slots)
       freeze(slots[k], results[k].status);
       continue;
     }
-    points[slots[k]].begin_with(results[k]);
+    points.modify(slots[k]).begin_with(results[k]);
     limit_stiffening(slots[k]);
   }
 }
@@ -114,10 +114,13 @@ template <int D> void RvePointsOf<D>::begin_anew(const Slots &slots)
     remove(slot);
     engine->add(state);    // takes the number that is free
     settle(slot, state);
-    if (has_shadow) points[slot].shadow = shadows->add(state);
+    if (has_shadow) points.modify(slot).shadow = shadows->add(state);
   }
   evaluate_new(slots);
-  for (const int slot : slots) points[slot].shadow_stress = points[slot].result.stress;
+  for (const int slot : slots) {
+    Point &point = points.modify(slot);
+    point.shadow_stress = point.result.stress;
+  }
 }
 
 template <int D>
@@ -141,7 +144,7 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_energy(int s
 
 template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int slot)
 {
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   const auto list =
       rve::advice_on_servo(point.result, point.drive, point.out_of_reach, point.servo_error);
   point.out_of_reach = rve::stress_out_of_reach(point.result, point.drive, point.servo_error);
@@ -191,7 +194,7 @@ template <int D> void RvePointsOf<D>::remove(int slot)
 {
   engine->remove(slot);
   remove_shadow(slot);
-  points[slot] = Point();
+  points.modify(slot) = Point();
   record_sizes[slot] = 0;
 }
 
@@ -199,7 +202,7 @@ template <int D> void RvePointsOf<D>::add_shadow(int slot)
 {
   // a shadow begins where its RVE is
   rve::RveStateOf<D> state = engine->state(slot);
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   point.shadow = shadows->add(state);
   record_sizes[slot] = 0;
   rve::DriveOf<D> drive = point.drive;
@@ -213,7 +216,7 @@ template <int D> void RvePointsOf<D>::add_shadow(int slot)
 
 template <int D> void RvePointsOf<D>::remove_shadow(int slot)
 {
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   if (point.shadow >= 0) shadows->remove(point.shadow);
   point.shadow = -1;
   record_sizes[slot] = 0;
@@ -263,7 +266,7 @@ void RvePointsOf<D>::set_materials(const Slots &slots, const std::vector<rve::Ma
   const std::vector<rve::ElasticResultOf<D>> looks = evaluate(slots);
   std::vector<rve::ResponseOf<D>> look_at_shadow;
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    Point &point = points[slots[k]];
+    Point &point = points.modify(slots[k]);
     if (point.shadow >= 0) {
       shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
       point.shadow_stress = look_at_shadow[0].stress;
@@ -316,7 +319,7 @@ template <int D> void RvePointsOf<D>::restore(const std::vector<Kept> &before)
     // forces between grains whose material had changed have moved the springs of their contacts
     if (kept.state) replace(*engine, kept.slot, *kept.state);
     if (kept.shadow) replace(*shadows, kept.point.shadow, *kept.shadow);
-    points[kept.slot] = kept.point;
+    points.modify(kept.slot) = kept.point;
   }
 }
 
