@@ -131,16 +131,17 @@ template <int D> std::vector<int> RvePointsOf<D>::newly_quiescent(const Slots &s
 }
 
 /// Those that came with a record and rest have not brought their stiffness.
-template <int D> void RvePointsOf<D>::complete_looks(const Slots &slots)
+template <int D> void RvePointsOf<D>::complete_evaluations(const Slots &slots)
 {
   std::vector<int> some;
   for (const int slot : slots)
-    if (!points.is_dirty(slot) && points.at(slot).look && !points.at(slot).look->is_whole())
+    if (!points.is_dirty(slot) && points.at(slot).evaluation &&
+        !points.at(slot).evaluation->is_whole())
       some.push_back(slot);
   if (some.empty()) return;
   const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);
   for (std::size_t m = 0; m < some.size(); ++m)
-    points.synchronised(some[m]).look->stiffness = found[m].stiffness;
+    points.synchronised(some[m]).evaluation->stiffness = found[m].stiffness;
 }
 
 /// Carries out rotations that grains could not follow: the drives keep the stretch.
@@ -186,7 +187,7 @@ bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool al
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
-  is_looked_at.resize(count);
+  is_evaluated.resize(count);
   bool any_deferred = false, some_turn = false;
   {
     const rve::LightWork work(count, threads);
@@ -197,7 +198,7 @@ bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool al
       working_slots[m] = slot;
       drive = drives[k];
       must_turn[m] = 0;
-      is_looked_at[m] = actions[k] == Action::AdvanceAndEvaluate;
+      is_evaluated[m] = actions[k] == Action::AdvanceAndEvaluate;
       const bool wakes = points.cached(slot).has_deferred, has_servo = drive.has_servo();
       any_deferred = any_deferred || (wakes && has_servo);
       if (has_servo || drive.substeps == 0) continue;
@@ -251,12 +252,12 @@ template <int D> void RvePointsOf<D>::catch_up()
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
     if (frozen(working_slots[m])) continue;
     working_slots[left] = working_slots[m];
-    is_looked_at[left] = is_looked_at[m];
+    is_evaluated[left] = is_evaluated[m];
     working_drives[left++] = working_drives[m];
   }
   working_slots.resize(left);
   working_drives.resize(left);
-  is_looked_at.resize(left);
+  is_evaluated.resize(left);
 }
 
 /// Advances macro steps part by part. One call of the engine has the n-th parts of all RVEs.
@@ -365,17 +366,17 @@ template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
 
 template <int D>
 std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drives &drives,
-                                                 const std::vector<char> &looked_at)
+                                                 const std::vector<char> &is_evaluated)
 {
   const int count = static_cast<int>(slots.size());
   if (count == 0) return {};
-  std::vector<int> looked_places;
-  for (std::size_t k = 0; k < looked_at.size(); ++k)
-    if (looked_at[k]) looked_places.push_back(static_cast<int>(k));
-  if (looked_places.empty())
+  std::vector<int> evaluated;
+  for (std::size_t k = 0; k < is_evaluated.size(); ++k)
+    if (is_evaluated[k]) evaluated.push_back(static_cast<int>(k));
+  if (evaluated.empty())
     call_engine(slots, drives, responses);
   else
-    call_and_look(slots, drives, looked_at);
+    call_and_evaluate(slots, drives, is_evaluated);
   record_sizes.assign(points.size(), 0);
 
   const auto has_failed = [&](int k) { return (responses[k].status & rve::status::Fatal) != 0; };
@@ -395,9 +396,10 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
         take(k);
     }
   }
-  for (std::size_t m = 0; m < looked_places.size(); ++m)
-    if (!has_failed(looked_places[m]))
-      points.synchronised(slots[looked_places[m]]).look = PointOf<D>::Look::of(found_looks[m]);
+  for (std::size_t m = 0; m < evaluated.size(); ++m)
+    if (!has_failed(evaluated[m]))
+      points.synchronised(slots[evaluated[m]]).evaluation =
+          PointOf<D>::Evaluation::of(evaluations[m]);
   if (!any_failed) return {};
 
   std::vector<int> failed, in_trouble;
@@ -417,20 +419,20 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
 
 /// Those that shall be looked at have the longest answer, in a call of their own.
 template <int D>
-void RvePointsOf<D>::call_and_look(const Slots &slots, const Drives &drives,
-                                   const std::vector<char> &looked_at)
+void RvePointsOf<D>::call_and_evaluate(const Slots &slots, const Drives &drives,
+                                       const std::vector<char> &is_evaluated)
 {
-  const PartOfCall<D> looked(slots, drives, [&](std::size_t k) { return looked_at[k] != 0; }),
-      others(slots, drives, [&](std::size_t k) { return looked_at[k] == 0; });
+  const PartOfCall<D> evaluated(slots, drives, [&](std::size_t k) { return is_evaluated[k] != 0; }),
+      others(slots, drives, [&](std::size_t k) { return is_evaluated[k] == 0; });
   std::vector<rve::ResponseOf<D>> of_others;
   if (!others.slots.empty()) call_engine(others.slots, others.drives, of_others);
-  call_engine(looked.slots, looked.drives, found_looks);
+  call_engine(evaluated.slots, evaluated.drives, evaluations);
   responses.resize(slots.size());
   others.scatter(of_others, responses);
-  for (std::size_t m = 0; m < found_looks.size(); ++m) {
-    const rve::ResultOf<D> &result = found_looks[m].result;
-    responses[looked.index[m]] = {result.status, result.num_contacts, result.peak_force,
-                                  result.stress};
+  for (std::size_t m = 0; m < evaluations.size(); ++m) {
+    const rve::ResultOf<D> &result = evaluations[m].result;
+    responses[evaluated.index[m]] = {result.status, result.num_contacts, result.peak_force,
+                                     result.stress};
   }
 }
 
@@ -447,13 +449,13 @@ template <int D> void RvePointsOf<D>::complete() const
   }
   // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
   if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
-  call_engine(stale_slots, resting, looks);
+  call_engine(stale_slots, resting, results);
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k) {
     Point &point = points.synchronised(stale_slots[k]);
     point.stale = false;
-    if (!(looks[k].status & rve::status::Fatal)) point.take_details(looks[k]);
+    if (!(results[k].status & rve::status::Fatal)) point.take_details(results[k]);
   }
   points.clear_any_stale();
 }
@@ -464,7 +466,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
   record_sizes.assign(points.size(), 0);
   const bool all_work = plan_actions(slots, drives);
   if (!all_work && options.quiescent_strain > 0.0) {
-    complete_looks(newly_quiescent(slots));
+    complete_evaluations(newly_quiescent(slots));
     const int count = static_cast<int>(slots.size());
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
@@ -477,7 +479,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
   if (any_deferred) catch_up();
   if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
-  else if (advance_plainly(working_slots, working_drives, is_looked_at).empty() &&
+  else if (advance_plainly(working_slots, working_drives, is_evaluated).empty() &&
            working_slots.size() == planned)
     return {};    // as nearly always: thousands of points need not be asked
 
@@ -499,25 +501,25 @@ template <int D> void RvePointsOf<D>::advance_with_samples(const Slots &slots, c
     point.state = macro.failed ? State::Frozen : State::Awake;
     if (macro.failed) continue;
     point.stale = true;
-    point.look.reset();
+    point.evaluation.reset();
     if (macro.drive.substeps == 0) continue;
     point.pending = Matrix::identity();
     point.note(macro.drive);
   }
-  look_at_working();
+  evaluate_working();
 }
 
 /// A look of its own, at those that shall be looked at after their last DEM steps.
-template <int D> void RvePointsOf<D>::look_at_working()
+template <int D> void RvePointsOf<D>::evaluate_working()
 {
   std::vector<int> some;
   for (std::size_t m = 0; m < working_slots.size(); ++m)
-    if (is_looked_at[m] && !frozen(working_slots[m])) some.push_back(working_slots[m]);
+    if (is_evaluated[m] && !frozen(working_slots[m])) some.push_back(working_slots[m]);
   if (some.empty()) return;
   const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);
   for (std::size_t m = 0; m < some.size(); ++m)
     if (!(found[m].result.status & rve::status::Fatal))
-      points.synchronised(some[m]).look = PointOf<D>::Look::of(found[m]);
+      points.synchronised(some[m]).evaluation = PointOf<D>::Evaluation::of(found[m]);
 }
 
 template class RvePointsOf<2>;

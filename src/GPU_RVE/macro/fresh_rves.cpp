@@ -103,12 +103,12 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
   state.deformation = fresh.before.deformation;
   state.servo_velocity_gradient = fresh.before.servo_velocity_gradient;
   state.energy = rve::EnergyLedger();
-  std::vector<rve::ResultOf<D>> looks;
+  std::vector<rve::ResultOf<D>> results;
   if (replace(*engine, renewal.slot, state))
-    engine->advance({renewal.slot}, drives_at_rest(1), looks);
-  if (looks.empty() || (looks[0].status & rve::status::Fatal)) return;
+    engine->advance({renewal.slot}, drives_at_rest(1), results);
+  if (results.empty() || (results[0].status & rve::status::Fatal)) return;
   remove_shadow(renewal.slot);
-  point.begin_with(looks[0]);
+  point.begin_with(results[0]);
   point.stale = false;
   point.state = State::Awake;
   point.servo_gain = fresh.gain;
@@ -118,7 +118,7 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
   point.servo_error = point.out_of_reach = 0.0;
   point.rested = rve::ResultOf<D>();
   point.pending = Matrix::identity();
-  point.look.reset();
+  point.evaluation.reset();
   point.energy_at_start.reset();
   ++point.renewals;
   renewal.stress = point.result.stress;

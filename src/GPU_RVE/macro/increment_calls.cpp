@@ -55,8 +55,8 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   }
   void take_look(int m, const rve::LookOf<D> &look) override
   {
-    owner_.points.synchronised(owner_.call_slots[m]).look =
-        typename Point::Look{look.is_at_rest, look.mean_overlap, look.stiffness};
+    owner_.points.synchronised(owner_.call_slots[m]).evaluation =
+        typename Point::Evaluation{look.is_at_rest, look.mean_overlap, look.stiffness};
   }
   void take_sleep(int m, const Matrix &pending) override
   {
@@ -152,7 +152,7 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
   const bool has_actions = choose_actions(slots, increments);
   const bool any_quiescent =
       has_actions && std::find(actions.begin(), actions.end(), Action::Skip) != actions.end();
-  if (any_quiescent) complete_looks(newly_quiescent(slots));
+  if (any_quiescent) complete_evaluations(newly_quiescent(slots));
   const bool of_all = !any_is_apart && !any_quiescent;
   choose_slots(slots, any_quiescent);
   auto call = std::make_shared<IncrementCall>(*this, &increments, of_all, has_actions);
@@ -304,7 +304,7 @@ template <int D> void RvePointsOf<D>::find_resting()
     return points.cached(slot).has_deferred;
   });
   if (!(options.quiescent_strain > 0.0) && !any_deferred) return;
-  complete_looks(call_slots);
+  complete_evaluations(call_slots);
   const int count = static_cast<int>(call_slots.size());
   rests.resize(count);
   {

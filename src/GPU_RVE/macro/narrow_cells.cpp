@@ -61,13 +61,13 @@ template <int D> bool RvePointsOf<D>::widen(int slot)
   point.copies *= 2;
   point.contacts *= 2;
   point.limit.num_contacts *= 2;
-  point.look.reset();
+  point.evaluation.reset();
   point.energy_at_start.reset();
   widened.push_back(slot);
-  std::vector<rve::ResultOf<D>> looks;
-  engine->advance({slot}, drives_at_rest(1), looks);
+  std::vector<rve::ResultOf<D>> results;
+  engine->advance({slot}, drives_at_rest(1), results);
   // it may be too narrow still, as the next call will say
-  if (!(looks[0].status & rve::status::Fatal)) point.take_details(looks[0]);
+  if (!(results[0].status & rve::status::Fatal)) point.take_details(results[0]);
   return true;
 }
 

@@ -42,7 +42,7 @@ void PointOf<D>::store(const rve::ResponseOf<D> &response, const rve::DriveOf<D>
   stale = true;
   contacts = response.num_contacts;
   peak_force = response.peak_force;
-  look.reset();
+  evaluation.reset();
   if (last.substeps == 0) return;
   pending = Matrix::identity();
   note(last);
@@ -51,14 +51,16 @@ void PointOf<D>::store(const rve::ResponseOf<D> &response, const rve::DriveOf<D>
 template <int D> rve::SleepOf<D> PointOf<D>::quiescence() const
 {
   return {pending, last_steps().stress,
-          look && look->stiffness ? *look->stiffness : rve::AffineStiffnessOf<D>(), mean_overlap()};
+          evaluation && evaluation->stiffness ? *evaluation->stiffness
+                                              : rve::AffineStiffnessOf<D>(),
+          mean_overlap()};
 }
 
 template <int D> rve::Rest PointOf<D>::rest() const
 {
-  const bool is_at_rest = look && look->is_at_rest;
+  const bool is_at_rest = evaluation && evaluation->is_at_rest;
   if (asleep()) return is_at_rest ? rve::Rest::Sleeps : rve::Rest::Wakes;
-  return is_at_rest ? rve::Rest::Rests : look ? rve::Rest::Moves : rve::Rest::Unknown;
+  return is_at_rest ? rve::Rest::Rests : evaluation ? rve::Rest::Moves : rve::Rest::Unknown;
 }
 
 template <int D> void PointOf<D>::defer(const rve::SleepOf<D> &sleep)
@@ -96,12 +98,12 @@ template <int D> CachedPoint<D> PointOf<D>::cached_copy() const
   return cached;
 }
 
-template <int D> void PointOf<D>::take_details(const rve::ResultOf<D> &look)
+template <int D> void PointOf<D>::take_details(const rve::ResultOf<D> &details)
 {
   rve::ResultOf<D> &last = asleep() ? rested : result;
   const Matrix stress = last.stress;
   const std::uint32_t status = last.status;
-  last = look;
+  last = details;
   last.stress = stress;
   last.status = status;
   stale = false;

@@ -44,20 +44,20 @@ template <int D> struct PointOf {
 
   /// At the end of its last DEM steps, if their strain was so small that the RVE may sleep when the next one is, too. The same whatever the
   /// advance was asked for.
-  struct Look {
+  struct Evaluation {
     bool is_at_rest;
     double mean_overlap;    ///< [-]
     /// Not known of one that came with a record, until it is wanted: it is that of the configuration.
     std::optional<rve::AffineStiffnessOf<D>> stiffness;
 
-    static Look of(const rve::ElasticResultOf<D> &look)
+    static Evaluation of(const rve::ElasticResultOf<D> &evaluated)
     {
-      return {look.result.unbalanced_ratio <= rve::QUIET_UNBALANCED_RATIO, look.result.mean_overlap,
-              look.stiffness};
+      return {evaluated.result.unbalanced_ratio <= rve::QUIET_UNBALANCED_RATIO,
+              evaluated.result.mean_overlap, evaluated.stiffness};
     }
     bool is_whole() const { return !is_at_rest || stiffness; }
   };
-  std::optional<Look> look;
+  std::optional<Evaluation> evaluation;
 
   int shadow = -1;                          ///< number of its shadow in the engine of shadows
   Matrix shadow_stress = Matrix::zero();    ///< [stress]
@@ -66,7 +66,10 @@ template <int D> struct PointOf {
   bool frozen() const { return state == State::Frozen; }
   const rve::ResultOf<D> &last_steps() const { return asleep() ? rested : result; }
   /// Over contacts, overlap / sum of radii, after its last DEM steps [-].
-  double mean_overlap() const { return look ? look->mean_overlap : last_steps().mean_overlap; }
+  double mean_overlap() const
+  {
+    return evaluation ? evaluation->mean_overlap : last_steps().mean_overlap;
+  }
   /// |D| in the RVE's own time, of its last DEM steps [1/time]
   double strain_rate() const;
   /// Its last DEM steps were these, and `result` has their stress.
@@ -86,7 +89,7 @@ template <int D> struct PointOf {
   /// D itself, in the axes of the present; zero before its first steps [1/time]
   Matrix rate_of_deformation() const;
   /// What its configuration says, which is that of its last steps. Their stress may be a mean, and their status stays.
-  void take_details(const rve::ResultOf<D> &look);
+  void take_details(const rve::ResultOf<D> &details);
   /// |stress - stress of the shadow| over the larger of both [-]
   double shadow_deviation() const;
 };

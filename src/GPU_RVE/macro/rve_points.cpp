@@ -263,26 +263,26 @@ void RvePointsOf<D>::set_materials(const Slots &slots, const std::vector<rve::Ma
     set_materials_in_place(slots, materials);
   else
     move_to(contacts, by_slot);
-  const std::vector<rve::ElasticResultOf<D>> looks = evaluate(slots);
-  std::vector<rve::ResponseOf<D>> look_at_shadow;
+  const std::vector<rve::ElasticResultOf<D>> results = evaluate(slots);
+  std::vector<rve::ResponseOf<D>> responses;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Point &point = points.modify(slots[k]);
     if (point.shadow >= 0) {
-      shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
-      point.shadow_stress = look_at_shadow[0].stress;
+      shadows->advance({point.shadow}, drives_at_rest(1), responses);
+      point.shadow_stress = responses[0].stress;
     }
     const double gain_before = gain_factor(point.material), gain = gain_factor(materials[k]);
     if (gain != gain_before) point.servo_gain *= gain / gain_before;
     point.material = materials[k];
-    point.look.reset();
-    const rve::ResultOf<D> &look = looks[k].result;
-    if (point.frozen() || (look.status & rve::status::Fatal)) continue;
+    point.evaluation.reset();
+    const rve::ResultOf<D> &result = results[k].result;
+    if (point.frozen() || (result.status & rve::status::Fatal)) continue;
     if (!point.asleep()) {
-      point.result = look;
+      point.result = result;
       continue;
     }
-    point.rested = look;
-    point.look = PointOf<D>::Look::of(looks[k]);
+    point.rested = result;
+    point.evaluation = PointOf<D>::Evaluation::of(results[k]);
     point.defer(point.quiescence());
   }
 }

@@ -228,7 +228,7 @@ template <int D> class RvePointsOf {
   std::unique_ptr<rve::EngineOf<D>> engine, shadows;
   MacroStepOptions options;
   int threads;
-  SharedFlag any_stiffened{false};    ///< since the last look at bounds
+  SharedFlag any_stiffened{false};    ///< since the last result at bounds
   /// By slot: whether it may have_stiffened(). Small, where few have and all are asked.
   std::vector<char> may_be_stiffer;
   bool any_copies = false;     ///< some RVE is as many as copies, or was
@@ -240,7 +240,7 @@ template <int D> class RvePointsOf {
   // of complete(), kept between calls
   mutable Slots stale_slots;
   mutable Drives resting;
-  mutable std::vector<rve::ResultOf<D>> looks;
+  mutable std::vector<rve::ResultOf<D>> results;
 
   class IncrementCall;    // of the engine
 
@@ -275,13 +275,13 @@ template <int D> class RvePointsOf {
 
   // of advance_plainly, kept between calls
   std::vector<rve::ResponseOf<D>> responses;
-  std::vector<rve::ElasticResultOf<D>> found_looks;    ///< of those that are looked at
+  std::vector<rve::ElasticResultOf<D>> evaluations;    ///< of those that are looked at
   // of advance_by_plan
   std::vector<Action> actions;    // of each slot that is given
   std::vector<int> working;       // places of those that work among them, unless all do
   Slots working_slots;
   Drives working_drives;
-  std::vector<char> must_turn, is_looked_at;    // as working_slots
+  std::vector<char> must_turn, is_evaluated;    // as working_slots
 
   template <class Answers>
   void call_engine(const Slots &slots, const Drives &drives, Answers &answers) const;
@@ -309,8 +309,9 @@ template <int D> class RvePointsOf {
   }
   bool is_plain(const Slots &slots) const;
   Slots advance_plainly(const Slots &slots, const Drives &drives,
-                        const std::vector<char> &looked_at = {});
-  void call_and_look(const Slots &slots, const Drives &drives, const std::vector<char> &looked_at);
+                        const std::vector<char> &is_evaluated = {});
+  void call_and_evaluate(const Slots &slots, const Drives &drives,
+                         const std::vector<char> &is_evaluated);
   Slots advance_by_plan(const Slots &slots, const Drives &drives);
   void find_those_apart();
   void choose_slots(const Slots &slots, bool any_quiescent);
@@ -331,12 +332,12 @@ template <int D> class RvePointsOf {
   rve::ContactModel contacts_with(const NewMaterials &materials) const;
   void move_to(const rve::ContactModel &contacts, const NewMaterials &materials);
   void set_materials_in_place(const Slots &slots, const std::vector<rve::Material> &materials);
-  void complete_looks(const Slots &slots);
+  void complete_evaluations(const Slots &slots);
   bool choose_actions(const Slots &slots, const MacroIncrementsOf<D> &increments);
   Matrix defer_increment(int slot, const Matrix &increment);
   Matrix defer_until(int slot, const Matrix &pending);
   Slots newly_quiescent(const Slots &slots) const;
-  void look_at_working();
+  void evaluate_working();
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
                    const std::vector<char> &must_turn);
   void find_resting();

@@ -197,8 +197,8 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   const rve::Rest rest = RESTS[head.rest];
   point.state = head.frozen ? State::Frozen : rve::owes(rest) ? State::Asleep : State::Awake;
   if (rest != rve::Rest::Unknown)
-    point.look = {rest == rve::Rest::Sleeps || rest == rve::Rest::Rests,
-                  point.last_steps().mean_overlap, std::nullopt};
+    point.evaluation = {rest == rve::Rest::Sleeps || rest == rve::Rest::Rests,
+                        point.last_steps().mean_overlap, std::nullopt};
   point.copies = static_cast<std::int32_t>(copies);
   point.renewals = static_cast<std::int32_t>(head.renewals);
   any_copies = any_copies || copies > 1;
