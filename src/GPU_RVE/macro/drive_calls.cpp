@@ -402,11 +402,11 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
           PointOf<D>::Evaluation::of(evaluations[m]);
   if (!any_failed) return {};
 
-  std::vector<int> failed, in_trouble;
+  std::vector<int> failed, failures;
   for (int k = 0; k < count; ++k)
-    if (has_failed(k)) in_trouble.push_back(k);
+    if (has_failed(k)) failures.push_back(k);
   widen_and_repeat(slots, drives, responses);
-  for (const int k : in_trouble) {
+  for (const int k : failures) {
     if (!has_failed(k)) {
       take(k);
       continue;

@@ -427,7 +427,7 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
       },
       has_ended);
   damping.restore();
-  points.begin_anew(slots);
+  points.reset(slots);
   points.set_options(options);
   return report;
 }

@@ -21,7 +21,7 @@ namespace macro {
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
   /// `macro` is null if only the points receive results. `of_all`: the call has the RVEs of the step
-  /// in their order, and not those of call_places. `has_actions`: RvePointsOf::actions are those of the
+  /// in their order, and not those of call_indices. `has_actions`: RvePointsOf::actions are those of the
   /// step.
   IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> *macro, bool of_all,
                 bool has_actions = false) :
@@ -34,9 +34,9 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     for (int m = begin; m < end; ++m) {
       rve::IncrementOf<D> &increment = increments[m - begin];
-      if (!plan(owner_.call_slots[m], macro_->increment(place(m)), increment)) return false;
+      if (!plan(owner_.call_slots[m], macro_->increment(index(m)), increment)) return false;
       increment.is_looked_at =
-          has_actions_ && owner_.actions[place(m)] == Action::AdvanceAndEvaluate;
+          has_actions_ && owner_.actions[index(m)] == Action::AdvanceAndEvaluate;
     }
     return true;
   }
@@ -77,9 +77,9 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     deliver_stress(m, response.stress);
   }
 
-  int place(int m) const
+  int index(int m) const
   {
-    return of_all_ ? m : owner_.call_places[m];
+    return of_all_ ? m : owner_.call_indices[m];
   }
 
   struct Failure {
@@ -116,7 +116,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
 
   void deliver_stress(int m, const Matrix &stress)
   {
-    if (macro_) macro_->take_stress(place(m), stress);
+    if (macro_) macro_->take_stress(index(m), stress);
   }
 
   /// Leaves the stretch of an increment.
@@ -147,13 +147,13 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
   under_way = {};
   if (options.stress_from != StressFrom::End || shadows || slots.empty()) return nullptr;
   const auto start = rve::WallClock::now();
-  find_those_apart();
+  find_separate();
   const int count = static_cast<int>(slots.size());
   const bool has_actions = choose_actions(slots, increments);
   const bool any_quiescent =
       has_actions && std::find(actions.begin(), actions.end(), Action::Skip) != actions.end();
   if (any_quiescent) complete_evaluations(newly_quiescent(slots));
-  const bool of_all = !any_is_apart && !any_quiescent;
+  const bool of_all = !any_separate && !any_quiescent;
   choose_slots(slots, any_quiescent);
   auto call = std::make_shared<IncrementCall>(*this, &increments, of_all, has_actions);
   const auto engine_start = rve::WallClock::now();
@@ -178,20 +178,20 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
 template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_quiescent)
 {
   call_slots.clear();
-  call_places.clear();
-  places_apart.clear();
-  if (!any_is_apart && !any_quiescent) {
+  call_indices.clear();
+  separate_indices.clear();
+  if (!any_separate && !any_quiescent) {
     call_slots = slots;
     return;
   }
   for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
-    if (is_apart[slots[k]]) {
-      places_apart.push_back(k);
+    if (is_separate[slots[k]]) {
+      separate_indices.push_back(k);
       continue;
     }
     if (any_quiescent && actions[k] == Action::Skip) continue;
     call_slots.push_back(slots[k]);
-    call_places.push_back(k);
+    call_indices.push_back(k);
   }
 }
 
@@ -206,7 +206,7 @@ bool RvePointsOf<D>::choose_actions(const Slots &slots, const MacroIncrementsOf<
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team) reduction(|| : any)
   for (int k = 0; k < count; ++k) {
-    actions[k] = is_apart[slots[k]]
+    actions[k] = is_separate[slots[k]]
         ? Action::Advance
         : planner().action(slots[k], increments.increment(k), increments.dt, increments.substeps);
     any = any || actions[k] != Action::Advance;
@@ -227,7 +227,7 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
     if (results_on_device) {
       fetch_results_of_stiffened();
     } else {
-      call = std::make_shared<IncrementCall>(*this, advance.increments, call_places.empty());
+      call = std::make_shared<IncrementCall>(*this, advance.increments, call_indices.empty());
       engine->device_calls()->deliver(*call);
       device_plan = Plan::None;
     }
@@ -235,8 +235,8 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
   seconds_in_engine += rve::seconds_since(start);
   record_sizes.assign(points.size(), 0);
   if (call && !call->failed.empty()) end_failures(*call, failed);
-  if (!places_apart.empty())
-    advance_those_apart(*advance.slots, places_apart, *advance.increments, failed);
+  if (!separate_indices.empty())
+    advance_separately(*advance.slots, separate_indices, *advance.increments, failed);
   seconds += rve::seconds_since(start);
   return failed;
 }
@@ -249,40 +249,40 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
 /// Whether all of these that advance are as a plan of the device takes them: then device_call has them. Stresses of those that are frozen stay on the
 /// device as they are.
 template <int D>
-bool RvePointsOf<D>::find_planned(const Slots &slots, const std::vector<int> &point_of)
+bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int> &point_of)
 {
-  find_those_apart();
+  find_separate();
   planned_slots = slots;
   planned_points = point_of;
   call_slots = slots;
-  call_places.clear();
+  call_indices.clear();
   device_call.point_of = point_of;
-  if (any_is_apart) {
+  if (any_separate) {
     call_slots.clear();
     device_call.point_of.clear();
     for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
       if (frozen(slots[k])) continue;
       call_slots.push_back(slots[k]);
-      call_places.push_back(k);
+      call_indices.push_back(k);
       device_call.point_of.push_back(point_of[k]);
     }
   }
   device_call.rves = call_slots;
   find_resting();
   const int count = static_cast<int>(call_slots.size());
-  place_of_slot.assign(points.size(), -1);
-  for (int k = 0; k < count; ++k) place_of_slot[call_slots[k]] = k;
+  index_of_slot.assign(points.size(), -1);
+  for (int k = 0; k < count; ++k) index_of_slot[call_slots[k]] = k;
   device_call.planned.resize(count);
-  bool all_serve = count > 0;
+  bool all_fit = count > 0;
   const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(&& : all_serve)
+#pragma omp parallel for num_threads(work.team) reduction(&& : all_fit)
   for (int k = 0; k < count; ++k) {
     const int slot = call_slots[k];
     const CachedPoint<D> &cached = points.cached(slot);
     const ContactResponse<D> &contacts = cached.of_contacts;
     const bool is_as_planned = cached.state == State::Asleep ||
         (cached.state == State::Awake && !cached.has_deferred);
-    all_serve = all_serve && is_as_planned && copies(slot) == 1 &&
+    all_fit = all_fit && is_as_planned && copies(slot) == 1 &&
         (contacts.is_linear() || !options.adaptive);
     rve::PlannedRve &planned = device_call.planned[k];
     planned.pressure = cached.pressure;
@@ -292,7 +292,7 @@ bool RvePointsOf<D>::find_planned(const Slots &slots, const std::vector<int> &po
     planned.limit = cached.limit;
     planned.status = cached.response.status;
   }
-  return all_serve;
+  return all_fit;
 }
 
 /// Of those that advance: what is known of their rest.
@@ -329,12 +329,12 @@ rve::Request *RvePointsOf<D>::plan(const Slots &slots, const std::vector<int> &p
       increments.substeps == 0)
     return nullptr;
   const auto start = rve::WallClock::now();
-  const bool nothing_new = !points.is_changed() && is_as_before;
-  if (nothing_new && device_plan == Plan::Refused) return nullptr;
-  device_call.is_new = !nothing_new || device_plan != Plan::Valid;
+  const bool is_unchanged = !points.is_changed() && is_as_before;
+  if (is_unchanged && device_plan == Plan::Refused) return nullptr;
+  device_call.is_new = !is_unchanged || device_plan != Plan::Valid;
   if (device_call.is_new) {
     fetch_results();
-    device_plan = find_planned(slots, point_of) ? Plan::Valid : Plan::Refused;
+    device_plan = plan_device_call(slots, point_of) ? Plan::Valid : Plan::Refused;
     if (device_plan == Plan::Refused) return nullptr;
   }
   device_call.points = there;
@@ -343,7 +343,7 @@ rve::Request *RvePointsOf<D>::plan(const Slots &slots, const std::vector<int> &p
   device_call.options.is_adaptive = options.adaptive ? 1 : 0;
   if (options.adaptive) device_call.options.adaptive = *options.adaptive;
   device_call.options.quiescent_strain = options.quiescent_strain;
-  places_apart.clear();
+  separate_indices.clear();
   device->plan(device_call);
   under_way = {device, &planned_slots, &increments, nullptr};
   seconds += rve::seconds_since(start);
@@ -355,16 +355,17 @@ rve::Request *RvePointsOf<D>::plan(const Slots &slots, const std::vector<int> &p
 template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
 {
   constexpr int MANY = 16;
-  std::vector<int> places = engine->device_calls()->stiffened();
-  const bool are_all = places.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
-  const auto is_known = [this](int place) { return has_stiffened(device_call.rves[place]); };
-  if (are_all) places.erase(std::remove_if(places.begin(), places.end(), is_known), places.end());
-  if (places.size() >= MANY) {
+  std::vector<int> indices = engine->device_calls()->stiffened();
+  const bool are_all = indices.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
+  const auto is_known = [this](int index) { return has_stiffened(device_call.rves[index]); };
+  if (are_all)
+    indices.erase(std::remove_if(indices.begin(), indices.end(), is_known), indices.end());
+  if (indices.size() >= MANY) {
     fetch_results();
     return;
   }
   IncrementCall call(*this, nullptr, true);
-  for (const int place : places) engine->device_calls()->deliver_one(place, call);
+  for (const int index : indices) engine->device_calls()->deliver_one(index, call);
 }
 
 template <int D> void RvePointsOf<D>::fetch_results()
@@ -374,67 +375,67 @@ template <int D> void RvePointsOf<D>::fetch_results()
   engine->device_calls()->deliver(call);
 }
 
-/// Updates is_apart if points have changed.
-template <int D> void RvePointsOf<D>::find_those_apart()
+/// Updates is_separate if points have changed.
+template <int D> void RvePointsOf<D>::find_separate()
 {
   if (!points.is_changed()) return;
   const int count = points.size();
-  is_apart.resize(count);
+  is_separate.resize(count);
   bool any = false;
   const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team) reduction(|| : any)
   for (int slot = 0; slot < count; ++slot) {
-    is_apart[slot] = frozen(slot) || copies(slot) > 1;
-    any = any || is_apart[slot];
+    is_separate[slot] = frozen(slot) || copies(slot) > 1;
+    any = any || is_separate[slot];
   }
-  any_is_apart = any;
+  any_separate = any;
   points.clear_changed();
 }
 
 /// Of those at these places that are not frozen: a call of their own, by drives. They are few.
 template <int D>
-void RvePointsOf<D>::advance_those_apart(const Slots &slots, const std::vector<int> &places,
-                                         MacroIncrementsOf<D> &increments, std::vector<int> &failed)
+void RvePointsOf<D>::advance_separately(const Slots &slots, const std::vector<int> &indices,
+                                        MacroIncrementsOf<D> &increments, std::vector<int> &failed)
 {
   Slots some;
   Drives drives;
-  for (const int place : places) {
-    if (frozen(slots[place])) continue;
-    some.push_back(slots[place]);
+  for (const int index : indices) {
+    if (frozen(slots[index])) continue;
+    some.push_back(slots[index]);
     rve::DriveOf<D> &drive = drives.emplace_back();
     drive.dt = increments.dt;
     drive.substeps = increments.substeps;
-    drive.deformation = increments.increment(place);
+    drive.deformation = increments.increment(index);
   }
   if (!some.empty()) {
     const Slots lost = is_plain(some) ? advance_plainly(some, drives)
                                       : advance_by_plan(some, drives);
-    for (const int place : places)
-      if (std::find(lost.begin(), lost.end(), slots[place]) != lost.end()) failed.push_back(place);
+    for (const int index : indices)
+      if (std::find(lost.begin(), lost.end(), slots[index]) != lost.end()) failed.push_back(index);
   }
-  for (const int place : places) increments.take_stress(place, stress(slots[place]));
+  for (const int index : indices) increments.take_stress(index, stress(slots[index]));
 }
 
 /// Those that failed go on as copies side by side, if that helps, or are frozen.
 template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vector<int> &failed)
 {
-  auto in_trouble = std::exchange(call.failed, {});
-  std::sort(in_trouble.begin(), in_trouble.end(),
+  auto failures = std::exchange(call.failed, {});
+  std::sort(failures.begin(), failures.end(),
             [](const auto &one, const auto &other) { return one.m < other.m; });
   Slots slots;
   Drives drives;
   std::vector<rve::ResponseOf<D>> answers;
-  for (const auto &one : in_trouble) {
+  for (const auto &one : failures) {
     slots.push_back(call_slots[one.m]);
     drives.push_back(one.increment.drive());
     answers.push_back(one.response);
   }
   widen_and_repeat(slots, drives, answers);
   for (std::size_t k = 0; k < slots.size(); ++k)
-    call.take_one(in_trouble[k].m, in_trouble[k].increment, answers[k]);
+    call.take_one(failures[k].m, failures[k].increment, answers[k]);
   for (const auto &one : call.failed) {
     freeze(call_slots[one.m], one.response.status);
-    failed.push_back(call.place(one.m));
+    failed.push_back(call.index(one.m));
   }
 }
 

@@ -27,7 +27,7 @@ bool RvePointsOf<D>::replace(rve::EngineOf<D> &engine, int number, const rve::Rv
 }
 
 /// Whether an RVE that has so many grains may have twice as many, and calls the room for them. An estimate: lists may grow.
-template <int D> bool RvePointsOf<D>::has_room_for_copies(int num_grains) const
+template <int D> bool RvePointsOf<D>::has_memory_for_copies(int num_grains) const
 {
   const rve::Memory memory = engine->memory();
   if (!memory.is_known) return true;
@@ -54,7 +54,7 @@ template <int D> bool RvePointsOf<D>::widen(int slot)
   if (2 * point.copies > options.most_copies) return false;
   const rve::RveStateOf<D> state = engine->state(slot);
   if (rve::is_one_grain_across(state, point.copies)) return false;
-  if (!has_room_for_copies(state.num_grains())) return false;
+  if (!has_memory_for_copies(state.num_grains())) return false;
   if (!replace(*engine, slot, rve::side_by_side(state))) return false;
 
   any_copies = true;

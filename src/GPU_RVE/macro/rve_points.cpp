@@ -54,7 +54,8 @@ void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const Pa
 ------------------------------------------------------------------------- */
 
 template <int D>
-typename RvePointsOf<D>::Point &RvePointsOf<D>::settle(int slot, const rve::RveStateOf<D> &state)
+typename RvePointsOf<D>::Point &RvePointsOf<D>::initialise(int slot,
+                                                           const rve::RveStateOf<D> &state)
 {
   points.grow_to(slot + 1);
   record_sizes.resize(points.size());
@@ -75,7 +76,7 @@ std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> 
   Slots slots;
   for (const rve::RveStateOf<D> *state : states) {
     slots.push_back(engine->add(*state));
-    settle(slots.back(), *state);
+    initialise(slots.back(), *state);
   }
   evaluate_new(slots);
   return slots;
@@ -105,7 +106,7 @@ template <int D> void RvePointsOf<D>::limit_stiffening(int slot)
                                          cached.of_contacts.is_linear()));
 }
 
-template <int D> void RvePointsOf<D>::begin_anew(const Slots &slots)
+template <int D> void RvePointsOf<D>::reset(const Slots &slots)
 {
   for (const int slot : slots) {
     const bool has_shadow = points.at(slot).shadow >= 0;
@@ -113,7 +114,7 @@ template <int D> void RvePointsOf<D>::begin_anew(const Slots &slots)
     rve::forget_past(state);
     remove(slot);
     engine->add(state);    // takes the number that is free
-    settle(slot, state);
+    initialise(slot, state);
     if (has_shadow) points.modify(slot).shadow = shadows->add(state);
   }
   evaluate_new(slots);
@@ -154,9 +155,9 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int sl
 template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
 {
   // where RVEs have come or gone the next plan is new, and has these numbers
-  const bool tells_device = device_plan == Plan::Valid && !points.is_changed();
+  const bool updates_device = device_plan == Plan::Valid && !points.is_changed();
   const int count = static_cast<int>(slots.size());
-  std::vector<rve::NewLimit> limits(tells_device ? count : 0);
+  std::vector<rve::NewLimit> limits(updates_device ? count : 0);
   {
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team)
@@ -165,11 +166,11 @@ template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
       limit_stiffening(slot);
       may_be_stiffer[slot] = 0;
       // the plan of a device knows those of its call by their places
-      if (tells_device) limits[k] = {place_of_slot[slot], points.cached(slot).limit};
+      if (updates_device) limits[k] = {index_of_slot[slot], points.cached(slot).limit};
     }
   }
   any_stiffened.set(false);
-  if (!tells_device) return;
+  if (!updates_device) return;
   const auto is_elsewhere = [](const rve::NewLimit &one) { return one.place < 0; };
   limits.erase(std::remove_if(limits.begin(), limits.end(), is_elsewhere), limits.end());
   engine->device_calls()->set_limits(limits);

@@ -142,7 +142,7 @@ template <int D> class RvePointsOf {
 
   /// Forgets all that has happened to RVEs: cells, grains and contacts stay, at rest; strains, counters, energies, servos and paths begin
   /// again, and so do those that were frozen. Slots and shadows stay theirs.
-  void begin_anew(const Slots &slots);
+  void reset(const Slots &slots);
 
   /// Gives the RVE a shadow: a copy in double precision that goes its way with finer steps from now on, never skipped.
   void add_shadow(int slot);
@@ -245,7 +245,7 @@ template <int D> class RvePointsOf {
   class IncrementCall;    // of the engine
 
   // of the advance by increments, kept between calls
-  std::vector<int> call_places, call_slots, places_apart;
+  std::vector<int> call_indices, call_slots, separate_indices;
   /// The last request, until it has been finished.
   struct UnderWay {
     rve::Request *request = nullptr;
@@ -258,7 +258,7 @@ template <int D> class RvePointsOf {
   std::vector<int> planned_slots,
       planned_points;                  ///< of the last plan, with those that are frozen
   rve::DeviceCallOf<D> device_call;    ///< its rves are call_slots
-  std::vector<int> place_of_slot;      ///< in it; -1: none
+  std::vector<int> index_of_slot;      ///< in it; -1: none
   std::vector<rve::Rest> rests;
   /// State of device_call, the input of the last plan.
   enum class Plan {
@@ -270,15 +270,15 @@ template <int D> class RvePointsOf {
   bool results_on_device =
       false;    ///< the points have not received the results of the last advance
   /// By slot: whether it rests, or is as many as copies, which have calls of their own; and whether one of them does or is.
-  std::vector<char> is_apart;
-  bool any_is_apart = false;
+  std::vector<char> is_separate;
+  bool any_separate = false;
 
   // of advance_plainly, kept between calls
   std::vector<rve::ResponseOf<D>> responses;
   std::vector<rve::ElasticResultOf<D>> evaluations;    ///< of those that are looked at
   // of advance_by_plan
   std::vector<Action> actions;    // of each slot that is given
-  std::vector<int> working;       // places of those that work among them, unless all do
+  std::vector<int> working;       // indices of those that work among them, unless all do
   Slots working_slots;
   Drives working_drives;
   std::vector<char> must_turn, is_evaluated;    // as working_slots
@@ -298,7 +298,7 @@ template <int D> class RvePointsOf {
   void end_fresh(Fresh &fresh);
   void widen_shadows(const Slots &slots, const Drives &drives,
                      std::vector<rve::ResponseOf<D>> &responses);
-  bool has_room_for_copies(int num_grains) const;
+  bool has_memory_for_copies(int num_grains) const;
   static bool replace(rve::EngineOf<D> &engine, int number, const rve::RveStateOf<D> &state);
   /// Of different slots by several threads.
   void limit_stiffening(int slot);
@@ -313,16 +313,16 @@ template <int D> class RvePointsOf {
   void call_and_evaluate(const Slots &slots, const Drives &drives,
                          const std::vector<char> &is_evaluated);
   Slots advance_by_plan(const Slots &slots, const Drives &drives);
-  void find_those_apart();
+  void find_separate();
   void choose_slots(const Slots &slots, bool any_quiescent);
   void end_failures(IncrementCall &call, std::vector<int> &failed);
-  void advance_those_apart(const Slots &slots, const std::vector<int> &places,
-                           MacroIncrementsOf<D> &increments, std::vector<int> &failed);
+  void advance_separately(const Slots &slots, const std::vector<int> &indices,
+                          MacroIncrementsOf<D> &increments, std::vector<int> &failed);
   void advance_with_samples(const Slots &slots, const Drives &drives);
 
   void freeze(int slot, std::uint32_t status);
   void evaluate_new(const Slots &slots);
-  Point &settle(int slot, const rve::RveStateOf<D> &state);
+  Point &initialise(int slot, const rve::RveStateOf<D> &state);
   /// Without DEM steps: they ask for the present results.
   static Drives drives_at_rest(std::size_t count);
   /// Those with an RVE.
@@ -341,7 +341,7 @@ template <int D> class RvePointsOf {
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
                    const std::vector<char> &must_turn);
   void find_resting();
-  bool find_planned(const Slots &slots, const std::vector<int> &point_of);
+  bool plan_device_call(const Slots &slots, const std::vector<int> &point_of);
   void fetch_results_of_stiffened();
   StepPlanner<D> planner() const { return {options, points}; }
   bool plan_actions(const Slots &slots, const Drives &drives);

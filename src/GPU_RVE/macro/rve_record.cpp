@@ -192,7 +192,7 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   expect(rve::contacts_of(state));
   if (shadow) expect(rve::contacts_of(*shadow));
   const int slot = engine->add(state);
-  Point &point = settle(slot, state);
+  Point &point = initialise(slot, state);
   for_common(head, point, [](const auto &from, auto &to) { to = from; });
   const rve::Rest rest = RESTS[head.rest];
   point.state = head.frozen ? State::Frozen : rve::owes(rest) ? State::Asleep : State::Awake;
