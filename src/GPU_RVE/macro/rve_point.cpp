@@ -29,7 +29,7 @@ template <int D> void PointOf<D>::begin_with(const rve::ResultOf<D> &first)
 template <int D> void PointOf<D>::note(const rve::DriveOf<D> &last)
 {
   drive = last;
-  drive.modes = nullptr;    // they live elsewhere
+  drive.modes = nullptr;    // the load path owns them
   servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
 }
 
@@ -63,12 +63,12 @@ template <int D> rve::Rest PointOf<D>::rest() const
   return is_at_rest ? rve::Rest::Rests : evaluation ? rve::Rest::Moves : rve::Rest::Unknown;
 }
 
-template <int D> void PointOf<D>::defer(const rve::SleepOf<D> &sleep)
+template <int D> void PointOf<D>::defer(const rve::SleepOf<D> &quiescence)
 {
   if (!asleep()) rested = result;
   state = State::Asleep;
-  pending = sleep.pending;
-  result.stress = sleep.stress_after(pending);
+  pending = quiescence.pending;
+  result.stress = quiescence.stress_after(pending);
   follow_pending();
 }
 
@@ -118,7 +118,7 @@ template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const
     return (1.0 / (drive.substeps * drive.dt)) *
         (polar.rotation * polar.strain * rve::transpose(polar.rotation));
   }
-  // modes steer sums of components: there L is known as a whole
+  // modes steer sums of components, so all of L is that of the servo
   Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient
                                     : drive.velocity_gradient;
   for (int a = 0; a < D; ++a)
@@ -130,7 +130,7 @@ template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const
 template <int D> double PointOf<D>::shadow_deviation() const
 {
   const double difference = rve::norm(result.stress - shadow_stress);
-  // of the larger one: a shadow without contacts makes it 1, not infinite
+  // relative to the larger stress, so that it is 1 and not infinite for a shadow without contacts
   const double size = std::max(rve::norm(result.stress), rve::norm(shadow_stress));
   return size > 0.0 ? difference / size : 0.0;
 }

@@ -20,7 +20,7 @@ Action StepPlanner<D>::action(int slot, const Matrix &increment, double dt, int 
 {
   const CachedPoint<D> &cached = points_.cached(slot);
   const double limit = options_.quiescent_strain, strain = rve::strain_size(increment);
-  // first the test that most RVEs decide
+  // this test comes first because it decides for most RVEs
   if (cached.response.status != rve::status::Ok || !(strain < limit)) return Action::Advance;
   const double of_all = cached.has_deferred ? rve::strain_size(increment * points_.pending(slot))
                                             : strain;
