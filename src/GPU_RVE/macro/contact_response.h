@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contact strain and grain frequency of an RVE, from its material and its mean grain size. The plan of
-// every macro step needs them for thousands of points, so constant values are computed once.
+// Contact strain and grain frequency of an RVE, from its material and its mean grain size. The plan
+// of every macro step needs them for thousands of points, so constant values are computed once.
 
 #pragma once
 
@@ -19,9 +19,9 @@ template <int D> class ContactResponse {
   /// constructor.
   double contact_strain(double pressure, const rve::Material &material) const;
 
-  /// Angular frequency w of grains that all spin in the same way in a cell that does not turn:
-  /// w^2 = Z k_t r^2 / I with the tangential stiffness k_t at this contact strain, Z contacts, the radius
-  /// r and the moment of inertia I [1/time].
+  /// Angular frequency w of grains that all spin in the same way in a cell that does not turn: w^2
+  /// = Z k_t r^2 / I with the tangential stiffness k_t at this contact strain, Z contacts, the
+  /// radius r and the moment of inertia I [1/time].
   double frequency(double contact_strain, const rve::Material &material) const;
 
   /// Density of inertial numbers, rve::inertial_density() [mass/length^3].

@@ -12,11 +12,13 @@ namespace macro {
 /// The stress of a macro step: the last one, or an average or a regression over samples.
 enum class StressFrom { End, Average, Regression };
 
-/// With the defaults, a macro step makes the DEM steps of its drive and takes the stress at their end.
+/// With the defaults, a macro step makes the DEM steps of its drive and takes the stress at their
+/// end.
 struct MacroStepOptions {
   /// Number of DEM steps by strain; it does not apply to servos.
   std::optional<rve::AdaptiveSubsteps> adaptive;
-  /// An RVE whose strain since its last DEM step is below this may be skipped [-]; 0: none is skipped.
+  /// An RVE whose strain since its last DEM step is below this may be skipped [-]; 0: none is
+  /// skipped.
   double quiescent_strain = 0.0;
   StressFrom stress_from = StressFrom::End;
   /// Samples of an average or a regression. The last one is taken at the end of the macro step.

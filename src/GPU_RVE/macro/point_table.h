@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Table of the points that carry RVEs, with a small write-back cache: for each slot a point with all
-// data and a cached copy of the data that every macro step reads and writes. Thousands of points exceed
-// the caches of a CPU, their cached copies do not.
+// Table of the points that carry RVEs, with a small write-back cache: for each slot a point with
+// all data and a cached copy of the data that every macro step reads and writes. Thousands of
+// points exceed the caches of a CPU, their cached copies do not.
 //
-// Macro steps write their results into the cached copy only, which is then dirty. Access to the point
-// synchronises it first.
+// Macro steps write their results into the cached copy only, which is then dirty. Access to the
+// point synchronises it first.
 
 #pragma once
 
@@ -24,7 +24,8 @@ namespace macro {
 enum class PointState : char {
   Empty,    ///< the slot has no RVE
   Awake,    ///< the RVE made DEM steps
-  /// The RVE was skipped: `result` is that of its affine deformation, `rested` that of its last DEM step.
+  /// The RVE was skipped: `result` is that of its affine deformation, `rested` that of its last DEM
+  /// step.
   Asleep,
   Frozen    ///< the RVE failed once and is not advanced any more
 };
@@ -79,8 +80,8 @@ class SharedFlag {
   std::atomic<bool> is_set_;
 };
 
-/// Several threads may access different slots. A reference from modify() is invalid after the next call
-/// of cached() for the slot.
+/// Several threads may access different slots. A reference from modify() is invalid after the next
+/// call of cached() for the slot.
 template <int D, class Point> class PointTable {
  public:
   using Cached = CachedPoint<D>;
@@ -118,7 +119,8 @@ template <int D, class Point> class PointTable {
   }
   /// Point without synchronisation, to read members that no update changes.
   const Point &unsynchronised(int slot) const { return points_[slot]; }
-  /// Point without synchronisation, to change members that neither updates nor the cached copy have.
+  /// Point without synchronisation, to change members that neither updates nor the cached copy
+  /// have.
   Point &unsynchronised(int slot) { return points_[slot]; }
 
   const Cached &cached(int slot) const
@@ -141,15 +143,15 @@ template <int D, class Point> class PointTable {
   {
     return is_dirty(slot) && cached_[slot].update == PointUpdate::Deferral;
   }
-  /// Rest of the RVE. It is unknown after DEM steps without an evaluation, which would have synchronised
-  /// the point.
+  /// Rest of the RVE. It is unknown after DEM steps without an evaluation, which would have
+  /// synchronised the point.
   rve::Rest rest(int slot) const
   {
     if (!is_dirty(slot)) return points_[slot].rest();
     return was_deferred(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
   }
-  /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is quiescent,
-  /// or has been evaluated and may become so.
+  /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is
+  /// quiescent, or has been evaluated and may become so.
   const rve::SleepOf<D> &quiescence(int slot)
   {
     if (!was_deferred(slot)) {
@@ -163,8 +165,8 @@ template <int D, class Point> class PointTable {
   {
     return was_deferred(slot) ? quiescences_[slot].pending : at(slot).pending;
   }
-  /// Defers an increment. `pending` is the deformation since the last DEM step, `stress` the stress after
-  /// it. Precondition: quiescence() has been called.
+  /// Defers an increment. `pending` is the deformation since the last DEM step, `stress` the stress
+  /// after it. Precondition: quiescence() has been called.
   void defer(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
   {
     Cached &copy = cached_[slot];

@@ -43,12 +43,13 @@ template <int D> struct PointOf {
 
   rve::ResultOf<D> rested;    ///< result of the last DEM step, while the RVE is quiescent
 
-  /// Diagnostic evaluation at the end of the last DEM steps. It is made if their strain was so small that
-  /// the RVE may be skipped in the next macro step.
+  /// Diagnostic evaluation at the end of the last DEM steps. It is made if their strain was so
+  /// small that the RVE may be skipped in the next macro step.
   struct Evaluation {
     bool is_at_rest;
     double mean_overlap;    ///< over contacts, overlap / sum of radii [-]
-    /// Empty after the RVE was read from a record, until it is needed. It follows from the configuration.
+    /// Empty after the RVE was read from a record, until it is needed. It follows from the
+    /// configuration.
     std::optional<rve::AffineStiffnessOf<D>> stiffness;
 
     static Evaluation of(const rve::ElasticResultOf<D> &evaluated)
@@ -81,20 +82,20 @@ template <int D> struct PointOf {
   void begin_with(const rve::ResultOf<D> &first);
   /// Stores the response to a drive; the RVE has not failed.
   void store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
-  /// Makes the RVE quiescent with this pending deformation. Stress, fabric, cell, deformation and void
-  /// ratio follow it, the other results are those of the last DEM step.
+  /// Makes the RVE quiescent with this pending deformation. Stress, fabric, cell, deformation and
+  /// void ratio follow it, the other results are those of the last DEM step.
   void defer(const rve::SleepOf<D> &quiescence);
   /// Sets the results that follow from `rested` and the pending deformation, except the stress.
   void follow_pending();
-  /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is quiescent or
-  /// has been evaluated.
+  /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is
+  /// quiescent or has been evaluated.
   rve::SleepOf<D> quiescence() const;
   rve::Rest rest() const;
   CachedPoint<D> cached_copy() const;
   /// Rate of deformation D in the present axes; zero before the first DEM steps [1/time].
   Matrix rate_of_deformation() const;
-  /// Completes the result of the last DEM steps from an evaluation of the same configuration. Stress and
-  /// status stay: the stress may be a mean.
+  /// Completes the result of the last DEM steps from an evaluation of the same configuration.
+  /// Stress and status stay: the stress may be a mean.
   void take_details(const rve::ResultOf<D> &details);
   /// |stress - stress of the shadow| over the larger of both [-].
   double shadow_deviation() const;

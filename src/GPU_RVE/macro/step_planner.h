@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Plans the macro step of an RVE from its cached copy: the number of DEM steps, and whether the RVE is
-// skipped or turned rigidly before.
+// Plans the macro step of an RVE from its cached copy: the number of DEM steps, and whether the RVE
+// is skipped or turned rigidly before.
 
 #pragma once
 
@@ -22,8 +22,8 @@ inline bool advances(Action action)
   return action == Action::Advance || action == Action::AdvanceAndEvaluate;
 }
 
-/// Functions of options and points, which must outlive the planner. Several threads may call them for
-/// different slots.
+/// Functions of options and points, which must outlive the planner. Several threads may call them
+/// for different slots.
 template <int D> class StepPlanner {
   using Matrix = rve::Tensor<double, D>;
 
@@ -35,8 +35,9 @@ template <int D> class StepPlanner {
 
   /// Action of an RVE that is not frozen, for a drive.
   Action action(int slot, const rve::DriveOf<D> &drive) const;
-  /// Action of an RVE that is not frozen, for an increment. The RVE is skipped if the strain since its
-  /// last DEM steps is below the quiescent strain and an evaluation at their end found it at rest.
+  /// Action of an RVE that is not frozen, for an increment. The RVE is skipped if the strain since
+  /// its last DEM steps is below the quiescent strain and an evaluation at their end found it at
+  /// rest.
   Action action(int slot, const Matrix &increment, double dt, int substeps) const;
 
   /// Number of DEM steps of a drive: that of the drive, or the adaptive number for its strain.
@@ -44,8 +45,8 @@ template <int D> class StepPlanner {
   /// Adaptive number of DEM steps of an increment with this rve::strain_size().
   int substeps(int slot, double strain, double dt) const;
 
-  /// True if the rotation of the increment in this number of DEM steps makes contacts slip. The overlap
-  /// of contacts is estimated from the mean stress, which is known after every advance.
+  /// True if the rotation of the increment in this number of DEM steps makes contacts slip. The
+  /// overlap of contacts is estimated from the mean stress, which is known after every advance.
   bool slips(int slot, const Matrix &increment, double dt, int substeps) const;
   /// True if the RVE must be turned rigidly before this increment, which includes the deferred one.
   bool needs_turn(int slot, const Matrix &increment, double dt, int substeps) const;
