@@ -41,8 +41,9 @@ namespace {
 
 }    // namespace
 
-/// Advances RVEs and adds the wall time to seconds_in_engine. RVEs with several copies get a call of
-/// their own, because the largest RVE of a call determines the share of a GPU that each RVE gets.
+/// Advances RVEs and adds the wall time to seconds_in_engine. RVEs with several copies get a call
+/// of their own, because the largest RVE of a call determines the share of a GPU that each RVE
+/// gets.
 template <int D>
 template <class Answers>
 void RvePointsOf<D>::call_engine(const Slots &slots, const Drives &drives, Answers &answers) const
@@ -64,7 +65,8 @@ void RvePointsOf<D>::call_engine(const Slots &slots, const Drives &drives, Answe
   seconds_in_engine += rve::seconds_since(start);
 }
 
-/// Advances RVEs; an RVE whose cell is too narrow repeats the call as copies of itself side by side.
+/// Advances RVEs; an RVE whose cell is too narrow repeats the call as copies of itself side by
+/// side.
 template <int D>
 template <class Answers>
 void RvePointsOf<D>::call_and_widen(const Slots &slots, const Drives &drives, Answers &answers)
@@ -106,7 +108,7 @@ template <int D> void RvePointsOf<D>::freeze(int slot, std::uint32_t status)
   point.result.status = status;
 }
 
-/// Through an increment; returns its stress.
+/// Defers an increment and returns the stress after it.
 template <int D>
 rve::Tensor<double, D> RvePointsOf<D>::defer_increment(int slot, const Matrix &increment)
 {
@@ -115,13 +117,13 @@ rve::Tensor<double, D> RvePointsOf<D>::defer_increment(int slot, const Matrix &i
 
 template <int D> rve::Tensor<double, D> RvePointsOf<D>::defer_until(int slot, const Matrix &pending)
 {
-  points.cached(slot);    // is current from here on
+  points.cached(slot);    // makes the cached copy valid
   const Matrix stress = points.quiescence(slot).stress_after(pending);
   points.defer(slot, pending, stress);
   return stress;
 }
 
-/// Slots whose RVEs sleep in this step.
+/// Slots that are skipped in this step and have no unsynchronised deferred increment yet.
 template <int D> std::vector<int> RvePointsOf<D>::newly_quiescent(const Slots &slots) const
 {
   std::vector<int> some;
@@ -130,7 +132,7 @@ template <int D> std::vector<int> RvePointsOf<D>::newly_quiescent(const Slots &s
   return some;
 }
 
-/// Those that came with a record and rest have not brought their stiffness.
+/// Evaluates the stiffness of RVEs at rest that were read from a record, which lacks it.
 template <int D> void RvePointsOf<D>::complete_evaluations(const Slots &slots)
 {
   std::vector<int> some;
@@ -144,7 +146,7 @@ template <int D> void RvePointsOf<D>::complete_evaluations(const Slots &slots)
     points.synchronised(some[m]).evaluation->stiffness = found[m].stiffness;
 }
 
-/// Carries out rotations that grains could not follow: the drives keep the stretch.
+/// Turns RVEs rigidly by rotations that their grains cannot follow. The drives keep the stretch.
 template <int D>
 void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
                           const std::vector<char> &must_turn)
@@ -159,31 +161,32 @@ void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numb
   if (!some.empty()) engine.turn(some, rotations);
 }
 
-/// What each RVE does. Returns whether all work.
+/// Sets `actions`. Returns true if all RVEs make DEM steps.
 template <int D> bool RvePointsOf<D>::plan_actions(const Slots &slots, const Drives &drives)
 {
   const int count = static_cast<int>(slots.size());
   actions.resize(count);
-  bool all_work = true;
+  bool all_advance = true;
   const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(&& : all_work)
+#pragma omp parallel for num_threads(work.team) reduction(&& : all_advance)
   for (int k = 0; k < count; ++k) {
     actions[k] = frozen(slots[k]) ? Action::None : planner().action(slots[k], drives[k]);
-    all_work = all_work && advances(actions[k]);
+    all_advance = all_advance && advances(actions[k]);
   }
-  return all_work;
+  return all_advance;
 }
 
-/// The drives of those that work, with what they slept through; but under a servo, which takes no deformation. Returns whether one of them
-/// has slept and is under a servo.
+/// Sets the drives of the RVEs that make DEM steps. They include the deferred increments, except
+/// for servos, which ignore deformations. Returns true if an RVE with a servo has a deferred
+/// increment.
 template <int D>
-bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool all_work)
+bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool all_advance)
 {
   working.clear();
-  if (!all_work)
+  if (!all_advance)
     for (std::size_t k = 0; k < slots.size(); ++k)
       if (advances(actions[k])) working.push_back(static_cast<int>(k));
-  const int count = static_cast<int>(all_work ? slots.size() : working.size());
+  const int count = static_cast<int>(all_advance ? slots.size() : working.size());
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
@@ -193,7 +196,7 @@ bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool al
     const rve::LightWork work(count, threads);
 #pragma omp parallel for num_threads(work.team) reduction(|| : any_deferred, some_turn)
     for (int m = 0; m < count; ++m) {
-      const int k = all_work ? m : working[m], slot = slots[k];
+      const int k = all_advance ? m : working[m], slot = slots[k];
       rve::DriveOf<D> &drive = working_drives[m];
       working_slots[m] = slot;
       drive = drives[k];
@@ -210,14 +213,15 @@ bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool al
   }
   if (!some_turn) return any_deferred;
   turn(*engine, working_slots, working_drives, must_turn);
-  // the strain of what is left, to its last digit
+  // the strain of the remaining stretch differs from that of the drive by rounding
   for (int m = 0; m < count; ++m)
     if (must_turn[m])
       working_drives[m].substeps = planner().substeps(working_slots[m], working_drives[m]);
   return any_deferred;
 }
 
-/// What an RVE under a servo slept through under another drive is carried out before. Who fails there is frozen and works no more.
+/// Carries out deferred increments of RVEs that have a servo in this step. RVEs that fail are
+/// frozen and leave `working_slots`.
 template <int D> void RvePointsOf<D>::catch_up()
 {
   Slots slots;
@@ -318,7 +322,7 @@ template <int D> void RvePointsOf<D>::advance_shadows(const Slots &slots, const 
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     Point &point = points.modify(originals[k]);
     if (responses[k].status & rve::status::Fatal)
-      remove_shadow(originals[k]);    // its RVE will have another one, or fail as well
+      remove_shadow(originals[k]);    // the caller may add another one
     else
       point.shadow_stress = responses[k].stress;
   }
@@ -333,7 +337,7 @@ std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drive
   const auto start = rve::WallClock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
                                                   : advance_by_plan(slots, drives);
-  // of the same kind as what is asked for later: the long answer of the call itself has the velocities of half a step before
+  // a result of the call itself would have the velocities of half a step before
   if (with_details) complete();
   if (shadows) {
     const auto shadows_start = rve::WallClock::now();
@@ -345,10 +349,11 @@ std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drive
 }
 
 /* ----------------------------------------------------------------------
-   nothing stands between macro steps and DEM steps: one call of the engine, with the drives as they are.
-   thousands of RVEs get there in every step, and what is done for each of them counts
+   one call of the engine with unchanged drives; thousands of RVEs per step make the
+   work for each of them significant
 ------------------------------------------------------------------------- */
 
+/// True if all RVEs make the DEM steps of their drives, without any option or deferred increment.
 template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
 {
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
@@ -364,6 +369,8 @@ template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
   return plain;
 }
 
+/// Advances RVEs by one call of the engine. `is_evaluated`: flag of RVEs that are evaluated after
+/// the steps; empty: none are. Returns the slots that failed.
 template <int D>
 std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drives &drives,
                                                  const std::vector<char> &is_evaluated)
@@ -381,7 +388,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
 
   const auto has_failed = [&](int k) { return (responses[k].status & rve::status::Fatal) != 0; };
   bool any_failed = false;
-  const auto take = [&](int k) {
+  const auto store = [&](int k) {
     points.store(slots[k], responses[k], drives[k]);
     if (points.cached(slots[k]).limit.is_exceeded(rve::stiffness_measures(responses[k])))
       note_stiffening(slots[k]);
@@ -393,7 +400,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
       if (has_failed(k))
         any_failed = true;
       else
-        take(k);
+        store(k);
     }
   }
   for (std::size_t m = 0; m < evaluated.size(); ++m)
@@ -408,7 +415,7 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
   widen_and_repeat(slots, drives, responses);
   for (const int k : failures) {
     if (!has_failed(k)) {
-      take(k);
+      store(k);
       continue;
     }
     freeze(slots[k], responses[k].status);
@@ -417,7 +424,8 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
   return failed;
 }
 
-/// Those that shall be looked at have the longest answer, in a call of their own.
+/// Advances RVEs by two calls of the engine: evaluated RVEs need results with stiffness, the others
+/// responses. Sets `responses` and `evaluations`.
 template <int D>
 void RvePointsOf<D>::call_and_evaluate(const Slots &slots, const Drives &drives,
                                        const std::vector<char> &is_evaluated)
@@ -447,7 +455,8 @@ template <int D> void RvePointsOf<D>::complete() const
     points.clear_any_stale();
     return;
   }
-  // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
+  // some callers read thousands of points in every step: memory is kept, and threads share the
+  // copies
   if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
   call_engine(stale_slots, resting, results);
   const rve::LightWork work(count, threads);
@@ -464,8 +473,8 @@ template <int D>
 std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drives &drives)
 {
   record_sizes.assign(points.size(), 0);
-  const bool all_work = plan_actions(slots, drives);
-  if (!all_work && options.quiescent_strain > 0.0) {
+  const bool all_advance = plan_actions(slots, drives);
+  if (!all_advance && options.quiescent_strain > 0.0) {
     complete_evaluations(newly_quiescent(slots));
     const int count = static_cast<int>(slots.size());
     const rve::LightWork work(count, threads);
@@ -474,22 +483,22 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
       if (actions[k] == Action::Skip) defer_increment(slots[k], drives[k].deformation);
   }
 
-  const bool any_deferred = plan_work(slots, drives, all_work);
+  const bool any_deferred = plan_work(slots, drives, all_advance);
   const std::size_t planned = working_slots.size();
   if (any_deferred) catch_up();
   if (options.stress_from != StressFrom::End)
     advance_with_samples(working_slots, working_drives);
   else if (advance_plainly(working_slots, working_drives, is_evaluated).empty() &&
            working_slots.size() == planned)
-    return {};    // as nearly always: thousands of points need not be asked
+    return {};    // the usual case needs no loop over points
 
   std::vector<int> failed;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if ((all_work || advances(actions[k])) && frozen(slots[k])) failed.push_back(slots[k]);
+    if ((all_advance || advances(actions[k])) && frozen(slots[k])) failed.push_back(slots[k]);
   return failed;
 }
 
-/// The stress is that of several parts of the macro step.
+/// Advances RVEs by macro steps in parts, whose stresses are averaged.
 template <int D> void RvePointsOf<D>::advance_with_samples(const Slots &slots, const Drives &drives)
 {
   std::vector<SampledStep<D>> steps;
@@ -509,7 +518,7 @@ template <int D> void RvePointsOf<D>::advance_with_samples(const Slots &slots, c
   evaluate_working();
 }
 
-/// A look of its own, at those that shall be looked at after their last DEM steps.
+/// Evaluates RVEs after the last part of their macro steps, if their actions require it.
 template <int D> void RvePointsOf<D>::evaluate_working()
 {
   std::vector<int> some;

@@ -366,7 +366,7 @@ template <int D> class RvePointsOf {
   void fetch_results_of_stiffened();
   StepPlanner<D> planner() const { return {options, points}; }
   bool plan_actions(const Slots &slots, const Drives &drives);
-  bool plan_work(const Slots &slots, const Drives &drives, bool all_work);
+  bool plan_work(const Slots &slots, const Drives &drives, bool all_advance);
   void catch_up();
   void run(std::vector<SampledStep<D>> &steps);
   void advance_shadows(const Slots &slots, const Drives &drives);
