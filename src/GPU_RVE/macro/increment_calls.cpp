@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macro steps in which each RVE is driven by a deformation increment: planned and answered by the host, or on a device that has the increments.
+// Macro steps in which each RVE is driven by a deformation increment, on the host or on a device
+// that has the increments.
 
 #include "macro/rve_points.h"
 
@@ -14,15 +15,16 @@
 namespace macro {
 
 /* ----------------------------------------------------------------------
-   as in nearly all macro steps of nearly all problems: RVEs that are awake, each driven by an increment.
-   what is done for each of them counts: it is planned, translated and answered while a core has it in its cache
+   on the host
 ------------------------------------------------------------------------- */
 
+/// Gives the increments of a macro step to the engine and stores its responses. This is the usual
+/// macro step, so each RVE is planned and stored while its data are in the cache of a core.
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
-  /// `macro` is null if only the points receive results. `of_all`: the call has the RVEs of the step
-  /// in their order, and not those of call_indices. `has_actions`: RvePointsOf::actions are those of the
-  /// step.
+  /// `macro` is null if only the points receive results. `of_all`: the call has the RVEs of the
+  /// step in their order, and not those of call_indices. `has_actions`: RvePointsOf::actions are
+  /// those of the step.
   IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> *macro, bool of_all,
                 bool has_actions = false) :
       owner_(owner),
@@ -62,7 +64,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     deliver_stress(m, owner_.defer_until(owner_.call_slots[m], pending));
   }
-  /// Of one that fails another answer may follow.
+  /// Stores the response of an RVE, or adds a failed RVE to `failed`. end_failures() may repeat it.
   void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
   {
     if (response.status & rve::status::Fatal) {
@@ -82,6 +84,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     return of_all_ ? m : owner_.call_indices[m];
   }
 
+  /// Failed RVE: its index in the call, its increment and response.
   struct Failure {
     int m;
     rve::IncrementOf<D> increment;
@@ -90,6 +93,8 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   std::vector<Failure> failed;
 
  private:
+  /// Sets the increment of an RVE, with its deferred increment. Returns false if the RVE needs a
+  /// drive.
   bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
   {
     const CachedPoint<D> &cached = owner_.points.cached(slot);
@@ -98,7 +103,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     increment.substeps = macro_->substeps;
     increment.deformation = deformation;
     if (macro_->substeps == 0) return !cached.has_deferred;
-    // the engine reports this error
+    // the engine rejects it
     if (!rve::finite(deformation)) return true;
     if (cached.has_deferred) increment.deformation = deformation * owner_.points.at(slot).pending;
     find_substeps(slot, increment);
@@ -119,11 +124,11 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     if (macro_) macro_->take_stress(index(m), stress);
   }
 
-  /// Leaves the stretch of an increment.
+  /// Adds the rotation of an increment to `rotations_` and leaves its stretch in the increment.
   void turn(int slot, rve::IncrementOf<D> &increment)
   {
     const Matrix rotation = rve::take_rotation(increment.deformation);
-    find_substeps(slot, increment);    // by the strain of what is left, to its last digit
+    find_substeps(slot, increment);    // the strain of the stretch differs by rounding
 #pragma omp critical(rves_that_turn)
     {
       turned_.push_back(slot);
@@ -134,9 +139,8 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   RvePointsOf &owner_;
   MacroIncrementsOf<D> *macro_;
   const bool of_all_, has_actions_;
-  // grains could not follow these
-  std::vector<int> turned_;
-  std::vector<Matrix> rotations_;
+  std::vector<int> turned_;          // slots that are turned rigidly before the call
+  std::vector<Matrix> rotations_;    // of these slots
 };
 
 template <int D>
@@ -173,8 +177,8 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
   return request;
 }
 
-/// Which slots the call of the engine has, and where they are in `slots`: not those that are apart,
-/// which have calls of their own, and not those that sleep in this step.
+/// Sets the slots of the call of the engine and their indices in the macro step. The call has
+/// neither RVEs that are advanced separately nor RVEs that are skipped in this step.
 template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_quiescent)
 {
   call_slots.clear();
@@ -195,7 +199,8 @@ template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_
   }
 }
 
-/// What those that are not apart do in this step: whether there is any but work.
+/// Sets the actions of RVEs that are not advanced separately. Returns true if an action is not
+/// Advance.
 template <int D>
 bool RvePointsOf<D>::choose_actions(const Slots &slots, const MacroIncrementsOf<D> &increments)
 {
@@ -242,12 +247,12 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
 }
 
 /* ----------------------------------------------------------------------
-   the same where a device has the increments and wants the stresses: the host hears of the answers when somebody looks at points, or when one of
-   them is no sound answer
+   on a device that has the increments and receives the stresses; the host fetches
+   results when points are read or when an RVE has failed
 ------------------------------------------------------------------------- */
 
-/// Whether all of these that advance are as a plan of the device takes them: then device_call has them. Stresses of those that are frozen stay on the
-/// device as they are.
+/// Sets device_call. Returns true if the device can plan the steps of all RVEs that advance.
+/// Stresses of frozen RVEs stay on the device as they are.
 template <int D>
 bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int> &point_of)
 {
@@ -295,7 +300,7 @@ bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int>
   return all_fit;
 }
 
-/// Of those that advance: what is known of their rest.
+/// Sets the known rests of the RVEs of device_call.
 template <int D> void RvePointsOf<D>::find_resting()
 {
   device_call.resting.clear();
@@ -350,8 +355,8 @@ rve::Request *RvePointsOf<D>::plan(const Slots &slots, const std::vector<int> &p
   return device;
 }
 
-/// Fetches the results of RVEs that have stiffened and are not known to have, or of all RVEs if they
-/// are many.
+/// Fetches the results of RVEs that have stiffened and are not known to have, or of all RVEs if
+/// they are many.
 template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
 {
   constexpr int MANY = 16;
@@ -392,7 +397,7 @@ template <int D> void RvePointsOf<D>::find_separate()
   points.clear_changed();
 }
 
-/// Of those at these places that are not frozen: a call of their own, by drives. They are few.
+/// Advances the RVEs with these indices by drives, except frozen ones. They are few.
 template <int D>
 void RvePointsOf<D>::advance_separately(const Slots &slots, const std::vector<int> &indices,
                                         MacroIncrementsOf<D> &increments, std::vector<int> &failed)
@@ -416,7 +421,8 @@ void RvePointsOf<D>::advance_separately(const Slots &slots, const std::vector<in
   for (const int index : indices) increments.take_stress(index, stress(slots[index]));
 }
 
-/// Those that failed go on as copies side by side, if that helps, or are frozen.
+/// Repeats failed increments of RVEs with narrow cells as copies side by side, and freezes the
+/// others.
 template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vector<int> &failed)
 {
   auto failures = std::exchange(call.failed, {});
