@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fresh RVEs in place of those that failed: of a packing, brought to the stress that the failed one had.
+// Replacement of failed RVEs by fresh ones: packings that are brought to the stress of the failed
+// RVE.
 
 #include "macro/rve_points.h"
 
@@ -13,18 +14,19 @@
 
 namespace macro {
 
-/// An RVE that is being replaced.
+/// Data of a replacement.
 template <int D> struct RvePointsOf<D>::Fresh {
   RenewalOf<D> renewal;
-  rve::RveStateOf<D> before;    ///< the one that failed
-  bool is_open = false;         ///< it had no pressure
+  rve::RveStateOf<D> before;    ///< state of the failed RVE
+  bool is_open = false;         ///< the failed RVE had no pressure
   Matrix goal = Matrix::zero();
-  std::vector<int> candidates;    ///< packings, the best one last
+  std::vector<int> candidates;    ///< packings that have not been tried, the best one last
   int copies_before = 1;
   double gain = 0.0;
-  rve::Counters of_packing;
+  rve::Counters of_packing;    ///< counters of the packing
 
-  /// To the stress of the failed one. An open RVE has none: it is there after a call without a servo.
+  /// Way to the stress of the failed RVE. An open RVE has no stress: its way ends after one call
+  /// without a servo.
   WayToStress<D> way(std::size_t place, double dt) const
   {
     rve::DriveOf<D> drive;
@@ -39,7 +41,7 @@ template <int D> struct RvePointsOf<D>::Fresh {
   }
 };
 
-/// Puts the next packing in place of the RVE. False if there is none left.
+/// Replaces the RVE by its next candidate. Returns false if there is none left.
 template <int D>
 bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf<D>> &packings)
 {
@@ -65,7 +67,7 @@ bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf
   return false;
 }
 
-/// Each until it is there or has failed.
+/// Advances fresh RVEs until they have reached their stresses or have failed.
 template <int D>
 void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<Way> &ways)
 {
@@ -86,7 +88,8 @@ void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<
       });
 }
 
-/// It goes on from where the failed one was: with its deformation, and the steps of both.
+/// Completes a replacement: the fresh RVE has the deformation of the failed one and the counters of
+/// both.
 template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
 {
   RenewalOf<D> &renewal = fresh.renewal;
@@ -112,7 +115,7 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
   point.stale = false;
   point.state = State::Awake;
   point.servo_gain = fresh.gain;
-  point.limit = rve::StiffeningLimit();    // always exceeded: its time-step bound was not checked
+  point.limit = rve::StiffeningLimit();    // always exceeded, because the bound was not checked
   note_stiffening(renewal.slot);
   point.drive = rve::DriveOf<D>();
   point.servo_error = point.out_of_reach = 0.0;
@@ -156,7 +159,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const Slots &slots,
   }
   for (const int slot : slots) points.modify(slot).copies = 1;
 
-  // those that fail on the way try the next packing
+  // an RVE that fails on the way tries the next packing
   for (int trial = 0; trial < MOST_FRESH_TRIALS; ++trial) {
     std::vector<Way> ways;
     for (std::size_t k = 0; k < all.size(); ++k)
@@ -168,7 +171,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const Slots &slots,
   std::vector<RenewalOf<D>> renewals;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Fresh &fresh = all[k];
-    if (points.at(slots[k]).frozen()) {    // as it was
+    if (points.at(slots[k]).frozen()) {    // the failed RVE returns
       replace(*engine, slots[k], fresh.before);
       points.modify(slots[k]).copies = fresh.copies_before;
       fresh.renewal.packing = -1;

@@ -15,7 +15,7 @@ namespace macro {
 
 namespace {
 
-  /// What a default gain of the servo is proportional to, of what a material says.
+  /// Factor of the default gain of the servo that depends on the material.
   double gain_factor(const rve::Material &material)
   {
     return material.thickness / (material.density * material.mass_depth);
@@ -26,7 +26,7 @@ namespace {
 template <int D> std::vector<rve::DriveOf<D>> RvePointsOf<D>::drives_at_rest(std::size_t count)
 {
   rve::DriveOf<D> drive;
-  drive.dt = 1.0;    // of no step; a drive wants a positive one
+  drive.dt = 1.0;    // a drive needs a positive time step, although it makes no step
   return std::vector<rve::DriveOf<D>>(count, drive);
 }
 
@@ -34,7 +34,7 @@ template <int D>
 rve::DriveOf<D> RvePointsOf<D>::path_drive(int slot, const LoadPathsOf<D> &paths,
                                            const PathStep &step, const double *script) const
 {
-  // strains are known when an advance was with details
+  // strains need a complete result
   const Matrix now = paths.needs_details() ? point(slot).result.deformation : Matrix::identity();
   return paths.drive(path(slot), step, script, now);
 }
@@ -50,9 +50,10 @@ void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const Pa
 }
 
 /* ----------------------------------------------------------------------
-   the RVEs that are there
+   adding and removing RVEs
 ------------------------------------------------------------------------- */
 
+/// Sets the point of an RVE that the engine has under this number, and returns it.
 template <int D>
 typename RvePointsOf<D>::Point &RvePointsOf<D>::initialise(int slot,
                                                            const rve::RveStateOf<D> &state)
@@ -82,7 +83,7 @@ std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> 
   return slots;
 }
 
-/// The first answer of RVEs that have just been taken in.
+/// Sets the first results of new RVEs.
 template <int D> void RvePointsOf<D>::evaluate_new(const Slots &slots)
 {
   std::vector<rve::ResultOf<D>> results;
@@ -154,7 +155,7 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int sl
 
 template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
 {
-  // where RVEs have come or gone the next plan is new, and has these numbers
+  // if points have changed, the next plan is new and contains these limits
   const bool updates_device = device_plan == Plan::Valid && !points.is_changed();
   const int count = static_cast<int>(slots.size());
   std::vector<rve::NewLimit> limits(updates_device ? count : 0);
@@ -165,14 +166,14 @@ template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
       const int slot = slots[k];
       limit_stiffening(slot);
       may_be_stiffer[slot] = 0;
-      // the plan of a device knows those of its call by their places
+      // the plan of the device refers to indices in its call
       if (updates_device) limits[k] = {index_of_slot[slot], points.cached(slot).limit};
     }
   }
   any_stiffened.set(false);
   if (!updates_device) return;
-  const auto is_elsewhere = [](const rve::NewLimit &one) { return one.place < 0; };
-  limits.erase(std::remove_if(limits.begin(), limits.end(), is_elsewhere), limits.end());
+  const auto is_not_in_call = [](const rve::NewLimit &one) { return one.place < 0; };
+  limits.erase(std::remove_if(limits.begin(), limits.end(), is_not_in_call), limits.end());
   engine->device_calls()->set_limits(limits);
 }
 
@@ -201,7 +202,7 @@ template <int D> void RvePointsOf<D>::remove(int slot)
 
 template <int D> void RvePointsOf<D>::add_shadow(int slot)
 {
-  // a shadow begins where its RVE is
+  // a shadow begins with the state of its RVE
   rve::RveStateOf<D> state = engine->state(slot);
   Point &point = points.modify(slot);
   point.shadow = shadows->add(state);
@@ -235,6 +236,7 @@ template <int D> void RvePointsOf<D>::set_options(const MacroStepOptions &_optio
   device_plan = Plan::None;
 }
 
+/// Sets materials that need no other contacts. If one of them is out of range, nothing has changed.
 template <int D>
 void RvePointsOf<D>::set_materials_in_place(const Slots &slots,
                                             const std::vector<rve::Material> &materials)
@@ -311,13 +313,13 @@ template <int D> void RvePointsOf<D>::restore(const std::vector<Kept> &before)
     slots.push_back(kept.slot);
     materials.push_back(kept.point.material);
   }
-  set_materials(slots, materials);    // an engine with the contacts of before
+  set_materials(slots, materials);    // the engine has the former contacts then
   const auto replace = [](rve::EngineOf<D> &in, int number, const rve::RveStateOf<D> &state) {
     in.remove(number);
-    in.add(state);    // takes the number that has become free
+    in.add(state);    // gets the free number
   };
   for (const Kept &kept : before) {
-    // forces between grains whose material had changed have moved the springs of their contacts
+    // forces with the other materials may have changed the springs of contacts
     if (kept.state) replace(*engine, kept.slot, *kept.state);
     if (kept.shadow) replace(*shadows, kept.point.shadow, *kept.shadow);
     points.modify(kept.slot) = kept.point;
