@@ -3,7 +3,7 @@
 
 #include "macro/rve_points.h"
 
-#include "rve/core/threads.h"
+#include "macro/light_loops.h"
 #include "rve/core/wall_time.h"
 #include "rve/engine/finite_strain.h"
 
@@ -166,14 +166,10 @@ template <int D> bool RvePointsOf<D>::plan_actions(const Slots &slots, const Dri
 {
   const int count = static_cast<int>(slots.size());
   actions.resize(count);
-  bool all_advance = true;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(&& : all_advance)
-  for (int k = 0; k < count; ++k) {
+  return !for_each_any(count, threads, [&](int k) {
     actions[k] = frozen(slots[k]) ? Action::None : planner().action(slots[k], drives[k]);
-    all_advance = all_advance && advances(actions[k]);
-  }
-  return all_advance;
+    return !advances(actions[k]);
+  });
 }
 
 /// Sets the drives of the RVEs that make DEM steps. They include the deferred increments, except
@@ -264,39 +260,6 @@ template <int D> void RvePointsOf<D>::catch_up()
   is_evaluated.resize(left);
 }
 
-/// Advances macro steps part by part. One call of the engine has the n-th parts of all RVEs.
-template <int D> void RvePointsOf<D>::run(std::vector<SampledStep<D>> &steps)
-{
-  for (int part = 0;; ++part) {
-    std::vector<SampledStep<D> *> some;
-    Slots slots;
-    Drives drives;
-    for (SampledStep<D> &macro : steps) {
-      if (macro.failed || part >= macro.parts) continue;
-      some.push_back(&macro);
-      slots.push_back(macro.slot);
-      drives.push_back(macro.of_part(part));
-    }
-    if (some.empty()) return;
-    call_and_widen(slots, drives, responses);
-    for (std::size_t k = 0; k < some.size(); ++k) {
-      SampledStep<D> &macro = *some[k];
-      Point &point = points.modify(macro.slot);
-      point.result.status = responses[k].status;
-      macro.failed = (responses[k].status & rve::status::Fatal) != 0;
-      if (macro.failed) continue;
-      macro.samples.push_back(responses[k].stress);
-      if (part + 1 < macro.parts) continue;
-      point.contacts = responses[k].num_contacts;
-      point.peak_force = responses[k].peak_force;
-      if (point.limit.is_exceeded(rve::stiffness_measures(responses[k])))
-        note_stiffening(macro.slot);
-      point.result.stress = macro.parts == 1 ? responses[k].stress
-                                             : macro.stress(options.stress_from);
-    }
-  }
-}
-
 template <int D> void RvePointsOf<D>::advance_shadows(const Slots &slots, const Drives &drives)
 {
   std::vector<int> originals, numbers;
@@ -358,15 +321,10 @@ template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
 {
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
     return false;
-  const int count = static_cast<int>(slots.size());
-  bool plain = true;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(&& : plain)
-  for (int k = 0; k < count; ++k) {
+  return !for_each_any(static_cast<int>(slots.size()), threads, [&](int k) {
     const CachedPoint<D> &cached = points.cached(slots[k]);
-    plain = plain && cached.state == State::Awake && !cached.has_deferred;
-  }
-  return plain;
+    return cached.state != State::Awake || cached.has_deferred;
+  });
 }
 
 /// Advances RVEs by one call of the engine. `is_evaluated`: flag of RVEs that are evaluated after
@@ -387,22 +345,15 @@ std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drive
   record_sizes.assign(points.size(), 0);
 
   const auto has_failed = [&](int k) { return (responses[k].status & rve::status::Fatal) != 0; };
-  bool any_failed = false;
   const auto store = [&](int k) {
     points.store(slots[k], responses[k], drives[k]);
-    if (points.cached(slots[k]).limit.is_exceeded(rve::stiffness_measures(responses[k])))
-      note_stiffening(slots[k]);
+    note_response(slots[k], responses[k]);
   };
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any_failed)
-    for (int k = 0; k < count; ++k) {
-      if (has_failed(k))
-        any_failed = true;
-      else
-        store(k);
-    }
-  }
+  const bool any_failed = for_each_any(count, threads, [&](int k) {
+    if (has_failed(k)) return true;
+    store(k);
+    return false;
+  });
   for (std::size_t m = 0; m < evaluated.size(); ++m)
     if (!has_failed(evaluated[m]))
       points.synchronised(slots[evaluated[m]]).evaluation =
@@ -459,13 +410,11 @@ template <int D> void RvePointsOf<D>::complete() const
   // copies
   if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
   call_engine(stale_slots, resting, results);
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-  for (int k = 0; k < count; ++k) {
+  for_each(count, threads, [&](int k) {
     Point &point = points.synchronised(stale_slots[k]);
     point.stale = false;
     if (!(results[k].status & rve::status::Fatal)) point.take_details(results[k]);
-  }
+  });
   points.clear_any_stale();
 }
 
@@ -476,18 +425,16 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
   const bool all_advance = plan_actions(slots, drives);
   if (!all_advance && options.quiescent_strain > 0.0) {
     complete_evaluations(newly_quiescent(slots));
-    const int count = static_cast<int>(slots.size());
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k)
+    for_each(static_cast<int>(slots.size()), threads, [&](int k) {
       if (actions[k] == Action::Skip) defer_increment(slots[k], drives[k].deformation);
+    });
   }
 
   const bool any_deferred = plan_work(slots, drives, all_advance);
   const std::size_t planned = working_slots.size();
   if (any_deferred) catch_up();
   if (options.stress_from != StressFrom::End)
-    advance_with_samples(working_slots, working_drives);
+    advance_with_samples();
   else if (advance_plainly(working_slots, working_drives, is_evaluated).empty() &&
            working_slots.size() == planned)
     return {};    // the usual case needs no loop over points
@@ -498,37 +445,49 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
   return failed;
 }
 
-/// Advances RVEs by macro steps in parts, whose stresses are averaged.
-template <int D> void RvePointsOf<D>::advance_with_samples(const Slots &slots, const Drives &drives)
+/// Advances `working_slots` by macro steps in parts, whose stresses are averaged. One call of the
+/// engine has the n-th parts of all RVEs.
+template <int D> void RvePointsOf<D>::advance_with_samples()
 {
   std::vector<SampledStep<D>> steps;
-  steps.reserve(slots.size());
-  for (std::size_t k = 0; k < slots.size(); ++k) steps.emplace_back(slots[k], drives[k], options);
-  run(steps);
-  for (const SampledStep<D> &macro : steps) {
-    Point &point = points.modify(macro.slot);
-    point.state = macro.failed ? State::Frozen : State::Awake;
-    if (macro.failed) continue;
-    point.stale = true;
-    point.evaluation.reset();
-    if (macro.drive.substeps == 0) continue;
-    point.pending = Matrix::identity();
-    point.note(macro.drive);
-  }
-  evaluate_working();
-}
-
-/// Evaluates RVEs after the last part of their macro steps, if their actions require it.
-template <int D> void RvePointsOf<D>::evaluate_working()
-{
-  std::vector<int> some;
   for (std::size_t m = 0; m < working_slots.size(); ++m)
-    if (is_evaluated[m] && !frozen(working_slots[m])) some.push_back(working_slots[m]);
-  if (some.empty()) return;
-  const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);
-  for (std::size_t m = 0; m < some.size(); ++m)
+    steps.emplace_back(working_slots[m], working_drives[m], options);
+  for (int part = 0;; ++part) {
+    std::vector<SampledStep<D> *> some;
+    Slots slots;
+    Drives drives;
+    for (SampledStep<D> &macro : steps) {
+      if (macro.failed || part >= macro.parts) continue;
+      some.push_back(&macro);
+      slots.push_back(macro.slot);
+      drives.push_back(macro.of_part(part));
+    }
+    if (some.empty()) break;
+    call_and_widen(slots, drives, responses);
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      SampledStep<D> &macro = *some[k];
+      rve::ResponseOf<D> &response = responses[k];
+      macro.failed = (response.status & rve::status::Fatal) != 0;
+      if (macro.failed) {
+        freeze(macro.slot, response.status);
+        continue;
+      }
+      macro.samples.push_back(response.stress);
+      if (part + 1 < macro.parts) continue;
+      note_response(macro.slot, response);
+      if (macro.parts > 1) response.stress = macro.stress(options.stress_from);
+      points.store(macro.slot, response, macro.drive);
+    }
+  }
+
+  Slots evaluated;
+  for (std::size_t m = 0; m < working_slots.size(); ++m)
+    if (is_evaluated[m] && !frozen(working_slots[m])) evaluated.push_back(working_slots[m]);
+  if (evaluated.empty()) return;
+  const std::vector<rve::ElasticResultOf<D>> found = evaluate(evaluated);
+  for (std::size_t m = 0; m < evaluated.size(); ++m)
     if (!(found[m].result.status & rve::status::Fatal))
-      points.synchronised(some[m]).evaluation = PointOf<D>::Evaluation::of(found[m]);
+      points.synchronised(evaluated[m]).evaluation = Point::Evaluation::of(found[m]);
 }
 
 template class RvePointsOf<2>;

@@ -4,7 +4,7 @@
 
 #include "macro/rve_points.h"
 
-#include "rve/core/threads.h"
+#include "macro/light_loops.h"
 #include "rve/core/wall_time.h"
 #include "rve/engine/finite_strain.h"
 
@@ -74,8 +74,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     }
     const int slot = owner_.call_slots[m];
     owner_.points.store(slot, response, increment);
-    if (owner_.points.cached(slot).limit.is_exceeded(rve::stiffness_measures(response)))
-      owner_.note_stiffening(slot);
+    owner_.note_response(slot, response);
     deliver_stress(m, response.stress);
   }
 
@@ -152,7 +151,6 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
   if (options.stress_from != StressFrom::End || shadows || slots.empty()) return nullptr;
   const auto start = rve::WallClock::now();
   find_separate();
-  const int count = static_cast<int>(slots.size());
   const bool has_actions = choose_actions(slots, increments);
   const bool any_quiescent =
       has_actions && std::find(actions.begin(), actions.end(), Action::Skip) != actions.end();
@@ -164,14 +162,11 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
   rve::Request *const request = engine->begin(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
   if (!request) return nullptr;
-  if (any_quiescent) {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) {
-      if (actions[k] != Action::Skip) continue;
-      increments.take_stress(k, defer_increment(slots[k], increments.increment(k)));
-    }
-  }
+  if (any_quiescent)
+    for_each(static_cast<int>(slots.size()), threads, [&](int k) {
+      if (actions[k] == Action::Skip)
+        increments.take_stress(k, defer_increment(slots[k], increments.increment(k)));
+    });
   under_way = {request, &slots, &increments, std::move(call)};
   seconds += rve::seconds_since(start);
   return request;
@@ -207,16 +202,12 @@ bool RvePointsOf<D>::choose_actions(const Slots &slots, const MacroIncrementsOf<
   if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
   const int count = static_cast<int>(slots.size());
   actions.resize(count);
-  bool any = false;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any)
-  for (int k = 0; k < count; ++k) {
+  return for_each_any(count, threads, [&](int k) {
     actions[k] = is_separate[slots[k]]
         ? Action::Advance
         : planner().action(slots[k], increments.increment(k), increments.dt, increments.substeps);
-    any = any || actions[k] != Action::Advance;
-  }
-  return any;
+    return actions[k] != Action::Advance;
+  });
 }
 
 template <int D> std::vector<int> RvePointsOf<D>::finish()
@@ -278,17 +269,12 @@ bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int>
   index_of_slot.assign(points.size(), -1);
   for (int k = 0; k < count; ++k) index_of_slot[call_slots[k]] = k;
   device_call.planned.resize(count);
-  bool all_fit = count > 0;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(&& : all_fit)
-  for (int k = 0; k < count; ++k) {
+  const bool any_misfit = for_each_any(count, threads, [&](int k) {
     const int slot = call_slots[k];
     const CachedPoint<D> &cached = points.cached(slot);
     const ContactResponse<D> &contacts = cached.of_contacts;
     const bool is_as_planned = cached.state == State::Asleep ||
         (cached.state == State::Awake && !cached.has_deferred);
-    all_fit = all_fit && is_as_planned && copies(slot) == 1 &&
-        (contacts.is_linear() || !options.adaptive);
     rve::PlannedRve &planned = device_call.planned[k];
     planned.pressure = cached.pressure;
     planned.grain_size = contacts.grain_size();
@@ -296,8 +282,9 @@ bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int>
     planned.contacts = contacts.linear();
     planned.limit = cached.limit;
     planned.status = cached.response.status;
-  }
-  return all_fit;
+    return !is_as_planned || copies(slot) > 1 || (!contacts.is_linear() && options.adaptive);
+  });
+  return count > 0 && !any_misfit;
 }
 
 /// Sets the known rests of the RVEs of device_call.
@@ -312,11 +299,7 @@ template <int D> void RvePointsOf<D>::find_resting()
   complete_evaluations(call_slots);
   const int count = static_cast<int>(call_slots.size());
   rests.resize(count);
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) rests[k] = points.rest(call_slots[k]);
-  }
+  for_each(count, threads, [&](int k) { rests[k] = points.rest(call_slots[k]); });
   for (int k = 0; k < count; ++k)
     if (rests[k] != rve::Rest::Unknown)
       device_call.resting.push_back({k, rests[k], points.quiescence(call_slots[k])});
@@ -386,14 +369,10 @@ template <int D> void RvePointsOf<D>::find_separate()
   if (!points.is_changed()) return;
   const int count = points.size();
   is_separate.resize(count);
-  bool any = false;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any)
-  for (int slot = 0; slot < count; ++slot) {
+  any_separate = for_each_any(count, threads, [&](int slot) {
     is_separate[slot] = frozen(slot) || copies(slot) > 1;
-    any = any || is_separate[slot];
-  }
-  any_separate = any;
+    return is_separate[slot] != 0;
+  });
   points.clear_changed();
 }
 

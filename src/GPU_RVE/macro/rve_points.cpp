@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "macro/rve_points.h"
 
+#include "macro/light_loops.h"
 #include "rve/core/error.h"
-#include "rve/core/threads.h"
 #include "rve/core/wall_time.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/finite_strain.h"
@@ -159,17 +159,13 @@ template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
   const bool updates_device = device_plan == Plan::Valid && !points.is_changed();
   const int count = static_cast<int>(slots.size());
   std::vector<rve::NewLimit> limits(updates_device ? count : 0);
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) {
-      const int slot = slots[k];
-      limit_stiffening(slot);
-      may_be_stiffer[slot] = 0;
-      // the plan of the device refers to indices in its call
-      if (updates_device) limits[k] = {index_of_slot[slot], points.cached(slot).limit};
-    }
-  }
+  for_each(count, threads, [&](int k) {
+    const int slot = slots[k];
+    limit_stiffening(slot);
+    may_be_stiffer[slot] = 0;
+    // the plan of the device refers to indices in its call
+    if (updates_device) limits[k] = {index_of_slot[slot], points.cached(slot).limit};
+  });
   any_stiffened.set(false);
   if (!updates_device) return;
   const auto is_not_in_call = [](const rve::NewLimit &one) { return one.place < 0; };

@@ -328,6 +328,12 @@ template <int D> class RvePointsOf {
     may_be_stiffer[slot] = 1;
     any_stiffened.set(true);
   }
+  /// Notes that an RVE has stiffened if its last response exceeds its limit.
+  void note_response(int slot, const rve::ResponseOf<D> &response)
+  {
+    if (points.cached(slot).limit.is_exceeded(rve::stiffness_measures(response)))
+      note_stiffening(slot);
+  }
   bool is_plain(const Slots &slots) const;
   Slots advance_plainly(const Slots &slots, const Drives &drives,
                         const std::vector<char> &is_evaluated = {});
@@ -339,7 +345,7 @@ template <int D> class RvePointsOf {
   void end_failures(IncrementCall &call, std::vector<int> &failed);
   void advance_separately(const Slots &slots, const std::vector<int> &indices,
                           MacroIncrementsOf<D> &increments, std::vector<int> &failed);
-  void advance_with_samples(const Slots &slots, const Drives &drives);
+  void advance_with_samples();
 
   void freeze(int slot, std::uint32_t status);
   void evaluate_new(const Slots &slots);
@@ -358,7 +364,6 @@ template <int D> class RvePointsOf {
   Matrix defer_increment(int slot, const Matrix &increment);
   Matrix defer_until(int slot, const Matrix &pending);
   Slots newly_quiescent(const Slots &slots) const;
-  void evaluate_working();
   static void turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
                    const std::vector<char> &must_turn);
   void find_resting();
@@ -368,7 +373,6 @@ template <int D> class RvePointsOf {
   bool plan_actions(const Slots &slots, const Drives &drives);
   bool plan_work(const Slots &slots, const Drives &drives, bool all_advance);
   void catch_up();
-  void run(std::vector<SampledStep<D>> &steps);
   void advance_shadows(const Slots &slots, const Drives &drives);
 };
 using RvePoints = RvePointsOf<2>;
