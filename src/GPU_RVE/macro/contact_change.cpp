@@ -7,7 +7,6 @@
 #include "rve/core/error.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 namespace macro {

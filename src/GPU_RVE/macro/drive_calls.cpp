@@ -7,9 +7,6 @@
 #include "rve/core/wall_time.h"
 #include "rve/engine/finite_strain.h"
 
-#include <algorithm>
-#include <utility>
-
 namespace macro {
 
 namespace {

@@ -4,7 +4,6 @@
 
 #include "macro/rve_points.h"
 
-#include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
 

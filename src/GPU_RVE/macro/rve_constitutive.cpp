@@ -6,7 +6,6 @@
 #include "rve/engine/substeps.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace macro {
 

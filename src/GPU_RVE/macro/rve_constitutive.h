@@ -24,10 +24,8 @@ struct RveClock {
 /// the dimension of the RVEs.
 template <int D> class RveOwner {
  public:
-  using Clock = RveClock;
-
   virtual ~RveOwner() = default;
-  virtual Clock clock(double dt) const = 0;
+  virtual RveClock clock(double dt) const = 0;
   /// Begins an advance of the RVEs of these atoms. Returns null if the advance is complete and the
   /// stresses are in `increments`. Otherwise `atoms` and `increments` must live until finish().
   virtual rve::Request *begin(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) = 0;

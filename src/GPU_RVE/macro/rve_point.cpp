@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "macro/rve_point.h"
 
-#include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/servo_modes.h"
 
@@ -26,13 +25,6 @@ template <int D> void PointOf<D>::begin_with(const rve::ResultOf<D> &first)
   peak_force = result.peak_force;
 }
 
-template <int D> void PointOf<D>::note(const rve::DriveOf<D> &last)
-{
-  drive = last;
-  drive.modes = nullptr;    // the load path owns them
-  servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
-}
-
 template <int D>
 void PointOf<D>::store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last)
 {
@@ -45,7 +37,9 @@ void PointOf<D>::store(const rve::ResponseOf<D> &response, const rve::DriveOf<D>
   evaluation.reset();
   if (last.substeps == 0) return;
   pending = Matrix::identity();
-  note(last);
+  drive = last;
+  drive.modes = nullptr;    // the load path owns them
+  servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
 }
 
 template <int D> rve::SleepOf<D> PointOf<D>::quiescence() const

@@ -76,8 +76,6 @@ template <int D> struct PointOf {
   }
   /// Size of the rate of deformation |D| during the last DEM steps, in DEM time [1/time].
   double strain_rate() const;
-  /// Sets the drive of the last DEM steps and its servo error. `result` must have their stress.
-  void note(const rve::DriveOf<D> &last);
   /// Sets the result of an RVE before its first DEM steps, and what follows from it.
   void begin_with(const rve::ResultOf<D> &first);
   /// Stores the response to a drive; the RVE has not failed.

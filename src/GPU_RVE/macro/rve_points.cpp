@@ -2,12 +2,8 @@
 #include "macro/rve_points.h"
 
 #include "macro/light_loops.h"
-#include "rve/core/error.h"
 #include "rve/core/wall_time.h"
-#include "rve/engine/contact_laws.h"
-#include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
-#include "rve/engine/servo_modes.h"
 
 #include <algorithm>
 

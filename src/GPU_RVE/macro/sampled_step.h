@@ -34,14 +34,12 @@ template <int D> struct SampledStep {
     first_steps = substeps - (parts - 1) * spacing;
   }
 
-  int steps(int part) const { return part == 0 ? first_steps : spacing; }
-
   /// Drive of a part. The deformations of all parts multiply to that of the macro step.
   rve::DriveOf<D> of_part(int part) const
   {
     if (parts == 1) return drive;
     rve::DriveOf<D> some = drive;
-    some.substeps = steps(part);
+    some.substeps = part == 0 ? first_steps : spacing;
     const auto end = [&](int p) {
       return static_cast<double>(first_steps + p * spacing) / drive.substeps;
     };

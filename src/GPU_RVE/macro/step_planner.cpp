@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "macro/step_planner.h"
 
-#include "rve/engine/contact_laws.h"
 #include "rve/engine/finite_strain.h"
 
 #include <cmath>

@@ -6,8 +6,6 @@
 
 #include "rve/core/tensor.h"
 
-#include <array>
-
 namespace macro {
 
 /// Isotropic tangent that is nearest in the norm sqrt(C_ijkl C_ijkl), and its distance.
