@@ -22,13 +22,10 @@ namespace macro {
 /// macro step, so each RVE is planned and stored while its data are in the cache of a core.
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
-  /// `macro` is null if only the points receive results. `of_all`: the call has the RVEs of the
-  /// step in their order, and not those of call_indices. `has_actions`: RvePointsOf::actions are
+  /// `macro` is null if only the points receive results. `has_actions`: RvePointsOf::actions are
   /// those of the step.
-  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> *macro, bool of_all,
-                bool has_actions = false) :
-      owner_(owner),
-      macro_(macro), of_all_(of_all), has_actions_(has_actions)
+  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> *macro, bool has_actions = false) :
+      owner_(owner), macro_(macro), has_actions_(has_actions)
   {
   }
 
@@ -78,9 +75,10 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     deliver_stress(m, response.stress);
   }
 
+  /// Index in the macro step of the RVE with index m in the call.
   int index(int m) const
   {
-    return of_all_ ? m : owner_.call_indices[m];
+    return owner_.call_indices.empty() ? m : owner_.call_indices[m];
   }
 
   /// Failed RVE: its index in the call, its increment and response.
@@ -137,7 +135,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
 
   RvePointsOf &owner_;
   MacroIncrementsOf<D> *macro_;
-  const bool of_all_, has_actions_;
+  const bool has_actions_;
   std::vector<int> turned_;          // slots that are turned rigidly before the call
   std::vector<Matrix> rotations_;    // of these slots
 };
@@ -155,9 +153,8 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
   const bool any_quiescent =
       has_actions && std::find(actions.begin(), actions.end(), Action::Skip) != actions.end();
   if (any_quiescent) complete_evaluations(newly_quiescent(slots));
-  const bool of_all = !any_separate && !any_quiescent;
   choose_slots(slots, any_quiescent);
-  auto call = std::make_shared<IncrementCall>(*this, &increments, of_all, has_actions);
+  auto call = std::make_shared<IncrementCall>(*this, &increments, has_actions);
   const auto engine_start = rve::WallClock::now();
   rve::Request *const request = engine->begin(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
@@ -223,7 +220,7 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
     if (results_on_device) {
       fetch_results_of_stiffened();
     } else {
-      call = std::make_shared<IncrementCall>(*this, advance.increments, call_indices.empty());
+      call = std::make_shared<IncrementCall>(*this, advance.increments);
       engine->device_calls()->deliver(*call);
       device_plan = Plan::None;
     }
@@ -352,14 +349,14 @@ template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
     fetch_results();
     return;
   }
-  IncrementCall call(*this, nullptr, true);
+  IncrementCall call(*this, nullptr);
   for (const int index : indices) engine->device_calls()->deliver_one(index, call);
 }
 
 template <int D> void RvePointsOf<D>::fetch_results()
 {
   if (!std::exchange(results_on_device, false)) return;
-  IncrementCall call(*this, nullptr, true);
+  IncrementCall call(*this, nullptr);
   engine->device_calls()->deliver(call);
 }
 
