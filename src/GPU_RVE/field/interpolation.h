@@ -23,7 +23,7 @@ struct Stencil {
 inline Stencil linear_stencil(const Grid &grid, const Vec &position)
 {
   Size lo;
-  Vec s;    // from 0 to 1 across the cell
+  Vec s;    // coordinates in the cell, 0 to 1
   for (int a = 0; a < AXES; ++a) {
     const double cells = static_cast<double>(grid.nodes[a] - 1);
     const double scaled = std::clamp((position[a] - grid.origin[a]) / grid.spacing[a], 0.0, cells);

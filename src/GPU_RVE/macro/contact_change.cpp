@@ -124,7 +124,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
   std::unique_ptr<rve::EngineOf<D>> other = engine->empty_with(contacts), other_shadows;
   if (shadows) other_shadows = shadows->empty_with(contacts);
 
-  States old(points.size()), old_shadows(points.size());    // by slot
+  States old(points.size()), old_shadows(points.size());    // states by slot
   for (const int slot : used_slots()) {
     old[slot] = engine->state(slot);
     const int shadow = points.unsynchronised(slot).shadow;

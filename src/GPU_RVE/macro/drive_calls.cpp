@@ -13,7 +13,7 @@ namespace {
 
   /// Some RVEs of a call, in the order of the call.
   template <int D> struct PartOfCall {
-    std::vector<std::size_t> index;    ///< in the call
+    std::vector<std::size_t> index;    ///< indices in the call
     std::vector<int> slots;
     std::vector<rve::DriveOf<D>> drives;
 

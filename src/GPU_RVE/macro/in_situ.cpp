@@ -53,7 +53,7 @@ namespace {
   constexpr double LEAST_BOUND_RATIO = 0.3;
 
   template <int D> struct Way : WayToStress<D> {
-    bool was_at_rest = false;    ///< at its goal and at rest before the last call
+    bool was_at_rest = false;    ///< the RVE had its stress and was at rest before the last call
     bool is_held = false;        ///< the last call was without the servo
     /// Deformation at the start.
     rve::Tensor<double, D> begin = rve::Tensor<double, D>::identity();

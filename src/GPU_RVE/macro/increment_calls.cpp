@@ -137,7 +137,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   MacroIncrementsOf<D> *macro_;
   const bool has_actions_;
   std::vector<int> turned_;          // slots that are turned rigidly before the call
-  std::vector<Matrix> rotations_;    // of these slots
+  std::vector<Matrix> rotations_;    // rotations of these slots
 };
 
 template <int D>

@@ -115,9 +115,9 @@ template <int D> class LoadPathsOf {
   };
   struct Stage {
     std::vector<Condition> motion;    // rates and strains, in the order of ServoModesOf::unit_rates
-    std::vector<Condition> stresses;    // in the order of ServoModesOf::modes
+    std::vector<Condition> stresses;    // one for each of ServoModesOf::modes
     std::vector<Event> events;
-    std::vector<Measure> reversed;    // at most one
+    std::vector<Measure> reversed;    // measure that reverses the stage, or none
     PathValue low, high;              // limits that reverse the stage
     int times = 1, back_to = 0;
     std::shared_ptr<const rve::ServoModesOf<D>> control;

@@ -368,11 +368,11 @@ template <int D> class LoadPathsOf<D>::Reader {
       add(Of::Stress, sum, wave, rve::strain_name<D>(c));
     };
     const double quarter = 0.5 * rve::kPi;
-    if (D == 2) {    // of (s_xx - s_yy)/2 and s_xy
+    if (D == 2) {    // radius of a circle of (s_xx - s_yy)/2 and s_xy
       add_wave(0, -p, radius, quarter);
       add_wave(1, -p, -radius, quarter);
       add_wave(2, 0.0, radius, 0.0);
-    } else {    // |s'| = radius
+    } else {    // radius is the norm of the deviator s'
       for (int a = 0; a < D; ++a)
         add_wave(a, -p, std::sqrt(2.0 / 3.0) * radius, quarter - a * 2.0 * rve::kPi / 3.0);
     }

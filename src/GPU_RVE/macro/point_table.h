@@ -214,7 +214,7 @@ template <int D, class Point> class PointTable {
   mutable std::vector<Point> points_;
   mutable std::vector<Cached> cached_;
   std::vector<rve::DriveOf<D>> drives_;         ///< last drives, where the update is a Drive
-  std::vector<rve::SleepOf<D>> quiescences_;    ///< of quiescent RVEs, by slot
+  std::vector<rve::SleepOf<D>> quiescences_;    ///< data of quiescent RVEs, by slot
 
   mutable SharedFlag any_stale_{true};
   SharedFlag is_changed_{true};

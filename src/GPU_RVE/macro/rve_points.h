@@ -253,7 +253,7 @@ template <int D> class RvePointsOf {
   double seconds = 0.0, seconds_for_shadows = 0.0;
   mutable double seconds_in_engine = 0.0, seconds_for_bounds = 0.0;
   mutable PointTable<D, Point> points;
-  mutable std::vector<int> record_sizes;    ///< by slot; 0: unknown
+  mutable std::vector<int> record_sizes;    ///< length of record() by slot; 0: unknown
 
   // Buffers of complete().
   mutable Slots stale_slots;
@@ -278,7 +278,7 @@ template <int D> class RvePointsOf {
   Slots planned_slots;                 ///< slots of the last plan, frozen ones included
   std::vector<int> planned_points;     ///< points of these slots on the device
   rve::DeviceCallOf<D> device_call;    ///< call of call_slots
-  std::vector<int> index_of_slot;      ///< by slot: index in device_call; -1: none
+  std::vector<int> index_of_slot;      ///< index in device_call by slot; -1: none
   std::vector<rve::Rest> rests;        ///< buffer of find_resting()
   /// State of device_call, the input of the last plan.
   enum class Plan {
@@ -297,7 +297,7 @@ template <int D> class RvePointsOf {
   // Buffers of advances by drives.
   std::vector<rve::ResponseOf<D>> responses;
   std::vector<rve::ElasticResultOf<D>> evaluations;
-  std::vector<Action> actions;    ///< of each RVE of the macro step
+  std::vector<Action> actions;    ///< action of each RVE of the macro step
   std::vector<int> working;    ///< indices of the RVEs that make DEM steps; unused if all RVEs do
   Slots working_slots;         ///< slots of these RVEs
   Drives working_drives;

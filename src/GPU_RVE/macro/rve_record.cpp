@@ -22,7 +22,7 @@ namespace {
   // Head of a record. The bytes of the state and of the state of the shadow, if any, follow.
   template <int D> struct RecordHead {
     std::uint64_t version;
-    std::uint64_t checksum;    // of the head with checksum = 0; the states have their own checksums
+    std::uint64_t checksum;    // checksum of the head with checksum = 0; states have their own
     std::uint64_t bytes, shadow_bytes;    // sizes of the states
     std::uint32_t frozen, further_copies, rest, renewals;
     std::int32_t contacts, limit_contacts;

@@ -94,7 +94,7 @@ template <int D> TangentOf<D> operator*(double factor, const TangentOf<D> &x)
 /// IUTAM Congress, 207).
 template <int D> struct LeastAcousticOf {
   double determinant;            ///< [stress^D]
-  rve::Vec<double, D> normal;    ///< of the band; its first nonzero component is positive
+  rve::Vec<double, D> normal;    ///< normal of the band; its first nonzero component is positive
 };
 
 /// Tangent A of the rate of nominal stress P = A : L in the present configuration, with P = d

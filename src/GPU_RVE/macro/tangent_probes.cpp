@@ -88,10 +88,10 @@ void TangentOptions::check(const std::string &what) const
 template <int D> struct TangentProbesOf<D>::Group {
   ProbedTangentOf<D> answer;
   double dt = 0.0;                ///< [time]
-  std::vector<int> numbers;       ///< of clones in the engine; empty: the group has failed
+  std::vector<int> numbers;       ///< numbers of clones in the engine; empty: the group has failed
   std::vector<Matrix> strains;    ///< strains of these clones
   std::vector<rve::ResultOf<D>> results;    ///< last results of these clones
-  int contacts = 0;                         ///< of the RVE at rest
+  int contacts = 0;                         ///< number of contacts of the RVE at rest
   double overlap = 0.0;    ///< mean overlap over the sum of radii of the RVE at rest [-]
   double step = 0.0;       ///< strains +step and -step give a column of the tangent [-]
   double least_unrest = 0.0;
