@@ -194,12 +194,6 @@ template <int D> class RvePointsOf {
   // Functions that need neither complete() nor synchronisation.
   const Matrix &stress(int slot) const { return points.cached(slot).response.stress; }
   const rve::Material &material(int slot) const { return points.unsynchronised(slot).material; }
-  /// True if the RVE has advanced, on this rank or another one.
-  bool has_advanced(int slot) const
-  {
-    const CachedPoint<D> &cached = points.cached(slot);
-    return cached.substeps > 0 || cached.state == State::Asleep;
-  }
   bool frozen(int slot) const { return points.cached(slot).state == State::Frozen; }
   int copies(int slot) const { return points.unsynchronised(slot).copies; }
   int renewals(int slot) const { return points.unsynchronised(slot).renewals; }
