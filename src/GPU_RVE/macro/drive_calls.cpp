@@ -172,39 +172,30 @@ template <int D> bool RvePointsOf<D>::plan_actions(const Slots &slots, const Dri
 /// Sets the drives of the RVEs that make DEM steps. They include the deferred increments, except
 /// for servos, which ignore deformations. Returns true if an RVE with a servo has a deferred
 /// increment.
-template <int D>
-bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives, bool all_advance)
+template <int D> bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives)
 {
   working.clear();
-  if (!all_advance)
-    for (std::size_t k = 0; k < slots.size(); ++k)
-      if (advances(actions[k])) working.push_back(static_cast<int>(k));
-  const int count = static_cast<int>(all_advance ? slots.size() : working.size());
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (advances(actions[k])) working.push_back(static_cast<int>(k));
+  const int count = static_cast<int>(working.size());
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
   is_evaluated.resize(count);
-  bool any_deferred = false, some_turn = false;
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any_deferred, some_turn)
-    for (int m = 0; m < count; ++m) {
-      const int k = all_advance ? m : working[m], slot = slots[k];
-      rve::DriveOf<D> &drive = working_drives[m];
-      working_slots[m] = slot;
-      drive = drives[k];
-      must_turn[m] = 0;
-      is_evaluated[m] = actions[k] == Action::AdvanceAndEvaluate;
-      const bool wakes = points.cached(slot).has_deferred, has_servo = drive.has_servo();
-      any_deferred = any_deferred || (wakes && has_servo);
-      if (has_servo || drive.substeps == 0) continue;
-      if (wakes) drive.deformation = drive.deformation * points.at(slot).pending;
-      drive.substeps = planner().substeps(slot, drive);
-      must_turn[m] = planner().needs_turn(slot, drive.deformation, drive.dt, drive.substeps);
-      some_turn = some_turn || must_turn[m];
-    }
-  }
-  if (!some_turn) return any_deferred;
+  const bool any_deferred = for_each_any(count, threads, [&](int m) {
+    const int k = working[m], slot = slots[k];
+    rve::DriveOf<D> &drive = working_drives[m];
+    working_slots[m] = slot;
+    drive = drives[k];
+    must_turn[m] = 0;
+    is_evaluated[m] = actions[k] == Action::AdvanceAndEvaluate;
+    const bool has_deferred = points.cached(slot).has_deferred, has_servo = drive.has_servo();
+    if (has_servo || drive.substeps == 0) return has_servo && has_deferred;
+    if (has_deferred) drive.deformation = drive.deformation * points.at(slot).pending;
+    drive.substeps = planner().substeps(slot, drive);
+    must_turn[m] = planner().needs_turn(slot, drive.deformation, drive.dt, drive.substeps);
+    return false;
+  });
   turn(*engine, working_slots, working_drives, must_turn);
   // the strain of the remaining stretch differs from that of the drive by rounding
   for (int m = 0; m < count; ++m)
@@ -427,7 +418,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
     });
   }
 
-  const bool any_deferred = plan_work(slots, drives, all_advance);
+  const bool any_deferred = plan_work(slots, drives);
   const std::size_t planned = working_slots.size();
   if (any_deferred) catch_up();
   if (options.stress_from != StressFrom::End)
@@ -438,7 +429,7 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
 
   std::vector<int> failed;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if ((all_advance || advances(actions[k])) && frozen(slots[k])) failed.push_back(slots[k]);
+    if (advances(actions[k]) && frozen(slots[k])) failed.push_back(slots[k]);
   return failed;
 }
 

@@ -292,8 +292,8 @@ template <int D> class RvePointsOf {
   std::vector<rve::ResponseOf<D>> responses;
   std::vector<rve::ElasticResultOf<D>> evaluations;
   std::vector<Action> actions;    ///< action of each RVE of the macro step
-  std::vector<int> working;    ///< indices of the RVEs that make DEM steps; unused if all RVEs do
-  Slots working_slots;         ///< slots of these RVEs
+  std::vector<int> working;       ///< indices of the RVEs that make DEM steps
+  Slots working_slots;            ///< slots of these RVEs
   Drives working_drives;
   std::vector<char> must_turn, is_evaluated;    ///< flags of these RVEs
 
@@ -365,7 +365,7 @@ template <int D> class RvePointsOf {
   void fetch_results_of_stiffened();
   StepPlanner<D> planner() const { return {options, points}; }
   bool plan_actions(const Slots &slots, const Drives &drives);
-  bool plan_work(const Slots &slots, const Drives &drives, bool all_advance);
+  bool plan_work(const Slots &slots, const Drives &drives);
   void catch_up();
   void advance_shadows(const Slots &slots, const Drives &drives);
 };
