@@ -87,7 +87,7 @@ template <int D> void expect_goals_are_met()
                     goals[k].stress(a, b), TOLERANCE);
     EXPECT_EQ(point.result.counters.steps, 0);
     EXPECT_EQ(point.result.kinetic_energy, 0.0);
-    EXPECT_FALSE(ground.points.has_advanced(ground.slots[k]));
+    EXPECT_EQ(point.drive.substeps, 0);
     for (int a = 0; a < D; ++a)
       for (int b = 0; b < D; ++b) EXPECT_EQ(point.result.deformation(a, b), a == b ? 1.0 : 0.0);
   }

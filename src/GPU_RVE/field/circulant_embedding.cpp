@@ -11,8 +11,8 @@ namespace field {
 
 namespace {
 
-  /// The smallest even number from `least` on that has no prime factors but 2, 3, 5 and 7: FFTW is fast with these. Of those that are too
-  /// large for FFTW one is as good as another.
+  /// Smallest even number >= least whose prime factors are 2, 3, 5 and 7, for which FFTW is fast.
+  /// Returns MAX_POINTS + 1 if it is too large for FFTW.
   std::int64_t good_size(double least)
   {
     if (least > static_cast<double>(MAX_POINTS)) return MAX_POINTS + 1;
@@ -24,12 +24,14 @@ namespace {
     }
   }
 
-  /// Torus with room for all lags of the grid, and for `padding` correlation lengths more in each direction.
+  /// Torus that contains all lags of the grid, and `padding` correlation lengths more in each
+  /// direction.
   Size torus_size(const Grid &grid, const Anisotropy &anisotropy, double padding)
   {
     Size points;
     for (int a = 0; a < AXES; ++a) {
-      // the lags n-1 and 1-n may fall on the same point of the torus only if they have the same covariance
+      // the lags n-1 and 1-n may be the same point of the torus only if they have the same
+      // covariance
       const double lags =
           2.0 * static_cast<double>(grid.nodes[a] - 1) + (anisotropy.is_aligned() ? 0.0 : 1.0);
       points[a] = good_size(lags + padding * anisotropy.half_width(a) / grid.spacing[a]);
@@ -37,7 +39,7 @@ namespace {
     return points;
   }
 
-  /// As total(), which could overflow.
+  /// total() without overflow.
   double points_of(const Size &size)
   {
     double product = 1.0;
@@ -45,6 +47,7 @@ namespace {
     return product;
   }
 
+  /// Returns the torus. Throws InputError if it has more points than `limit` or FFTW allows.
   Size within(const Size &torus, std::int64_t limit, const std::vector<TorusReport> &trials)
   {
     const auto longest = *std::max_element(torus.begin(), torus.end());
@@ -62,7 +65,7 @@ namespace {
                     ": allow more, or choose a larger spacing or smaller correlation lengths"));
   }
 
-  /// The torus to begin with: without padding.
+  /// First torus, without padding.
   Size first_torus(const Grid &grid, const Covariance &covariance, std::int64_t limit)
   {
     covariance.check(grid);
@@ -76,8 +79,9 @@ CirculantEmbedding::CirculantEmbedding(const Grid &grid, const Covariance &covar
     grid_(grid),
     fft_(first_torus(grid, covariance, limit))
 {
-  // What makes eigenvalues negative is the kink of the covariance half way round the torus, so padding is measured in correlation
-  // lengths. Enough of it always helps (Graham et al., SIAM J. Numer. Anal. 56, 1871 (2018)).
+  // The kink of the covariance half way round the torus makes eigenvalues negative, so padding is
+  // measured in correlation lengths. Sufficient padding makes all eigenvalues positive (Graham et
+  // al., SIAM J. Numer. Anal. 56, 1871 (2018)).
   Size torus = torus_size(grid, covariance.anisotropy, 0.0);
   for (double padding = 1.0;; padding += std::max(1.0, std::floor(0.25 * padding))) {
     trials_.push_back({});
@@ -108,7 +112,7 @@ Size CirculantEmbedding::padding() const
   return padding;
 }
 
-/// Leaves the eigenvalues of the covariance on the torus in fft_.
+/// Computes the eigenvalues of the covariance on the last torus. They stay in fft_.
 TorusReport CirculantEmbedding::decompose(const Covariance &covariance)
 {
   const Size torus = trials_.back().points;
@@ -118,8 +122,9 @@ TorusReport CirculantEmbedding::decompose(const Covariance &covariance)
   const std::int64_t half_x = torus[0] / 2, half_y = torus[1] / 2;
   const bool aligned = covariance.anisotropy.is_aligned();
 
-  // Lags of x from 0 to half way round; the others follow from C(-x, -y) = C(x, y). Half way round plus and minus meet, and the mean of
-  // both stands there, which keeps that symmetry.
+  // Lags of x from 0 to half way round are computed. The others follow from C(-x, -y) = C(x, y).
+  // Half way round, the lags x and -x are the same point, which gets the mean of both to keep this
+  // symmetry.
   const auto fill = [&](const auto &function) {
     const auto value = [&](double x, double y) {
       return function(covariance.anisotropy.distance({x, y}));
@@ -148,8 +153,9 @@ TorusReport CirculantEmbedding::decompose(const Covariance &covariance)
   double magnitude = 0.0;
   for (std::int64_t j = 0; j < torus[1]; ++j)
     for (std::int64_t i = 0; i < torus[0]; ++i) magnitude += std::fabs(fft_.row(j)[i]);
-  // Rounding of the transform grows as log2(N) epsilon (Higham, Accuracy and Stability of Numerical Algorithms (2002), theorem 24.2), here
-  // of a sum of these magnitudes. What is seen is some hundred times less.
+  // The rounding error of the transform is at most log2(N) epsilon times the sum of these
+  // magnitudes (Higham, Accuracy and Stability of Numerical Algorithms (2002), theorem 24.2).
+  // Measured errors are some hundred times smaller.
   report.tolerance =
       std::log2(points_of(torus)) * std::numeric_limits<double>::epsilon() * magnitude;
 
@@ -159,7 +165,7 @@ TorusReport CirculantEmbedding::decompose(const Covariance &covariance)
     const std::complex<double> *eigenvalue = fft_.spectrum(row);
     for (std::int64_t k = 0; k < fft_.half_length(); ++k) {
       const double lambda = eigenvalue[k].real();
-      // wave numbers that are not kept count as well: each of these rows stands for two, but for its ends
+      // each wave number stands for its conjugate, too, except at the ends of a row
       const int times = k == 0 || 2 * k == torus[0] ? 1 : 2;
       report.smallest = std::min(report.smallest, lambda);
       report.largest = std::max(report.largest, lambda);
@@ -171,7 +177,7 @@ TorusReport CirculantEmbedding::decompose(const Covariance &covariance)
   return report;
 }
 
-/// In fft_: noise on the torus becomes the field on the torus.
+/// Transforms noise on the torus in fft_ to the field on the torus.
 void CirculantEmbedding::color_noise()
 {
   fft_.forward();

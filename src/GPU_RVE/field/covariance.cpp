@@ -11,7 +11,8 @@ using rve::require;
 
 Matern::Matern(double smoothness) : smoothness_(smoothness)
 {
-  // Beyond 25 the function differs from the Gaussian one by less than one per cent, and its factors would leave the range of a double.
+  // above 25 the function differs from the Gaussian one by less than one per cent, and its factors
+  // overflow
   require(smoothness > 0.0 && smoothness <= 25.0,
           "smoothness nu of the Matern covariance must be in (0, 25], got ", smoothness);
   scale_ = std::sqrt(2.0 * smoothness);
@@ -25,7 +26,8 @@ double Matern::operator()(double r) const
   if (smoothness_ == 0.5) return std::exp(-s);
   if (smoothness_ == 1.5) return (1.0 + s) * std::exp(-s);
   if (smoothness_ == 2.5) return (1.0 + s + s * s / 3.0) * std::exp(-s);
-  // Beyond 700 the Bessel function underflows; near 0 it overflows, where 1 - O(s^2, s^(2 nu)) is 1 but for the smallest nu
+  // above 700 the Bessel function underflows; near 0 it overflows, and 1 - O(s^2, s^(2 nu)) is 1 to
+  // rounding except for very small nu
   if (s > 700.0) return 0.0;
   if (s == 0.0) return 1.0;
   const double bessel = std::cyl_bessel_k(smoothness_, s);
@@ -72,7 +74,7 @@ void Covariance::check(const Grid &grid) const
       spacing = std::hypot(spacing, direction[a] * grid.spacing[a]);    // no square overflows
       width += std::fabs(direction[a]) * grid.extent(a);
     }
-    // the allowances are for rounding: an equal length is allowed
+    // tolerances for rounding: equal lengths are allowed
     require(length >= spacing * (1.0 - 1e-9), which, " correlation length ", length,
             " is below the grid spacing, ", spacing, " in its direction");
     require(length <= width * (1.0 + 1e-9), which, " correlation length ", length,

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Covariance functions of a stationary Gaussian field of variance 1: functions of the distance r, in correlation lengths. The three are one
-// family: Matern's with the smoothness 1/2 is the exponential, and with an infinite one the Gaussian function.
-//   Matern, Spatial Variation (1986); Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 4.2.1
+// Covariance functions of a stationary Gaussian field of variance 1. They are functions of the
+// distance r in correlation lengths. Matern's function with the smoothness 1/2 is the exponential
+// one, and with an infinite smoothness the Gaussian one.
+//   Matern, Spatial Variation (1986)
+//   Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 4.2.1
 
 #pragma once
 
@@ -25,7 +27,8 @@ struct Gaussian {
 /// 2^(1-nu) / Gamma(nu) s^nu K_nu(s), s = sqrt(2 nu) r, with the modified Bessel function K_nu.
 class Matern {
  public:
-  /// The larger the smoothness nu, the smoother the field: it has derivatives of all orders below nu.
+  /// The field has derivatives of all orders below the smoothness nu. Throws InputError unless nu
+  /// is in (0, 25].
   explicit Matern(double smoothness);
   double operator()(double r) const;
   double smoothness() const { return smoothness_; }
@@ -36,12 +39,15 @@ class Matern {
   double factor_;    ///< 2^(1-nu) / Gamma(nu)
 };
 
-/// The ellipse that a covariance function has for contours: the distance of a lag in correlation lengths.
+/// Ellipse of the correlation lengths, which is a contour of the covariance function.
 class Anisotropy {
  public:
-  /// Correlation lengths along the two axes of the ellipse [length]; the first axis is turned from x by the angle [degrees], counter-clockwise.
+  /// `length` has the correlation lengths along the two axes of the ellipse [length]. The first
+  /// axis is turned from x by `angle` [degrees], counter-clockwise. Throws InputError if a length
+  /// is not positive or the angle is out of range.
   explicit Anisotropy(const Vec &length, double angle = 0.0);
 
+  /// Distance of a lag in correlation lengths [-].
   double distance(const Vec &lag) const
   {
     const double along = (cos_ * lag[0] + sin_ * lag[1]) / length_[0];
@@ -54,7 +60,7 @@ class Anisotropy {
   Vec direction(int axis) const { return axis == 0 ? Vec{cos_, sin_} : Vec{-sin_, cos_}; }
   /// Half width of the ellipse along x or y [length].
   double half_width(int axis) const;
-  /// Whether a reflection of the lag in x or y leaves the distance as it is, to the last bit.
+  /// True if a reflection of the lag in x or y does not change the distance, bit for bit.
   bool is_aligned() const { return sin_ == 0.0 || cos_ == 0.0; }
 
  private:
@@ -71,7 +77,7 @@ struct Covariance {
     const double r = anisotropy.distance(lag);
     return std::visit([r](const auto &f) { return f(r); }, function);
   }
-  /// "exponential", "gaussian" or "matern 1.5"
+  /// Name such as "exponential", "gaussian" or "matern 1.5".
   std::string name() const;
 
   /// Throws InputError if the grid is too coarse or too small for the correlation lengths.

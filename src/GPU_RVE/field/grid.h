@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The regular grid that a random field is generated on. All code of this room is for the plane; what loops over AXES does not mind a third one.
+// Regular grid of a random field in the plane.
 
 #pragma once
 
@@ -12,10 +12,10 @@
 
 namespace field {
 
-constexpr int AXES = 2;                            ///< x (horizontal), y (vertical)
+constexpr int AXES = 2;                            ///< number of axes: x (horizontal), y (vertical)
 using Vec = std::array<double, AXES>;              ///< position or lag [length]
 using Size = std::array<std::int64_t, AXES>;       ///< number of points along each axis
-constexpr std::int64_t MAX_POINTS = 2147483647;    ///< along one axis, which FFTW counts in int
+constexpr std::int64_t MAX_POINTS = 2147483647;    ///< limit of FFTW along one axis, an int
 
 /// Product of the numbers of points.
 inline std::int64_t total(const Size &size)
@@ -25,7 +25,7 @@ inline std::int64_t total(const Size &size)
   return product;
 }
 
-/// "240 x 120", for messages.
+/// Text such as "240 x 120" for messages.
 inline std::string to_string(const Size &size)
 {
   std::string text;
@@ -39,7 +39,9 @@ struct Grid {
   Vec spacing{};    ///< [length]
   Size nodes{};
 
-  /// The smallest grid whose cells cover the rectangle from lo to hi.
+  /// Smallest grid whose cells cover the rectangle from `lo` to `hi`. Throws InputError if the
+  /// extent or the spacing is not positive, the spacing exceeds the extent, or there are too many
+  /// cells.
   static Grid covering(const Vec &lo, const Vec &hi, const Vec &spacing)
   {
     Grid grid;
@@ -54,7 +56,7 @@ struct Grid {
                    axis, ", got ", lo[a], " to ", hi[a]);
       rve::require(spacing[a] <= extent, "grid spacing in ", axis,
                    " must be at most the extent of the domain, ", extent, ", got ", spacing[a]);
-      // an extent of whole cells but for rounding is one of whole cells
+      // tolerance for the rounding of an extent that is a whole number of cells
       const double cells = std::ceil(extent / spacing[a] * (1.0 - 1e-12));
       rve::require(cells < static_cast<double>(MAX_POINTS), "grid would have ", cells, " cells in ",
                    axis, ", allowed are 2147483646");
@@ -65,21 +67,17 @@ struct Grid {
 
   double extent(int axis) const { return static_cast<double>(nodes[axis] - 1) * spacing[axis]; }
 
-  /// Place of a node in an array of all nodes: x runs fastest.
-  std::int64_t index(const Size &node) const
-  {
-    std::int64_t place = 0;
-    for (int a = AXES - 1; a >= 0; --a) place = place * nodes[a] + node[a];
-    return place;
-  }
+  /// Index of a node in an array of all nodes, in which x is the fastest index.
+  std::int64_t index(const Size &node) const { return node[1] * nodes[0] + node[0]; }
 
-  /// Whether the cells hold this position, with an allowance for its rounding.
+  /// True if the cells contain the position, with a tolerance for rounding.
   bool contains(const Vec &position) const
   {
     for (int a = 0; a < AXES; ++a) {
       const double s = (position[a] - origin[a]) / spacing[a];
       const double cells = static_cast<double>(nodes[a] - 1);
-      // 1e-9 cells: far more than the rounding of a position, far less than a field can vary over
+      // 1e-9 cells are much more than the rounding of a position and much less than a correlation
+      // length
       if (!(s >= -1e-9 && s <= cells + 1e-9)) return false;
     }
     return true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The value of a field between the nodes.
+// Interpolation of a field between the nodes of its grid.
 
 #pragma once
 
@@ -12,45 +12,47 @@
 
 namespace field {
 
-/// The nodes that a value is taken from, places as in Grid::index, and their shares. First x lo, hi at y lo, then at y hi.
+/// Nodes of an interpolation (Grid::index) and their weights: low x, high x at low y, then at high
+/// y.
 struct Stencil {
   std::array<std::int64_t, 4> node;
   std::array<double, 4> weight;
 };
 
-/// Bilinear shape functions of the cell that holds the position.
+/// Bilinear shape functions of the cell that contains the position.
 inline Stencil linear_stencil(const Grid &grid, const Vec &position)
 {
   Size lo;
-  Vec s;    // from 0 to 1 across the cell
+  Vec s;    // coordinates in the cell, 0 to 1
   for (int a = 0; a < AXES; ++a) {
     const double cells = static_cast<double>(grid.nodes[a] - 1);
-    const double place = std::clamp((position[a] - grid.origin[a]) / grid.spacing[a], 0.0, cells);
-    const double cell = std::min(std::floor(place), cells - 1.0);
+    const double scaled = std::clamp((position[a] - grid.origin[a]) / grid.spacing[a], 0.0, cells);
+    const double cell = std::min(std::floor(scaled), cells - 1.0);
     lo[a] = static_cast<std::int64_t>(cell);
-    s[a] = place - cell;
+    s[a] = scaled - cell;
   }
   const std::int64_t first = grid.index(lo), row = grid.nodes[0];
   return {{first, first + 1, first + row, first + row + 1},
           {(1.0 - s[0]) * (1.0 - s[1]), s[0] * (1.0 - s[1]), (1.0 - s[0]) * s[1], s[0] * s[1]}};
 }
 
-/// The nearest node alone; the upper one half way.
+/// Index of the nearest node; half way between two nodes the upper one.
 inline std::int64_t nearest_node(const Grid &grid, const Vec &position)
 {
   Size node;
   for (int a = 0; a < AXES; ++a) {
-    const double place = std::floor((position[a] - grid.origin[a]) / grid.spacing[a] + 0.5);
+    const double near = std::floor((position[a] - grid.origin[a]) / grid.spacing[a] + 0.5);
     node[a] =
-        static_cast<std::int64_t>(std::clamp(place, 0.0, static_cast<double>(grid.nodes[a] - 1)));
+        static_cast<std::int64_t>(std::clamp(near, 0.0, static_cast<double>(grid.nodes[a] - 1)));
   }
   return grid.index(node);
 }
 
 enum class InterpolationKind { Linear, Nearest };
 
-/// Values of a field of variance 1 at positions. A weighted mean of correlated numbers has a variance below 1, sum_ab w_a w_b C_ab; the linear
-/// interpolation is divided by its root, so that the value at any position has the variance 1, and the distribution asked for.
+/// Values of a field of variance 1 at positions. A weighted mean of correlated numbers has the
+/// variance sum_ab w_a w_b C_ab below 1. Linear interpolation is divided by its square root, so
+/// that the value at any position has the variance 1 and the given distribution.
 class Interpolation {
  public:
   Interpolation(InterpolationKind kind, const Grid &grid, const Covariance &covariance) :
@@ -62,7 +64,7 @@ class Interpolation {
             Vec{((b & 1) - (a & 1)) * grid.spacing[0], ((b >> 1) - (a >> 1)) * grid.spacing[1]});
   }
 
-  /// The position is in the grid (Grid::contains).
+  /// Precondition: the grid contains the position (Grid::contains()).
   double value(const std::vector<double> &field, const Vec &position) const
   {
     if (kind_ == InterpolationKind::Nearest) return field[nearest_node(grid_, position)];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Marginal distributions: monotonic functions of a normal number z (mean 0, variance 1), which give the value its distribution.
+// Marginal distributions of a field: monotonic functions of a normal number z (mean 0, variance 1).
+// Constructors throw InputError if a parameter is out of range.
 
 #pragma once
 
@@ -12,10 +13,10 @@
 
 namespace field {
 
-/// No value of a Gaussian field lies farther from 0: the probability, 1e-349, is below all numbers. At it all marginals are finite.
+/// Bound of |z|. Larger values have a probability below 1e-349. All marginals are finite up to it.
 constexpr double FARTHEST_Z = 40.0;
 
-/// mean + deviation z
+/// Normal distribution: mean + deviation z.
 class Normal {
  public:
   Normal(double mean, double deviation) : mean_(mean), deviation_(deviation)
@@ -33,8 +34,9 @@ class Normal {
   double mean_, deviation_;
 };
 
-/// exp(lambda + zeta z) with zeta^2 = ln(1 + (deviation/mean)^2), lambda = ln(mean) - zeta^2/2: mean and deviation are those of the value
-/// (Fenton & Griffiths, Risk Assessment in Geotechnical Engineering (2008))
+/// Lognormal distribution with this mean and deviation: exp(lambda + zeta z) with zeta^2 = ln(1 +
+/// (deviation/mean)^2), lambda = ln(mean) - zeta^2/2 (Fenton & Griffiths, Risk Assessment in
+/// Geotechnical Engineering (2008)).
 class Lognormal {
  public:
   Lognormal(double mean, double deviation)
@@ -43,7 +45,8 @@ class Lognormal {
                  "mean of a lognormal field must be positive, got ", mean);
     rve::require(deviation > 0.0 && std::isfinite(deviation),
                  "standard deviation must be positive, got ", deviation);
-    // The mean is that of values at z about zeta, which is 8.3 at the limit. Normal numbers end at 8.57: beyond, no field has its mean.
+    // Values at z near zeta dominate the mean. zeta is 8.3 at this limit, and NormalNumbers end at
+    // 8.57, so fields with more variation would not have their mean.
     constexpr double LARGEST_VARIATION = 1e15;
     const double variation = deviation / mean;
     rve::require(
@@ -63,7 +66,7 @@ class Lognormal {
   double lambda_, zeta_;
 };
 
-/// An interval that values lie in.
+/// Closed interval of values.
 class Interval {
  public:
   Interval(double lo, double hi) : lo_(lo), hi_(hi)
@@ -71,13 +74,13 @@ class Interval {
     rve::require(std::isfinite(lo) && std::isfinite(hi) && lo < hi,
                  "lower bound must be below the upper one, got ", lo, " and ", hi);
   }
-  /// Throws InputError if the width, which values are a fraction of, is no number.
+  /// Throws InputError if the width overflows.
   void require_width() const
   {
     rve::require(std::isfinite(hi_ - lo_),
                  "bounds of a field must be less than 1.8e308 apart, got ", to_string());
   }
-  /// The place of the fraction f; never outside by rounding.
+  /// Value at the fraction f of the interval. Rounding does not place it outside.
   double at(double f) const { return std::fmin(lo_ + (hi_ - lo_) * f, hi_); }
   bool contains(double value) const { return value >= lo_ && value <= hi_; }
   std::string to_string() const { return "[" + rve::number(lo_) + ", " + rve::number(hi_) + "]"; }
@@ -86,7 +89,7 @@ class Interval {
   double lo_, hi_;
 };
 
-/// Uniform between the bounds: lo + (hi - lo) Phi(z), Phi is the normal distribution function.
+/// Uniform distribution: lo + (hi - lo) Phi(z) with the normal distribution function Phi.
 class Uniform {
  public:
   Uniform(double lo, double hi) : interval_(lo, hi) { interval_.require_width(); }
@@ -96,8 +99,8 @@ class Uniform {
   Interval interval_;
 };
 
-/// Bell-shaped between the bounds: lo + (hi - lo)/2 (1 + tanh((location + scale z)/(2 pi))); symmetric with the location 0, nearly uniform
-/// with the scale 5 (Fenton & Griffiths (2008))
+/// Bounded, bell-shaped distribution: lo + (hi - lo)/2 (1 + tanh((location + scale z)/(2 pi))). It
+/// is symmetric for the location 0 and nearly uniform for the scale 5 (Fenton & Griffiths (2008)).
 class Bounded {
  public:
   Bounded(double lo, double hi, double location, double scale) :

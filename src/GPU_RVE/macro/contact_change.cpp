@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Other contacts than an engine was made for. It has its programs, and what an RVE is in memory, from the beginning: so all RVEs move to a
-// new one.
+// Change of contact laws and resistances. Kernels and memory layout of an engine are fixed, so all
+// RVEs move to a new engine.
 
 #include "macro/rve_points.h"
 
 #include "rve/core/error.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 namespace macro {
 
 namespace {
 
-  /// By number; none where the number is free.
+  /// States by number in the engine; empty where the number is free.
   template <int D> using StatesOf = std::vector<std::optional<rve::RveStateOf<D>>>;
 
-  /// As small as an RVE can be.
+  /// Smallest possible RVE: the first grain of a state.
   template <int D> rve::RveStateOf<D> first_grain_of(const rve::RveStateOf<D> &state)
   {
     rve::RveStateOf<D> grain;
@@ -30,7 +29,8 @@ namespace {
     return grain;
   }
 
-  /// Into an engine without RVEs, which gives numbers in order: free ones are taken meanwhile.
+  /// Adds states to an empty engine, which assigns numbers in order. Placeholders take the free
+  /// numbers and are removed at the end.
   template <int D> void add_all(const StatesOf<D> &states, rve::EngineOf<D> &engine)
   {
     std::size_t end = states.size();
@@ -53,7 +53,7 @@ namespace {
     pair.twisting_moment = 0.0;
   }
 
-  /// Memory that so many RVEs take, and calls of all of them [bytes].
+  /// Memory of RVEs with these states and of calls that advance all of them [bytes].
   template <int D> double bytes_of(const StatesOf<D> &states, rve::EngineOf<D> &engine)
   {
     double bytes = 0.0;
@@ -71,9 +71,9 @@ namespace {
 
 template <int D> std::vector<int> RvePointsOf<D>::used_slots() const
 {
-  std::vector<int> slots;
+  Slots slots;
   for (int slot = 0; slot < points.size(); ++slot)
-    if (points.unheard(slot).state != State::Empty) slots.push_back(slot);
+    if (points.unsynchronised(slot).state != State::Empty) slots.push_back(slot);
   return slots;
 }
 
@@ -92,12 +92,12 @@ template <int D> void RvePointsOf<D>::expect(const rve::ContactModel &contacts)
   move_to(both, NewMaterials(points.size(), nullptr));
 }
 
-/// What all RVEs need together, with new materials of some. Rolling forces that pairs remember are forgotten where another contact law
-/// comes without rolling resistance.
+/// Contacts that support all RVEs with their new materials. Rolling resistance of the present
+/// contacts stays, unless the contact law changes. Throws InputError if contact laws differ.
 template <int D>
 rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) const
 {
-  const std::vector<int> slots = used_slots();
+  const Slots slots = used_slots();
   const rve::ContactModel present = engine->contacts();
   rve::ContactModel all = present;
   for (const int slot : slots) {
@@ -113,7 +113,9 @@ rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) c
   return all;
 }
 
-/// Everything stays as it was if this fails. The memory of the present engine is free for the new one.
+/// Moves all RVEs to a new engine. Pairs lose their rolling forces if the new contacts have no
+/// rolling resistance. The present engine is deleted before, so its memory is free for the new one.
+/// Throws InputError if the memory does not suffice; then nothing has changed.
 template <int D>
 void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMaterials &materials)
 {
@@ -122,10 +124,10 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
   std::unique_ptr<rve::EngineOf<D>> other = engine->empty_with(contacts), other_shadows;
   if (shadows) other_shadows = shadows->empty_with(contacts);
 
-  States old(points.size()), old_shadows(points.size());    // by slot
+  States old(points.size()), old_shadows(points.size());    // states by slot
   for (const int slot : used_slots()) {
     old[slot] = engine->state(slot);
-    const int shadow = points.unheard(slot).shadow;
+    const int shadow = points.unsynchronised(slot).shadow;
     if (shadow >= 0) old_shadows[slot] = shadows->state(shadow);
   }
   const auto changed = [&](States states) {
@@ -153,7 +155,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
   const auto put = [this](const States &states, const States &of_shadows) {
     add_all(states, *engine);
     for (std::size_t slot = 0; slot < of_shadows.size(); ++slot)
-      if (of_shadows[slot]) points[slot].shadow = shadows->add(*of_shadows[slot]);
+      if (of_shadows[slot]) points.modify(slot).shadow = shadows->add(*of_shadows[slot]);
   };
   engine = std::move(other);
   device_plan = Plan::None;

@@ -29,8 +29,9 @@ double ContactResponse<D>::contact_strain(double pressure, const rve::Material &
 template <int D>
 double ContactResponse<D>::frequency_at(double contact_strain, const rve::Material &material) const
 {
-  // a moment of inertia against Z contacts with k_t r (r spin), Z = D + 1 of an isostatic packing with friction; in space the spin is along
-  // a contact's normal in part, and two thirds of it move the surface
+  // The moment of inertia of a grain balances Z contacts with the force k_t r spin and the lever
+  // arm r. Z = D + 1 is that of an isostatic packing with friction. In space, only the two thirds
+  // of the squared spin that are normal to the branch vector move the surface.
   constexpr double CONTACTS = D == 2 ? 3.0 : 4.0 * 2.0 / 3.0;
   using Shape = rve::GrainShape<D>;
   const double radius = 0.5 * grain_size_;

@@ -3,128 +3,150 @@
 
 #include "macro/rve_points.h"
 
-#include "rve/core/threads.h"
+#include "macro/light_loops.h"
 #include "rve/core/wall_time.h"
 #include "rve/engine/finite_strain.h"
 
-#include <algorithm>
-#include <utility>
-
 namespace macro {
 
+namespace {
+
+  /// Some RVEs of a call, in the order of the call.
+  template <int D> struct PartOfCall {
+    std::vector<std::size_t> index;    ///< indices in the call
+    std::vector<int> slots;
+    std::vector<rve::DriveOf<D>> drives;
+
+    /// Selects the RVEs for whose index belongs(k) is true.
+    template <class Belongs>
+    PartOfCall(const std::vector<int> &all_slots, const std::vector<rve::DriveOf<D>> &all_drives,
+               const Belongs &belongs)
+    {
+      for (std::size_t k = 0; k < all_slots.size(); ++k) {
+        if (!belongs(k)) continue;
+        index.push_back(k);
+        slots.push_back(all_slots[k]);
+        drives.push_back(all_drives[k]);
+      }
+    }
+    /// Copies the results of the part to their indices in the call.
+    template <class Answers> void scatter(const Answers &part, Answers &all) const
+    {
+      for (std::size_t m = 0; m < index.size(); ++m) all[index[m]] = part[m];
+    }
+  };
+
+}    // namespace
+
+/// Advances RVEs and adds the wall time to seconds_in_engine. RVEs with several copies get a call
+/// of their own, because the largest RVE of a call determines the share of a GPU that each RVE
+/// gets.
 template <int D>
 template <class Answers>
-void RvePointsOf<D>::call_engine(const std::vector<int> &slots,
-                                 const std::vector<rve::DriveOf<D>> &drives, Answers &answers) const
+void RvePointsOf<D>::call_engine(const Slots &slots, const Drives &drives, Answers &answers) const
 {
   const auto start = rve::WallClock::now();
-  if (any_copies)
-    call_engine_apart(slots, drives, answers);
-  else
+  if (any_copies) {
+    answers.resize(slots.size());
+    for (const bool has_copies : {false, true}) {
+      const PartOfCall<D> part(slots, drives,
+                               [&](std::size_t k) { return (copies(slots[k]) > 1) == has_copies; });
+      if (part.slots.empty()) continue;
+      Answers some;
+      engine->advance(part.slots, part.drives, some);
+      part.scatter(some, answers);
+    }
+  } else {
     engine->advance(slots, drives, answers);
+  }
   seconds_in_engine += rve::seconds_since(start);
 }
 
-/// RVEs of copies in a call of their own: the largest one of a call decides how much of a GPU each of them gets.
+/// Advances RVEs; an RVE whose cell is too narrow repeats the call as copies of itself side by
+/// side.
 template <int D>
 template <class Answers>
-void RvePointsOf<D>::call_engine_apart(const std::vector<int> &slots,
-                                       const std::vector<rve::DriveOf<D>> &drives,
-                                       Answers &answers) const
-{
-  answers.resize(slots.size());
-  for (const bool of_copies : {false, true}) {
-    std::vector<std::size_t> places;
-    std::vector<int> some_slots;
-    std::vector<rve::DriveOf<D>> some_drives;
-    for (std::size_t k = 0; k < slots.size(); ++k) {
-      if ((copies(slots[k]) > 1) != of_copies) continue;
-      places.push_back(k);
-      some_slots.push_back(slots[k]);
-      some_drives.push_back(drives[k]);
-    }
-    if (places.empty()) continue;
-    Answers some;
-    engine->advance(some_slots, some_drives, some);
-    for (std::size_t m = 0; m < places.size(); ++m) answers[places[m]] = some[m];
-  }
-}
-
-/// Those whose cells are too narrow stay as they were before the call, and repeat it as copies of themselves side by side.
-template <int D>
-template <class Answers>
-void RvePointsOf<D>::call_and_widen(const std::vector<int> &slots,
-                                    const std::vector<rve::DriveOf<D>> &drives, Answers &answers)
+void RvePointsOf<D>::call_and_widen(const Slots &slots, const Drives &drives, Answers &answers)
 {
   call_engine(slots, drives, answers);
   widen_and_repeat(slots, drives, answers);
 }
 
+/// Repeats the call for RVEs whose cells were too narrow, until no cell is or can be widened.
 template <int D>
 template <class Answers>
-void RvePointsOf<D>::widen_and_repeat(const std::vector<int> &slots,
-                                      const std::vector<rve::DriveOf<D>> &drives, Answers &answers)
+void RvePointsOf<D>::widen_and_repeat(const Slots &slots, const Drives &drives, Answers &answers)
 {
   if (options.most_copies == 1) return;
-  for (bool any_narrow = true; any_narrow;) {
-    std::vector<int> places, some_slots;
-    std::vector<rve::DriveOf<D>> some_drives;
-    for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
-      if (!(answers[k].status & rve::status::CellTooNarrow) || !widen(slots[k])) continue;
-      places.push_back(k);
-      some_slots.push_back(slots[k]);
-      some_drives.push_back(drives[k]);
-    }
-    any_narrow = !places.empty();
-    if (!any_narrow) return;
+  for (;;) {
+    const PartOfCall<D> narrow(slots, drives, [&](std::size_t k) {
+      return (answers[k].status & rve::status::CellTooNarrow) && widen(slots[k]);
+    });
+    if (narrow.slots.empty()) return;
     Answers some;
-    call_engine(some_slots, some_drives, some);
-    for (std::size_t m = 0; m < places.size(); ++m) answers[places[m]] = some[m];
+    call_engine(narrow.slots, narrow.drives, some);
+    narrow.scatter(some, answers);
   }
 }
 
-/// Through an increment; returns its stress.
-template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_on(int slot, const Matrix &increment)
+/// Returns results and stiffnesses of the present configurations. They cost no DEM steps.
+template <int D>
+std::vector<rve::ElasticResultOf<D>> RvePointsOf<D>::evaluate(const Slots &slots) const
 {
-  return sleep_until(slot, increment * points.pending(slot));
+  std::vector<rve::ElasticResultOf<D>> results;
+  call_engine(slots, drives_at_rest(slots.size()), results);
+  return results;
 }
 
-template <int D> rve::Tensor<double, D> RvePointsOf<D>::sleep_until(int slot, const Matrix &pending)
+template <int D> void RvePointsOf<D>::freeze(int slot, std::uint32_t status)
 {
-  points.front(slot);    // is current from here on
-  const Matrix stress = points.sleep(slot).stress_after(pending);
-  points.slept(slot, pending, stress);
+  Point &point = points.modify(slot);
+  point.state = State::Frozen;
+  point.result.status = status;
+}
+
+/// Defers an increment and returns the stress after it.
+template <int D>
+rve::Tensor<double, D> RvePointsOf<D>::defer_increment(int slot, const Matrix &increment)
+{
+  return defer_until(slot, increment * points.pending(slot));
+}
+
+template <int D> rve::Tensor<double, D> RvePointsOf<D>::defer_until(int slot, const Matrix &pending)
+{
+  points.cached(slot);    // makes the cached copy valid
+  const Matrix stress = points.quiescence(slot).stress_after(pending);
+  points.defer(slot, pending, stress);
   return stress;
 }
 
-/// Slots whose RVEs sleep in this step.
-template <int D>
-std::vector<int> RvePointsOf<D>::those_that_sleep(const std::vector<int> &slots) const
+/// Slots that are skipped in this step and have no unsynchronised deferred increment yet.
+template <int D> std::vector<int> RvePointsOf<D>::newly_quiescent(const Slots &slots) const
 {
   std::vector<int> some;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if (actions[k] == Action::Skip && !points.sleeps_on(slots[k])) some.push_back(slots[k]);
+    if (actions[k] == Action::Skip && !points.was_deferred(slots[k])) some.push_back(slots[k]);
   return some;
 }
 
-/// Those that came with a record and rest have not brought their stiffness.
-template <int D> void RvePointsOf<D>::complete_looks(const std::vector<int> &slots)
+/// Evaluates the stiffness of RVEs at rest that were read from a record, which lacks it.
+template <int D> void RvePointsOf<D>::complete_evaluations(const Slots &slots)
 {
   std::vector<int> some;
   for (const int slot : slots)
-    if (!points.is_ahead(slot) && points.at(slot).look && !points.at(slot).look->is_whole())
+    if (!points.is_dirty(slot) && points.at(slot).evaluation &&
+        !points.at(slot).evaluation->is_whole())
       some.push_back(slot);
   if (some.empty()) return;
-  std::vector<rve::ElasticResultOf<D>> found;
-  call_engine(some, drives_at_rest(some.size()), found);
+  const std::vector<rve::ElasticResultOf<D>> found = evaluate(some);
   for (std::size_t m = 0; m < some.size(); ++m)
-    points.told(some[m]).look->stiffness = found[m].stiffness;
+    points.synchronised(some[m]).evaluation->stiffness = found[m].stiffness;
 }
 
-/// Carries out rotations that grains could not follow: the drives keep the stretch.
+/// Turns RVEs rigidly by rotations that their grains cannot follow. The drives keep the stretch.
 template <int D>
-void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers,
-                          std::vector<rve::DriveOf<D>> &drives, const std::vector<char> &must_turn)
+void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
+                          const std::vector<char> &must_turn)
 {
   std::vector<int> some;
   std::vector<Matrix> rotations;
@@ -136,72 +158,58 @@ void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numb
   if (!some.empty()) engine.turn(some, rotations);
 }
 
-/// What each RVE does. Returns whether all work.
-template <int D>
-bool RvePointsOf<D>::plan_actions(const std::vector<int> &slots,
-                                  const std::vector<rve::DriveOf<D>> &drives)
+/// Sets `actions`. Returns true if all RVEs make DEM steps.
+template <int D> bool RvePointsOf<D>::plan_actions(const Slots &slots, const Drives &drives)
 {
   const int count = static_cast<int>(slots.size());
   actions.resize(count);
-  bool all_work = true;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(&& : all_work)
-  for (int k = 0; k < count; ++k) {
+  return !for_each_any(count, threads, [&](int k) {
     actions[k] = frozen(slots[k]) ? Action::None : planner().action(slots[k], drives[k]);
-    all_work = all_work && advances(actions[k]);
-  }
-  return all_work;
+    return !advances(actions[k]);
+  });
 }
 
-/// The drives of those that work, with what they slept through; but under a servo, which takes no deformation. Returns whether one of them
-/// has slept and is under a servo.
-template <int D>
-bool RvePointsOf<D>::plan_work(const std::vector<int> &slots,
-                               const std::vector<rve::DriveOf<D>> &drives, bool all_work)
+/// Sets the drives of the RVEs that make DEM steps. They include the deferred increments, except
+/// for servos, which ignore deformations. Returns true if an RVE with a servo has a deferred
+/// increment.
+template <int D> bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives)
 {
   working.clear();
-  if (!all_work)
-    for (std::size_t k = 0; k < slots.size(); ++k)
-      if (advances(actions[k])) working.push_back(static_cast<int>(k));
-  const int count = static_cast<int>(all_work ? slots.size() : working.size());
+  for (std::size_t k = 0; k < slots.size(); ++k)
+    if (advances(actions[k])) working.push_back(static_cast<int>(k));
+  const int count = static_cast<int>(working.size());
   working_slots.resize(count);
   working_drives.resize(count);
   must_turn.resize(count);
-  is_looked_at.resize(count);
-  bool some_owe = false, some_turn = false;
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : some_owe, some_turn)
-    for (int m = 0; m < count; ++m) {
-      const int k = all_work ? m : working[m], slot = slots[k];
-      rve::DriveOf<D> &drive = working_drives[m];
-      working_slots[m] = slot;
-      drive = drives[k];
-      must_turn[m] = 0;
-      is_looked_at[m] = actions[k] == Action::AdvanceAndEvaluate;
-      const bool wakes = points.front(slot).owes, has_servo = drive.has_servo();
-      some_owe = some_owe || (wakes && has_servo);
-      if (has_servo || drive.substeps == 0) continue;
-      if (wakes) drive.deformation = drive.deformation * points.at(slot).pending;
-      drive.substeps = planner().substeps(slot, drive);
-      must_turn[m] = planner().needs_turn(slot, drive.deformation, drive.dt, drive.substeps);
-      some_turn = some_turn || must_turn[m];
-    }
-  }
-  if (!some_turn) return some_owe;
+  is_evaluated.resize(count);
+  const bool any_deferred = for_each_any(count, threads, [&](int m) {
+    const int k = working[m], slot = slots[k];
+    rve::DriveOf<D> &drive = working_drives[m];
+    working_slots[m] = slot;
+    drive = drives[k];
+    must_turn[m] = 0;
+    is_evaluated[m] = actions[k] == Action::AdvanceAndEvaluate;
+    const bool has_deferred = points.cached(slot).has_deferred, has_servo = drive.has_servo();
+    if (has_servo || drive.substeps == 0) return has_servo && has_deferred;
+    if (has_deferred) drive.deformation = drive.deformation * points.at(slot).pending;
+    drive.substeps = planner().substeps(slot, drive);
+    must_turn[m] = planner().needs_turn(slot, drive.deformation, drive.dt, drive.substeps);
+    return false;
+  });
   turn(*engine, working_slots, working_drives, must_turn);
-  // the strain of what is left, to its last digit
+  // the strain of the remaining stretch differs from that of the drive by rounding
   for (int m = 0; m < count; ++m)
     if (must_turn[m])
       working_drives[m].substeps = planner().substeps(working_slots[m], working_drives[m]);
-  return some_owe;
+  return any_deferred;
 }
 
-/// What an RVE under a servo slept through under another drive is carried out before. Who fails there is frozen and works no more.
+/// Carries out deferred increments of RVEs that have a servo in this step. RVEs that fail are
+/// frozen and leave `working_slots`.
 template <int D> void RvePointsOf<D>::catch_up()
 {
-  std::vector<int> slots;
-  std::vector<rve::DriveOf<D>> drives;
+  Slots slots;
+  Drives drives;
   must_turn.clear();
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
     const rve::DriveOf<D> &wanted = working_drives[m];
@@ -220,81 +228,30 @@ template <int D> void RvePointsOf<D>::catch_up()
   std::vector<rve::ResponseOf<D>> responses;
   call_and_widen(slots, drives, responses);
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    Point &point = points[slots[k]];
-    point.state = responses[k].status & rve::status::Fatal ? State::Frozen : State::Awake;
-    if (point.frozen())
-      point.result.status = responses[k].status;
-    else
-      point.pending = Matrix::identity();
+    if (responses[k].status & rve::status::Fatal) {
+      freeze(slots[k], responses[k].status);
+      continue;
+    }
+    Point &point = points.modify(slots[k]);
+    point.state = State::Awake;
+    point.pending = Matrix::identity();
   }
   std::size_t left = 0;
   for (std::size_t m = 0; m < working_slots.size(); ++m) {
     if (frozen(working_slots[m])) continue;
     working_slots[left] = working_slots[m];
-    is_looked_at[left] = is_looked_at[m];
+    is_evaluated[left] = is_evaluated[m];
     working_drives[left++] = working_drives[m];
   }
   working_slots.resize(left);
   working_drives.resize(left);
-  is_looked_at.resize(left);
+  is_evaluated.resize(left);
 }
 
-/// All parts of all macro steps, the n-th parts of all RVEs at once.
-template <int D> void RvePointsOf<D>::run(std::vector<SampledStep<D>> &steps)
-{
-  for (int part = 0;; ++part) {
-    std::vector<SampledStep<D> *> last, others;
-    for (SampledStep<D> &macro : steps)
-      if (!macro.failed && part < macro.parts)
-        (part + 1 == macro.parts ? last : others).push_back(&macro);
-    if (last.empty() && others.empty()) return;
-
-    const auto slots_of = [](const std::vector<SampledStep<D> *> &some) {
-      std::vector<int> slots;
-      for (const SampledStep<D> *macro : some) slots.push_back(macro->slot);
-      return slots;
-    };
-    const auto drives_of = [part](const std::vector<SampledStep<D> *> &some) {
-      std::vector<rve::DriveOf<D>> drives;
-      for (const SampledStep<D> *macro : some) drives.push_back(macro->of_part(part));
-      return drives;
-    };
-    if (!others.empty()) {
-      std::vector<rve::ResponseOf<D>> responses;
-      call_and_widen(slots_of(others), drives_of(others), responses);
-      for (std::size_t k = 0; k < others.size(); ++k) {
-        others[k]->samples.push_back(responses[k].stress);
-        others[k]->failed = (responses[k].status & rve::status::Fatal) != 0;
-        if (others[k]->failed) points[others[k]->slot].result.status = responses[k].status;
-      }
-    }
-    if (!last.empty()) {
-      std::vector<rve::ResponseOf<D>> responses;
-      call_and_widen(slots_of(last), drives_of(last), responses);
-      for (std::size_t k = 0; k < last.size(); ++k) {
-        SampledStep<D> &macro = *last[k];
-        Point &point = points[macro.slot];
-        point.result.status = responses[k].status;
-        macro.failed = (responses[k].status & rve::status::Fatal) != 0;
-        if (macro.failed) continue;
-        point.contacts = responses[k].num_contacts;
-        point.peak_force = responses[k].peak_force;
-        if (point.limit.is_exceeded(rve::stiffness_measures(responses[k])))
-          note_stiffening(macro.slot);
-        macro.samples.push_back(responses[k].stress);
-        point.result.stress = macro.parts == 1 ? responses[k].stress
-                                               : macro.stress(options.stress_from);
-      }
-    }
-  }
-}
-
-template <int D>
-void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
-                                     const std::vector<rve::DriveOf<D>> &drives)
+template <int D> void RvePointsOf<D>::advance_shadows(const Slots &slots, const Drives &drives)
 {
   std::vector<int> originals, numbers;
-  std::vector<rve::DriveOf<D>> finer;
+  Drives finer;
   std::vector<char> turned;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     const Point &point = points.at(slots[k]);
@@ -314,17 +271,16 @@ void RvePointsOf<D>::advance_shadows(const std::vector<int> &slots,
   shadows->advance(numbers, finer, responses);
   widen_shadows(originals, finer, responses);
   for (std::size_t k = 0; k < numbers.size(); ++k) {
-    Point &point = points[originals[k]];
+    Point &point = points.modify(originals[k]);
     if (responses[k].status & rve::status::Fatal)
-      remove_shadow(originals[k]);    // its RVE will have another one, or fail as well
+      remove_shadow(originals[k]);    // the caller may add another one
     else
       point.shadow_stress = responses[k].stress;
   }
 }
 
 template <int D>
-std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
-                                         const std::vector<rve::DriveOf<D>> &drives,
+std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drives,
                                          bool with_details)
 {
   fetch_results();
@@ -332,7 +288,7 @@ std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
   const auto start = rve::WallClock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
                                                   : advance_by_plan(slots, drives);
-  // of the same kind as what is asked for later: the long answer of the call itself has the velocities of half a step before
+  // a result of the call itself would have the velocities of half a step before
   if (with_details) complete();
   if (shadows) {
     const auto shadows_start = rve::WallClock::now();
@@ -344,103 +300,86 @@ std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &slots,
 }
 
 /* ----------------------------------------------------------------------
-   nothing stands between macro steps and DEM steps: one call of the engine, with the drives as they are.
-   thousands of RVEs get there in every step, and what is done for each of them counts
+   one call of the engine with unchanged drives; thousands of RVEs per step make the
+   work for each of them significant
 ------------------------------------------------------------------------- */
 
-template <int D> bool RvePointsOf<D>::is_plain(const std::vector<int> &slots) const
+/// True if all RVEs make the DEM steps of their drives, without any option or deferred increment.
+template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
 {
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
     return false;
-  const int count = static_cast<int>(slots.size());
-  bool plain = true;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(&& : plain)
-  for (int k = 0; k < count; ++k) {
-    const PointFront<D> &front = points.front(slots[k]);
-    plain = plain && front.state == State::Awake && !front.owes;
-  }
-  return plain;
+  return !for_each_any(static_cast<int>(slots.size()), threads, [&](int k) {
+    const CachedPoint<D> &cached = points.cached(slots[k]);
+    return cached.state != State::Awake || cached.has_deferred;
+  });
 }
 
+/// Advances RVEs by one call of the engine. `is_evaluated`: flag of RVEs that are evaluated after
+/// the steps; empty: none are. Returns the slots that failed.
 template <int D>
-std::vector<int> RvePointsOf<D>::advance_plainly(const std::vector<int> &slots,
-                                                 const std::vector<rve::DriveOf<D>> &drives,
-                                                 const std::vector<char> &looked_at)
+std::vector<int> RvePointsOf<D>::advance_plainly(const Slots &slots, const Drives &drives,
+                                                 const std::vector<char> &is_evaluated)
 {
   const int count = static_cast<int>(slots.size());
   if (count == 0) return {};
-  std::vector<int> looked_places;
-  for (std::size_t k = 0; k < looked_at.size(); ++k)
-    if (looked_at[k]) looked_places.push_back(static_cast<int>(k));
-  if (looked_places.empty())
+  std::vector<int> evaluated;
+  for (std::size_t k = 0; k < is_evaluated.size(); ++k)
+    if (is_evaluated[k]) evaluated.push_back(static_cast<int>(k));
+  if (evaluated.empty())
     call_engine(slots, drives, responses);
   else
-    call_and_look(slots, drives, looked_at);
+    call_and_evaluate(slots, drives, is_evaluated);
   record_sizes.assign(points.size(), 0);
 
   const auto has_failed = [&](int k) { return (responses[k].status & rve::status::Fatal) != 0; };
-  bool any_failed = false;
-  const auto take = [&](int k) {
-    points.answered(slots[k], responses[k], drives[k]);
-    if (points.front(slots[k]).limit.is_exceeded(rve::stiffness_measures(responses[k])))
-      note_stiffening(slots[k]);
+  const auto store = [&](int k) {
+    points.store(slots[k], responses[k], drives[k]);
+    note_response(slots[k], responses[k]);
   };
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any_failed)
-    for (int k = 0; k < count; ++k) {
-      if (has_failed(k))
-        any_failed = true;
-      else
-        take(k);
-    }
-  }
-  for (std::size_t m = 0; m < looked_places.size(); ++m)
-    if (!has_failed(looked_places[m]))
-      points.told(slots[looked_places[m]]).look = PointOf<D>::Look::of(found_looks[m]);
+  const bool any_failed = for_each_any(count, threads, [&](int k) {
+    if (has_failed(k)) return true;
+    store(k);
+    return false;
+  });
+  for (std::size_t m = 0; m < evaluated.size(); ++m)
+    if (!has_failed(evaluated[m]))
+      points.synchronised(slots[evaluated[m]]).evaluation =
+          PointOf<D>::Evaluation::of(evaluations[m]);
   if (!any_failed) return {};
 
-  std::vector<int> failed, in_trouble;
+  std::vector<int> failed, failures;
   for (int k = 0; k < count; ++k)
-    if (has_failed(k)) in_trouble.push_back(k);
+    if (has_failed(k)) failures.push_back(k);
   widen_and_repeat(slots, drives, responses);
-  for (const int k : in_trouble) {
+  for (const int k : failures) {
     if (!has_failed(k)) {
-      take(k);
+      store(k);
       continue;
     }
-    Point &point = points[slots[k]];
-    point.state = State::Frozen;
-    point.result.status = responses[k].status;
+    freeze(slots[k], responses[k].status);
     failed.push_back(slots[k]);
   }
   return failed;
 }
 
-/// Those that shall be looked at have the longest answer, in a call of their own.
+/// Advances RVEs by two calls of the engine: evaluated RVEs need results with stiffness, the others
+/// responses. Sets `responses` and `evaluations`.
 template <int D>
-void RvePointsOf<D>::call_and_look(const std::vector<int> &slots,
-                                   const std::vector<rve::DriveOf<D>> &drives,
-                                   const std::vector<char> &looked_at)
+void RvePointsOf<D>::call_and_evaluate(const Slots &slots, const Drives &drives,
+                                       const std::vector<char> &is_evaluated)
 {
-  std::vector<int> some_slots[2], some_places[2];
-  std::vector<rve::DriveOf<D>> some_drives[2];
-  for (std::size_t k = 0; k < slots.size(); ++k) {
-    const int looked = looked_at[k] ? 1 : 0;
-    some_slots[looked].push_back(slots[k]);
-    some_places[looked].push_back(static_cast<int>(k));
-    some_drives[looked].push_back(drives[k]);
-  }
-  responses.resize(slots.size());
+  const PartOfCall<D> evaluated(slots, drives, [&](std::size_t k) { return is_evaluated[k] != 0; }),
+      others(slots, drives, [&](std::size_t k) { return is_evaluated[k] == 0; });
   std::vector<rve::ResponseOf<D>> of_others;
-  if (!some_slots[0].empty()) call_engine(some_slots[0], some_drives[0], of_others);
-  call_engine(some_slots[1], some_drives[1], found_looks);
-  for (std::size_t m = 0; m < of_others.size(); ++m) responses[some_places[0][m]] = of_others[m];
-  for (std::size_t m = 0; m < found_looks.size(); ++m) {
-    const rve::ResultOf<D> &result = found_looks[m].result;
-    responses[some_places[1][m]] = {result.status, result.num_contacts, result.peak_force,
-                                    result.stress};
+  if (!others.slots.empty()) call_engine(others.slots, others.drives, of_others);
+  call_engine(evaluated.slots, evaluated.drives, evaluations);
+  responses.resize(slots.size());
+  others.scatter(of_others, responses);
+  for (std::size_t m = 0; m < evaluations.size(); ++m) {
+    const rve::ResultOf<D> &result = evaluations[m].result;
+    responses[evaluated.index[m]] = {result.status, result.num_contacts, result.peak_force,
+                                     result.stress};
   }
 }
 
@@ -452,115 +391,104 @@ template <int D> void RvePointsOf<D>::complete() const
     if (points.is_stale(slot)) stale_slots.push_back(slot);
   const int count = static_cast<int>(stale_slots.size());
   if (count == 0) {
-    points.deny_stale();
+    points.clear_any_stale();
     return;
   }
-  // whoever looks in every step does so at thousands: no memory is asked for each time, and threads share the copies
+  // some callers read thousands of points in every step: memory is kept, and threads share the
+  // copies
   if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
-  call_engine(stale_slots, resting, looks);
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-  for (int k = 0; k < count; ++k) {
-    Point &point = points.told(stale_slots[k]);
+  call_engine(stale_slots, resting, results);
+  for_each(count, threads, [&](int k) {
+    Point &point = points.synchronised(stale_slots[k]);
     point.stale = false;
-    if (!(looks[k].status & rve::status::Fatal)) point.take_details(looks[k]);
-  }
-  points.deny_stale();
+    if (!(results[k].status & rve::status::Fatal)) point.take_details(results[k]);
+  });
+  points.clear_any_stale();
 }
 
 template <int D>
-std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &slots,
-                                                 const std::vector<rve::DriveOf<D>> &drives)
+std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drives &drives)
 {
   record_sizes.assign(points.size(), 0);
-  const bool all_work = plan_actions(slots, drives);
-  if (!all_work && options.quiescent_strain > 0.0) {
-    complete_looks(those_that_sleep(slots));
-    const int count = static_cast<int>(slots.size());
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k)
-      if (actions[k] == Action::Skip) sleep_on(slots[k], drives[k].deformation);
+  const bool all_advance = plan_actions(slots, drives);
+  if (!all_advance && options.quiescent_strain > 0.0) {
+    complete_evaluations(newly_quiescent(slots));
+    for_each(static_cast<int>(slots.size()), threads, [&](int k) {
+      if (actions[k] == Action::Skip) defer_increment(slots[k], drives[k].deformation);
+    });
   }
 
-  const bool some_owe = plan_work(slots, drives, all_work);
+  const bool any_deferred = plan_work(slots, drives);
   const std::size_t planned = working_slots.size();
-  if (some_owe) catch_up();
+  if (any_deferred) catch_up();
   if (options.stress_from != StressFrom::End)
-    advance_with_samples(working_slots, working_drives);
-  else if (advance_plainly(working_slots, working_drives, is_looked_at).empty() &&
+    advance_with_samples();
+  else if (advance_plainly(working_slots, working_drives, is_evaluated).empty() &&
            working_slots.size() == planned)
-    return {};    // as nearly always: thousands of points need not be asked
+    return {};    // the usual case needs no loop over points
 
   std::vector<int> failed;
   for (std::size_t k = 0; k < slots.size(); ++k)
-    if ((all_work || advances(actions[k])) && frozen(slots[k])) failed.push_back(slots[k]);
+    if (advances(actions[k]) && frozen(slots[k])) failed.push_back(slots[k]);
   return failed;
 }
 
-/// The stress is that of several parts of the macro step.
-template <int D>
-void RvePointsOf<D>::advance_with_samples(const std::vector<int> &slots,
-                                          const std::vector<rve::DriveOf<D>> &drives)
+/// Advances `working_slots` by macro steps in parts, whose stresses are averaged. One call of the
+/// engine has the n-th parts of all RVEs.
+template <int D> void RvePointsOf<D>::advance_with_samples()
 {
   std::vector<SampledStep<D>> steps;
-  steps.reserve(slots.size());
-  for (std::size_t k = 0; k < slots.size(); ++k) steps.emplace_back(slots[k], drives[k], options);
-  run(steps);
-  for (const SampledStep<D> &macro : steps) {
-    Point &point = points[macro.slot];
-    point.state = macro.failed ? State::Frozen : State::Awake;
-    if (macro.failed) continue;
-    point.stale = true;
-    point.look.reset();
-    if (macro.drive.substeps == 0) continue;
-    point.pending = Matrix::identity();
-    point.note(macro.drive);
-  }
-  look_at_working();
-}
-
-/// A look of its own, at those that shall be looked at after their last DEM steps.
-template <int D> void RvePointsOf<D>::look_at_working()
-{
-  std::vector<int> some;
   for (std::size_t m = 0; m < working_slots.size(); ++m)
-    if (is_looked_at[m] && !frozen(working_slots[m])) some.push_back(working_slots[m]);
-  if (some.empty()) return;
-  std::vector<rve::ElasticResultOf<D>> found;
-  call_engine(some, drives_at_rest(some.size()), found);
-  for (std::size_t m = 0; m < some.size(); ++m)
+    steps.emplace_back(working_slots[m], working_drives[m], options);
+  for (int part = 0;; ++part) {
+    std::vector<SampledStep<D> *> some;
+    Slots slots;
+    Drives drives;
+    for (SampledStep<D> &macro : steps) {
+      if (macro.failed || part >= macro.parts) continue;
+      some.push_back(&macro);
+      slots.push_back(macro.slot);
+      drives.push_back(macro.of_part(part));
+    }
+    if (some.empty()) break;
+    call_and_widen(slots, drives, responses);
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      SampledStep<D> &macro = *some[k];
+      rve::ResponseOf<D> &response = responses[k];
+      macro.failed = (response.status & rve::status::Fatal) != 0;
+      if (macro.failed) {
+        freeze(macro.slot, response.status);
+        continue;
+      }
+      macro.samples.push_back(response.stress);
+      if (part + 1 < macro.parts) continue;
+      note_response(macro.slot, response);
+      if (macro.parts > 1) response.stress = macro.stress(options.stress_from);
+      points.store(macro.slot, response, macro.drive);
+    }
+  }
+
+  Slots evaluated;
+  for (std::size_t m = 0; m < working_slots.size(); ++m)
+    if (is_evaluated[m] && !frozen(working_slots[m])) evaluated.push_back(working_slots[m]);
+  if (evaluated.empty()) return;
+  const std::vector<rve::ElasticResultOf<D>> found = evaluate(evaluated);
+  for (std::size_t m = 0; m < evaluated.size(); ++m)
     if (!(found[m].result.status & rve::status::Fatal))
-      points.told(some[m]).look = PointOf<D>::Look::of(found[m]);
+      points.synchronised(evaluated[m]).evaluation = Point::Evaluation::of(found[m]);
 }
 
-// for the other source files of the class
-#define RVE_INSTANTIATE(D)                                                                         \
-  template std::vector<int> RvePointsOf<D>::advance(const std::vector<int> &,                      \
-                                                    const std::vector<rve::DriveOf<D>> &, bool);   \
-  template void RvePointsOf<D>::complete() const;                                                  \
-  template bool RvePointsOf<D>::is_plain(const std::vector<int> &) const;                          \
-  template std::vector<int> RvePointsOf<D>::advance_plainly(                                       \
-      const std::vector<int> &, const std::vector<rve::DriveOf<D>> &, const std::vector<char> &);  \
-  template std::vector<int> RvePointsOf<D>::advance_by_plan(const std::vector<int> &,              \
-                                                            const std::vector<rve::DriveOf<D>> &); \
-  template rve::Tensor<double, D> RvePointsOf<D>::sleep_on(int, const rve::Tensor<double, D> &);   \
-  template rve::Tensor<double, D> RvePointsOf<D>::sleep_until(int,                                 \
-                                                              const rve::Tensor<double, D> &);     \
-  template std::vector<int> RvePointsOf<D>::those_that_sleep(const std::vector<int> &) const;      \
-  template void RvePointsOf<D>::complete_looks(const std::vector<int> &);                          \
-  template void RvePointsOf<D>::widen_and_repeat(const std::vector<int> &,                         \
-                                                 const std::vector<rve::DriveOf<D>> &,             \
-                                                 std::vector<rve::ResponseOf<D>> &);               \
-  template void RvePointsOf<D>::call_and_widen(const std::vector<int> &,                           \
-                                               const std::vector<rve::DriveOf<D>> &,               \
-                                               std::vector<rve::ResultOf<D>> &);                   \
-  template void RvePointsOf<D>::call_engine(const std::vector<int> &,                              \
-                                            const std::vector<rve::DriveOf<D>> &,                  \
-                                            std::vector<rve::ResultOf<D>> &) const;                \
-  template void RvePointsOf<D>::call_engine(const std::vector<int> &,                              \
-                                            const std::vector<rve::DriveOf<D>> &,                  \
-                                            std::vector<rve::ElasticResultOf<D>> &) const;
+template class RvePointsOf<2>;
+template class RvePointsOf<3>;
+
+// Member templates that other source files of the class call.
+#define RVE_INSTANTIATE(D)                                                           \
+  template void RvePointsOf<D>::widen_and_repeat(const Slots &, const Drives &,      \
+                                                 std::vector<rve::ResponseOf<D>> &); \
+  template void RvePointsOf<D>::call_and_widen(const Slots &, const Drives &,        \
+                                               std::vector<rve::ResultOf<D>> &);     \
+  template void RvePointsOf<D>::call_engine(const Slots &, const Drives &,           \
+                                            std::vector<rve::ResultOf<D>> &) const;
 RVE_INSTANTIATE(2)
 RVE_INSTANTIATE(3)
 #undef RVE_INSTANTIATE

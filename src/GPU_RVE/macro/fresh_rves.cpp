@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fresh RVEs in place of those that failed: of a packing, brought to the stress that the failed one had.
+// Replacement of failed RVEs by fresh ones: packings that are brought to the stress of the failed
+// RVE.
 
 #include "macro/rve_points.h"
 
-#include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
 
@@ -13,18 +13,19 @@
 
 namespace macro {
 
-/// An RVE that is being replaced.
+/// Data of a replacement.
 template <int D> struct RvePointsOf<D>::Fresh {
   RenewalOf<D> renewal;
-  rve::RveStateOf<D> before;    ///< the one that failed
-  bool is_open = false;         ///< it had no pressure
+  rve::RveStateOf<D> before;    ///< state of the failed RVE
+  bool is_open = false;         ///< the failed RVE had no pressure
   Matrix goal = Matrix::zero();
-  std::vector<int> candidates;    ///< packings, the best one last
+  std::vector<int> candidates;    ///< packings that have not been tried, the best one last
   int copies_before = 1;
   double gain = 0.0;
-  rve::Counters of_packing;
+  rve::Counters of_packing;    ///< counters of the packing
 
-  /// To the stress of the failed one. An open RVE has none: it is there after a call without a servo.
+  /// Way to the stress of the failed RVE. An open RVE has no stress: its way ends after one call
+  /// without a servo.
   WayToStress<D> way(std::size_t place, double dt) const
   {
     rve::DriveOf<D> drive;
@@ -39,7 +40,7 @@ template <int D> struct RvePointsOf<D>::Fresh {
   }
 };
 
-/// Puts the next packing in place of the RVE. False if there is none left.
+/// Replaces the RVE by its next candidate. Returns false if there is none left.
 template <int D>
 bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf<D>> &packings)
 {
@@ -65,21 +66,19 @@ bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf
   return false;
 }
 
-/// Each until it is there or has failed.
+/// Advances fresh RVEs until they have reached their stresses or have failed.
 template <int D>
 void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<Way> &ways)
 {
   std::vector<rve::ResultOf<D>> results;
   lead(
       ways,
-      [](const std::vector<Way> &some, const std::vector<int> &) {
-        std::vector<rve::DriveOf<D>> calls;
+      [](const std::vector<Way> &some, const Slots &) {
+        Drives calls;
         for (const Way &way : some) calls.push_back(way.drive);
         return calls;
       },
-      [&](const std::vector<int> &slots, const std::vector<rve::DriveOf<D>> &calls) {
-        call_engine(slots, calls, results);
-      },
+      [&](const Slots &slots, const Drives &calls) { call_engine(slots, calls, results); },
       [&](const Way &way, std::size_t k) {
         if (results[k].status & rve::status::Fatal) return true;
         if (!way.is_at_rest(results[k]) && way.steps < MOST_FRESH_STEPS) return false;
@@ -88,11 +87,12 @@ void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<
       });
 }
 
-/// It goes on from where the failed one was: with its deformation, and the steps of both.
+/// Completes a replacement: the fresh RVE has the deformation of the failed one and the counters of
+/// both.
 template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
 {
   RenewalOf<D> &renewal = fresh.renewal;
-  Point &point = points[renewal.slot];
+  Point &point = points.modify(renewal.slot);
   rve::RveStateOf<D> state = engine->state(renewal.slot);
   renewal.steps = state.counters.steps - fresh.of_packing.steps;
   const auto go_on = [&](std::int64_t rve::Counters::*count) {
@@ -105,25 +105,22 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
   state.deformation = fresh.before.deformation;
   state.servo_velocity_gradient = fresh.before.servo_velocity_gradient;
   state.energy = rve::EnergyLedger();
-  std::vector<rve::ResultOf<D>> looks;
+  std::vector<rve::ResultOf<D>> results;
   if (replace(*engine, renewal.slot, state))
-    engine->advance({renewal.slot}, drives_at_rest(1), looks);
-  if (looks.empty() || (looks[0].status & rve::status::Fatal)) return;
+    engine->advance({renewal.slot}, drives_at_rest(1), results);
+  if (results.empty() || (results[0].status & rve::status::Fatal)) return;
   remove_shadow(renewal.slot);
-  point.result = looks[0];
+  point.begin_with(results[0]);
   point.stale = false;
   point.state = State::Awake;
   point.servo_gain = fresh.gain;
-  point.grain_size = rve::grain_size(point.result);
-  point.contacts = point.result.num_contacts;
-  point.peak_force = point.result.peak_force;
-  point.limit = rve::StiffeningLimit();    // always exceeded: its time-step bound was not checked
+  point.limit = rve::StiffeningLimit();    // always exceeded, because the bound was not checked
   note_stiffening(renewal.slot);
   point.drive = rve::DriveOf<D>();
   point.servo_error = point.out_of_reach = 0.0;
   point.rested = rve::ResultOf<D>();
   point.pending = Matrix::identity();
-  point.look.reset();
+  point.evaluation.reset();
   point.energy_at_start.reset();
   ++point.renewals;
   renewal.stress = point.result.stress;
@@ -131,7 +128,7 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
 }
 
 template <int D>
-std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
+std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const Slots &slots,
                                                 const std::vector<rve::RveStateOf<D>> &packings,
                                                 double dt)
 {
@@ -159,9 +156,9 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
     if (was_just_made) fresh.candidates.clear();
     fresh.copies_before = point.copies;
   }
-  for (const int slot : slots) points[slot].copies = 1;
+  for (const int slot : slots) points.modify(slot).copies = 1;
 
-  // those that fail on the way try the next packing
+  // an RVE that fails on the way tries the next packing
   for (int trial = 0; trial < MOST_FRESH_TRIALS; ++trial) {
     std::vector<Way> ways;
     for (std::size_t k = 0; k < all.size(); ++k)
@@ -173,9 +170,9 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const std::vector<int> &slots,
   std::vector<RenewalOf<D>> renewals;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     Fresh &fresh = all[k];
-    if (points.at(slots[k]).frozen()) {    // as it was
+    if (points.at(slots[k]).frozen()) {    // the failed RVE returns
       replace(*engine, slots[k], fresh.before);
-      points[slots[k]].copies = fresh.copies_before;
+      points.modify(slots[k]).copies = fresh.copies_before;
       fresh.renewal.packing = -1;
     }
     record_sizes[slots[k]] = 0;

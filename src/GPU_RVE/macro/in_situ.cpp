@@ -17,50 +17,57 @@ namespace {
   using rve::number;
   using rve::require;
 
-  // of one call of the engine: as in the preparation of packings
+  // DEM steps of a call of the engine, as in the preparation of packings.
   constexpr int STEPS_PER_CALL = 250;
 
-  // A packing whose stress changes tenfold needs some ten thousand.
+  // Largest number of DEM steps. A tenfold change of stress takes some ten thousand.
   constexpr std::int64_t MOST_STEPS = 1000000;
 
-  // DEM steps without progress. At rest, errors of more than FAR tolerances do not go any more; smaller ones vary by rounding and may
-  // come below the tolerance, and grains in motion find their places slowly under small stresses.
+  // DEM steps without progress after which an RVE stalls. Errors above FAR tolerances do not
+  // decrease any more once the grains are at rest. Smaller errors vary by rounding and may fall
+  // below the tolerance, and grains in motion rearrange slowly under small stresses.
   constexpr std::int64_t STALLED_FAR = 25000, STALLED = 200000;
   constexpr double FAR = 100.0;
-  constexpr double PROGRESS = 0.9;    // of what is left of errors
+  // Progress is a decrease of left() to this share [-].
+  constexpr double PROGRESS = 0.9;
 
-  // Logarithm of a stretch of the cell [-]: grains that have not come to rest by then flow in their critical state.
+  // Logarithm of the largest stretch of the cell [-]. Grains that are not at rest by then flow in
+  // the critical state.
   constexpr double LARGEST_EXTENSION = 1.0;
 
-  // Least tolerance over the largest component of the goal [-]: rounding changes stresses by more.
+  // Least tolerance over the largest component of the goal [-]. Rounding changes stresses by more
+  // than that.
   constexpr double LEAST_TOLERANCE = 1e-13;
 
-  // Mean force on a grain over mean contact force at rest [-]. The preparation of packings asks for as much at the end.
+  // Mean force on a grain over mean contact force at rest [-], as at the end of the preparation of
+  // packings.
   constexpr double UNBALANCED_AT_REST = 1e-3;
 
-  // Of weight and density, and what a density may change by at the end.
+  // Most rounds of weight and density, and largest relative change of a density in the last round.
   constexpr int MOST_ROUNDS = 10;
   constexpr double DENSITY_CHANGE = 1e-4;
 
-  // Of the stability bound: contacts that form within a call are not in it yet.
+  // Share of the stability bound, which does not include contacts that form within a call.
   constexpr double SHARE_OF_BOUND = 0.8;
   // Least estimate of the bound at the goal over the present one (bound_ratio).
   constexpr double LEAST_BOUND_RATIO = 0.3;
 
   template <int D> struct Way : WayToStress<D> {
-    bool was_there = false;    // at the end of the last call
-    bool is_held = false;      // the last call was without the servo
-    rve::Tensor<double, D> begin = rve::Tensor<double, D>::identity();    // deformation
-    double least_left = HUGE_VAL;                                         // of left()
-    std::int64_t steps_at_progress = 0;                                   // when that was found
+    bool was_at_rest = false;    ///< the RVE had its stress and was at rest before the last call
+    bool is_held = false;        ///< the last call was without the servo
+    /// Deformation at the start.
+    rve::Tensor<double, D> begin = rve::Tensor<double, D>::identity();
+    double least_left = HUGE_VAL;          ///< least left() so far
+    std::int64_t steps_at_progress = 0;    ///< steps when it was found
 
-    /// Errors of stress and balance over those that are accepted; 1 at the end.
+    /// Errors of stress and balance over the accepted ones [-]; 1 at the end.
     double left(const rve::ResultOf<D> &now) const
     {
       return std::fmax(this->error(now) / this->tolerance, 1.0) *
           std::fmax(now.unbalanced_ratio / this->unbalanced_ratio, 1.0);
     }
-    /// Whether nothing has come nearer to the end for long. Cells without contacts are on their way to the first ones.
+    /// Returns true if left() has not decreased for long. A cell without contacts is not stalled:
+    /// it approaches its first contacts.
     bool stalls(const rve::ResultOf<D> &now)
     {
       const double still_left = left(now);
@@ -71,7 +78,7 @@ namespace {
       const bool is_far = now.unbalanced_ratio <= this->unbalanced_ratio && least_left > FAR;
       return this->steps - steps_at_progress >= (is_far ? STALLED_FAR : STALLED);
     }
-    /// Logarithm of the largest stretch since the start [-]; cells that are only compressed have none.
+    /// Logarithm of the largest stretch since the start [-]; not positive in pure compression.
     double extension(const rve::ResultOf<D> &now) const
     {
       const rve::Tensor<double, D> f = now.deformation * rve::inverse(begin);
@@ -79,15 +86,7 @@ namespace {
     }
   };
 
-  /// Of the same cell for as many steps.
-  template <int D> rve::DriveOf<D> held()
-  {
-    rve::DriveOf<D> drive;
-    drive.substeps = STEPS_PER_CALL;
-    return drive;
-  }
-
-  /// Mean of the steered pressures, or of those that are there.
+  /// Mean of the goals of normal pressures, or the present pressure if there are none [stress].
   template <int D> double pressure_of(const StressGoal &goal, const rve::ResultOf<D> &now)
   {
     double sum = 0.0;
@@ -115,12 +114,13 @@ namespace {
     return std::max(1.0 / std::sqrt(std::cbrt(growth)), LEAST_BOUND_RATIO);
   }
 
-  template <int D> std::string in_words(const rve::Tensor<double, D> &stress)
+  /// Texts component(a, b) of a symmetric tensor, in the order of names().
+  template <int D, class Component> std::string components(const Component &component)
   {
-    std::string text;
-    for (int a = 0; a < D; ++a) text += (a > 0 ? " " : "") + number(stress(a, a));
+    std::string text = component(0, 0);
+    for (int a = 1; a < D; ++a) text += " " + component(a, a);
     for (int a = 0; a < D; ++a)
-      for (int b = a + 1; b < D; ++b) text += " " + number(0.5 * (stress(a, b) + stress(b, a)));
+      for (int b = a + 1; b < D; ++b) text += " " + component(a, b);
     return text;
   }
 
@@ -131,13 +131,9 @@ namespace {
 
   template <int D> std::string goal_in_words(const StressGoal &goal)
   {
-    std::string text;
-    for (const bool shear : {false, true})
-      for (int a = 0; a < D; ++a)
-        for (int b = shear ? a + 1 : a; b < (shear ? D : a + 1); ++b)
-          text += (text.empty() ? "" : " ") +
-              (goal.steered[a][b] ? number(goal.stress(a, b)) : std::string("held"));
-    return text;
+    return components<D>([&](int a, int b) {
+      return goal.steered[a][b] ? number(goal.stress(a, b)) : std::string("held");
+    });
   }
 
   /// Throws InSituError if a goal is a tension, which grains without cohesion do not bear.
@@ -146,7 +142,7 @@ namespace {
   {
     if (material.law == rve::ContactLaw::Dmt && material.surface_energy > 0.0) return;
     bool all_steered = true;
-    double largest = -HUGE_VAL;    // of the normal stresses that have goals
+    double largest = -HUGE_VAL;    // normal stress with a goal
     for (int a = 0; a < D; ++a) {
       all_steered = all_steered && goal.steered[a][a];
       if (goal.steered[a][a]) largest = std::fmax(largest, goal.stress(a, a));
@@ -172,7 +168,7 @@ namespace {
                           " of the largest component: rounding changes stresses by more");
   }
 
-  /// While they are on their way, grains damp at least as much as in the preparation of packings.
+  /// Raises the local damping of grains to that of the preparation of packings until restore().
   template <int D> class Damping {
    public:
     Damping(RvePointsOf<D> &_points, const std::vector<int> &all) : points(_points)
@@ -259,7 +255,7 @@ double HeightProfile::most() const
 HeightProfile level_means(const std::vector<double> &height, const std::vector<double> &value,
                           double thickness, const mpm::Communication &ranks)
 {
-  double extremes[3] = {-HUGE_VAL, -HUGE_VAL, 0.0};    // of -height, of height, of the values
+  double extremes[3] = {-HUGE_VAL, -HUGE_VAL, 0.0};    // largest -height, height and value
   for (std::size_t k = 0; k < height.size(); ++k) {
     extremes[0] = std::fmax(extremes[0], -height[k]);
     extremes[1] = std::fmax(extremes[1], height[k]);
@@ -277,7 +273,7 @@ HeightProfile level_means(const std::vector<double> &height, const std::vector<d
   auto points = static_cast<std::int64_t>(height.size());
   ranks.sum_over_ranks(&points, 1);
   const rve::FixedScale scale(extremes[2], points);
-  std::vector<std::int64_t> sums(2 * count, 0);    // of values, and numbers of points
+  std::vector<std::int64_t> sums(2 * count, 0);    // sums of values, then numbers of points
   for (std::size_t k = 0; k < height.size(); ++k) {
     const auto level = static_cast<std::size_t>(std::round((height[k] - lowest) / thickness));
     sums[level] += scale.integer(value[k]);
@@ -325,7 +321,7 @@ bool GroundAtRest::settles(const std::vector<double> &density, const std::vector
 {
   const HeightProfile now = level_means(points_.height, density, thickness_, ranks_);
   const double change = density_.change_to(now);
-  // packings differ, and level ground has one lateral stress in a level: with it another round begins
+  // k0 is the mean of different packings in a level, so the round after it has other goals
   const bool has_k0 = !points_.finds_k0 || k0_;
   if (!has_k0) k0_ = level_means(points_.height, ratio, thickness_, ranks_);
   if (has_k0 && change <= DENSITY_CHANGE) return true;
@@ -355,7 +351,7 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
   for (std::size_t k = 0; k < slots.size(); ++k) check_tolerance(goals[k], tolerance, k);
 
   const MacroStepOptions options = points.macro_step();
-  // every DEM step is made, and the stress is that of the end
+  // no RVE is skipped, and the stress is that of the last DEM step
   points.set_options(MacroStepOptions());
   Damping<D> damping(points, slots);
 
@@ -378,7 +374,8 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
       const double share = SHARE_OF_BOUND *
           bound_ratio(points.material(some[k].slot), points.point(some[k].slot).result,
                       goals[some[k].place]);
-      calls.push_back(some[k].is_held ? held<D>() : some[k].drive);
+      calls.push_back(some[k].is_held ? rve::DriveOf<D>() : some[k].drive);
+      calls.back().substeps = STEPS_PER_CALL;
       calls.back().dt = bounds[k] > 0.0 ? std::min(dt, share * bounds[k]) : dt;
     }
     return calls;
@@ -387,10 +384,13 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
     const rve::ResultOf<D> &result = points.point(way.slot).result;
     const auto fail = [&](const std::string &what) {
       points.set_options(options);
+      const auto component = [&](int a, int b) {
+        return number(0.5 * (result.stress(a, b) + result.stress(b, a)));
+      };
       throw InSituError(way.place,
                         "cannot be brought to the stress " + goal_in_words<D>(goals[way.place]) +
                             " [stress] " + names<D>() + ": " + what + "; it has " +
-                            in_words<D>(result.stress) + " after " + std::to_string(way.steps) +
+                            components<D>(component) + " after " + std::to_string(way.steps) +
                             " DEM steps, and the unbalanced force ratio " +
                             number(result.unbalanced_ratio));
     };
@@ -414,10 +414,10 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
     if (way.steps >= MOST_STEPS || stalls)
       fail("it did not come to rest within " + number(tolerance) + " [stress] of it; " + ratio +
            ", or a larger tolerance");
-    // twice in a row: a servo that swings passes through its goal
+    // two calls in a row end at rest, because a servo that oscillates passes through its goal
     const bool is_at_rest = way.is_at_rest(result);
-    way.is_held = is_at_rest && way.was_there && !way.is_held;
-    way.was_there = is_at_rest;
+    way.is_held = is_at_rest && way.was_at_rest && !way.is_held;
+    way.was_at_rest = is_at_rest;
     return false;
   };
   lead(
@@ -427,7 +427,7 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
       },
       has_ended);
   damping.restore();
-  points.begin_anew(slots);
+  points.reset(slots);
   points.set_options(options);
   return report;
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macro steps in which each RVE is driven by a deformation increment: planned and answered by the host, or on a device that has the increments.
+// Macro steps in which each RVE is driven by a deformation increment, on the host or on a device
+// that has the increments.
 
 #include "macro/rve_points.h"
 
-#include "rve/core/threads.h"
+#include "macro/light_loops.h"
 #include "rve/core/wall_time.h"
 #include "rve/engine/finite_strain.h"
 
@@ -14,17 +15,17 @@
 namespace macro {
 
 /* ----------------------------------------------------------------------
-   as in nearly all macro steps of nearly all problems: RVEs that are awake, each driven by an increment.
-   what is done for each of them counts: it is planned, translated and answered while a core has it in its cache
+   on the host
 ------------------------------------------------------------------------- */
 
+/// Gives the increments of a macro step to the engine and stores its responses. This is the usual
+/// macro step, so each RVE is planned and stored while its data are in the cache of a core.
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
-  /// has_actions: `actions` are those of the step.
-  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> &macro, bool of_all,
-                bool has_actions = false) :
-      owner_(owner),
-      macro_(macro), of_all_(of_all), has_actions_(has_actions)
+  /// `macro` is null if only the points receive results. `has_actions`: RvePointsOf::actions are
+  /// those of the step.
+  IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> *macro, bool has_actions = false) :
+      owner_(owner), macro_(macro), has_actions_(has_actions)
   {
   }
 
@@ -32,9 +33,9 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     for (int m = begin; m < end; ++m) {
       rve::IncrementOf<D> &increment = increments[m - begin];
-      if (!plan(owner_.call_slots[m], macro_.increment(place(m)), increment)) return false;
+      if (!plan(owner_.call_slots[m], macro_->increment(index(m)), increment)) return false;
       increment.is_looked_at =
-          has_actions_ && owner_.actions[place(m)] == Action::AdvanceAndEvaluate;
+          has_actions_ && owner_.actions[index(m)] == Action::AdvanceAndEvaluate;
     }
     return true;
   }
@@ -53,14 +54,14 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   }
   void take_look(int m, const rve::LookOf<D> &look) override
   {
-    owner_.points.told(owner_.call_slots[m]).look =
-        typename Point::Look{look.is_at_rest, look.mean_overlap, look.stiffness};
+    owner_.points.synchronised(owner_.call_slots[m]).evaluation =
+        typename Point::Evaluation{look.is_at_rest, look.mean_overlap, look.stiffness};
   }
   void take_sleep(int m, const Matrix &pending) override
   {
-    macro_.take_stress(place(m), owner_.sleep_until(owner_.call_slots[m], pending));
+    deliver_stress(m, owner_.defer_until(owner_.call_slots[m], pending));
   }
-  /// Of one that fails another answer may follow.
+  /// Stores the response of an RVE, or adds a failed RVE to `failed`. end_failures() may repeat it.
   void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
   {
     if (response.status & rve::status::Fatal) {
@@ -69,17 +70,18 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
       return;
     }
     const int slot = owner_.call_slots[m];
-    owner_.points.answered(slot, response, increment);
-    if (owner_.points.front(slot).limit.is_exceeded(rve::stiffness_measures(response)))
-      owner_.note_stiffening(slot);
-    macro_.take_stress(place(m), response.stress);
+    owner_.points.store(slot, response, increment);
+    owner_.note_response(slot, response);
+    deliver_stress(m, response.stress);
   }
 
-  int place(int m) const
+  /// Index in the macro step of the RVE with index m in the call.
+  int index(int m) const
   {
-    return of_all_ ? m : owner_.call_places[m];
+    return owner_.call_indices.empty() ? m : owner_.call_indices[m];
   }
 
+  /// Failed RVE: its index in the call, its increment and response.
   struct Failure {
     int m;
     rve::IncrementOf<D> increment;
@@ -88,19 +90,21 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   std::vector<Failure> failed;
 
  private:
+  /// Sets the increment of an RVE, with its deferred increment. Returns false if the RVE needs a
+  /// drive.
   bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
   {
-    const PointFront<D> &front = owner_.points.front(slot);
-    if (front.state != State::Awake && front.state != State::Asleep) return false;
-    increment.dt = macro_.dt;
-    increment.substeps = macro_.substeps;
+    const CachedPoint<D> &cached = owner_.points.cached(slot);
+    if (cached.state != State::Awake && cached.state != State::Asleep) return false;
+    increment.dt = macro_->dt;
+    increment.substeps = macro_->substeps;
     increment.deformation = deformation;
-    // what cannot be said of it is for others to say
-    if (macro_.substeps == 0) return !front.owes;
+    if (macro_->substeps == 0) return !cached.has_deferred;
+    // the engine rejects it
     if (!rve::finite(deformation)) return true;
-    if (front.owes) increment.deformation = deformation * owner_.points.at(slot).pending;
+    if (cached.has_deferred) increment.deformation = deformation * owner_.points.at(slot).pending;
     find_substeps(slot, increment);
-    if (owner_.planner().needs_turn(slot, increment.deformation, macro_.dt, increment.substeps))
+    if (owner_.planner().needs_turn(slot, increment.deformation, macro_->dt, increment.substeps))
       turn(slot, increment);
     return true;
   }
@@ -109,14 +113,19 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     if (owner_.options.adaptive)
       increment.substeps =
-          owner_.planner().substeps(slot, rve::strain_size(increment.deformation), macro_.dt);
+          owner_.planner().substeps(slot, rve::strain_size(increment.deformation), macro_->dt);
   }
 
-  /// Leaves the stretch of an increment.
+  void deliver_stress(int m, const Matrix &stress)
+  {
+    if (macro_) macro_->take_stress(index(m), stress);
+  }
+
+  /// Adds the rotation of an increment to `rotations_` and leaves its stretch in the increment.
   void turn(int slot, rve::IncrementOf<D> &increment)
   {
     const Matrix rotation = rve::take_rotation(increment.deformation);
-    find_substeps(slot, increment);    // by the strain of what is left, to its last digit
+    find_substeps(slot, increment);    // the strain of the stretch differs by rounding
 #pragma omp critical(rves_that_turn)
     {
       turned_.push_back(slot);
@@ -125,87 +134,77 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   }
 
   RvePointsOf &owner_;
-  MacroIncrementsOf<D> &macro_;
-  const bool of_all_, has_actions_;
-  // grains could not follow these
-  std::vector<int> turned_;
-  std::vector<Matrix> rotations_;
+  MacroIncrementsOf<D> *macro_;
+  const bool has_actions_;
+  std::vector<int> turned_;          // slots that are turned rigidly before the call
+  std::vector<Matrix> rotations_;    // rotations of these slots
 };
 
 template <int D>
-rve::Request *RvePointsOf<D>::begin(const std::vector<int> &slots, MacroIncrementsOf<D> &increments)
+rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &increments)
 {
   fetch_results();
   device_plan = Plan::None;
   under_way = {};
   if (options.stress_from != StressFrom::End || shadows || slots.empty()) return nullptr;
   const auto start = rve::WallClock::now();
-  if (points.is_changed()) find_those_apart();
-  const int count = static_cast<int>(slots.size());
-  const bool has_actions = find_sleepers(slots, increments);
-  const bool any_sleep =
+  find_separate();
+  const bool has_actions = choose_actions(slots, increments);
+  const bool any_quiescent =
       has_actions && std::find(actions.begin(), actions.end(), Action::Skip) != actions.end();
-  if (any_sleep) complete_looks(those_that_sleep(slots));
-  const bool of_all = !any_is_apart && !any_sleep;
-  choose_slots(slots, any_sleep);
-  auto call = std::make_shared<IncrementCall>(*this, increments, of_all, has_actions);
+  if (any_quiescent) complete_evaluations(newly_quiescent(slots));
+  choose_slots(slots, any_quiescent);
+  auto call = std::make_shared<IncrementCall>(*this, &increments, has_actions);
   const auto engine_start = rve::WallClock::now();
   rve::Request *const request = engine->begin(call_slots, *call);
   seconds_in_engine += rve::seconds_since(engine_start);
   if (!request) return nullptr;
-  if (any_sleep) {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) {
-      if (actions[k] != Action::Skip) continue;
-      increments.take_stress(k, sleep_on(slots[k], increments.increment(k)));
-    }
-  }
+  if (any_quiescent)
+    for_each(static_cast<int>(slots.size()), threads, [&](int k) {
+      if (actions[k] == Action::Skip)
+        increments.take_stress(k, defer_increment(slots[k], increments.increment(k)));
+    });
   under_way = {request, &slots, &increments, std::move(call)};
   seconds += rve::seconds_since(start);
   return request;
 }
 
-/// Which slots the call of the engine has, and where they are in `slots`: not those that are apart,
-/// which have calls of their own, and not those that sleep in this step.
-template <int D> void RvePointsOf<D>::choose_slots(const std::vector<int> &slots, bool any_sleep)
+/// Sets the slots of the call of the engine and their indices in the macro step. The call has
+/// neither RVEs that are advanced separately nor RVEs that are skipped in this step.
+template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_quiescent)
 {
   call_slots.clear();
-  call_places.clear();
-  places_apart.clear();
-  if (!any_is_apart && !any_sleep) {
+  call_indices.clear();
+  separate_indices.clear();
+  if (!any_separate && !any_quiescent) {
     call_slots = slots;
     return;
   }
   for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
-    if (is_apart[slots[k]]) {
-      places_apart.push_back(k);
+    if (is_separate[slots[k]]) {
+      separate_indices.push_back(k);
       continue;
     }
-    if (any_sleep && actions[k] == Action::Skip) continue;
+    if (any_quiescent && actions[k] == Action::Skip) continue;
     call_slots.push_back(slots[k]);
-    call_places.push_back(k);
+    call_indices.push_back(k);
   }
 }
 
-/// What those that are not apart do in this step: whether there is any but work.
+/// Sets the actions of RVEs that are not advanced separately. Returns true if an action is not
+/// Advance.
 template <int D>
-bool RvePointsOf<D>::find_sleepers(const std::vector<int> &slots,
-                                   const MacroIncrementsOf<D> &increments)
+bool RvePointsOf<D>::choose_actions(const Slots &slots, const MacroIncrementsOf<D> &increments)
 {
   if (!(options.quiescent_strain > 0.0) || increments.substeps == 0) return false;
   const int count = static_cast<int>(slots.size());
   actions.resize(count);
-  bool any = false;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any)
-  for (int k = 0; k < count; ++k) {
-    actions[k] = is_apart[slots[k]]
+  return for_each_any(count, threads, [&](int k) {
+    actions[k] = is_separate[slots[k]]
         ? Action::Advance
         : planner().action(slots[k], increments.increment(k), increments.dt, increments.substeps);
-    any = any || actions[k] != Action::Advance;
-  }
-  return any;
+    return actions[k] != Action::Advance;
+  });
 }
 
 template <int D> std::vector<int> RvePointsOf<D>::finish()
@@ -221,7 +220,7 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
     if (results_on_device) {
       fetch_results_of_stiffened();
     } else {
-      call = std::make_shared<IncrementCall>(*this, *advance.increments, call_places.empty());
+      call = std::make_shared<IncrementCall>(*this, advance.increments);
       engine->device_calls()->deliver(*call);
       device_plan = Plan::None;
     }
@@ -229,93 +228,82 @@ template <int D> std::vector<int> RvePointsOf<D>::finish()
   seconds_in_engine += rve::seconds_since(start);
   record_sizes.assign(points.size(), 0);
   if (call && !call->failed.empty()) end_failures(*call, failed);
-  if (!places_apart.empty())
-    advance_those_apart(*advance.slots, places_apart, *advance.increments, failed);
+  if (!separate_indices.empty())
+    advance_separately(*advance.slots, separate_indices, *advance.increments, failed);
   seconds += rve::seconds_since(start);
   return failed;
 }
 
 /* ----------------------------------------------------------------------
-   the same where a device has the increments and wants the stresses: the host hears of the answers when somebody looks at points, or when one of
-   them is no sound answer
+   on a device that has the increments and receives the stresses; the host fetches
+   results when points are read or when an RVE has failed
 ------------------------------------------------------------------------- */
 
-/// Whether all of these that advance are as a plan of the device takes them: then device_call has them. Stresses of those that are frozen stay on the
-/// device as they are.
+/// Sets device_call. Returns true if the device can plan the steps of all RVEs that advance.
+/// Stresses of frozen RVEs stay on the device as they are.
 template <int D>
-bool RvePointsOf<D>::find_planned(const std::vector<int> &slots, const std::vector<int> &point_of)
+bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int> &point_of)
 {
-  if (points.is_changed()) find_those_apart();
+  find_separate();
   planned_slots = slots;
   planned_points = point_of;
   call_slots = slots;
-  call_places.clear();
+  call_indices.clear();
   device_call.point_of = point_of;
-  if (any_is_apart) {
+  if (any_separate) {
     call_slots.clear();
     device_call.point_of.clear();
     for (int k = 0; k < static_cast<int>(slots.size()); ++k) {
       if (frozen(slots[k])) continue;
       call_slots.push_back(slots[k]);
-      call_places.push_back(k);
+      call_indices.push_back(k);
       device_call.point_of.push_back(point_of[k]);
     }
   }
   device_call.rves = call_slots;
   find_resting();
   const int count = static_cast<int>(call_slots.size());
-  place_of_slot.assign(points.size(), -1);
-  for (int k = 0; k < count; ++k) place_of_slot[call_slots[k]] = k;
+  index_of_slot.assign(points.size(), -1);
+  for (int k = 0; k < count; ++k) index_of_slot[call_slots[k]] = k;
   device_call.planned.resize(count);
-  bool all_serve = count > 0;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(&& : all_serve)
-  for (int k = 0; k < count; ++k) {
+  const bool any_misfit = for_each_any(count, threads, [&](int k) {
     const int slot = call_slots[k];
-    const PointFront<D> &front = points.front(slot);
-    const ContactResponse<D> &contacts = front.of_contacts;
-    const bool is_as_planned = front.state == State::Asleep ||
-        (front.state == State::Awake && !front.owes);
-    all_serve = all_serve && is_as_planned && copies(slot) == 1 &&
-        (contacts.is_linear() || !options.adaptive);
+    const CachedPoint<D> &cached = points.cached(slot);
+    const ContactResponse<D> &contacts = cached.of_contacts;
+    const bool is_as_planned = cached.state == State::Asleep ||
+        (cached.state == State::Awake && !cached.has_deferred);
     rve::PlannedRve &planned = device_call.planned[k];
-    planned.pressure = front.pressure;
+    planned.pressure = cached.pressure;
     planned.grain_size = contacts.grain_size();
     planned.density = contacts.density();
     planned.contacts = contacts.linear();
-    planned.limit = front.limit;
-    planned.status = front.response.status;
-  }
-  return all_serve;
+    planned.limit = cached.limit;
+    planned.status = cached.response.status;
+    return !is_as_planned || copies(slot) > 1 || (!contacts.is_linear() && options.adaptive);
+  });
+  return count > 0 && !any_misfit;
 }
 
-/// Of those that advance: what is known of their rest.
+/// Sets the known rests of the RVEs of device_call.
 template <int D> void RvePointsOf<D>::find_resting()
 {
   device_call.resting.clear();
-  if (!(options.quiescent_strain > 0.0) && !any_owes()) return;
-  complete_looks(call_slots);
+  // RVEs may still have deferred increments although no RVE may be skipped any more
+  const bool any_deferred = std::any_of(call_slots.begin(), call_slots.end(), [this](int slot) {
+    return points.cached(slot).has_deferred;
+  });
+  if (!(options.quiescent_strain > 0.0) && !any_deferred) return;
+  complete_evaluations(call_slots);
   const int count = static_cast<int>(call_slots.size());
   rests.resize(count);
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) rests[k] = points.rest(call_slots[k]);
-  }
+  for_each(count, threads, [&](int k) { rests[k] = points.rest(call_slots[k]); });
   for (int k = 0; k < count; ++k)
     if (rests[k] != rve::Rest::Unknown)
-      device_call.resting.push_back({k, rests[k], points.sleep(call_slots[k])});
-}
-
-/// Whether one of those that advance still owes a deformation, though none may sleep any more.
-template <int D> bool RvePointsOf<D>::any_owes() const
-{
-  return std::any_of(call_slots.begin(), call_slots.end(),
-                     [this](int slot) { return points.front(slot).owes; });
+      device_call.resting.push_back({k, rests[k], points.quiescence(call_slots[k])});
 }
 
 template <int D>
-rve::Request *RvePointsOf<D>::plan(const std::vector<int> &slots, const std::vector<int> &point_of,
+rve::Request *RvePointsOf<D>::plan(const Slots &slots, const std::vector<int> &point_of,
                                    bool is_as_before, const rve::PointsOnDevice &there,
                                    MacroIncrementsOf<D> &increments)
 {
@@ -326,12 +314,12 @@ rve::Request *RvePointsOf<D>::plan(const std::vector<int> &slots, const std::vec
       increments.substeps == 0)
     return nullptr;
   const auto start = rve::WallClock::now();
-  const bool nothing_new = !points.is_changed() && is_as_before;
-  if (nothing_new && device_plan == Plan::Refused) return nullptr;
-  device_call.is_new = !nothing_new || device_plan != Plan::Valid;
+  const bool is_unchanged = !points.is_changed() && is_as_before;
+  if (is_unchanged && device_plan == Plan::Refused) return nullptr;
+  device_call.is_new = !is_unchanged || device_plan != Plan::Valid;
   if (device_call.is_new) {
     fetch_results();
-    device_plan = find_planned(slots, point_of) ? Plan::Valid : Plan::Refused;
+    device_plan = plan_device_call(slots, point_of) ? Plan::Valid : Plan::Refused;
     if (device_plan == Plan::Refused) return nullptr;
   }
   device_call.points = there;
@@ -340,125 +328,100 @@ rve::Request *RvePointsOf<D>::plan(const std::vector<int> &slots, const std::vec
   device_call.options.is_adaptive = options.adaptive ? 1 : 0;
   if (options.adaptive) device_call.options.adaptive = *options.adaptive;
   device_call.options.quiescent_strain = options.quiescent_strain;
-  places_apart.clear();
+  separate_indices.clear();
   device->plan(device_call);
   under_way = {device, &planned_slots, &increments, nullptr};
   seconds += rve::seconds_since(start);
   return device;
 }
 
-namespace {
-  /// Discards the stresses of results that only the points receive.
-  template <int D> class NoIncrements final : public MacroIncrementsOf<D> {
-   public:
-    rve::Tensor<double, D> increment(int) const override
-    {
-      return rve::Tensor<double, D>::identity();
-    }
-    void take_stress(int, const rve::Tensor<double, D> &) override {}
-  };
-}    // namespace
-
-/// Fetches the results of RVEs that have stiffened and are not known to have, or of all RVEs if they
-/// are many.
+/// Fetches the results of RVEs that have stiffened and are not known to have, or of all RVEs if
+/// they are many.
 template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
 {
   constexpr int MANY = 16;
-  std::vector<int> places = engine->device_calls()->stiffened();
-  const bool are_all = places.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
-  const auto is_known = [this](int place) { return has_stiffened(device_call.rves[place]); };
-  if (are_all) places.erase(std::remove_if(places.begin(), places.end(), is_known), places.end());
-  if (places.size() >= MANY) {
+  std::vector<int> indices = engine->device_calls()->stiffened();
+  const bool are_all = indices.size() < rve::DeviceCallsOf<D>::MOST_STIFFENED;
+  const auto is_known = [this](int index) { return has_stiffened(device_call.rves[index]); };
+  if (are_all)
+    indices.erase(std::remove_if(indices.begin(), indices.end(), is_known), indices.end());
+  if (indices.size() >= MANY) {
     fetch_results();
     return;
   }
-  NoIncrements<D> none;
-  IncrementCall call(*this, none, true);
-  for (const int place : places) engine->device_calls()->deliver_one(place, call);
+  IncrementCall call(*this, nullptr);
+  for (const int index : indices) engine->device_calls()->deliver_one(index, call);
 }
 
 template <int D> void RvePointsOf<D>::fetch_results()
 {
   if (!std::exchange(results_on_device, false)) return;
-  NoIncrements<D> none;
-  IncrementCall call(*this, none, true);
+  IncrementCall call(*this, nullptr);
   engine->device_calls()->deliver(call);
 }
 
-template <int D> void RvePointsOf<D>::find_those_apart()
+/// Updates is_separate if points have changed.
+template <int D> void RvePointsOf<D>::find_separate()
 {
+  if (!points.is_changed()) return;
   const int count = points.size();
-  is_apart.resize(count);
-  bool any = false;
-  const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team) reduction(|| : any)
-  for (int slot = 0; slot < count; ++slot) {
-    is_apart[slot] = frozen(slot) || copies(slot) > 1;
-    any = any || is_apart[slot];
-  }
-  any_is_apart = any;
-  points.deny_change();
+  is_separate.resize(count);
+  any_separate = for_each_any(count, threads, [&](int slot) {
+    is_separate[slot] = frozen(slot) || copies(slot) > 1;
+    return is_separate[slot] != 0;
+  });
+  points.clear_changed();
 }
 
-/// Of those at these places that are not frozen: a call of their own, by drives. They are few.
+/// Advances the RVEs with these indices by drives, except frozen ones. They are few.
 template <int D>
-void RvePointsOf<D>::advance_those_apart(const std::vector<int> &slots,
-                                         const std::vector<int> &places,
-                                         MacroIncrementsOf<D> &increments, std::vector<int> &failed)
+void RvePointsOf<D>::advance_separately(const Slots &slots, const std::vector<int> &indices,
+                                        MacroIncrementsOf<D> &increments, std::vector<int> &failed)
 {
-  std::vector<int> some;
-  std::vector<rve::DriveOf<D>> drives;
-  for (const int place : places) {
-    if (frozen(slots[place])) continue;
-    some.push_back(slots[place]);
+  Slots some;
+  Drives drives;
+  for (const int index : indices) {
+    if (frozen(slots[index])) continue;
+    some.push_back(slots[index]);
     rve::DriveOf<D> &drive = drives.emplace_back();
     drive.dt = increments.dt;
     drive.substeps = increments.substeps;
-    drive.deformation = increments.increment(place);
+    drive.deformation = increments.increment(index);
   }
   if (!some.empty()) {
-    const std::vector<int> lost = is_plain(some) ? advance_plainly(some, drives)
-                                                 : advance_by_plan(some, drives);
-    for (const int place : places)
-      if (std::find(lost.begin(), lost.end(), slots[place]) != lost.end()) failed.push_back(place);
+    const Slots lost = is_plain(some) ? advance_plainly(some, drives)
+                                      : advance_by_plan(some, drives);
+    for (const int index : indices)
+      if (std::find(lost.begin(), lost.end(), slots[index]) != lost.end()) failed.push_back(index);
   }
-  for (const int place : places) increments.take_stress(place, stress(slots[place]));
+  for (const int index : indices) increments.take_stress(index, stress(slots[index]));
 }
 
-/// Those that failed go on as copies side by side, if that helps, or are frozen.
+/// Repeats failed increments of RVEs with narrow cells as copies side by side, and freezes the
+/// others.
 template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vector<int> &failed)
 {
-  auto in_trouble = std::exchange(call.failed, {});
-  std::sort(in_trouble.begin(), in_trouble.end(),
+  auto failures = std::exchange(call.failed, {});
+  std::sort(failures.begin(), failures.end(),
             [](const auto &one, const auto &other) { return one.m < other.m; });
-  std::vector<int> slots;
-  std::vector<rve::DriveOf<D>> drives;
+  Slots slots;
+  Drives drives;
   std::vector<rve::ResponseOf<D>> answers;
-  for (const auto &one : in_trouble) {
+  for (const auto &one : failures) {
     slots.push_back(call_slots[one.m]);
     drives.push_back(one.increment.drive());
     answers.push_back(one.response);
   }
   widen_and_repeat(slots, drives, answers);
   for (std::size_t k = 0; k < slots.size(); ++k)
-    call.take_one(in_trouble[k].m, in_trouble[k].increment, answers[k]);
+    call.take_one(failures[k].m, failures[k].increment, answers[k]);
   for (const auto &one : call.failed) {
-    Point &point = points[call_slots[one.m]];
-    point.state = State::Frozen;
-    point.result.status = one.response.status;
-    failed.push_back(call.place(one.m));
+    freeze(call_slots[one.m], one.response.status);
+    failed.push_back(call.index(one.m));
   }
 }
 
-#define RVE_INSTANTIATE(D)                                                                        \
-  template rve::Request *RvePointsOf<D>::begin(const std::vector<int> &, MacroIncrementsOf<D> &); \
-  template rve::Request *RvePointsOf<D>::plan(const std::vector<int> &, const std::vector<int> &, \
-                                              bool, const rve::PointsOnDevice &,                  \
-                                              MacroIncrementsOf<D> &);                            \
-  template std::vector<int> RvePointsOf<D>::finish();                                             \
-  template void RvePointsOf<D>::fetch_results();
-RVE_INSTANTIATE(2)
-RVE_INSTANTIATE(3)
-#undef RVE_INSTANTIATE
+template class RvePointsOf<2>;
+template class RvePointsOf<3>;
 
 }    // namespace macro

@@ -10,10 +10,10 @@ namespace macro {
 
 namespace {
 
-  /// What a limit in time may lack by rounding of sums of steps [-].
+  /// Relative tolerance of a limit in time, for rounding of sums of steps [-].
   constexpr double ROUNDING_OF_TIME = 1e-9;
 
-  /// Of the strains that a path counts: F is upper triangular, and so is its logarithm's rate L.
+  /// Strain c of a path. F is upper triangular, as L is.
   template <int D> double strain_component(const rve::Tensor<double, D> &f, int c)
   {
     const int a = rve::strain_row<D>(c), b = rve::strain_column<D>(c);
@@ -169,7 +169,7 @@ void LoadPathsOf<D>::next_stage(PathState<D> &state, const Matrix &deformation) 
   const Stage &stage = paths[state.path].stages[state.stage];
   const bool again = state.rounds + 1 < stage.times;
   const int next = again ? stage.back_to : state.stage + 1;
-  if (next == num_stages(state.path)) {    // its rounds stay, for resume()
+  if (next == num_stages(state.path)) {    // resume() needs the rounds
     state.ended = 1;
     return;
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths of RVEs: stages of conditions on rates, strains and stresses, with events that end or reverse them. Read from words, of a
-// file or of a script; without LAMMPS.
+// Loading paths of RVEs: stages of conditions on rates, strains and stresses, with events that end
+// or reverse them. They are read from the words of a file or of a script.
 //
 //   path NAME                            a file may have several; one path needs no name
-//   stage                                what follows holds until one of its events
+//   stage                                the following clauses hold until one of its events
 //     rate QUANTITY VALUE                of a velocity gradient [1/time]
 //     strain QUANTITY VALUE              since the stage began, as a function of time [-]
 //     stress QUANTITY VALUE              [stress]
@@ -11,11 +11,12 @@
 //     circle P RADIUS PERIOD             normal stresses in the deviatoric plane
 //     reverse strain|stress QUANTITY LOW HIGH
 //     until strain|stress QUANTITY <|> LIMIT, or until ratio|void_ratio|time|cycles <|> LIMIT
-//     repeat TIMES STAGE                 goes back, so often, when the stage has ended
+//     repeat TIMES STAGE                 goes back TIMES times when the stage has ended
 //
-// A quantity is a sum of components, "xx-0.5*yy", and of volume, p, qx, qy, qz; a value is a number, v_NAME, ramp FROM TO TIME, wave MEAN
-// AMPLITUDE PERIOD [PHASE], or table FILE COLUMN. Components that no condition of a stage names have rate zero. Strains are
-// logarithms of stretches, and F_ab / F_bb off the diagonal, of a cell that shears along x: L has nothing below its diagonal.
+// A quantity is a sum of components, "xx-0.5*yy", and of volume, p, qx, qy, qz. A value is a
+// number, v_NAME, ramp FROM TO TIME, wave MEAN AMPLITUDE PERIOD [PHASE], or table FILE COLUMN.
+// Components that no condition of a stage names have rate zero. Strains are logarithms of
+// stretches, and F_ab / F_bb off the diagonal. The cell shears along x: L is upper triangular.
 
 #pragma once
 
@@ -29,29 +30,29 @@
 
 namespace macro {
 
-/// Text of a file that a path names; throws InputError.
+/// Returns the text of a file that a path names. Throws InputError.
 using ReadPathFile = std::function<std::string(const std::string &file)>;
 
-/// Where an RVE is on its path; it travels with the RVE.
+/// Position of an RVE on its path. It is part of the record of the RVE.
 template <int D> struct PathState {
-  std::int32_t path = -1;    ///< its number; -1: it has not begun
+  std::int32_t path = -1;    ///< number of the path; -1: the path has not begun
   std::int32_t stage = 0;
   std::int32_t direction = 1;    ///< factor of the rates of the stage: 1 or -1
-  std::int32_t limit = 0;        ///< that reversed it last: -1 low, 1 high, 0 none yet
-  std::int32_t reversals = 0;    ///< in the stage
-  std::int32_t rounds = 0;       ///< that a repeat has made
-  std::int32_t ended = 0;        ///< behind the last stage: the RVE stays as it is
-  std::int32_t steered = 0;      ///< its last step was that of a servo of a path
-  double time = 0.0;             ///< in the stage [time]
+  std::int32_t limit = 0;        ///< limit that reversed the stage last: -1 low, 1 high, 0 none yet
+  std::int32_t reversals = 0;    ///< number in the stage
+  std::int32_t rounds = 0;       ///< rounds of a repeat that are done
+  std::int32_t ended = 0;        ///< 1 after the last stage: the RVE stays as it is
+  std::int32_t steered = 0;      ///< 1 if the last step was that of a servo of a path
+  double time = 0.0;             ///< time in the stage [time]
   rve::Tensor<double, D> begin = rve::Tensor<double, D>::identity();    ///< F when the stage began
 
   double cycles() const { return 0.5 * reversals; }
 };
 
-/// Largest strain of a steered component in a DEM step, unless a user gives a largest rate [-].
+/// Largest strain of a steered component in a DEM step, if the user gives no largest rate [-].
 constexpr double SERVO_STRAIN_PER_STEP = 5.0e-5;
 
-/// Steps of a macro step, and what a servo needs.
+/// Time step and number of DEM steps of a macro step, and parameters of its servo.
 struct PathStep {
   double dt = 0.0;
   int substeps = 0;
@@ -62,33 +63,36 @@ template <int D> class LoadPathsOf {
  public:
   using Matrix = rve::Tensor<double, D>;
 
-  /// Throws InputError with the place of the word that is wrong. With `used` the path ends at the first word that cannot belong to it, and
-  /// `used` becomes the number of words before it.
+  /// Throws InputError with the position of the wrong word. With `used` the path ends at the first
+  /// word that cannot belong to it, and `used` becomes the number of words before it.
   LoadPathsOf(const std::vector<PathWord> &words, const ReadPathFile &read_file,
               std::size_t *used = nullptr);
 
   int size() const { return static_cast<int>(paths.size()); }
   const std::string &name(int path) const { return paths[path].name; }
   int num_stages(int path) const { return static_cast<int>(paths[path].stages.size()); }
-  /// Names of variables whose values drive() wants, in this order.
+  /// Names of the variables whose values drive() needs, in this order.
   const std::vector<std::string> &script_names() const { return scripts; }
-  /// Whether a stress of a path is steered.
+  /// True if a path steers a stress.
   bool has_servo() const { return any_servo; }
-  /// Whether strains or void ratios count: then follow() needs a whole result.
+  /// True if a path depends on strains or void ratios. follow() then needs a complete result.
   bool needs_details() const { return any_strain; }
 
   /// Throws InputError unless there is such a path, and such a stage of it.
   void check(const PathState<D> &state) const;
   void begin(PathState<D> &state, int path, const Matrix &deformation) const;
-  /// The next step. `deformation` counts if strains do. The modes of the drive are those of this object. Throws InputError if a value is
-  /// not a finite number.
+  /// Returns the drive of the next step. `script` has the values of script_names(). `deformation`
+  /// is used if needs_details(). The modes of the drive belong to this object. Throws InputError if
+  /// a value is not a finite number.
   rve::DriveOf<D> drive(const PathState<D> &state, const PathStep &step, const double *script,
                         const Matrix &deformation) const;
-  /// That step is done; `result` has at least the stress, and cell and deformation if needs_details(). `script` as in drive().
+  /// Updates the state after that step. `result` has the stress, and cell and deformation if
+  /// needs_details(). `script` is that of drive().
   void follow(PathState<D> &state, const PathStep &step, const rve::ResultOf<D> &result,
               const double *script = nullptr) const;
-  /// Takes an RVE to its place on this path if another path led it there. If that path has ended, this one continues with the last stage,
-  /// or with the stage after it if an event of that stage has happened. `result` as of follow(). Throws InputError without such a stage.
+  /// Continues the state of another path on this one. If that path has ended, this one continues
+  /// with the last stage, or with the stage after it if an event of that stage has happened.
+  /// `result` is that of follow(). Throws InputError if there is no such stage.
   void resume(PathState<D> &state, const rve::ResultOf<D> &result) const;
 
  private:
@@ -110,10 +114,11 @@ template <int D> class LoadPathsOf {
     double limit;
   };
   struct Stage {
-    std::vector<Condition> motion, stresses;    // rates and strains; both in the order of `modes`
+    std::vector<Condition> motion;    // rates and strains, in the order of ServoModesOf::unit_rates
+    std::vector<Condition> stresses;    // one for each of ServoModesOf::modes
     std::vector<Event> events;
-    std::vector<Measure> reversed;    // none, or one
-    PathValue low, high;              // that reverse it
+    std::vector<Measure> reversed;    // measure that reverses the stage, or none
+    PathValue low, high;              // limits that reverse the stage
     int times = 1, back_to = 0;
     std::shared_ptr<const rve::ServoModesOf<D>> control;
     std::string where;
@@ -133,6 +138,5 @@ template <int D> class LoadPathsOf {
   bool has_event(const PathState<D> &state, const rve::ResultOf<D> &result) const;
   void next_stage(PathState<D> &state, const Matrix &deformation) const;
 };
-using LoadPaths = LoadPathsOf<2>;
 
 }    // namespace macro

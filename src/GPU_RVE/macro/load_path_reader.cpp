@@ -19,22 +19,17 @@ namespace {
     return read_number(word, value);
   }
 
-  constexpr const char *CLAUSES[] = {"path",   "stage",   "rate",  "strain", "stress",
-                                     "circle", "reverse", "until", "repeat"};
-
-  rve::Words clauses()
-  {
-    return rve::Words(std::begin(CLAUSES), std::end(CLAUSES));
-  }
+  const rve::Words CLAUSES = {"path",   "stage",   "rate",  "strain", "stress",
+                              "circle", "reverse", "until", "repeat"};
 
   bool is_clause(const std::string &word)
   {
-    const rve::Words known = clauses();
-    return std::find(known.begin(), known.end(), word) != known.end();
+    return std::find(CLAUSES.begin(), CLAUSES.end(), word) != CLAUSES.end();
   }
 
 }    // namespace
 
+/// Parser of load paths.
 template <int D> class LoadPathsOf<D>::Reader {
  public:
   Reader(LoadPathsOf &of, const std::vector<PathWord> &all, const ReadPathFile &read) :
@@ -42,7 +37,8 @@ template <int D> class LoadPathsOf<D>::Reader {
   {
   }
 
-  /// Returns how many words belong to paths; all must, unless they are `open`.
+  /// Reads all words, or with `open` the words up to the first one that cannot belong to a path.
+  /// Returns their number.
   std::size_t read(bool open)
   {
     while (position < words.size() && !(open && ends_here())) {
@@ -60,7 +56,7 @@ template <int D> class LoadPathsOf<D>::Reader {
         stage().where = here();
       } else if (!is_clause(clause)) {
         refuse("unknown word '", clause, "'",
-               rve::did_you_mean(clause, clauses(), "it must be one of"));
+               rve::did_you_mean(clause, CLAUSES, "it must be one of"));
       } else {
         if (target.paths.empty() || target.paths.back().stages.empty())
           refuse("'", clause, "' belongs to a stage; a path begins with the word stage");
@@ -88,10 +84,16 @@ template <int D> class LoadPathsOf<D>::Reader {
   {
     return words.empty() ? "" : words[position > 0 ? position - 1 : 0].where;
   }
-  /// Throws InputError with the place of the last word and the text of these parts.
+  /// Throws InputError with a position in the input and the text of these parts.
+  template <class... Parts>
+  [[noreturn]] static void refuse_at(const std::string &where, const Parts &...parts)
+  {
+    throw rve::InputError(rve::concat(where, ": ", parts...));
+  }
+  /// Throws InputError with the position of the last word and the text of these parts.
   template <class... Parts> [[noreturn]] void refuse(const Parts &...parts) const
   {
-    throw rve::InputError(rve::concat(here(), ": ", parts...));
+    refuse_at(here(), parts...);
   }
   std::string peek(std::size_t ahead = 0) const
   {
@@ -102,7 +104,8 @@ template <int D> class LoadPathsOf<D>::Reader {
     if (position >= words.size()) refuse("the path ends where ", what, " was expected");
     return words[position++].text;
   }
-  /// In a script the keyword stress of the fix may follow.
+  /// True if the next word does not continue the path. In a script, the keyword stress of the fix
+  /// may follow the path.
   bool ends_here() const
   {
     if (!is_clause(peek()) || peek() == "path") return true;
@@ -133,6 +136,7 @@ template <int D> class LoadPathsOf<D>::Reader {
 
   // ---- quantities and values ----
 
+  /// Index of a component such as "xy"; -1: the word is none.
   int component(const std::string &word) const
   {
     for (int c = 0; c < rve::Space<D>::strains; ++c)
@@ -140,24 +144,31 @@ template <int D> class LoadPathsOf<D>::Reader {
     return -1;
   }
 
+  /// Names of the first components, each after a blank.
+  static std::string component_names(int count)
+  {
+    std::string names;
+    for (int c = 0; c < count; ++c) names += " " + rve::strain_name<D>(c);
+    return names;
+  }
+
   int diagonal(const std::string &word) const
   {
     const int c = component(word);
-    if (c < 0 || c >= D) {
-      std::string names;
-      for (int a = 0; a < D; ++a) names += " " + rve::strain_name<D>(a);
-      refuse("'", word, "' is no normal component; it must be one of", names);
-    }
+    if (c < 0 || c >= D)
+      refuse("'", word, "' is no normal component; it must be one of", component_names(D));
     return c;
   }
 
-  std::string known_quantities(Of of) const
+  static std::string known_quantities(Of of)
   {
-    std::string names;
-    for (int c = 0; c < rve::Space<D>::strains; ++c) names += " " + rve::strain_name<D>(c);
-    return names + (of != Of::Stress ? " volume" : D == 2 ? " p qx qy" : " p qx qy qz");
+    return component_names(rve::Space<D>::strains) +
+        (of != Of::Stress ? " volume"
+             : D == 2     ? " p qx qy"
+                          : " p qx qy qz");
   }
 
+  /// Adds a term of a quantity to `sum`. `word` is the whole quantity.
   void add_term(Sum &sum, double factor, const std::string &name, const std::string &word,
                 Of of) const
   {
@@ -170,20 +181,18 @@ template <int D> class LoadPathsOf<D>::Reader {
       for (int a = 0; a < D; ++a) sum[a] -= factor / D;
     } else if (name.size() == 2 && name[0] == 'q' && name[1] >= 'x' && name[1] < 'x' + D &&
                of == Of::Stress) {
-      // q of a state that is the same about this axis, compression positive; in the plane half the difference
+      // q of a state with symmetry about this axis, compression positive; in the plane half the
+      // difference
+      const int axis = name[1] - 'x';
       for (int a = 0; a < D; ++a)
-        sum[a] += factor *
-            (D == 2                   ? 0.5
-                 : a == name[1] - 'x' ? 1.0
-                                      : 0.5) *
-            (a == name[1] - 'x' ? -1.0 : 1.0);
+        sum[a] += factor * (D == 3 && a == axis ? 1.0 : 0.5) * (a == axis ? -1.0 : 1.0);
     } else {
       refuse("'", name, "' in '", word, "' is not known; the quantities are", known_quantities(of),
              ", and sums of them as in xx-0.5*yy");
     }
   }
 
-  /// The next sign that is not that of an exponent.
+  /// Position of the next sign that does not belong to an exponent.
   static std::size_t end_of_term(const std::string &word, std::size_t begin)
   {
     std::size_t end = begin;
@@ -193,7 +202,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     return std::min(end, word.size());
   }
 
-  /// "xx", "xx-0.5*yy", ...
+  /// Reads a quantity such as "xx" or "xx-0.5*yy".
   Sum quantity(Of of)
   {
     const std::string word = next("a quantity");
@@ -340,7 +349,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     const double p = positive("p of the circle", "[stress]"),
                  radius = positive("radius of the circle", "[stress]"),
                  period = positive("period of the circle", "[time]");
-    // of disks a normal stress goes up by the radius, of spheres by that of the circle in the deviatoric plane
+    // the amplitude of a normal stress is the radius for disks, and sqrt(2/3) of it for spheres
     const double largest = p * (D == 2 ? 1.0 : std::sqrt(1.5));
     if (radius > largest)
       refuse("radius of the circle is ", radius,
@@ -359,11 +368,11 @@ template <int D> class LoadPathsOf<D>::Reader {
       add(Of::Stress, sum, wave, rve::strain_name<D>(c));
     };
     const double quarter = 0.5 * rve::kPi;
-    if (D == 2) {    // of (s_xx - s_yy)/2 and s_xy
+    if (D == 2) {    // radius of a circle of (s_xx - s_yy)/2 and s_xy
       add_wave(0, -p, radius, quarter);
       add_wave(1, -p, -radius, quarter);
       add_wave(2, 0.0, radius, 0.0);
-    } else {    // |s'| = radius
+    } else {    // radius is the norm of the deviator s'
       for (int a = 0; a < D; ++a)
         add_wave(a, -p, std::sqrt(2.0 / 3.0) * radius, quarter - a * 2.0 * rve::kPi / 3.0);
     }
@@ -419,7 +428,7 @@ template <int D> class LoadPathsOf<D>::Reader {
         refuse("stage ", k + 1, " repeats too; repeats do not contain each other");
   }
 
-  /// The stage is complete: what it steers follows.
+  /// Completes the last stage: checks its conditions and sets its servo modes.
   void close_stage()
   {
     if (target.paths.empty() || target.paths.back().stages.empty()) return;
@@ -431,9 +440,9 @@ template <int D> class LoadPathsOf<D>::Reader {
     for (const Condition &condition : last.stresses) stresses.push_back(condition.sum);
     for (const Event &event : last.events)
       if (event.measure.of == Of::Cycles && last.reversed.empty())
-        throw rve::InputError(last.where +
-                              ": the stage ends by cycles, and nothing reverses it; it "
-                              "needs 'reverse strain' or 'reverse stress', too");
+        refuse_at(last.where,
+                  "the stage ends by cycles, and nothing reverses it; it needs 'reverse strain' or "
+                  "'reverse stress', too");
     const std::size_t given = rates.size() + stresses.size();
     for (const auto *list : {&rates, &stresses})
       for (const Sum &sum : *list)
@@ -451,14 +460,13 @@ template <int D> class LoadPathsOf<D>::Reader {
       rates.push_back(still);
     }
     if (given != components)
-      throw rve::InputError(rve::concat(last.where, ": the stage has ", given, " conditions on ",
-                                        components, " components (",
-                                        names.substr(names.empty() ? 0 : 1),
-                                        "); as many as these are needed, rate, strain or stress"));
+      refuse_at(last.where, "the stage has ", given, " conditions on ", components, " components (",
+                names.substr(names.empty() ? 0 : 1),
+                "); as many as these are needed, rate, strain or stress");
     try {
       last.control = std::make_shared<rve::ServoModesOf<D>>(rates, stresses);
     } catch (const rve::InputError &e) {
-      throw rve::InputError(last.where + ": " + e.what());
+      refuse_at(last.where, e.what());
     }
     const auto counts_strain = [](const Measure &measure) {
       return measure.of == Of::Strain || measure.of == Of::VoidRatio;
@@ -481,9 +489,7 @@ LoadPathsOf<D>::LoadPathsOf(const std::vector<PathWord> &words, const ReadPathFi
   if (used) *used = count;
 }
 
-template LoadPathsOf<2>::LoadPathsOf(const std::vector<PathWord> &, const ReadPathFile &,
-                                     std::size_t *);
-template LoadPathsOf<3>::LoadPathsOf(const std::vector<PathWord> &, const ReadPathFile &,
-                                     std::size_t *);
+template class LoadPathsOf<2>;
+template class LoadPathsOf<3>;
 
 }    // namespace macro

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How a macro step of an RVE becomes DEM steps.
+// Options of macro steps of RVEs.
 
 #pragma once
 
@@ -9,21 +9,23 @@
 
 namespace macro {
 
-/// Where the stress of a macro step is taken.
+/// The stress of a macro step: the last one, or an average or a regression over samples.
 enum class StressFrom { End, Average, Regression };
 
-/// What may stand between a macro step and the DEM steps of an RVE; as given here, nothing does.
+/// With the defaults, a macro step makes the DEM steps of its drive and takes the stress at their
+/// end.
 struct MacroStepOptions {
-  /// Number of DEM steps by strain; not with a servo.
+  /// Number of DEM steps by strain; it does not apply to servos.
   std::optional<rve::AdaptiveSubsteps> adaptive;
-  /// An RVE that strains less since its last DEM step is skipped; 0: none is.
+  /// An RVE whose strain since its last DEM step is below this may be skipped [-]; 0: none is
+  /// skipped.
   double quiescent_strain = 0.0;
   StressFrom stress_from = StressFrom::End;
-  /// Of an average or a regression, the last one at the end of the macro step.
+  /// Samples of an average or a regression. The last one is taken at the end of the macro step.
   int stress_samples = 1;
   int stress_spacing = 1;       ///< DEM steps between samples
   int shadow_refinement = 4;    ///< DEM steps of a shadow per step of its RVE
-  /// Of an RVE side by side, where its cell becomes too narrow; a power of two.
+  /// Largest number of copies side by side that replace an RVE with a narrow cell; a power of two.
   int most_copies = 1;
 };
 

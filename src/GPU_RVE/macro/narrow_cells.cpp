@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs whose cells become too narrow for their grains: they go on as copies of themselves side by side, which are the same medium.
+// RVEs whose cells become too narrow for their grains. Copies side by side, which are the same
+// medium, replace them.
 
 #include "macro/rve_points.h"
 
@@ -10,13 +11,14 @@
 
 namespace macro {
 
-/// The state takes the place of the one with this number. False, with all as it was, if there is no memory for it.
+/// Replaces the RVE with this number. Returns false if its engine cannot add the state, as without
+/// memory; then nothing has changed.
 template <int D>
 bool RvePointsOf<D>::replace(rve::EngineOf<D> &engine, int number, const rve::RveStateOf<D> &state)
 {
   const rve::RveStateOf<D> before = engine.state(number);
   engine.remove(number);
-  // the number is free, and the next one takes it
+  // the next RVE gets the free number
   try {
     engine.add(state);
   } catch (const std::exception &) {
@@ -26,8 +28,9 @@ bool RvePointsOf<D>::replace(rve::EngineOf<D> &engine, int number, const rve::Rv
   return true;
 }
 
-/// Whether an RVE that has so many grains may have twice as many, and calls the room for them. An estimate: lists may grow.
-template <int D> bool RvePointsOf<D>::has_room_for_copies(int num_grains) const
+/// Estimates whether the memory suffices for an RVE with twice this number of grains and for its
+/// calls. Lists may grow.
+template <int D> bool RvePointsOf<D>::has_memory_for_copies(int num_grains) const
 {
   const rve::Memory memory = engine->memory();
   if (!memory.is_known) return true;
@@ -36,7 +39,7 @@ template <int D> bool RvePointsOf<D>::has_room_for_copies(int num_grains) const
   for (const int other : used_slots()) {
     if (copies(other) == 1) continue;
     ++of_copies;
-    largest = std::max(largest, points.unheard(other).result.num_grains);
+    largest = std::max(largest, points.unsynchronised(other).result.num_grains);
   }
   double bytes = static_cast<double>(engine->bytes_per_rve(wanted)) -
       static_cast<double>(engine->bytes_per_rve(num_grains));
@@ -46,39 +49,40 @@ template <int D> bool RvePointsOf<D>::has_room_for_copies(int num_grains) const
   return bytes <= static_cast<double>(memory.free);
 }
 
-/// Twice as many grains, if they tell more, if there may be so many copies, and if there is memory for them. The result is that of the
-/// same configuration.
+/// Doubles the grains of an RVE and evaluates its result. Returns false, without a change, if the
+/// number of copies is at its limit, if the medium is one grain across
+/// (rve::is_one_grain_across()), or if the memory does not suffice.
 template <int D> bool RvePointsOf<D>::widen(int slot)
 {
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   if (2 * point.copies > options.most_copies) return false;
   const rve::RveStateOf<D> state = engine->state(slot);
   if (rve::is_one_grain_across(state, point.copies)) return false;
-  if (!has_room_for_copies(state.num_grains())) return false;
+  if (!has_memory_for_copies(state.num_grains())) return false;
   if (!replace(*engine, slot, rve::side_by_side(state))) return false;
 
   any_copies = true;
   point.copies *= 2;
   point.contacts *= 2;
   point.limit.num_contacts *= 2;
-  point.look.reset();
+  point.evaluation.reset();
   point.energy_at_start.reset();
   widened.push_back(slot);
-  std::vector<rve::ResultOf<D>> looks;
-  engine->advance({slot}, drives_at_rest(1), looks);
-  // it may be too narrow still, as the next call will say
-  if (!(looks[0].status & rve::status::Fatal)) point.take_details(looks[0]);
+  std::vector<rve::ResultOf<D>> results;
+  engine->advance({slot}, drives_at_rest(1), results);
+  // a cell that is still too narrow fails again in the next call
+  if (!(results[0].status & rve::status::Fatal)) point.take_details(results[0]);
   return true;
 }
 
-/// Shadows whose cells are too narrow, as their RVEs: as many copies as these may have.
+/// Doubles the grains of shadows whose cells are too narrow, and repeats their calls. The limit of
+/// copies is that of RVEs.
 template <int D>
-void RvePointsOf<D>::widen_shadows(const std::vector<int> &slots,
-                                   const std::vector<rve::DriveOf<D>> &drives,
+void RvePointsOf<D>::widen_shadows(const Slots &slots, const Drives &drives,
                                    std::vector<rve::ResponseOf<D>> &responses)
 {
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    const Point &point = points.unheard(slots[k]);
+    const Point &point = points.unsynchronised(slots[k]);
     while (responses[k].status & rve::status::CellTooNarrow) {
       const rve::RveStateOf<D> state = shadows->state(point.shadow);
       const int copies = state.num_grains() * point.copies / engine->state(slots[k]).num_grains();

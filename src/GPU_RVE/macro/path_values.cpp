@@ -15,31 +15,28 @@ namespace macro {
 
 namespace {
 
-  /// Fields of a row of a table: what stands between commas, if there are any, or else words.
+  /// Splits a row of a table at commas, or at blanks if it has no commas.
   std::vector<std::string> fields_of(const std::string &row)
   {
     std::vector<std::string> fields;
-    const bool has_commas = row.find(',') != std::string::npos;
-    std::istringstream parts(row);
     std::string field;
-    if (!has_commas) {
-      while (parts >> field) fields.push_back(field);
+    if (row.find(',') == std::string::npos) {
+      std::istringstream words(row);
+      while (words >> field) fields.push_back(field);
       return fields;
     }
     constexpr const char *BLANK = " \t\v\f";
-    std::size_t begin = 0, end;
-    do {
-      end = std::min(row.find(',', begin), row.size());
-      field = row.substr(begin, end - begin);
+    std::istringstream parts(row + ',');    // getline() then returns an empty last field, too
+    while (std::getline(parts, field, ',')) {
       const std::size_t first = field.find_first_not_of(BLANK);
       rve::require(first != std::string::npos, "a field before or after a comma is empty");
       fields.push_back(field.substr(first, field.find_last_not_of(BLANK) - first + 1));
-      begin = end + 1;
-    } while (end < row.size());
+    }
     return fields;
   }
 
-  /// Whether the first field of a table is meant as a number, although it may be none: "0s", "1d-3", "\"0\"", "nan".
+  /// True if the first field of a table looks like a number, even if it is none: "0s", "1d-3",
+  /// "\"0\"", "nan".
   bool begins_like_a_number(const std::string &word)
   {
     std::string lower;

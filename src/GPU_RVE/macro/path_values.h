@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Words and values of loading paths (macro/load_path.h): numbers, functions of time and tables.
+// Words and values of loading paths (macro/load_path.h). Values are numbers, functions of time and
+// tables.
 
 #pragma once
 
@@ -10,23 +11,25 @@
 
 namespace macro {
 
-/// A word, and where it stands, for messages.
+/// A word and its position (file and line) for messages.
 struct PathWord {
   std::string text, where;
 };
-/// The words of a file, without comments.
+/// Splits the text of a file into words. Comments from # to the end of a line are left out.
 std::vector<PathWord> path_words(const std::string &text, const std::string &file);
 
-/// Reads a finite number, in the same way in every locale; false if the word is none.
+/// Reads a finite number, independent of the locale. Returns false if the word is none.
 bool read_number(const std::string &word, double &value);
 
-/// Columns of numbers over the first one, time, with straight lines between rows and the last value beyond the ends. Commas or blanks
-/// separate the numbers of a row; a byte-order mark and the line ends of other systems do not matter.
+/// Table of columns over time, its first column. Values are interpolated linearly between rows and
+/// constant beyond the ends. Commas or blanks separate the numbers of a row. A byte-order mark and
+/// the line ends of other systems are accepted.
 class PathTable {
  public:
-  /// Throws InputError unless these are rows of numbers with growing times; a first row of words gives the columns names.
+  /// Throws InputError unless the text has rows of numbers with increasing times. A first row of
+  /// words has the names of the columns.
   PathTable(const std::string &text, const std::string &file);
-  /// Column by its name, or its number from 2 on.
+  /// Index of a column by its name, or by its number from 2 on. Throws InputError if there is none.
   int column(const std::string &word) const;
   double at(int column, double time) const;
   /// Least and largest value of a column.
@@ -35,19 +38,19 @@ class PathTable {
  private:
   std::string file;
   std::vector<std::string> names;
-  std::vector<std::vector<double>> columns;    // the first one is time
+  std::vector<std::vector<double>> columns;    // time is the first one
 
   void read_names(const std::vector<std::string> &row);
   void read_numbers(const std::vector<std::string> &row);
 };
 
-/// A number of a path, as a function of the time since its stage began.
+/// A value of a path as a function of the time since the start of its stage.
 struct PathValue {
   enum class Kind { Constant, Script, Ramp, Wave, Table };
   Kind kind = Kind::Constant;
-  /// By kind: value; from, to, time; mean, amplitude, period, phase [rad].
+  /// Constant: value. Ramp: from, to, time. Wave: mean, amplitude, period, phase [rad].
   double number[4] = {};
-  int index = 0;    ///< of a script value, or the column of a table
+  int index = 0;    ///< index of a script value, or column of a table
   std::shared_ptr<const PathTable> table;
 
   bool is_constant() const { return kind == Kind::Constant; }

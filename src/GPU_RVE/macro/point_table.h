@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The points behind RVEs, by slot, in two parts: all of a point, and its front, what every macro step asks of it and tells it. Thousands of whole
-// points are more than caches hold, and fronts are not.
+// Table of the points that carry RVEs, with a small write-back cache: for each slot a point with
+// all data and a cached copy of the data that every macro step reads and writes. Thousands of
+// points exceed the caches of a CPU, their cached copies do not.
 //
-// What DEM steps answer is written into fronts alone. A point hears of it when somebody looks at it.
+// Macro steps write their results into the cached copy only, which is then dirty. Access to the
+// point synchronises it first.
 
 #pragma once
 
@@ -18,20 +20,21 @@
 
 namespace macro {
 
-/// Of a slot: what its RVE did in the last macro step.
+/// State of a slot after the last macro step.
 enum class PointState : char {
-  Empty,    ///< there is no RVE
-  Awake,    ///< made DEM steps
-  /// Was skipped: `result` is that of the affine RVE, `rested` that of its last DEM step.
+  Empty,    ///< the slot has no RVE
+  Awake,    ///< the RVE made DEM steps
+  /// The RVE was skipped: `result` is that of its affine deformation, `rested` that of its last DEM
+  /// step.
   Asleep,
-  Frozen    ///< failed once and is not advanced any more
+  Frozen    ///< the RVE failed once and is not advanced any more
 };
 
-/// What a point has not heard of, of which its front is ahead.
-enum class Unheard : char {
-  Drive,        ///< drove the last DEM steps
-  Increment,    ///< did: PointFront::increment
-  Sleep         ///< it sleeps on
+/// Update that a dirty cached copy has and the point lacks.
+enum class PointUpdate : char {
+  Drive,        ///< response to a drive (PointTable::drives_)
+  Increment,    ///< response to an increment (CachedPoint::increment)
+  Deferral      ///< deferred increment
 };
 
 template <int D> bool is_identity(const rve::Tensor<double, D> &f)
@@ -40,18 +43,19 @@ template <int D> bool is_identity(const rve::Tensor<double, D> &f)
   return std::equal(std::begin(f.component), std::end(f.component), one.component);
 }
 
-template <int D> struct PointFront {
+/// Cached copy of the data of a point that macro steps read and write.
+template <int D> struct CachedPoint {
   PointState state = PointState::Empty;
-  bool is_current = false;             ///< it says what the point says
-  bool is_ahead = false;               ///< the point has not heard of the last answer
-  bool owes = false;                   ///< a deformation is pending
-  Unheard unheard = Unheard::Drive;    ///< while ahead
-  std::int32_t substeps = 0;           ///< of the last DEM steps; 0: none so far
-  rve::StiffeningLimit limit;          ///< beyond which the time-step bound is checked again
-  rve::ResponseOf<D> response;         ///< of the last advance
-  double pressure = 0.0;               ///< mean stress of the last DEM steps [stress]
-  ContactResponse<D> of_contacts;      ///< of its material and grains
-  rve::IncrementOf<D> increment;
+  bool is_valid = false;        ///< false: the copy must be made again from the point
+  bool is_dirty = false;        ///< true: the point lacks `update`
+  bool has_deferred = false;    ///< a deformation is pending
+  PointUpdate update = PointUpdate::Drive;
+  std::int32_t substeps = 0;         ///< DEM steps of the last advance; 0: none so far
+  rve::StiffeningLimit limit;        ///< the time-step bound is checked again beyond it
+  rve::ResponseOf<D> response;       ///< response to the last advance
+  double pressure = 0.0;             ///< mean stress after the last DEM steps [stress]
+  ContactResponse<D> of_contacts;    ///< stiffness of the contacts of the mean grain
+  rve::IncrementOf<D> increment;     ///< last increment, if `update` is Increment
 
   rve::StiffnessMeasures stiffness() const
   {
@@ -59,14 +63,14 @@ template <int D> struct PointFront {
   }
 };
 
-/// That any thread may set.
+/// Flag that several threads may set.
 class SharedFlag {
  public:
   explicit SharedFlag(bool value) : is_set_(value) {}
   SharedFlag(SharedFlag &&other) noexcept : is_set_(other.is_set()) {}
 
   bool is_set() const { return is_set_.load(std::memory_order_relaxed); }
-  /// Threads that find it as it shall be do not take it from each other's caches.
+  /// Writes only if the value changes, so that the cache line stays shared between cores.
   void set(bool value)
   {
     if (is_set() != value) is_set_.store(value, std::memory_order_relaxed);
@@ -76,172 +80,171 @@ class SharedFlag {
   std::atomic<bool> is_set_;
 };
 
-/// Different slots may be asked for by different threads. A reference to a point that may change is kept no longer than until fronts are asked
-/// for.
+/// Several threads may access different slots. A reference from modify() is invalid after the next
+/// call of cached() for the slot.
 template <int D, class Point> class PointTable {
  public:
-  using Front = PointFront<D>;
+  using Cached = CachedPoint<D>;
 
   int size() const { return static_cast<int>(points_.size()); }
-  /// Keeps those that are there.
+  /// Adds empty slots until there are `size`.
   void grow_to(int size)
   {
     if (size <= this->size()) return;
     points_.resize(size);
-    fronts_.resize(size);
+    cached_.resize(size);
     drives_.resize(size);
-    sleeps_.resize(size);
+    quiescences_.resize(size);
   }
 
-  /// To be changed.
-  Point &operator[](int slot)
+  /// Synchronises the point, invalidates its cached copy and sets is_changed().
+  Point &modify(int slot)
   {
-    note_stale();
+    any_stale_.set(true);
     is_changed_.set(true);
-    tell(slot);
-    fronts_[slot].is_current = false;
+    synchronise(slot);
+    cached_[slot].is_valid = false;
     return points_[slot];
   }
   const Point &at(int slot) const
   {
-    tell(slot);
+    synchronise(slot);
     return points_[slot];
   }
-
-  /// Whether the last thing that happened to it is that it sleeps, as sleep() has it.
-  bool sleeps_on(int slot) const
+  /// Synchronised point, to change members that the cached copy does not have.
+  Point &synchronised(int slot)
   {
-    return fronts_[slot].is_ahead && fronts_[slot].unheard == Unheard::Sleep;
-  }
-  /// Whether it has not heard of the last answer, or sleep.
-  bool is_ahead(int slot) const { return fronts_[slot].is_ahead; }
-  /// Of one that has not heard of its last answer nothing is known: a look would have told it.
-  rve::Rest rest(int slot) const
-  {
-    if (!fronts_[slot].is_ahead) return points_[slot].rest();
-    return sleeps_on(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
-  }
-  /// Of one that sleeps, or has been looked at and shall.
-  const rve::SleepOf<D> &sleep(int slot)
-  {
-    if (!sleeps_on(slot)) {
-      tell(slot);
-      sleeps_[slot] = points_[slot].sleep();
-    }
-    return sleeps_[slot];
-  }
-  /// Deformation since its last DEM step.
-  const rve::Tensor<double, D> &pending(int slot) const
-  {
-    return sleeps_on(slot) ? sleeps_[slot].pending : at(slot).pending;
-  }
-  /// It sleeps on with this deformation, behind sleep().
-  void slept(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
-  {
-    Front &front = fronts_[slot];
-    front.state = PointState::Asleep;
-    front.owes = true;
-    front.is_ahead = true;
-    front.unheard = Unheard::Sleep;
-    front.response.stress = stress;
-    sleeps_[slot].pending = pending;
-  }
-
-  /// For what no front has of the last answer.
-  Point &told(int slot)
-  {
-    tell(slot);
+    synchronise(slot);
     return points_[slot];
   }
+  /// Point without synchronisation, to read members that no update changes.
+  const Point &unsynchronised(int slot) const { return points_[slot]; }
+  /// Point without synchronisation, to change members that neither updates nor the cached copy
+  /// have.
+  Point &unsynchronised(int slot) { return points_[slot]; }
 
-  const Front &front(int slot) const
+  const Cached &cached(int slot) const
   {
-    Front &front = fronts_[slot];
-    if (!front.is_current) front = points_[slot].front();
-    return front;
+    Cached &copy = cached_[slot];
+    if (!copy.is_valid) copy = points_[slot].cached_copy();
+    return copy;
   }
   /// Sets the limit beyond which the time-step bound is checked again. Results do not change it.
   void set_limit(int slot, const rve::StiffeningLimit &limit)
   {
     points_[slot].limit = limit;
-    if (fronts_[slot].is_current) fronts_[slot].limit = limit;
+    if (cached_[slot].is_valid) cached_[slot].limit = limit;
   }
 
-  /// For what no answer changes.
-  const Point &unheard(int slot) const { return points_[slot]; }
-  /// To change what neither answers nor fronts have.
-  Point &unheard(int slot) { return points_[slot]; }
-  /// Whether its result is not whole.
+  /// True if the cached copy has an update that the point lacks.
+  bool is_dirty(int slot) const { return cached_[slot].is_dirty; }
+  /// True if that update is a deferred increment.
+  bool was_deferred(int slot) const
+  {
+    return is_dirty(slot) && cached_[slot].update == PointUpdate::Deferral;
+  }
+  /// Rest of the RVE. It is unknown after DEM steps without an evaluation, which would have
+  /// synchronised the point.
+  rve::Rest rest(int slot) const
+  {
+    if (!is_dirty(slot)) return points_[slot].rest();
+    return was_deferred(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
+  }
+  /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is
+  /// quiescent, or has been evaluated and may become so.
+  const rve::SleepOf<D> &quiescence(int slot)
+  {
+    if (!was_deferred(slot)) {
+      synchronise(slot);
+      quiescences_[slot] = points_[slot].quiescence();
+    }
+    return quiescences_[slot];
+  }
+  /// Deformation since the last DEM step.
+  const rve::Tensor<double, D> &pending(int slot) const
+  {
+    return was_deferred(slot) ? quiescences_[slot].pending : at(slot).pending;
+  }
+  /// Defers an increment. `pending` is the deformation since the last DEM step, `stress` the stress
+  /// after it. Precondition: quiescence() has been called.
+  void defer(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
+  {
+    Cached &copy = cached_[slot];
+    copy.state = PointState::Asleep;
+    copy.has_deferred = true;
+    copy.is_dirty = true;
+    copy.update = PointUpdate::Deferral;
+    copy.response.stress = stress;
+    quiescences_[slot].pending = pending;
+  }
+
+  /// True if the result of the point is incomplete.
   bool is_stale(int slot) const
   {
-    return (fronts_[slot].is_ahead && !sleeps_on(slot)) || points_[slot].stale;
+    return (is_dirty(slot) && !was_deferred(slot)) || points_[slot].stale;
   }
-  /// Whether there may be one like that, since this was denied.
+  /// False only if no point has become stale since clear_any_stale().
   bool any_stale() const { return any_stale_.is_set(); }
-  void deny_stale() const { any_stale_.set(false); }
-  /// Whether more may have changed than answers say, since this was denied.
+  void clear_any_stale() const { any_stale_.set(false); }
+  /// True if a point was modified since clear_changed().
   bool is_changed() const { return is_changed_.is_set(); }
-  void deny_change() { is_changed_.set(false); }
+  void clear_changed() { is_changed_.set(false); }
 
-  /// After a sound answer to this drive.
-  void answered(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
+  /// Stores the response of an RVE that has not failed.
+  void store(int slot, const rve::ResponseOf<D> &response, const rve::DriveOf<D> &drive)
   {
-    Front &front = fronts_[slot];
-    if (!front.is_current || drive.substeps == 0) {
-      (*this)[slot].hear(response, drive);
+    if (!cached_[slot].is_valid || drive.substeps == 0) {
+      modify(slot).store(response, drive);
       return;
     }
-    note_stale();
-    take(front, response, drive.substeps);
-    front.unheard = Unheard::Drive;
+    store_in_cache(slot, response, drive.substeps, PointUpdate::Drive);
     drives_[slot] = drive;
   }
-  void answered(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
+  void store(int slot, const rve::ResponseOf<D> &response, const rve::IncrementOf<D> &increment)
   {
-    Front &front = fronts_[slot];
-    if (!front.is_current || increment.substeps == 0) {
-      (*this)[slot].hear(response, increment.drive());
+    if (!cached_[slot].is_valid || increment.substeps == 0) {
+      modify(slot).store(response, increment.drive());
       return;
     }
-    note_stale();
-    take(front, response, increment.substeps);
-    front.unheard = Unheard::Increment;
-    front.increment = increment;
+    store_in_cache(slot, response, increment.substeps, PointUpdate::Increment);
+    cached_[slot].increment = increment;
   }
 
  private:
   mutable std::vector<Point> points_;
-  mutable std::vector<Front> fronts_;
-  /// While fronts are ahead: of the last DEM steps, unless they were by an increment.
-  mutable std::vector<rve::DriveOf<D>> drives_;
-  std::vector<rve::SleepOf<D>> sleeps_;    ///< of those that sleep
+  mutable std::vector<Cached> cached_;
+  std::vector<rve::DriveOf<D>> drives_;         ///< last drives, where the update is a Drive
+  std::vector<rve::SleepOf<D>> quiescences_;    ///< data of quiescent RVEs, by slot
 
   mutable SharedFlag any_stale_{true};
   SharedFlag is_changed_{true};
 
-  void note_stale() { any_stale_.set(true); }
-
-  static void take(Front &front, const rve::ResponseOf<D> &response, std::int32_t substeps)
+  void store_in_cache(int slot, const rve::ResponseOf<D> &response, std::int32_t substeps,
+                      PointUpdate update)
   {
-    front.state = PointState::Awake;
-    front.owes = false;
-    front.is_ahead = true;
-    front.substeps = substeps;
-    front.response = response;
-    front.pressure = rve::mean_stress(response.stress);
+    any_stale_.set(true);
+    Cached &copy = cached_[slot];
+    copy.state = PointState::Awake;
+    copy.has_deferred = false;
+    copy.is_dirty = true;
+    copy.update = update;
+    copy.substeps = substeps;
+    copy.response = response;
+    copy.pressure = rve::mean_stress(response.stress);
   }
 
-  void tell(int slot) const
+  /// Writes the update of a dirty cached copy into the point.
+  void synchronise(int slot) const
   {
-    Front &front = fronts_[slot];
-    if (!front.is_ahead) return;
-    front.is_ahead = false;
-    if (front.unheard == Unheard::Sleep)
-      points_[slot].sleep_on(sleeps_[slot]);
+    Cached &copy = cached_[slot];
+    if (!copy.is_dirty) return;
+    copy.is_dirty = false;
+    Point &point = points_[slot];
+    if (copy.update == PointUpdate::Deferral)
+      point.defer(quiescences_[slot]);
     else
-      points_[slot].hear(front.response,
-                         front.unheard == Unheard::Increment ? front.increment.drive()
-                                                             : drives_[slot]);
+      point.store(copy.response,
+                  copy.update == PointUpdate::Increment ? copy.increment.drive() : drives_[slot]);
   }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the answer of an RVE says, and what its contacts say, by name: the quantities of compute rve/atom and of the C interface.
+// Quantities of results and contacts of an RVE by name, for compute rve/atom and the C interface.
 
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace macro {
 
-// Strain of equations (26) and (27) from F: eps = (F + F^T)/2 - 1, in the sign of F (extension positive).
+// Strains are those of equations (26) and (27): eps = (F + F^T)/2 - 1, extension positive.
 template <int D> double volumetric_strain(const rve::ResultOf<D> &r)
 {
   return rve::trace(r.deformation) - D;
@@ -45,7 +45,8 @@ inline double deviatoric_strain(const rve::ResultOf<3> &r)
   return std::sqrt(squares * 2.0 / 3.0);
 }
 
-/// A number by its name, from what is known in each dimension; null where there is none.
+/// Named function of `Known`, for disks and for spheres; null if the dimension does not have the
+/// quantity.
 template <template <int> class Known> struct QuantityOf {
   std::string name;
   std::function<double(const Known<2> &)> of_disks;
@@ -59,15 +60,15 @@ template <template <int> class Known> struct QuantityOf {
   double of(const Known<3> &known) const { return of_spheres(known); }
 };
 
-/// Of the answer that every RVE has at the end of a step.
+/// Quantity of the result of an RVE at the end of a step.
 using Quantity = QuantityOf<rve::ResultOf>;
-/// Of the contacts of its state, which are looked at when it is asked for.
+/// Quantity of the contacts of an RVE, which are evaluated only for such quantities.
 using ContactQuantity = QuantityOf<rve::ContactMeasuresOf>;
 
 namespace quantities {
   template <template <int> class Known> struct Table : std::vector<QuantityOf<Known>> {
     template <class Of> void add(const char *name, Of of) { this->push_back({name, of, of}); }
-    /// Components of a tensor: those along z are of spheres.
+    /// Adds components of a tensor. Components along z exist for spheres only.
     template <class Of> void add(const std::string &name, const char *components, Of of)
     {
       std::istringstream words(components);
@@ -145,7 +146,7 @@ namespace quantities {
   }
 }    // namespace quantities
 
-/// Those of grains of this dimension, in the order of the tables.
+/// Names of the quantities of a dimension, in the order of the tables.
 inline const std::vector<const char *> &quantity_names(int dimension)
 {
   const auto names_of = [](int d) {
@@ -162,8 +163,8 @@ inline const std::vector<const char *> &quantity_names(int dimension)
   return dimension == 2 ? of_disks : of_spheres;
 }
 
-/// read(quantity) with the Quantity or ContactQuantity of that name. Throws InputError with those that there are if grains of this dimension have
-/// none.
+/// Calls read(quantity) with the Quantity or ContactQuantity of that name. Throws InputError with
+/// the known names if the dimension has no such quantity.
 template <class Read>
 void with_quantity_named(const std::string &name, int dimension, const Read &read)
 {

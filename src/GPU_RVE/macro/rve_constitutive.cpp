@@ -6,15 +6,16 @@
 #include "rve/engine/substeps.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace macro {
 
 namespace {
 
-  // Voigt's bound: grains that move with the mean field give C = (1/V) sum l^2 (k_n nnnn + k_t n (1 - nn) n), and along any direction a
-  // with a.n = c k_n c^4 + k_t c^2 (1 - c^2) <= max(k_n, k_t) c^2, whose mean is a.fabric a. Points move along the first D axes: so do
-  // waves, and of the fabric what it is there counts. l is taken as grain_size(), the overlap as its mean, V = area * thickness of disks.
+  // Voigt's bound: grains that move with the mean field give C = (1/V) sum l^2 (k_n nnnn + k_t n (1
+  // - nn) n). Along a direction a with a.n = c, a contact has k_n c^4 + k_t c^2 (1 - c^2) <=
+  // max(k_n, k_t) c^2, whose mean over contacts is max(k_n, k_t) a.fabric a. Waves run along the
+  // first D axes, so only these components of the fabric matter. l is taken as grain_size(), the
+  // overlap as its mean, and V of disks is area * thickness.
   template <int D, int DimensionOfRves>
   double p_wave_modulus_of(const rve::ResultOf<DimensionOfRves> &result,
                            const rve::Material &material)
@@ -28,7 +29,7 @@ namespace {
     const double stiffness = std::max(moduli.normal, moduli.tangential);
     const double contacts_per_grain = 0.5 * result.coordination_number;
     const double solid_fraction = 1.0 / (1.0 + result.void_ratio);
-    // sum l^2 = contacts * 4 r^2, and grains * r^D = solid fraction * (area or volume) / that of a grain of radius 1
+    // sum l^2 = contacts * 4 r^2, and grains * r^D = solid fraction * V / V of a grain of radius 1
     const double depth = DimensionOfRves == 2 ? material.thickness : radius;
     return stiffness / depth * contacts_per_grain * 4.0 / Shape::volume * solid_fraction *
         largest_fabric;
@@ -36,7 +37,7 @@ namespace {
 
 }    // namespace
 
-/// Of points of D dimensions.
+/// Increments and stresses of points of D dimensions.
 template <int D, int DimensionOfRves>
 class RveConstitutive<D, DimensionOfRves>::Increments final :
     public MacroIncrementsOf<DimensionOfRves> {
@@ -97,7 +98,7 @@ void RveConstitutive<D, DimensionOfRves>::set_increments(int count, const int *p
                                                          double dt,
                                                          rve::Tensor<double, D> *stress_of)
 {
-  owner.finish();    // the RVEs of its other dimension
+  owner.finish();    // RVEs of the other dimension may be under way
   const RveClock clock = owner.clock(dt);
   if (!is_as_before) atoms.assign(point_index, point_index + count);
   increments = std::make_shared<Increments>(atoms, increment_of, stress_of);
@@ -115,7 +116,7 @@ rve::Request *RveConstitutive<D, DimensionOfRves>::plan(int count, const int *po
   rve::PointsOnDevice there;
   there.device = arrays.device;
   there.dimension = D;
-  // a tensor is its components, one after the other
+  // a tensor is an array of its components
   there.increment = reinterpret_cast<const double *>(arrays.deformation_increment);
   there.stress = reinterpret_cast<double *>(arrays.stress);
   return owner.plan(atoms, is_as_before, there, *increments);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "macro/rve_point.h"
 
-#include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/servo_modes.h"
 
@@ -18,15 +17,16 @@ template <int D> double PointOf<D>::strain_rate() const
   return rve::strain_size(drive.deformation) / (drive.substeps * drive.dt);
 }
 
-template <int D> void PointOf<D>::note(const rve::DriveOf<D> &last)
+template <int D> void PointOf<D>::begin_with(const rve::ResultOf<D> &first)
 {
-  drive = last;
-  drive.modes = nullptr;    // they live elsewhere
-  servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
+  result = first;
+  grain_size = rve::grain_size(result);
+  contacts = result.num_contacts;
+  peak_force = result.peak_force;
 }
 
 template <int D>
-void PointOf<D>::hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last)
+void PointOf<D>::store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last)
 {
   state = State::Awake;
   result.status = response.status;
@@ -34,31 +34,35 @@ void PointOf<D>::hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> 
   stale = true;
   contacts = response.num_contacts;
   peak_force = response.peak_force;
-  look.reset();
+  evaluation.reset();
   if (last.substeps == 0) return;
   pending = Matrix::identity();
-  note(last);
+  drive = last;
+  drive.modes = nullptr;    // the load path owns them
+  servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
 }
 
-template <int D> rve::SleepOf<D> PointOf<D>::sleep() const
+template <int D> rve::SleepOf<D> PointOf<D>::quiescence() const
 {
   return {pending, last_steps().stress,
-          look && look->stiffness ? *look->stiffness : rve::AffineStiffnessOf<D>(), mean_overlap()};
+          evaluation && evaluation->stiffness ? *evaluation->stiffness
+                                              : rve::AffineStiffnessOf<D>(),
+          mean_overlap()};
 }
 
 template <int D> rve::Rest PointOf<D>::rest() const
 {
-  const bool is_at_rest = look && look->is_at_rest;
+  const bool is_at_rest = evaluation && evaluation->is_at_rest;
   if (asleep()) return is_at_rest ? rve::Rest::Sleeps : rve::Rest::Wakes;
-  return is_at_rest ? rve::Rest::Rests : look ? rve::Rest::Moves : rve::Rest::Unknown;
+  return is_at_rest ? rve::Rest::Rests : evaluation ? rve::Rest::Moves : rve::Rest::Unknown;
 }
 
-template <int D> void PointOf<D>::sleep_on(const rve::SleepOf<D> &sleep)
+template <int D> void PointOf<D>::defer(const rve::SleepOf<D> &quiescence)
 {
   if (!asleep()) rested = result;
   state = State::Asleep;
-  pending = sleep.pending;
-  result.stress = sleep.stress_after(pending);
+  pending = quiescence.pending;
+  result.stress = quiescence.stress_after(pending);
   follow_pending();
 }
 
@@ -73,27 +77,27 @@ template <int D> void PointOf<D>::follow_pending()
   result.void_ratio = (1.0 + rested.void_ratio) * rve::determinant(pending) - 1.0;
 }
 
-template <int D> PointFront<D> PointOf<D>::front() const
+template <int D> CachedPoint<D> PointOf<D>::cached_copy() const
 {
-  PointFront<D> front;
-  front.is_current = true;
-  if (state == State::Empty) return front;
-  front.state = state;
-  front.owes = !is_identity(pending);
-  front.limit = limit;
-  front.response = {result.status, contacts, peak_force, result.stress};
-  front.pressure = last_steps().mean_stress();
-  front.of_contacts = ContactResponse<D>(material, grain_size);
-  front.substeps = drive.substeps;
-  return front;
+  CachedPoint<D> cached;
+  cached.is_valid = true;
+  if (state == State::Empty) return cached;
+  cached.state = state;
+  cached.has_deferred = !is_identity(pending);
+  cached.limit = limit;
+  cached.response = {result.status, contacts, peak_force, result.stress};
+  cached.pressure = last_steps().mean_stress();
+  cached.of_contacts = ContactResponse<D>(material, grain_size);
+  cached.substeps = drive.substeps;
+  return cached;
 }
 
-template <int D> void PointOf<D>::take_details(const rve::ResultOf<D> &look)
+template <int D> void PointOf<D>::take_details(const rve::ResultOf<D> &details)
 {
   rve::ResultOf<D> &last = asleep() ? rested : result;
   const Matrix stress = last.stress;
   const std::uint32_t status = last.status;
-  last = look;
+  last = details;
   last.stress = stress;
   last.status = status;
   stale = false;
@@ -108,7 +112,7 @@ template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const
     return (1.0 / (drive.substeps * drive.dt)) *
         (polar.rotation * polar.strain * rve::transpose(polar.rotation));
   }
-  // modes steer sums of components: there L is known as a whole
+  // modes steer sums of components, so all of L is that of the servo
   Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient
                                     : drive.velocity_gradient;
   for (int a = 0; a < D; ++a)
@@ -120,7 +124,7 @@ template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const
 template <int D> double PointOf<D>::shadow_deviation() const
 {
   const double difference = rve::norm(result.stress - shadow_stress);
-  // of the larger one: a shadow without contacts makes it 1, not infinite
+  // relative to the larger stress, so that it is 1 and not infinite for a shadow without contacts
   const double size = std::max(rve::norm(result.stress), rve::norm(shadow_stress));
   return size > 0.0 ? difference / size : 0.0;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The RVE of one point as macro steps see it: its last results, what it has to do yet, and its options.
+// The RVE of one point: its last results, its deferred increment and its options.
 
 #pragma once
 
@@ -18,74 +18,84 @@ template <int D> struct PointOf {
   using State = PointState;
 
   PointState state = PointState::Empty;
-  bool stale = false;            ///< `result` is of an earlier advance, but for stress and status
-  std::int32_t contacts = 0;     ///< after its last DEM steps
-  double peak_force = 0.0;       ///< largest contact force of its last DEM steps [force]
-  rve::StiffeningLimit limit;    ///< beyond which its time-step bound is checked again
-  double grain_size = 0.0;       ///< rve::grain_size [length]
-  Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
+  bool stale = false;            ///< all of `result` but stress and status is of an earlier advance
+  std::int32_t contacts = 0;     ///< number of contacts after the last DEM steps
+  double peak_force = 0.0;       ///< largest contact force of the last DEM steps [force]
+  rve::StiffeningLimit limit;    ///< the time-step bound is checked again beyond it
+  double grain_size = 0.0;       ///< rve::grain_size() [length]
+  Matrix pending = Matrix::identity();    ///< deformation since the last DEM step
   rve::Material material;
-  /// Of the last advance that succeeded; its status is that of the last advance.
+  /// Result of the last advance that succeeded. Its status is that of the last advance.
   rve::ResultOf<D> result;
 
-  double servo_gain = 0.0;      ///< default of its stress servo [1/(stress time^2)]
-  double out_of_reach = 0.0;    ///< stress that its servo lacked when last asked [stress]
-  /// Terms of its energy balance when a run began, if it began here.
+  double servo_gain = 0.0;    ///< default gain of the stress servo [1/(stress time^2)]
+  double out_of_reach =
+      0.0;    ///< stress that the servo lacked at the last advice_on_servo() [stress]
+  /// Terms of the energy balance at the start of the run, if the RVE was on this rank.
   std::optional<rve::EnergyTerms> energy_at_start;
-  /// Of its last DEM steps, without modes; none so far if it has no substeps.
+  /// Drive of the last DEM steps, without modes. It has no substeps if there were none so far.
   rve::DriveOf<D> drive;
-  double servo_error = 0.0;    ///< after them [stress]
+  double servo_error = 0.0;    ///< largest error of a steered stress after these steps [stress]
   PathState<D> path;
 
-  std::int32_t copies = 1;      ///< of the grains that it began with, side by side
-  std::int32_t renewals = 0;    ///< how often a fresh RVE took its place
+  std::int32_t copies = 1;      ///< number of copies side by side of the initial grains
+  std::int32_t renewals = 0;    ///< number of times that a fresh RVE replaced this one
 
-  rve::ResultOf<D> rested;    ///< while asleep: of its last DEM step
+  rve::ResultOf<D> rested;    ///< result of the last DEM step, while the RVE is quiescent
 
-  /// At the end of its last DEM steps, if their strain was so small that the RVE may sleep when the next one is, too. The same whatever the
-  /// advance was asked for.
-  struct Look {
+  /// Diagnostic evaluation at the end of the last DEM steps. It is made if their strain was so
+  /// small that the RVE may be skipped in the next macro step.
+  struct Evaluation {
     bool is_at_rest;
-    double mean_overlap;    ///< [-]
-    /// Not known of one that came with a record, until it is wanted: it is that of the configuration.
+    double mean_overlap;    ///< over contacts, overlap / sum of radii [-]
+    /// Empty after the RVE was read from a record, until it is needed. It follows from the
+    /// configuration.
     std::optional<rve::AffineStiffnessOf<D>> stiffness;
 
-    static Look of(const rve::ElasticResultOf<D> &look)
+    static Evaluation of(const rve::ElasticResultOf<D> &evaluated)
     {
-      return {look.result.unbalanced_ratio <= rve::QUIET_UNBALANCED_RATIO, look.result.mean_overlap,
-              look.stiffness};
+      return {evaluated.result.unbalanced_ratio <= rve::QUIET_UNBALANCED_RATIO,
+              evaluated.result.mean_overlap, evaluated.stiffness};
     }
+    /// False if the stiffness is needed and empty.
     bool is_whole() const { return !is_at_rest || stiffness; }
   };
-  std::optional<Look> look;
+  std::optional<Evaluation> evaluation;
 
-  int shadow = -1;                          ///< number of its shadow in the engine of shadows
+  int shadow = -1;                          ///< number in the engine of shadows; -1: no shadow
   Matrix shadow_stress = Matrix::zero();    ///< [stress]
 
   bool asleep() const { return state == State::Asleep; }
   bool frozen() const { return state == State::Frozen; }
+  /// Result of the last DEM steps.
   const rve::ResultOf<D> &last_steps() const { return asleep() ? rested : result; }
-  /// Over contacts, overlap / sum of radii, after its last DEM steps [-].
-  double mean_overlap() const { return look ? look->mean_overlap : last_steps().mean_overlap; }
-  /// |D| in the RVE's own time, of its last DEM steps [1/time]
+  /// Mean over contacts of overlap / sum of radii after the last DEM steps [-].
+  double mean_overlap() const
+  {
+    return evaluation ? evaluation->mean_overlap : last_steps().mean_overlap;
+  }
+  /// Size of the rate of deformation |D| during the last DEM steps, in DEM time [1/time].
   double strain_rate() const;
-  /// Its last DEM steps were these, and `result` has their stress.
-  void note(const rve::DriveOf<D> &last);
-  /// A sound answer to this drive.
-  void hear(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
-  /// It sleeps, or sleeps on: cell, deformation and void ratio follow. The rest is that of the last DEM step.
-  void sleep_on(const rve::SleepOf<D> &sleep);
-  /// What follows the pending deformation, from `rested`; but its stress.
+  /// Sets the result of an RVE before its first DEM steps, and what follows from it.
+  void begin_with(const rve::ResultOf<D> &first);
+  /// Stores the response to a drive; the RVE has not failed.
+  void store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
+  /// Makes the RVE quiescent with this pending deformation. Stress, fabric, cell, deformation and
+  /// void ratio follow it, the other results are those of the last DEM step.
+  void defer(const rve::SleepOf<D> &quiescence);
+  /// Sets the results that follow from `rested` and the pending deformation, except the stress.
   void follow_pending();
-  /// Of one that sleeps, or has been looked at.
-  rve::SleepOf<D> sleep() const;
+  /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is
+  /// quiescent or has been evaluated.
+  rve::SleepOf<D> quiescence() const;
   rve::Rest rest() const;
-  PointFront<D> front() const;
-  /// D itself, in the axes of the present; zero before its first steps [1/time]
+  CachedPoint<D> cached_copy() const;
+  /// Rate of deformation D in the present axes; zero before the first DEM steps [1/time].
   Matrix rate_of_deformation() const;
-  /// What its configuration says, which is that of its last steps. Their stress may be a mean, and their status stays.
-  void take_details(const rve::ResultOf<D> &look);
-  /// |stress - stress of the shadow| over the larger of both [-]
+  /// Completes the result of the last DEM steps from an evaluation of the same configuration.
+  /// Stress and status stay: the stress may be a mean.
+  void take_details(const rve::ResultOf<D> &details);
+  /// |stress - stress of the shadow| over the larger of both [-].
   double shadow_deviation() const;
 };
 

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "macro/rve_points.h"
 
-#include "rve/core/error.h"
-#include "rve/core/threads.h"
+#include "macro/light_loops.h"
 #include "rve/core/wall_time.h"
-#include "rve/engine/contact_laws.h"
-#include "rve/engine/finite_strain.h"
 #include "rve/engine/packing.h"
-#include "rve/engine/servo_modes.h"
 
 #include <algorithm>
 
@@ -15,7 +11,7 @@ namespace macro {
 
 namespace {
 
-  /// What a default gain of the servo is proportional to, of what a material says.
+  /// Factor of the default gain of the servo that depends on the material.
   double gain_factor(const rve::Material &material)
   {
     return material.thickness / (material.density * material.mass_depth);
@@ -26,7 +22,7 @@ namespace {
 template <int D> std::vector<rve::DriveOf<D>> RvePointsOf<D>::drives_at_rest(std::size_t count)
 {
   rve::DriveOf<D> drive;
-  drive.dt = 1.0;    // of no step; a drive wants a positive one
+  drive.dt = 1.0;    // a drive needs a positive time step, although it makes no step
   return std::vector<rve::DriveOf<D>>(count, drive);
 }
 
@@ -34,7 +30,7 @@ template <int D>
 rve::DriveOf<D> RvePointsOf<D>::path_drive(int slot, const LoadPathsOf<D> &paths,
                                            const PathStep &step, const double *script) const
 {
-  // strains are known when an advance was with details
+  // strains need a complete result
   const Matrix now = paths.needs_details() ? point(slot).result.deformation : Matrix::identity();
   return paths.drive(path(slot), step, script, now);
 }
@@ -50,18 +46,20 @@ void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const Pa
 }
 
 /* ----------------------------------------------------------------------
-   the RVEs that are there
+   adding and removing RVEs
 ------------------------------------------------------------------------- */
 
+/// Sets the point of an RVE that the engine has under this number, and returns it.
 template <int D>
-typename RvePointsOf<D>::Point &RvePointsOf<D>::settle(int slot, const rve::RveStateOf<D> &state)
+typename RvePointsOf<D>::Point &RvePointsOf<D>::initialise(int slot,
+                                                           const rve::RveStateOf<D> &state)
 {
   points.grow_to(slot + 1);
   record_sizes.resize(points.size());
   record_sizes[slot] = 0;
   may_be_stiffer.resize(points.size());
   may_be_stiffer[slot] = 1;
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   point = Point();
   point.state = State::Awake;
   point.material = state.material;
@@ -72,44 +70,40 @@ typename RvePointsOf<D>::Point &RvePointsOf<D>::settle(int slot, const rve::RveS
 template <int D>
 std::vector<int> RvePointsOf<D>::add(const std::vector<const rve::RveStateOf<D> *> &states)
 {
-  std::vector<int> slots;
+  Slots slots;
   for (const rve::RveStateOf<D> *state : states) {
     slots.push_back(engine->add(*state));
-    settle(slots.back(), *state);
+    initialise(slots.back(), *state);
   }
   evaluate_new(slots);
   return slots;
 }
 
-/// The first answer of RVEs that have just been taken in.
-template <int D> void RvePointsOf<D>::evaluate_new(const std::vector<int> &slots)
+/// Sets the first results of new RVEs.
+template <int D> void RvePointsOf<D>::evaluate_new(const Slots &slots)
 {
   std::vector<rve::ResultOf<D>> results;
   call_and_widen(slots, drives_at_rest(slots.size()), results);
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    Point &point = points[slots[k]];
     if (results[k].status & rve::status::Fatal) {
-      point.state = State::Frozen;
-      point.result.status = results[k].status;
+      freeze(slots[k], results[k].status);
       continue;
     }
-    point.result = results[k];
-    point.grain_size = rve::grain_size(point.result);
-    point.contacts = point.result.num_contacts;
-    point.peak_force = point.result.peak_force;
+    points.modify(slots[k]).begin_with(results[k]);
     limit_stiffening(slots[k]);
   }
 }
 
 template <int D> void RvePointsOf<D>::limit_stiffening(int slot)
 {
-  const PointFront<D> &front = points.front(slot);
+  const CachedPoint<D> &cached = points.cached(slot);
   points.set_limit(slot,
-                   rve::stiffening_limit(front.stiffness(), points.unheard(slot).result.num_grains,
-                                         front.of_contacts.is_linear()));
+                   rve::stiffening_limit(cached.stiffness(),
+                                         points.unsynchronised(slot).result.num_grains,
+                                         cached.of_contacts.is_linear()));
 }
 
-template <int D> void RvePointsOf<D>::begin_anew(const std::vector<int> &slots)
+template <int D> void RvePointsOf<D>::reset(const Slots &slots)
 {
   for (const int slot : slots) {
     const bool has_shadow = points.at(slot).shadow >= 0;
@@ -117,16 +111,18 @@ template <int D> void RvePointsOf<D>::begin_anew(const std::vector<int> &slots)
     rve::forget_past(state);
     remove(slot);
     engine->add(state);    // takes the number that is free
-    settle(slot, state);
-    if (has_shadow) points[slot].shadow = shadows->add(state);
+    initialise(slot, state);
+    if (has_shadow) points.modify(slot).shadow = shadows->add(state);
   }
   evaluate_new(slots);
-  for (const int slot : slots) points[slot].shadow_stress = points[slot].result.stress;
+  for (const int slot : slots) {
+    Point &point = points.modify(slot);
+    point.shadow_stress = point.result.stress;
+  }
 }
 
 template <int D>
-std::vector<double> RvePointsOf<D>::bound_time_steps(const std::vector<int> &slots,
-                                                     double enough) const
+std::vector<double> RvePointsOf<D>::bound_time_steps(const Slots &slots, double enough) const
 {
   const auto start = rve::WallClock::now();
   std::vector<double> bounds;
@@ -138,7 +134,7 @@ std::vector<double> RvePointsOf<D>::bound_time_steps(const std::vector<int> &slo
 template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_energy(int slot, bool at_start)
 {
   const Point &point = this->point(slot);
-  std::optional<rve::EnergyTerms> &begin = points.unheard(slot).energy_at_start;
+  std::optional<rve::EnergyTerms> &begin = points.unsynchronised(slot).energy_at_start;
   if (at_start) begin = rve::energy_terms(point.last_steps());
   if (!begin) return {};
   return rve::advice_on_energy(*begin, rve::energy_terms(point.last_steps()));
@@ -146,34 +142,30 @@ template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_energy(int s
 
 template <int D> std::vector<rve::Advice> RvePointsOf<D>::advice_on_servo(int slot)
 {
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   const auto list =
       rve::advice_on_servo(point.result, point.drive, point.out_of_reach, point.servo_error);
   point.out_of_reach = rve::stress_out_of_reach(point.result, point.drive, point.servo_error);
   return list;
 }
 
-template <int D> void RvePointsOf<D>::note_check(const std::vector<int> &slots)
+template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
 {
-  // where RVEs have come or gone the next plan is new, and has these numbers
-  const bool tells_device = device_plan == Plan::Valid && !points.is_changed();
+  // if points have changed, the next plan is new and contains these limits
+  const bool updates_device = device_plan == Plan::Valid && !points.is_changed();
   const int count = static_cast<int>(slots.size());
-  std::vector<rve::NewLimit> limits(tells_device ? count : 0);
-  {
-    const rve::LightWork work(count, threads);
-#pragma omp parallel for num_threads(work.team)
-    for (int k = 0; k < count; ++k) {
-      const int slot = slots[k];
-      limit_stiffening(slot);
-      may_be_stiffer[slot] = 0;
-      // the plan of a device knows those of its call by their places
-      if (tells_device) limits[k] = {place_of_slot[slot], points.front(slot).limit};
-    }
-  }
+  std::vector<rve::NewLimit> limits(updates_device ? count : 0);
+  for_each(count, threads, [&](int k) {
+    const int slot = slots[k];
+    limit_stiffening(slot);
+    may_be_stiffer[slot] = 0;
+    // the plan of the device refers to indices in its call
+    if (updates_device) limits[k] = {index_of_slot[slot], points.cached(slot).limit};
+  });
   any_stiffened.set(false);
-  if (!tells_device) return;
-  const auto is_elsewhere = [](const rve::NewLimit &one) { return one.place < 0; };
-  limits.erase(std::remove_if(limits.begin(), limits.end(), is_elsewhere), limits.end());
+  if (!updates_device) return;
+  const auto is_not_in_call = [](const rve::NewLimit &one) { return one.place < 0; };
+  limits.erase(std::remove_if(limits.begin(), limits.end(), is_not_in_call), limits.end());
   engine->device_calls()->set_limits(limits);
 }
 
@@ -196,15 +188,15 @@ template <int D> void RvePointsOf<D>::remove(int slot)
 {
   engine->remove(slot);
   remove_shadow(slot);
-  points[slot] = Point();
+  points.modify(slot) = Point();
   record_sizes[slot] = 0;
 }
 
 template <int D> void RvePointsOf<D>::add_shadow(int slot)
 {
-  // a shadow begins where its RVE is
+  // a shadow begins with the state of its RVE
   rve::RveStateOf<D> state = engine->state(slot);
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   point.shadow = shadows->add(state);
   record_sizes[slot] = 0;
   rve::DriveOf<D> drive = point.drive;
@@ -218,7 +210,7 @@ template <int D> void RvePointsOf<D>::add_shadow(int slot)
 
 template <int D> void RvePointsOf<D>::remove_shadow(int slot)
 {
-  Point &point = points[slot];
+  Point &point = points.modify(slot);
   if (point.shadow >= 0) shadows->remove(point.shadow);
   point.shadow = -1;
   record_sizes[slot] = 0;
@@ -236,15 +228,16 @@ template <int D> void RvePointsOf<D>::set_options(const MacroStepOptions &_optio
   device_plan = Plan::None;
 }
 
+/// Sets materials that need no other contacts. If one of them is out of range, nothing has changed.
 template <int D>
-void RvePointsOf<D>::set_materials_in_place(const std::vector<int> &slots,
+void RvePointsOf<D>::set_materials_in_place(const Slots &slots,
                                             const std::vector<rve::Material> &materials)
 {
   std::size_t done = 0;
   try {
     for (; done < slots.size(); ++done) {
       engine->set_material(slots[done], materials[done]);
-      const int shadow = points.unheard(slots[done]).shadow;
+      const int shadow = points.unsynchronised(slots[done]).shadow;
       if (shadow >= 0) shadows->set_material(shadow, materials[done]);
     }
   } catch (...) {
@@ -254,8 +247,7 @@ void RvePointsOf<D>::set_materials_in_place(const std::vector<int> &slots,
 }
 
 template <int D>
-void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
-                                   const std::vector<rve::Material> &materials)
+void RvePointsOf<D>::set_materials(const Slots &slots, const std::vector<rve::Material> &materials)
 {
   complete();
   record_sizes.assign(points.size(), 0);
@@ -266,33 +258,32 @@ void RvePointsOf<D>::set_materials(const std::vector<int> &slots,
     set_materials_in_place(slots, materials);
   else
     move_to(contacts, by_slot);
-  std::vector<rve::ElasticResultOf<D>> looks;
-  call_engine(slots, drives_at_rest(slots.size()), looks);
-  std::vector<rve::ResponseOf<D>> look_at_shadow;
+  const std::vector<rve::ElasticResultOf<D>> results = evaluate(slots);
+  std::vector<rve::ResponseOf<D>> responses;
   for (std::size_t k = 0; k < slots.size(); ++k) {
-    Point &point = points[slots[k]];
+    Point &point = points.modify(slots[k]);
     if (point.shadow >= 0) {
-      shadows->advance({point.shadow}, drives_at_rest(1), look_at_shadow);
-      point.shadow_stress = look_at_shadow[0].stress;
+      shadows->advance({point.shadow}, drives_at_rest(1), responses);
+      point.shadow_stress = responses[0].stress;
     }
     const double gain_before = gain_factor(point.material), gain = gain_factor(materials[k]);
     if (gain != gain_before) point.servo_gain *= gain / gain_before;
     point.material = materials[k];
-    point.look.reset();
-    const rve::ResultOf<D> &look = looks[k].result;
-    if (point.frozen() || (look.status & rve::status::Fatal)) continue;
+    point.evaluation.reset();
+    const rve::ResultOf<D> &result = results[k].result;
+    if (point.frozen() || (result.status & rve::status::Fatal)) continue;
     if (!point.asleep()) {
-      point.result = look;
+      point.result = result;
       continue;
     }
-    point.rested = look;
-    point.look = PointOf<D>::Look::of(looks[k]);
-    point.sleep_on(point.sleep());
+    point.rested = result;
+    point.evaluation = PointOf<D>::Evaluation::of(results[k]);
+    point.defer(point.quiescence());
   }
 }
 
 template <int D>
-std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const std::vector<int> &slots,
+std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const Slots &slots,
                                                                 bool with_states) const
 {
   std::vector<Kept> kept;
@@ -308,22 +299,22 @@ std::vector<typename RvePointsOf<D>::Kept> RvePointsOf<D>::keep(const std::vecto
 
 template <int D> void RvePointsOf<D>::restore(const std::vector<Kept> &before)
 {
-  std::vector<int> slots;
+  Slots slots;
   std::vector<rve::Material> materials;
   for (const Kept &kept : before) {
     slots.push_back(kept.slot);
     materials.push_back(kept.point.material);
   }
-  set_materials(slots, materials);    // an engine with the contacts of before
+  set_materials(slots, materials);    // the engine has the former contacts then
   const auto replace = [](rve::EngineOf<D> &in, int number, const rve::RveStateOf<D> &state) {
     in.remove(number);
-    in.add(state);    // takes the number that has become free
+    in.add(state);    // gets the free number
   };
   for (const Kept &kept : before) {
-    // forces between grains whose material had changed have moved the springs of their contacts
+    // forces with the other materials may have changed the springs of contacts
     if (kept.state) replace(*engine, kept.slot, *kept.state);
     if (kept.shadow) replace(*shadows, kept.point.shadow, *kept.shadow);
-    points[kept.slot] = kept.point;
+    points.modify(kept.slot) = kept.point;
   }
 }
 

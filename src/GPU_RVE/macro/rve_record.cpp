@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The record of an RVE and of its shadow, in which they travel between ranks and into restart files.
+// Record of an RVE and of its shadow, for messages between ranks and for restart files.
 
 #include "macro/rve_points.h"
 
@@ -19,11 +19,11 @@ namespace macro {
 
 namespace {
 
-  // in front of the bytes of the state, and of those of its shadow if it has one
+  // Head of a record. The bytes of the state and of the state of the shadow, if any, follow.
   template <int D> struct RecordHead {
     std::uint64_t version;
-    std::uint64_t checksum;    // of the head, with zero in this place; the states have their own
-    std::uint64_t bytes, shadow_bytes;    // of the states
+    std::uint64_t checksum;    // checksum of the head with checksum = 0; states have their own
+    std::uint64_t bytes, shadow_bytes;    // sizes of the states
     std::uint32_t frozen, further_copies, rest, renewals;
     std::int32_t contacts, limit_contacts;
     double peak_force, limit_force, limit_pressure;
@@ -35,7 +35,7 @@ namespace {
     rve::ResultOf<D> result, rested;
   };
 
-  /// The head, and all that is part of it.
+  /// True if neither the head nor a struct in it has padding.
   template <int D> constexpr bool is_without_padding()
   {
     using rve::Counters, rve::has_no_padding;
@@ -70,7 +70,7 @@ namespace {
         has_no_padding(&Energy::work, &Energy::friction, &Energy::local_damping, &Energy::viscous);
   }
 
-  /// In doubles.
+  /// Size of the head in doubles.
   template <int D> constexpr std::size_t head_size()
   {
     using Head = RecordHead<D>;
@@ -80,12 +80,13 @@ namespace {
     return sizeof(Head) / sizeof(double);
   }
 
-  // "rve pt", and a number that changes with the layout; "rve sp" of spheres
+  // "rve pt" for disks or "rve sp" for spheres, and a number that changes with the layout
   template <int D>
   constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740009u : 0x7276652073700006u;
-  // of RVEs that are copies side by side, or took the place of another one: others keep the record that they always had
+  // Version of RVEs that consist of several copies or have replaced a failed one. Records of other
+  // RVEs stay readable for older programs.
   template <int D> constexpr std::uint64_t VERSION_WITH_COPIES = RECORD_VERSION<D> + 1;
-  /// Values of Rest in a head.
+  /// Values of RecordHead::rest.
   constexpr rve::Rest RESTS[] = {rve::Rest::Unknown, rve::Rest::Sleeps, rve::Rest::Rests,
                                  rve::Rest::Moves, rve::Rest::Wakes};
 
@@ -95,7 +96,7 @@ namespace {
     return rve::checksum_of(&head, sizeof(head));
   }
 
-  /// copy(a, b) for what a head and a point have in common.
+  /// Calls copy(a, b) for each member that a head and a point have in common.
   template <class Head, class Point, class Copy>
   void for_common(Head &head, Point &point, const Copy &copy)
   {
@@ -105,7 +106,7 @@ namespace {
     copy(head.limit_force, point.limit.peak_force);
     copy(head.limit_pressure, point.limit.pressure);
     copy(head.grain_size, point.grain_size);
-    // of the radii that the packing had, before a format rounded them
+    // the default gain follows from the radii of the packing before a number format rounded them
     copy(head.servo_gain, point.servo_gain);
     copy(head.drive, point.drive);
     copy(head.servo_error, point.servo_error);
@@ -118,11 +119,11 @@ namespace {
 
   std::size_t doubles_for(std::size_t bytes)
   {
-    // bytes may be any number
+    // rounding up as bytes + 7 could overflow, since bytes may be any number
     return bytes / sizeof(double) + (bytes % sizeof(double) ? 1 : 0);
   }
 
-  /// The state whose bytes begin here.
+  /// Reads a state from its bytes.
   template <int D> rve::RveStateOf<D> state_from(const double *begin, std::size_t bytes)
   {
     return rve::deserialize<D>(reinterpret_cast<const char *>(begin), bytes);
@@ -192,17 +193,17 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   expect(rve::contacts_of(state));
   if (shadow) expect(rve::contacts_of(*shadow));
   const int slot = engine->add(state);
-  Point &point = settle(slot, state);
+  Point &point = initialise(slot, state);
   for_common(head, point, [](const auto &from, auto &to) { to = from; });
   const rve::Rest rest = RESTS[head.rest];
   point.state = head.frozen ? State::Frozen : rve::owes(rest) ? State::Asleep : State::Awake;
   if (rest != rve::Rest::Unknown)
-    point.look = {rest == rve::Rest::Sleeps || rest == rve::Rest::Rests,
-                  point.last_steps().mean_overlap, std::nullopt};
+    point.evaluation = {rest == rve::Rest::Sleeps || rest == rve::Rest::Rests,
+                        point.last_steps().mean_overlap, std::nullopt};
   point.copies = static_cast<std::int32_t>(copies);
   point.renewals = static_cast<std::int32_t>(head.renewals);
   any_copies = any_copies || copies > 1;
-  // a script that asks for no shadows leaves those of a restart file behind
+  // the shadow of a restart file is ignored by a script without shadows
   if (shadow && shadows) point.shadow = shadows->add(*shadow);
   return slot;
 }
@@ -215,14 +216,15 @@ template <int D> int RvePointsOf<D>::record_size(int slot) const
 
 template <int D> int RvePointsOf<D>::record_bound(int slot) const
 {
-  // per grain: radius, coordinates, velocities, spins, list coordinates, place; the rest generously, with room for as many pairs again
+  // A grain has radius, coordinates, velocities, spins, list coordinates and index. The number of
+  // pairs may double.
   constexpr int of_grain = 1 + 3 * D + rve::Space<D>::spins + 1;
   constexpr int of_pair = sizeof(rve::PairOf<D>) / sizeof(double);
-  const Point &point = points.unheard(slot);
+  const Point &point = points.unsynchronised(slot);
   const rve::ResultOf<D> &result = point.result;
   const int of_state = of_grain * result.num_grains +
       2 * of_pair * std::max(result.num_pairs, result.num_grains) + 256;
-  const int times = std::max(1, options.most_copies / point.copies);    // it may yet become
+  const int times = std::max(1, options.most_copies / point.copies);    // growth by further copies
   return static_cast<int>(head_size<D>()) + (point.shadow >= 0 ? 2 : 1) * times * of_state;
 }
 

@@ -12,7 +12,7 @@
 
 namespace macro {
 
-/// A macro step of one RVE in parts that end where its stress is sampled.
+/// A macro step of one RVE in parts. The stress is sampled at the end of each part.
 template <int D> struct SampledStep {
   using Matrix = rve::Tensor<double, D>;
 
@@ -34,17 +34,16 @@ template <int D> struct SampledStep {
     first_steps = substeps - (parts - 1) * spacing;
   }
 
-  int steps(int part) const { return part == 0 ? first_steps : spacing; }
-
+  /// Drive of a part. The deformations of all parts multiply to that of the macro step.
   rve::DriveOf<D> of_part(int part) const
   {
     if (parts == 1) return drive;
     rve::DriveOf<D> some = drive;
-    some.substeps = steps(part);
+    some.substeps = part == 0 ? first_steps : spacing;
     const auto end = [&](int p) {
       return static_cast<double>(first_steps + p * spacing) / drive.substeps;
     };
-    // the last part ends where the macro step does, to the last bit but one
+    // the last part ends where the macro step does, but for the last bit
     const Matrix after = part + 1 == parts ? drive.deformation
                                            : rve::part_of_increment(drive.deformation, end(part));
     some.deformation = part == 0
@@ -53,17 +52,17 @@ template <int D> struct SampledStep {
     return some;
   }
 
-  /// Mean of the samples, or the value at the end of the straight line through them.
+  /// Mean of the samples, or the value at the end of their regression line [stress].
   Matrix stress(StressFrom from) const
   {
     const int n = static_cast<int>(samples.size());
     Matrix mean = Matrix::zero(), slope = Matrix::zero();
     double spread = 0.0;
     for (int k = 0; k < n; ++k) {
-      const double place = k - 0.5 * (n - 1);
+      const double distance = k - 0.5 * (n - 1);
       mean = mean + (1.0 / n) * samples[k];
-      slope = slope + place * samples[k];
-      spread += place * place;
+      slope = slope + distance * samples[k];
+      spread += distance * distance;
     }
     return from == StressFrom::Average ? mean : mean + (0.5 * (n - 1) / spread) * slope;
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "macro/step_planner.h"
 
-#include "rve/engine/contact_laws.h"
 #include "rve/engine/finite_strain.h"
 
 #include <cmath>
@@ -18,11 +17,12 @@ template <int D> Action StepPlanner<D>::action(int slot, const rve::DriveOf<D> &
 template <int D>
 Action StepPlanner<D>::action(int slot, const Matrix &increment, double dt, int substeps) const
 {
-  const PointFront<D> &front = points_.front(slot);
+  const CachedPoint<D> &cached = points_.cached(slot);
   const double limit = options_.quiescent_strain, strain = rve::strain_size(increment);
-  // first the test that most RVEs decide
-  if (front.response.status != rve::status::Ok || !(strain < limit)) return Action::Advance;
-  const double of_all = front.owes ? rve::strain_size(increment * points_.pending(slot)) : strain;
+  // this test comes first because it decides for most RVEs
+  if (cached.response.status != rve::status::Ok || !(strain < limit)) return Action::Advance;
+  const double of_all = cached.has_deferred ? rve::strain_size(increment * points_.pending(slot))
+                                            : strain;
   switch (rve::skipping_of(points_.rest(slot), strain, of_all, limit, [&] {
     return options_.adaptive ? this->substeps(slot, strain, dt) : substeps;
   })) {
@@ -43,25 +43,27 @@ template <int D> int StepPlanner<D>::substeps(int slot, const rve::DriveOf<D> &d
 
 template <int D> int StepPlanner<D>::substeps(int slot, double strain, double dt) const
 {
-  const PointFront<D> &front = points_.front(slot);
-  return options_.adaptive->of(strain, dt, front.pressure, front.of_contacts.grain_size(),
-                               front.of_contacts.density());
+  const CachedPoint<D> &cached = points_.cached(slot);
+  return options_.adaptive->of(strain, dt, cached.pressure, cached.of_contacts.grain_size(),
+                               cached.of_contacts.density());
 }
 
 template <int D>
 bool StepPlanner<D>::slips(int slot, const Matrix &increment, double dt, int substeps) const
 {
-  const PointFront<D> &front = points_.front(slot);
-  const rve::Material &material = points_.unheard(slot).material;
-  const double overlap = front.of_contacts.contact_strain(std::fmax(front.pressure, 0.0), material);
+  const CachedPoint<D> &cached = points_.cached(slot);
+  const rve::Material &material = points_.unsynchronised(slot).material;
+  const double overlap =
+      cached.of_contacts.contact_strain(std::fmax(cached.pressure, 0.0), material);
   return rve::slips(increment, substeps, dt, overlap,
-                    [&] { return front.of_contacts.frequency(overlap, material); });
+                    [&] { return cached.of_contacts.frequency(overlap, material); });
 }
 
 template <int D>
 bool StepPlanner<D>::needs_turn(int slot, const Matrix &increment, double dt, int substeps) const
 {
-  return (points_.front(slot).owes && rve::is_turned(points_.at(slot).mean_overlap(), increment)) ||
+  return (points_.cached(slot).has_deferred &&
+          rve::is_turned(points_.at(slot).mean_overlap(), increment)) ||
       (options_.adaptive && slips(slot, increment, dt, substeps));
 }
 

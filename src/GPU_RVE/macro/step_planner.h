@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What an RVE does in a macro step, decided from its cached state: DEM steps and how many, a rigid
-// turn before them, or nothing.
+// Plans the macro step of an RVE from its cached copy: the number of DEM steps, and whether the RVE
+// is skipped or turned rigidly before.
 
 #pragma once
 
@@ -22,7 +22,7 @@ inline bool advances(Action action)
   return action == Action::Advance || action == Action::AdvanceAndEvaluate;
 }
 
-/// Functions of the options and of the points, which both outlive it. Different threads may call them
+/// Functions of options and points, which must outlive the planner. Several threads may call them
 /// for different slots.
 template <int D> class StepPlanner {
   using Matrix = rve::Tensor<double, D>;
@@ -33,21 +33,22 @@ template <int D> class StepPlanner {
   {
   }
 
-  /// Action of an RVE that is not frozen, under a drive.
+  /// Action of an RVE that is not frozen, for a drive.
   Action action(int slot, const rve::DriveOf<D> &drive) const;
-  /// The same under an increment. An RVE is skipped if the strain since its last DEM steps is below the
-  /// quiescent strain and it was found at rest at their end.
+  /// Action of an RVE that is not frozen, for an increment. The RVE is skipped if the strain since
+  /// its last DEM steps is below the quiescent strain and an evaluation at their end found it at
+  /// rest.
   Action action(int slot, const Matrix &increment, double dt, int substeps) const;
 
-  /// DEM steps of a drive: its own number, or one that follows from its strain.
+  /// Number of DEM steps of a drive: that of the drive, or the adaptive number for its strain.
   int substeps(int slot, const rve::DriveOf<D> &drive) const;
-  /// Adaptive DEM steps of an increment with this rve::strain_size().
+  /// Adaptive number of DEM steps of an increment with this rve::strain_size().
   int substeps(int slot, double strain, double dt) const;
 
-  /// True if the rotation of an increment would let contacts slip in so few DEM steps. The overlap is
-  /// that of the mean stress, which is known after every advance.
+  /// True if the rotation of the increment in this number of DEM steps makes contacts slip. The
+  /// overlap of contacts is estimated from the mean stress, which is known after every advance.
   bool slips(int slot, const Matrix &increment, double dt, int substeps) const;
-  /// True if the RVE must be turned rigidly before this increment, which includes what was deferred.
+  /// True if the RVE must be turned rigidly before this increment, which includes the deferred one.
   bool needs_turn(int slot, const Matrix &increment, double dt, int substeps) const;
 
  private:

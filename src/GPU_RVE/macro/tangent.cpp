@@ -12,14 +12,15 @@ namespace macro {
 
 namespace {
 
-  /// f(a, b, place) for the components of a symmetric tensor.
+  /// Calls f(a, b, TangentOf::place(a, b)) for the components of a symmetric tensor.
   template <int D, class F> void for_places(const F &f)
   {
     for (int a = 0; a < D; ++a)
       for (int b = a; b < D; ++b) f(a, b, TangentOf<D>::place(a, b));
   }
 
-  /// What a component of the matrix stands for, in C_ijkl C_ijkl: sqrt(2) a row and a column off the diagonal (Mandel).
+  /// Factor of a row or column in Mandel's components, in which C_ijkl C_ijkl is the sum of
+  /// squares.
   template <int D> double weight(int place)
   {
     return place < D ? 1.0 : std::sqrt(2.0);
@@ -30,7 +31,7 @@ namespace {
     return (1.0 / std::sqrt(rve::dot(x, x))) * x;
   }
 
-  /// Both signs are the same direction.
+  /// Direction n or -n with a positive first nonzero component.
   template <int D> rve::Vec<double, D> with_positive_lead(const rve::Vec<double, D> &n)
   {
     for (int a = 0; a < D; ++a)
@@ -38,8 +39,8 @@ namespace {
     return n;
   }
 
-  /// Directions of which none is the negative of another one, closer than a minimum of the determinant is wide: that is a polynomial of
-  /// degree 2 D in n.
+  /// Directions of a half circle or half sphere. They are closer than a minimum of the determinant
+  /// is wide, which is a polynomial of degree 2 D in n.
   template <int D> std::vector<rve::Vec<double, D>> directions();
 
   template <> std::vector<rve::Vec<double, 2>> directions<2>()
@@ -51,7 +52,7 @@ namespace {
     return all;
   }
 
-  /// On three faces of a cube: 3 to 6 degrees apart, with the axes and diagonals among them.
+  /// Points on three faces of a cube, 3 to 6 degrees apart. Axes and diagonals are among them.
   template <> std::vector<rve::Vec<double, 3>> directions<3>()
   {
     constexpr int COUNT = 10;    // along half an edge
@@ -68,6 +69,7 @@ namespace {
     return all;
   }
 
+  /// Unit vectors normal to n.
   std::vector<rve::Vec<double, 2>> tangents(const rve::Vec<double, 2> &n)
   {
     return {{{-n[1], n[0]}}};
@@ -163,7 +165,7 @@ template <int D>
 NominalTangentOf<D>::NominalTangentOf(const TangentOf<D> &tangent,
                                       const rve::Tensor<double, D> &stress)
 {
-  // of L = e_k e_l: W sigma - sigma W = (L - L^T)/2 sigma - sigma (L - L^T)/2
+  // `turning` is W sigma - sigma W = (L - L^T)/2 sigma - sigma (L - L^T)/2 for L = e_k e_l
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j)
       for (int k = 0; k < D; ++k)
@@ -191,11 +193,12 @@ double NominalTangentOf<D>::acoustic_determinant(const rve::Vec<double, D> &n) c
   return rve::determinant(acoustic);
 }
 
-/// Steps along tangents, halved where none leads down. The determinant is smooth, so the value is right to rounding before the direction is.
+/// Pattern search: steps along tangents, halved if no step decreases the determinant. It is smooth,
+/// so its value is exact to rounding before the direction is.
 template <int D>
 LeastAcousticOf<D> NominalTangentOf<D>::downhill_from(LeastAcousticOf<D> best, double step) const
 {
-  constexpr double SMALLEST = 1e-9;    // of a step [rad]: the value has changed by its square
+  constexpr double SMALLEST = 1e-9;    // step [rad]; the value changes by its square
   while (step > SMALLEST) {
     bool is_better = false;
     for (const rve::Vec<double, D> &t : tangents(best.normal))
@@ -213,8 +216,8 @@ LeastAcousticOf<D> NominalTangentOf<D>::downhill_from(LeastAcousticOf<D> best, d
 
 template <int D> LeastAcousticOf<D> NominalTangentOf<D>::least_acoustic_determinant() const
 {
-  constexpr int MOST_STARTS = 8;    // more minima than such a polynomial has in a half sphere
-  constexpr double APART = 0.3;     // between minima [rad]
+  constexpr int MOST_STARTS = 8;    // more than the minima of such a polynomial in a half sphere
+  constexpr double APART = 0.3;     // least angle between starts [rad]
   std::vector<LeastAcousticOf<D>> all;
   for (const rve::Vec<double, D> &n : directions<D>()) all.push_back({acoustic_determinant(n), n});
   std::stable_sort(all.begin(), all.end(),

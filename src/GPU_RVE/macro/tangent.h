@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a tangent stiffness says of a material: moduli, second-order work, and whether a shear band may form. Numbers in, numbers out: no RVE.
+// Tangent stiffness of a material and what follows from it: isotropic moduli, second-order work,
+// and the acoustic determinant, which detects shear bands.
 
 #pragma once
 
 #include "rve/core/tensor.h"
 
-#include <array>
-
 namespace macro {
 
-/// The isotropic tangent that is nearest in sqrt(C_ijkl C_ijkl), and how far away it is.
+/// Isotropic tangent that is nearest in the norm sqrt(C_ijkl C_ijkl), and its distance.
 struct IsotropicPart {
   double lambda, shear;    ///< Lame's lambda, and mu = G [stress]
   double anisotropy;       ///< |C - isotropic part| / |isotropic part| [-]
 
-  /// E and nu of the solid, of plane tangents of that in plane strain [stress], [-]. 0 where lambda + shear is 0, as without contacts:
-  /// there are none.
+  /// Young's modulus [stress]. A plane tangent is that of plane strain. 0 if lambda + shear is 0,
+  /// as without contacts, where there is no modulus.
   double young() const
   {
     const double sum = lambda + shear;
     return sum != 0.0 ? shear * (3.0 * lambda + 2.0 * shear) / sum : 0.0;
   }
+  /// Poisson's ratio [-]; 0 if lambda + shear is 0.
   double poisson() const
   {
     const double sum = lambda + shear;
@@ -28,17 +28,19 @@ struct IsotropicPart {
   }
 };
 
-/// C of d sigma_ij = C_ijkl eps_kl, symmetric in ij and in kl, not always in their exchange. sigma is Cauchy's stress, tension positive, its
-/// rate Jaumann's: for a velocity gradient L = D + W
+/// Tangent C of d sigma_ij = C_ijkl eps_kl. It has the minor symmetries, not always the major one.
+/// sigma is Cauchy's stress, tension positive, with Jaumann's rate: for a velocity gradient L = D +
+/// W
 ///     d sigma/dt = C : D + W sigma - sigma W.
 template <int D> struct TangentOf {
   using Matrix = rve::Tensor<double, D>;
   static constexpr int size = rve::Space<D>::strains;
 
-  /// Rows of the stress, columns of the engineering strain (2 eps_ab off the diagonal): xx yy xy, or xx yy zz xy xz yz [stress]
+  /// Rows are stresses, columns engineering strains (2 eps_ab off the diagonal), in the order xx yy
+  /// xy, or xx yy zz xy xz yz [stress].
   double component[size][size] = {};
 
-  /// Place of ab among rows and columns.
+  /// Index of the component ab among rows and columns.
   static constexpr int place(int a, int b)
   {
     if (a == b) return a;
@@ -49,7 +51,7 @@ template <int D> struct TangentOf {
     return component[place(i, j)][place(k, l)];
   }
 
-  /// C : strain, of a symmetric strain [stress].
+  /// C : strain for a symmetric strain [stress].
   Matrix operator()(const Matrix &strain) const;
 
   /// lambda delta_ij delta_kl + mu (delta_ik delta_jl + delta_il delta_jk)
@@ -58,15 +60,16 @@ template <int D> struct TangentOf {
 
   /// sqrt(C_ijkl C_ijkl) [stress]
   double norm() const;
-  /// Least value over all strains of eps : C : eps / (eps : eps), the second-order work along a strain per squared size of it: the least eigenvalue
-  /// of the symmetric part, in Mandel's components [stress]. Where it is not positive, an increment of load may grow without an end (Hill
-  /// 1958, J. Mech. Phys. Solids 6, 236).
+  /// Least second-order work over all strains, eps : C : eps / (eps : eps) [stress]: the least
+  /// eigenvalue of the symmetric part in Mandel's components. If it is not positive, a small
+  /// increment of load may cause unlimited strain (Hill 1958, J. Mech. Phys. Solids 6, 236).
   double least_second_order_work() const;
-  /// Largest modulus rho c^2 of plane waves, over directions and polarizations, without the terms of the stress: largest eigenvalue of the
-  /// symmetric part of n_j C_ijkl n_l over directions 2 to 6 degrees apart, so up to half a per cent low [stress].
+  /// Largest modulus rho c^2 of plane waves over directions and polarizations, without the terms of
+  /// the stress [stress]: the largest eigenvalue of the symmetric part of n_j C_ijkl n_l.
+  /// Directions are 2 to 6 degrees apart, so the modulus may be half a per cent too low.
   double wave_modulus() const;
 
-  /// f(C_rc, D_rc) for all components of two tangents.
+  /// Tangent with the components f(C_rc, D_rc).
   template <class F> TangentOf combined(const TangentOf &other, const F &f) const
   {
     TangentOf result;
@@ -86,21 +89,23 @@ template <int D> TangentOf<D> operator*(double factor, const TangentOf<D> &x)
   return x.combined(x, [factor](double a, double) { return factor * a; });
 }
 
-/// Least determinant of the acoustic tensor over all directions. Where it is not positive, a band of strain with that normal may form (Rice 1976, "The
-/// localization of plastic deformation", Proc. 14th IUTAM Congress, 207).
+/// Least determinant of the acoustic tensor over all directions. If it is not positive, a shear
+/// band with this normal may form (Rice 1976, "The localization of plastic deformation", Proc. 14th
+/// IUTAM Congress, 207).
 template <int D> struct LeastAcousticOf {
   double determinant;            ///< [stress^D]
-  rve::Vec<double, D> normal;    ///< of the band; its first component that is not zero is positive
+  rve::Vec<double, D> normal;    ///< normal of the band; its first nonzero component is positive
 };
 
-/// A of the rate of nominal stress, P = A : L, in the present configuration: P = d sigma/dt + sigma tr(L) - sigma L^T, with the transpose as
-/// P_ij = rate of the force along i on an area that had its normal along j. It has the terms by which the stress turns.
+/// Tangent A of the rate of nominal stress P = A : L in the present configuration, with P = d
+/// sigma/dt + sigma tr(L) - sigma L^T. P_ij is the rate of the force along i on an area with the
+/// initial normal along j. A includes the terms of the rotation of the stress.
 template <int D> struct NominalTangentOf {
   double component[D][D][D][D];    ///< i, j, k, l [stress]
 
   NominalTangentOf(const TangentOf<D> &tangent, const rve::Tensor<double, D> &stress);
 
-  /// det(n_j A_ijkl n_l), of the acoustic tensor [stress^D]. n: a unit vector.
+  /// Determinant of the acoustic tensor n_j A_ijkl n_l for a unit vector n [stress^D].
   double acoustic_determinant(const rve::Vec<double, D> &n) const;
   LeastAcousticOf<D> least_acoustic_determinant() const;
 
@@ -108,7 +113,7 @@ template <int D> struct NominalTangentOf {
   LeastAcousticOf<D> downhill_from(LeastAcousticOf<D> best, double step) const;
 };
 
-/// All of it, for a tangent at a stress.
+/// Isotropic part, least second-order work and least acoustic determinant of a tangent at a stress.
 template <int D> struct TangentNumbersOf {
   IsotropicPart isotropic;
   double least_work;    ///< [stress]

@@ -3,6 +3,7 @@
 
 #include "rve/core/error.h"
 #include "rve/engine/finite_strain.h"
+#include "rve/engine/servo_modes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,26 +13,25 @@ namespace macro {
 
 namespace {
 
-  /// Share of the stability bound: contacts may stiffen while a clone is strained.
+  /// Time step over the stability bound [-]. Contacts may stiffen while a clone is strained.
   constexpr double TIME_STEP_SHARE = 0.8;
 
-  /// Looks without progress by a half after which the unbalanced forces are what the number format leaves.
-  constexpr int LOOKS_OF_PATIENCE = 4;
+  /// Number of checks without a decrease by half after which unbalanced forces are rounding errors.
+  constexpr int CHECKS_WITHOUT_PROGRESS = 4;
 
-  /// Share of the free memory that clones may take.
+  /// Share of the free memory for clones.
   constexpr double MEMORY_SHARE = 0.5;
 
-  /// Coefficient beyond which no contact slides, and below which forces along contacts still have digits in common with those across [-].
+  /// Coefficient of friction that prevents all sliding [-]. It is small enough for normal and
+  /// tangential forces to have digits in common.
   constexpr double STICKING = 1e8;
 
-  /// Strain k of an orthonormal basis of symmetric tensors (Mandel's), in the order of TangentOf.
+  /// Strain k of Mandel's orthonormal basis of symmetric tensors, in the order of TangentOf.
   template <int D> rve::Tensor<double, D> basis_strain(int k)
   {
+    const int a = rve::strain_row<D>(k), b = rve::strain_column<D>(k);
     auto strain = rve::Tensor<double, D>::zero();
-    for (int a = 0; a < D; ++a)
-      for (int b = a; b < D; ++b)
-        if (TangentOf<D>::place(a, b) == k)
-          strain(a, b) = strain(b, a) = a == b ? 1.0 : std::sqrt(0.5);
+    strain(a, b) = strain(b, a) = a == b ? 1.0 : std::sqrt(0.5);
     return strain;
   }
 
@@ -40,7 +40,7 @@ namespace {
     return 0.5 * (a + rve::transpose(a));
   }
 
-  /// What has friction keeps it, without limit.
+  /// Material with all nonzero coefficients of friction set to STICKING.
   rve::Material sticking(rve::Material material)
   {
     for (double *coefficient :
@@ -87,15 +87,15 @@ void TangentOptions::check(const std::string &what) const
 
 template <int D> struct TangentProbesOf<D>::Group {
   ProbedTangentOf<D> answer;
-  double dt = 0.0;                          ///< [time]
-  std::vector<int> numbers;                 ///< of its clones in the engine; none: it has failed
-  std::vector<Matrix> strains;              ///< that they take, as numbers
-  std::vector<rve::ResultOf<D>> results;    ///< last answers, as numbers
-  int contacts = 0;                         ///< of the RVE at rest
-  double overlap = 0.0;                     ///< its mean overlap over the sum of radii [-]
-  double step = 0.0;                        ///< strains +step and -step give a column [-]
+  double dt = 0.0;                ///< [time]
+  std::vector<int> numbers;       ///< numbers of clones in the engine; empty: the group has failed
+  std::vector<Matrix> strains;    ///< strains of these clones
+  std::vector<rve::ResultOf<D>> results;    ///< last results of these clones
+  int contacts = 0;                         ///< number of contacts of the RVE at rest
+  double overlap = 0.0;    ///< mean overlap over the sum of radii of the RVE at rest [-]
+  double step = 0.0;       ///< strains +step and -step give a column of the tangent [-]
   double least_unrest = 0.0;
-  int looks = 0;    ///< since unrest was that small
+  int checks = 0;    ///< number of checks since unrest was halved
 
   bool has_failed() const { return numbers.empty(); }
 };
@@ -109,7 +109,7 @@ TangentProbesOf<D>::TangentProbesOf(std::unique_ptr<rve::EngineOf<D>> _engine,
   options.check("tangent");
 }
 
-/// Advances the clones of these by so many DEM steps, strained by `strains` where there are some.
+/// Advances the clones of groups by `steps` DEM steps, strained by Group::strains if `strained`.
 template <int D>
 void TangentProbesOf<D>::advance(const std::vector<Group *> &groups, int steps, bool strained)
 {
@@ -141,13 +141,14 @@ template <int D> void TangentProbesOf<D>::drop(Group &group)
   group.numbers.clear();
 }
 
-/// Each RVE makes as many steps as all of its clones need, whatever the others need.
+/// Advances groups until the clones of each are at rest. The steps of a group do not depend on the
+/// others.
 template <int D> void TangentProbesOf<D>::come_to_rest(std::vector<Group> &groups)
 {
   std::vector<Group *> moving;
   for (Group &group : groups) {
     group.least_unrest = std::numeric_limits<double>::infinity();
-    group.looks = 0;
+    group.checks = 0;
     if (!group.has_failed()) moving.push_back(&group);
   }
   for (int steps = 0; steps < options.most_steps && !moving.empty(); steps += options.look_steps) {
@@ -158,12 +159,12 @@ template <int D> void TangentProbesOf<D>::come_to_rest(std::vector<Group> &group
       for (const auto &result : group->results)
         unrest = std::max(unrest, result.unbalanced_ratio / options.probe);
       group->answer.unrest = unrest;
-      ++group->looks;
+      ++group->checks;
       if (unrest < 0.5 * group->least_unrest) {
         group->least_unrest = unrest;
-        group->looks = 0;
+        group->checks = 0;
       }
-      return unrest <= options.tolerance || group->looks >= LOOKS_OF_PATIENCE;
+      return unrest <= options.tolerance || group->checks >= CHECKS_WITHOUT_PROGRESS;
     };
     moving.erase(std::remove_if(moving.begin(), moving.end(), is_done), moving.end());
   }
@@ -178,7 +179,7 @@ template <int D> void TangentProbesOf<D>::strain_and_rest(std::vector<Group> &gr
   come_to_rest(groups);
 }
 
-/// One clone without velocities: they are those of another rate of straining.
+/// Adds one clone of the RVE, without velocities, which belong to the straining of the RVE.
 template <int D> void TangentProbesOf<D>::begin(Group &group, State state)
 {
   state.material.local_damping = options.damping;
@@ -190,7 +191,7 @@ template <int D> void TangentProbesOf<D>::begin(Group &group, State state)
   group.dt = bounds[0] > 0.0 ? TIME_STEP_SHARE * bounds[0] : 1.0;
 }
 
-/// The one clone, which is at rest, becomes one for each strain.
+/// Replaces the clone at rest by one for each strain.
 template <int D> void TangentProbesOf<D>::multiply(Group &group)
 {
   if (group.has_failed()) return;
@@ -227,7 +228,7 @@ template <int D> void TangentProbesOf<D>::evaluate(Group &group) const
   const auto stress = [&](std::size_t k) { return symmetric_part(group.results[k].stress); };
   for (int k = 0; k < rve::Space<D>::strains; ++k) {
     const Matrix difference = stress(2 * k) - stress(2 * k + 1);
-    // by engineering strains: a strain of the basis has sqrt(2) of them off the diagonal
+    // a basis strain off the diagonal has the engineering strain sqrt(2)
     const double per_strain = 0.5 / group.step / (k < D ? 1.0 : std::sqrt(2.0));
     for (int a = 0; a < D; ++a)
       for (int b = a; b < D; ++b)
@@ -251,7 +252,8 @@ template <int D> void TangentProbesOf<D>::evaluate(Group &group) const
   answer.response = along;
 }
 
-/// Contacts that slide in the RVE have left the limit of friction when it is at rest. Strained on, they come back to it.
+/// Strains clones along the present direction, so that contacts that slid in the RVE, and left the
+/// limit of friction on the way to rest, return to it.
 template <int D> void TangentProbesOf<D>::strain_along(std::vector<Group> &groups)
 {
   for (Group &group : groups)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The tangent of an RVE from its grains: clones of it take small strains in all directions, come to rest, and answer with their stresses.
-// Knows the engine, not where states come from.
+// Tangent stiffness of an RVE by probes: clones of the RVE are strained a little in all directions
+// and come to rest, and the tangent follows from their stresses.
 
 #pragma once
 
@@ -15,69 +15,76 @@
 
 namespace macro {
 
-/// Which response is meant.
 enum class TangentKind {
-  /// Contacts stick and do not roll off, and strains of both signs give the same stiffness.
+  /// Contacts do not slide, and do not roll where they have rolling resistance. Strains of both
+  /// signs give the same stiffness.
   Elastic,
-  /// Contacts have their friction; that of strains close to the present direction of straining.
+  /// Contacts have their friction. The stiffness is that of strains close to the present direction
+  /// of straining.
   Loading
 };
 
-/// Strains are given over the mean overlap of contacts (overlap over sum of radii), the strain that contacts already have: so they mean the same
-/// for soft and for stiff grains.
+/// Strains are given relative to the mean overlap of contacts (overlap over sum of radii), so that
+/// the same values apply to soft and stiff grains.
 struct TangentOptions {
   TangentKind kind = TangentKind::Elastic;
   double probe = 0.0;    ///< strain of a clone over the mean overlap [-]
-  /// Loading: strain before the probes, along the present direction, over the mean overlap [-].
+  /// Loading: strain before the probes along the present direction, over the mean overlap [-].
   double lead = 0.0;
-  double spread = 0.1;       ///< loading: how far probes leave that direction, over their size [-]
-  int strain_steps = 500;    ///< DEM steps in which a clone is strained by a probe
-  int lead_steps = 10000;    ///< and by the lead
-  int look_steps = 500;      ///< DEM steps between looks at how far the clones are from rest
-  /// DEM steps in which clones may come to rest, then they are taken as they are.
+  double spread = 0.1;    ///< loading: deviation of probes from this direction, over their size [-]
+  int strain_steps = 500;    ///< DEM steps of the strain of a probe
+  int lead_steps = 10000;    ///< DEM steps of the lead
+  int look_steps = 500;      ///< DEM steps between checks whether clones are at rest
+  /// Most DEM steps in which clones come to rest. Clones in motion are used as they are then.
   int most_steps = 50000;
-  double tolerance = 1e-5;    ///< unbalanced forces at rest over what a probe changes forces by [-]
-  double damping = 0.7;       ///< local damping of the clones [-]
+  double tolerance = 1e-5;    ///< unbalanced force ratio at rest over `probe` [-]
+  double damping = 0.7;       ///< local damping of clones [-]
 
-  /// What rounding and nonlinearity together change least in a number format (doc: compute rve/tangent).
+  /// Options with the least error by rounding and nonlinearity in a number format
+  /// (doc/src/compute_rve_tangent.rst).
   static TangentOptions of(rve::Format format, TangentKind kind);
-  /// Throws InputError unless all are in their ranges; `what` is in front of messages.
+  /// Throws InputError if an option is out of range. `what` is the start of the message.
   void check(const std::string &what) const;
 };
 
-/// What the clones of an RVE have told.
+/// Tangent of an RVE by its clones.
 template <int D> struct ProbedTangentOf {
   using Matrix = rve::Tensor<double, D>;
 
-  std::uint32_t status = rve::status::Ok;    ///< of all clones together
-  /// Not if a clone failed, or if a direction of straining is needed and there is none: all else is zero then.
+  std::uint32_t status = rve::status::Ok;    ///< status bits of all clones
+  /// False if a clone failed or if a direction of straining is needed and there is none. All values
+  /// except the status are zero then.
   bool is_measured = false;
   TangentOf<D> tangent;
-  Matrix stress = Matrix::zero();    ///< of the RVE at rest, where the tangent is measured [stress]
-  /// The direction of straining that was asked for, of size 1; zero: none.
+  Matrix stress =
+      Matrix::zero();    ///< stress of the RVE at rest, where the tangent is measured [stress]
+  /// Given direction of straining with norm 1; zero: none.
   Matrix strain_rate = Matrix::zero();
-  /// Of the stress along that direction: C : strain_rate, or measured along it where contacts slide [stress]
+  /// Change of stress along this direction: C : strain_rate, or measured for a loading tangent
+  /// [stress].
   Matrix response = Matrix::zero();
-  double unrest = 0.0;    ///< largest of the clones, as the tolerance [-]
-  /// Elastic: what differs with the sign of a strain, over what both signs have in common. Loading: how far C : strain_rate is from
-  /// `response` [-].
+  double unrest =
+      0.0;    ///< largest unbalanced force ratio of a clone over TangentOptions::probe [-]
+  /// Elastic: part of the response that depends on the sign of a strain, relative to the other
+  /// part. Loading: relative difference of C : strain_rate and `response` [-].
   double nonlinearity = 0.0;
-  int changed_contacts = 0;    ///< most contacts that a probe gained or lost, net
+  int changed_contacts = 0;    ///< largest net change of the number of contacts by a probe
   int steps = 0;               ///< DEM steps of a clone
 };
 
-/// Clones live in an engine of their own, from the beginning of a call to its end.
+/// Clones are in an engine of their own, and are removed at the end of a call.
 template <int D> class TangentProbesOf {
  public:
   using State = rve::RveStateOf<D>;
   using Matrix = rve::Tensor<double, D>;
 
-  /// The engine has no RVEs.
+  /// The engine must be empty.
   TangentProbesOf(std::unique_ptr<rve::EngineOf<D>> _engine, const TangentOptions &_options);
 
-  /// Tangents of `count` RVEs: state(k) and strain_rate(k) say what they are and how they are strained at present, with any spin; for
-  /// elastic tangents the rate may be zero. All clones are advanced together, of as many RVEs at a time as fit into the memory of the engine.
-  /// The bits of a tangent are those of its RVE alone.
+  /// Tangents of `count` RVEs with the states state(k) and the present velocity gradients
+  /// strain_rate(k), whose spin is ignored. The rate may be zero for elastic tangents. The clones
+  /// of as many RVEs as fit into the memory of the engine are advanced together. The bits of a
+  /// tangent do not depend on other RVEs.
   std::vector<ProbedTangentOf<D>> probe(int count, const std::function<State(int)> &state,
                                         const std::function<Matrix(int)> &strain_rate);
 
@@ -85,7 +92,7 @@ template <int D> class TangentProbesOf {
   std::unique_ptr<rve::EngineOf<D>> engine;
   TangentOptions options;
 
-  struct Group;    // the clones of an RVE
+  struct Group;    ///< clones of an RVE
 
   void begin(Group &group, State state);
   void multiply(Group &group);

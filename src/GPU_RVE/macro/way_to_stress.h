@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs on their way to a stress: a servo steers each of them in calls of some DEM steps, all that are under way together.
-//
-// Why: RVEs are brought to the stresses in the ground before anything happens (in_situ), and fresh ones to those of the RVEs that they replace (fresh_rves).
+// Servo control of RVEs towards goals of stress, in calls of some DEM steps that advance all RVEs
+// on their way. It brings RVEs to stresses in situ (in_situ) and fresh RVEs to the stresses of
+// those that they replace (fresh_rves).
 
 #pragma once
 
@@ -14,29 +14,32 @@
 
 namespace macro {
 
-/// The stress that an RVE shall have, in the axes of the continuum: those of disks have the first two. What is not steered keeps its strain.
+/// Goal of the stress of an RVE in the axes of the continuum; disks use the first two. Components
+/// that are not steered keep their strain.
 struct StressGoal {
   rve::Tensor3 stress = rve::Tensor3::zero();    ///< Cauchy, tension positive [stress]
-  bool steered[3][3] = {};                       ///< on and above the diagonal
+  bool steered[3][3] = {};                       ///< set on and above the diagonal
 
-  /// Earth at rest: the vertical stress along `vertical` (1 in the plane, 2 in space), `k0` times it along the others, no shear; without
-  /// `lateral` the sides are held, and the lateral stresses are what the grains make of it.
+  /// Ground at rest: the vertical stress along the axis `vertical` (1 in the plane, 2 in space),
+  /// `k0` times it along the other axes, no shear. Without `lateral` the lateral strains are held,
+  /// and the lateral stresses follow from the grains.
   static StressGoal at_rest(int vertical, double vertical_stress, double k0, bool lateral);
 
-  /// Components of the symmetric tensor in the leading `dimension` axes.
+  /// Goal with all components of a symmetric tensor in the first D axes.
   template <int D> static StressGoal of(const rve::Tensor<double, D> &stress);
 };
 
-/// Of one RVE.
+/// Way of one RVE to its goal.
 template <int D> struct WayToStress {
-  std::size_t place;          ///< among those that are led
-  int slot;                   ///< in the engine
-  rve::DriveOf<D> drive;      ///< of a call; without a servo the grains are left to themselves
-  double tolerance;           ///< of each steered component [stress]
-  double unbalanced_ratio;    ///< of forces, at rest [-]
+  std::size_t place;          ///< index among the goals
+  int slot;                   ///< number in the engine
+  rve::DriveOf<D> drive;      ///< drive of a call; without a servo the cell is held
+  double tolerance;           ///< largest error of a steered component [stress]
+  double unbalanced_ratio;    ///< largest unbalanced force ratio at rest [-]
   std::int64_t steps = 0;     ///< DEM steps so far
 
-  /// A servo for the goal, `steps_per_call` steps at a time; time step, gain and largest rate are still to be chosen.
+  /// Servo for the goal with `steps_per_call` DEM steps. The caller sets time step, gain and
+  /// largest rate.
   static rve::DriveOf<D> servo(const StressGoal &goal, int steps_per_call);
 
   /// Largest error of a steered component [stress].
@@ -51,11 +54,11 @@ template <int D> struct WayToStress {
   }
 };
 
-/// Call after call until each way has ended.
-///   drives(ways, slots)             what the RVEs do in the next call
-///   advance(slots, drives)          does it
-///   has_ended(way, k)               after it, of the k-th of them; one that goes on is in the next call
-/// An RVE makes the same steps whichever others are under way.
+/// Advances RVEs call by call until each way has ended.
+///   drives(ways, slots)       returns the drives of the next call
+///   advance(slots, drives)    makes the call
+///   has_ended(way, k)         returns true if the k-th way of the call has ended
+/// The steps of an RVE do not depend on the other ways.
 template <class Way, class Drives, class Advance, class HasEnded>
 void lead(std::vector<Way> ways, const Drives &drives, const Advance &advance,
           const HasEnded &has_ended)
