@@ -38,11 +38,6 @@ namespace {
     return longest;
   }
 
-  double smallest_width(const Tensor2 &h)
-  {
-    return determinant(h) / std::max(std::hypot(h(0, 0), h(1, 0)), std::hypot(h(0, 1), h(1, 1)));
-  }
-
 }    // namespace
 
 double Advice::severity() const

@@ -430,7 +430,9 @@ typename BatchEngine<D>::Answers BatchEngine<D>::start(const std::vector<int> &r
   call.with_details = kind != Answer::Short;
   if (kind == Answer::Longest) call.constants.extra_detail = kStiffnessDetail;
   if (kind == Answer::TimeStep) call.constants.extra_detail = kTimeStepDetail;
-  return launch(call);
+  const Answers answers = begin_launch(call);
+  end_launch();
+  return answers;
 }
 
 template <int D>

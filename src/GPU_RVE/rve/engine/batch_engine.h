@@ -81,10 +81,8 @@ template <int D> class BatchEngine : public EngineOf<D> {
     const DetailRecord<D> *details =
         nullptr;    ///< where they are wanted; of no meaning for an RVE that failed
   };
-  /// Runs the block program once for each RVE.
-  virtual Answers launch(const Call &call) = 0;
-  /// The same, which may return before the answers are there: they are behind end_launch().
-  virtual Answers begin_launch(const Call &call) { return launch(call); }
+  /// Runs the block program once for each RVE. The answers are complete after end_launch().
+  virtual Answers begin_launch(const Call &call) = 0;
   virtual void end_launch() {}
   /// memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;

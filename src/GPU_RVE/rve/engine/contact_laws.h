@@ -27,25 +27,9 @@ template <Program program> auto law_of_script(const Material &material)
 /// work(law) of the material of disks or spheres, with all that the law may have, in `double` and in units of the script.
 template <int D = 2, class Work> auto with_law(const Material &material, const Work &work)
 {
-#define RVE_WITH_LAW(name, law, books, prepared) \
-  case Program::name:                            \
-    return work(law_of_script<Program::prepared>(material));
-  if constexpr (D == 2) {
-    switch (richest_program(material.law, D)) {
-      RVE_PLANE_PROGRAMS(RVE_WITH_LAW)
-      default:
-        break;
-    }
-    return work(law_of_script<Program::General>(material));
-  } else {
-    switch (richest_program(material.law, D)) {
-      RVE_SPATIAL_PROGRAMS(RVE_WITH_LAW)
-      default:
-        break;
-    }
-    return work(law_of_script<Program::Spheres>(material));
-  }
-#undef RVE_WITH_LAW
+  return with_program<D>(richest_program(material.law, D), [&](auto program) {
+    return work(law_of_script<program.prepared_like>(material));
+  });
 }
 
 /// False if the stiffness of a contact depends on its overlap, as that of Hertz' law does.
@@ -60,10 +44,10 @@ inline double reach_of(const Material &material)
   return with_law(material, [&](const auto &law) { return law.reach(material); });
 }
 
-/// What a pressure presses on, between two grains: their diameter times the thickness of disks, its square [length^2].
-template <int D> double loaded_area(const Material &material, double diameter)
+/// Length that makes a pressure a force per length: the thickness of disks, the diameter of spheres [length].
+template <int D> double loaded_depth(const Material &material, double diameter)
 {
-  return (D == 2 ? material.thickness : diameter) * diameter;
+  return D == 2 ? material.thickness : diameter;
 }
 
 /// Overlap over diameter of two equal grains that press each other with p h times their diameter, or spheres with p times its square: p h / k_n
@@ -73,10 +57,11 @@ template <int D = 2> double contact_strain(double pressure, const Material &mate
 {
   return with_law<D>(material, [&](const auto &law) {
     if constexpr (law.has_constant_moduli)
-      return pressure * (D == 2 ? material.thickness : 2.0 * radius) /
+      return pressure * loaded_depth<D>(material, 2.0 * radius) /
           law.stiffness({0.0, radius, radius}).normal;
     // Newton's method from where even the softest law bears more: forces grow faster than overlaps, so that no step goes too far
-    const double diameter = 2.0 * radius, force = pressure * loaded_area<D>(material, diameter);
+    const double diameter = 2.0 * radius;
+    const double force = pressure * (loaded_depth<D>(material, diameter) * diameter);
     if (!(force > law.spring_force({0.0, radius, radius}))) return 0.0;
     double overlap = diameter;
     while (law.spring_force({overlap, radius, radius}) < force) overlap *= 2.0;
@@ -95,10 +80,10 @@ template <int D = 2> double contact_pressure(double strain, const Material &mate
   return with_law<D>(material, [&](const auto &law) {
     if constexpr (law.has_constant_moduli)
       return strain * law.stiffness({0.0, radius, radius}).normal /
-          (D == 2 ? material.thickness : 2.0 * radius);
+          loaded_depth<D>(material, 2.0 * radius);
     const double diameter = 2.0 * radius;
     return law.spring_force({strain * diameter, radius, radius}) /
-        loaded_area<D>(material, diameter);
+        (loaded_depth<D>(material, diameter) * diameter);
   });
 }
 

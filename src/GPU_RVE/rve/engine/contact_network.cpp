@@ -12,8 +12,10 @@ namespace rve {
 
 namespace {
 
-  constexpr double TWO_TO_64 = 18446744073709551616.0;
-
+  double length(double along_tangent)
+  {
+    return std::fabs(along_tangent);
+  }
   double length(const Vec<double, 2> &v)
   {
     return std::hypot(v[0], v[1]);
@@ -47,15 +49,6 @@ namespace {
       contacts.push_back({i, j, branch, (1.0 / distance) * branch, overlap});
   }
 
-  double size_of(double along_tangent)
-  {
-    return std::fabs(along_tangent);
-  }
-  double size_of(const Vec<double, 3> &vector)
-  {
-    return length(vector);
-  }
-
   Vec<double, 2> tangential_vector(double along_tangent, const Vec<double, 2> &n)
   {
     return along_tangent * Vec<double, 2>{{-n[1], n[0]}};
@@ -72,7 +65,7 @@ template <int D> Vec<double, D> branch_vector(const RveStateOf<D> &state, int i,
   Vec<double, D> difference;
   for (int a = 0; a < D; ++a) {
     const std::uint64_t wrapped = state.fractional[D * j + a] - state.fractional[D * i + a];
-    difference[a] = static_cast<double>(static_cast<std::int64_t>(wrapped)) / TWO_TO_64;
+    difference[a] = static_cast<double>(static_cast<std::int64_t>(wrapped)) * 0x1p-64;
   }
   return state.cell * difference;
 }
@@ -99,7 +92,7 @@ template <int D> void forget_absurd_force(RveStateOf<D> &state)
     return std::max(of_springs, 2.0 * law.viscosity(deepest).normal * fastest);
   });
   for (const PairOf<D> &pair : state.pairs)
-    largest = std::max({largest, size_of(pair.tangential_force), size_of(pair.rolling_force)});
+    largest = std::max({largest, length(pair.tangential_force), length(pair.rolling_force)});
   if (state.largest_contact_force > SURPRISE * largest) state.largest_contact_force = 0.0;
 }
 
@@ -194,7 +187,7 @@ template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveS
     contact.force_on_first =
         tangential_vector(contact.springs.tangential, n) - contact.normal_force * n;
     const double limit = state.material.friction * limiting_force[k];
-    if (limit > 0.0) contact.mobilized_friction = size_of(contact.springs.tangential) / limit;
+    if (limit > 0.0) contact.mobilized_friction = length(contact.springs.tangential) / limit;
     contacts.push_back(contact);
   }
   return contacts;

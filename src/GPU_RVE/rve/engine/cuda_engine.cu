@@ -25,6 +25,12 @@ namespace {
   /// RVEs are cut from pieces of 64 MB, and the first launch takes memory for its code and its threads' stacks [bytes].
   constexpr std::size_t kSlack = std::size_t(256) << 20;
 
+  /// Number of blocks of so many threads that have a thread for each of `count` items.
+  int blocks_for(int count, int threads)
+  {
+    return (count + threads - 1) / threads;
+  }
+
   template <int D> class CudaEngine final : public BatchEngine<D>, public DeviceCallsOf<D> {
     using Base = BatchEngine<D>;
     using Base::memory_layout;
@@ -100,11 +106,8 @@ namespace {
       launch.order = has_order ? planned_order_buffer.reserve(count) : nullptr;
       launch.findings = findings_buffer.reserve_zeros(1);
       launch.turns = planned_turns.reserve(count);
-      const unsigned blocks = rounded_up(count, kIncrementBlock) / kIncrementBlock;
-      plan_increments<D><<<blocks, kIncrementBlock>>>(launch);
-      if (has_order)
-        order_increments<D>
-            <<<rounded_up(count, kCostClasses) / kCostClasses, kCostClasses>>>(launch);
+      plan_increments<D><<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(launch);
+      if (has_order) order_increments<D><<<blocks_for(count, kCostClasses), kCostClasses>>>(launch);
       check_cuda(cudaGetLastError(), "launch of a plan");
       is_launched_early = false;
       this->note_plan();
@@ -197,7 +200,7 @@ namespace {
       if (count == 0) return;
       // of the numbers before; nobody waits for these
       check_cuda(cudaStreamSynchronize(nullptr), "upload of numbers of contacts");
-      rve::set_limits<<<rounded_up(count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+      rve::set_limits<<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(
           limits_buffer.upload(limits), count, increments_of_call.planned);
       check_cuda(cudaGetLastError(), "launch of a note of contacts");
     }
@@ -325,13 +328,6 @@ namespace {
       return drives.room(count);
     }
 
-    Answers launch(const Call &call) override
-    {
-      const Answers answers = begin_launch(call);
-      end_launch();
-      return answers;
-    }
-
     Answers begin_launch(const Call &call) override
     {
       use_device();
@@ -368,7 +364,7 @@ namespace {
       rest_buffer.reserve_zeros(count);
       if (!has_resting) return;
       const RestingRve<D> *records = resting_buffer.upload(resting);
-      place_resting<D><<<rounded_up(number, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+      place_resting<D><<<blocks_for(number, kIncrementBlock), kIncrementBlock>>>(
           records, number, rest_buffer.reserve(count), sleep_buffer.reserve_clean(count),
           planned_drives[drives_in_use].reserve(count),
           planned_answers[drives_in_use].reserve(count));
@@ -404,9 +400,7 @@ namespace {
       }
       launch.stiffened = stiffened_buffer.room(this->MOST_STIFFENED);
       launch.unfinished = unfinished_buffer.room(kMostUnfinished);
-      take_answers<D>
-          <<<rounded_up(launch.count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
-              launch);
+      take_answers<D><<<blocks_for(launch.count, kIncrementBlock), kIncrementBlock>>>(launch);
       check_cuda(cudaGetLastError(), "launch of the answers");
       bring_findings(answers_told);
       answers_are_told.set();
@@ -451,7 +445,7 @@ namespace {
       record.prepared_together = std::max(
           1,
           std::min(kMostPreparedTogether, static_cast<int>(kPrepareMemory / record.prepared_size)));
-      const int preparing = (count + record.prepared_together - 1) / record.prepared_together;
+      const int preparing = blocks_for(count, record.prepared_together);
       record.ready = ready_buffer.reserve_clean(preparing);
       record.turn = ++turn_of_launch;
       // a thread for each step that is planned, and for each piece of a drive
@@ -521,9 +515,8 @@ namespace {
         records[finished++] = record;
       }
       if (finished > 0) {
-        take_repeated<D>
-            <<<rounded_up(finished, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
-                launch, repeated_buffer.send(finished), finished);
+        take_repeated<D><<<blocks_for(finished, kIncrementBlock), kIncrementBlock>>>(
+            launch, repeated_buffer.send(finished), finished);
         check_cuda(cudaGetLastError(), "launch of repeated answers");
         bring_findings(answers_told);
         check_cuda(cudaStreamSynchronize(nullptr), "repeated calls");

@@ -33,25 +33,11 @@ template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
 
 template <int D> using TurnFunction = void (*)(TurnList<D>);
 
-/// None for RVEs of the other dimension.
-template <int D, class Scene> TurnFunction<D> turn_scene()
-{
-  if constexpr (Scene::D == D)
-    return turn_rves<Scene>;
-  else
-    return nullptr;
-}
-
 template <int D, class Numbers> TurnFunction<D> turn_function(Program memory)
 {
-  switch (memory) {
-#define RVE_TURN(name, law, books, prepared) \
-  case Program::name:                        \
-    return turn_scene<D, ProgramScene<Program::prepared, Numbers>>();
-    RVE_PROGRAMS(RVE_TURN)
-#undef RVE_TURN
-  }
-  return nullptr;
+  return with_program<D>(memory, [](auto program) -> TurnFunction<D> {
+    return turn_rves<ProgramScene<decltype(program)::prepared_like, Numbers>>;
+  });
 }
 
 template <int D> TurnFunction<D> turn_function(Format format, Program memory)

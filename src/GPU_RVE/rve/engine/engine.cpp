@@ -21,8 +21,7 @@ namespace {
 
   double turn_of(const Tensor3 &velocity_gradient)
   {
-    const Tensor3 &l = velocity_gradient;
-    const Vec<double, 3> twice_spin{{l(2, 1) - l(1, 2), l(0, 2) - l(2, 0), l(1, 0) - l(0, 1)}};
+    const Vec<double, 3> twice_spin = axial_vector(velocity_gradient);
     return 0.5 * std::sqrt(dot(twice_spin, twice_spin));
   }
 

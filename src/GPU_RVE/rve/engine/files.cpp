@@ -17,11 +17,6 @@ namespace {
 
   namespace fs = std::filesystem;
 
-  std::string reason_of(int error)
-  {
-    return std::generic_category().message(error);
-  }
-
   /// Name of a temporary file beside the target: no other process has it, on this machine or on another one with the same folder.
   std::string temporary_name(const std::string &target)
   {
@@ -49,6 +44,11 @@ namespace {
   }
 
 }    // namespace
+
+std::string reason_of(int error)
+{
+  return std::generic_category().message(error);
+}
 
 OutputFile::OutputFile(const std::string &_path) : path(_path), target(_path)
 {

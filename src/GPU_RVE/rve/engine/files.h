@@ -43,6 +43,9 @@ class OutputFile {
   [[noreturn]] void fail(int reason);
 };
 
+/// Words of the operating system for an error number.
+std::string reason_of(int error);
+
 /// Throws InputError with the reason unless a file can be written there.
 void require_writable(const std::string &path);
 

@@ -54,9 +54,7 @@ Vec<double, 3> rotation_vector(const Tensor3 &rotation)
   axis = r(axis, axis) >= r(2, 2) ? axis : 2;
   if (t >= r(axis, axis)) {
     w = 0.5 * std::sqrt(1.0 + t);
-    const double factor = 0.25 / w;
-    v = {
-        {factor * (r(2, 1) - r(1, 2)), factor * (r(0, 2) - r(2, 0)), factor * (r(1, 0) - r(0, 1))}};
+    v = (0.25 / w) * axial_vector(r);
   } else {
     const int next = (axis + 1) % 3, last = (axis + 2) % 3;
     v[axis] = 0.5 * std::sqrt(1.0 + r(axis, axis) - r(next, next) - r(last, last));

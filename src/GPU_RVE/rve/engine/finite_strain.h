@@ -11,6 +11,12 @@
 
 namespace rve {
 
+/// Axial vector of F - F^T. Of a rotation it is twice the sine of the angle long.
+RVE_HD inline Vec<double, 3> axial_vector(const Tensor3 &f)
+{
+  return {{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
+}
+
 inline Tensor2 plane_rotation(double angle)
 {
   const double c = std::cos(angle), s = std::sin(angle);
@@ -128,7 +134,7 @@ RVE_HD inline double angle_of_rotation(const Tensor2 &r)
 /// In space from its axis, as long as twice the sine.
 RVE_HD inline double angle_of_rotation(const Tensor3 &r)
 {
-  const Vec<double, 3> axis{{r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)}};
+  const Vec<double, 3> axis = axial_vector(r);
   return angle_of(0.5 * std::sqrt(dot(axis, axis)), 0.5 * (trace(r) - 1.0));
 }
 
@@ -206,7 +212,7 @@ RVE_HD inline double bound_of_rotation(const Tensor2 &f)
 /// angle/0.55 for an angle below 0.45 and |U - 1| below 1/40.
 RVE_HD inline double bound_of_rotation(const Tensor3 &f)
 {
-  const Vec<double, 3> axis{{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
+  const Vec<double, 3> axis = axial_vector(f);
   // |U - 1| is about half of the norm, and adds at most sqrt(3) |U - 1| to the trace 1 + 2 cos(angle)
   const bool turns_little = trace(f) > 2.85 && norm(transpose(f) * f - Tensor3::identity()) < 0.05;
   return turns_little ? 0.55 * std::sqrt(dot(axis, axis)) : NO_BOUND;

@@ -12,15 +12,6 @@
 
 namespace rve {
 
-inline double width_between_faces(const Tensor2 &cell, int axis)
-{
-  return determinant(cell) / std::hypot(cell(0, 1 - axis), cell(1, 1 - axis));
-}
-inline double width_between_faces(const Tensor3 &cell, int axis)
-{
-  return perpendicular_width(cell, axis);
-}
-
 /// Bins by fractional coordinates, each at least one largest contact distance wide, or a single one.
 template <int D> class GrainBins {
  public:
@@ -31,7 +22,7 @@ template <int D> class GrainBins {
     int least = MOST_BINS;
     std::size_t bins = 1;
     for (int a = 0; a < D; ++a) {
-      const double width = std::floor(width_between_faces(cell, a) / contact_distance);
+      const double width = std::floor(perpendicular_width(cell, a) / contact_distance);
       count_[a] = static_cast<int>(std::min<double>(MOST_BINS, width));
       least = std::min(least, count_[a]);
       bins *= static_cast<std::size_t>(std::max(count_[a], 1));

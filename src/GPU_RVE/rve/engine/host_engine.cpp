@@ -147,7 +147,7 @@ namespace {
       return drives.data();
     }
 
-    Answers launch(const Call &call) override
+    Answers begin_launch(const Call &call) override
     {
       const int count = static_cast<int>(call.rves->size());
       answers.assign(count, AnswerRecord<D>());

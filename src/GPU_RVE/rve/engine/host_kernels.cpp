@@ -74,53 +74,25 @@ inline namespace RVE_ISA {
   template <Program program> constexpr Program kWorker = program;
 #endif
 
-  template <Program program, class Numbers, int D>
-  void run_program_of(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
-                      const BatchConstants &batch, const HostWorkspace &memory,
-                      AnswerRecord<D> &answer, DetailRecord<D> *detail)
-  {
-    using Scene = ProgramScene<program, Numbers>;
-    if constexpr (Scene::D == D)
-      run_program<Scene, Traversal<Scene>>(image, drive, steering, batch, memory, answer, detail);
-  }
-
   template <int D, class Numbers>
   void advance(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
                const BatchConstants &batch, const HostWorkspace &memory, Program program,
                AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
-    switch (program) {
-#define RVE_ADVANCE(name, law, books, prepared)                                                   \
-  case Program::name:                                                                             \
-    return run_program_of<kWorker<Program::name>, Numbers>(image, drive, steering, batch, memory, \
-                                                           answer, detail);
-      RVE_PROGRAMS(RVE_ADVANCE)
-#undef RVE_ADVANCE
-    }
-  }
-
-  template <Program program, class Numbers, int D>
-  HostWorkspaceSizes sizes_of(int num_grains, int pair_capacity)
-  {
-    using Scene = ProgramScene<program, Numbers>;
-    if constexpr (Scene::D == D)
-      return {shared_size<Scene>(num_grains, false),
-              workspace_size<Scene>(num_grains, pair_capacity)};
-    else
-      return HostWorkspaceSizes();
+    with_program<D>(program, [&](auto chosen) {
+      using Scene = ProgramScene<kWorker<chosen.value>, Numbers>;
+      run_program<Scene, Traversal<Scene>>(image, drive, steering, batch, memory, answer, detail);
+    });
   }
 
   template <int D, class Numbers>
   HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, Program program)
   {
-    switch (program) {
-#define RVE_SIZES(name, law, books, prepared) \
-  case Program::name:                         \
-    return sizes_of<kWorker<Program::name>, Numbers, D>(num_grains, pair_capacity);
-      RVE_PROGRAMS(RVE_SIZES)
-#undef RVE_SIZES
-    }
-    return HostWorkspaceSizes();
+    return with_program<D>(program, [&](auto chosen) -> HostWorkspaceSizes {
+      using Scene = ProgramScene<kWorker<chosen.value>, Numbers>;
+      return {shared_size<Scene>(num_grains, false),
+              workspace_size<Scene>(num_grains, pair_capacity)};
+    });
   }
 
 }    // namespace RVE_ISA

@@ -30,7 +30,7 @@ RVE_HD inline bool turns_little(const Tensor2 &f)
 
 RVE_HD inline bool turns_little(const Tensor3 &f)
 {
-  const Vec<double, 3> twice_sine{{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
+  const Vec<double, 3> twice_sine = axial_vector(f);
   // 1 + 2 cos of the angle is the trace of a rotation
   return std::sqrt(dot(twice_sine, twice_sine)) < LARGEST_TURN * (trace(f) - 1.0);
 }

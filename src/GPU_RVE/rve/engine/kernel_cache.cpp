@@ -27,11 +27,6 @@ namespace {
 
   namespace fs = std::filesystem;
 
-  std::string reason_of(int error)
-  {
-    return std::generic_category().message(error);
-  }
-
   /// A number of 16 hexadecimal digits.
   std::string hash_of(const std::string &text)
   {

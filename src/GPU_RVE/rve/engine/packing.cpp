@@ -26,7 +26,7 @@ namespace {
     const double strain = contact_strain<D>(recipe.pressure, material, radius);
     const double largest_pressure = contact_pressure<D>(LARGEST_CONTACT_STRAIN, material, radius);
     const bool is_linear = has_constant_moduli<D>(material);
-    const double depth = D == 2 ? material.thickness : 2.0 * radius;
+    const double depth = loaded_depth<D>(material, 2.0 * radius);
     if (strain <= LARGEST_CONTACT_STRAIN) return;
     const char *depth_word = D == 2 ? "thickness" : "diameter";
     std::string text = concat("grains would overlap by about ", strain, " of their diameter");
@@ -93,14 +93,6 @@ namespace {
     EngineOf<D> &engine;
     int number;
   };
-
-  /// The packing as it is handed out.
-  template <int D> RveStateOf<D> finished(RveStateOf<D> state, const Material &material)
-  {
-    state.material = material;
-    forget_past(state);
-    return state;
-  }
 
   /// "-sigma_xx and -sigma_yy"
   template <int D> std::string pressures(const ResultOf<D> &result)
@@ -198,11 +190,10 @@ namespace {
 
     PreparedPackingOf<D> result() const
     {
-      return {finished(specimen.state, recipe.material),
-              way.friction,
-              way.peak / recipe.pressure,
-              k0,
-              {}};
+      RveStateOf<D> state = specimen.state;
+      state.material = recipe.material;
+      forget_past(state);
+      return {std::move(state), way.friction, way.peak / recipe.pressure, k0, {}};
     }
 
    private:

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <system_error>
 
 namespace rve {
 
@@ -23,8 +22,7 @@ namespace {
     {
       require_readable(path, "packing file");
       file.open(path);
-      require(file.is_open(), "cannot open packing file ", path, ": ",
-              std::generic_category().message(errno));
+      require(file.is_open(), "cannot open packing file ", path, ": ", reason_of(errno));
     }
 
     /// Moves to the next statement; `expected` names it for the message at the end of the file.
@@ -299,16 +297,14 @@ namespace {
     reader.require_keyword("cell", 1, "cell");
     read_tensor(reader, "cell", state.cell);
     reader.next("'grains'");
-    if (reader.word(0) == "deformation") {
-      reader.require_words(1, "deformation");
-      read_tensor(reader, "deformation", state.deformation);
+    const auto read_optional = [&](const std::string &name, Tensor<double, D> &tensor) {
+      if (reader.word(0) != name) return;
+      reader.require_words(1, name);
+      read_tensor(reader, name, tensor);
       reader.next("'grains'");
-    }
-    if (reader.word(0) == "servo_velocity_gradient") {
-      reader.require_words(1, "servo_velocity_gradient");
-      read_tensor(reader, "servo_velocity_gradient", state.servo_velocity_gradient);
-      reader.next("'grains'");
-    }
+    };
+    read_optional("deformation", state.deformation);
+    read_optional("servo_velocity_gradient", state.servo_velocity_gradient);
     if (reader.word(0) == "largest_contact_force") {
       reader.require_words(2, "largest_contact_force value");
       state.largest_contact_force = reader.finite_number(1, "largest contact force");

@@ -26,5 +26,33 @@ inline namespace RVE_ISA {
   template <Program program, class Numbers>
   using ProgramScene = typename ProgramTraits<program>::template Scene<Numbers>;
 
+  /// A program as an argument of a generic function.
+  template <Program program> struct ProgramConstant {
+    static constexpr Program value = program;
+    static constexpr Program prepared_like = ProgramTraits<program>::prepared_like;
+  };
+
+  /// Returns work(ProgramConstant) of a program for RVEs of D dimensions.
+  template <int D, class Work> auto with_program(Program program, const Work &work)
+  {
+#define RVE_WITH_PROGRAM(name, law, books, prepared) \
+  case Program::name:                                \
+    return work(ProgramConstant<Program::name>());
+    if constexpr (D == 2) {
+      switch (program) {
+        RVE_PLANE_PROGRAMS(RVE_WITH_PROGRAM)
+        default:
+          return work(ProgramConstant<Program::General>());
+      }
+    } else {
+      switch (program) {
+        RVE_SPATIAL_PROGRAMS(RVE_WITH_PROGRAM)
+        default:
+          return work(ProgramConstant<Program::Spheres>());
+      }
+    }
+#undef RVE_WITH_PROGRAM
+  }
+
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -217,21 +217,11 @@ namespace {
                  rotation);
   }
 
-  /// work(the scene of a program of D dimensions), in these numbers.
-  template <int D, class Numbers, class Work> auto with_numbers(Program program, const Work &work)
+  /// Returns work(scene) of the program that prepares calls of `memory`, in these numbers.
+  template <int D, class Numbers, class Work> auto with_numbers(Program memory, const Work &work)
   {
-    switch (program) {
-#define RVE_WITH_PROGRAM(name, law, books, prepared)                \
-  case Program::name:                                               \
-    if constexpr (ProgramScene<Program::prepared, Numbers>::D == D) \
-      return work(ProgramScene<Program::prepared, Numbers>());      \
-    else                                                            \
-      break;
-      RVE_PROGRAMS(RVE_WITH_PROGRAM)
-#undef RVE_WITH_PROGRAM
-    }
-    constexpr Program any = D == 2 ? Program::General : Program::Spheres;
-    return work(ProgramScene<any, Numbers>());
+    return with_program<D>(
+        memory, [&](auto program) { return work(ProgramScene<program.prepared_like, Numbers>()); });
   }
 
   /// work(a scene), in numbers as `format` says, whose pairs remember what images hold.

@@ -8,8 +8,8 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
 #include "rve/engine/dimension_words.h"
-#include "rve/engine/grain_bins.h"
 #include "rve/physics/grain_shape.h"
+#include "rve/physics/solid_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +20,6 @@
 namespace rve {
 
 namespace {
-
-  constexpr double TWO_TO_64 = 18446744073709551616.0;
 
   // ---- soundness ----
 
@@ -196,7 +194,7 @@ namespace {
         DimensionWords<D>::unit_of_volume);
     const double least = 2.0 * contact_range;
     for (int a = 0; a < D; ++a) {
-      const double width = width_between_faces(cell, a);
+      const double width = perpendicular_width(cell, a);
       const auto where = [a] {
         return D == 2 ? concat("perpendicular to cell vector ", 1 - a)
                       : concat("between the faces that cell vector ", a, " connects");
@@ -427,9 +425,9 @@ template <int D> std::vector<double> RveStateOf<D>::positions() const
   std::vector<double> x(fractional.size());
   for (std::size_t i = 0; i + D <= fractional.size(); i += D)
     for (int a = 0; a < D; ++a) {
-      double sum = cell(a, 0) * (static_cast<double>(fractional[i]) / TWO_TO_64);
+      double sum = cell(a, 0) * (static_cast<double>(fractional[i]) * 0x1p-64);
       for (int b = 1; b < D; ++b)
-        sum += cell(a, b) * (static_cast<double>(fractional[i + b]) / TWO_TO_64);
+        sum += cell(a, b) * (static_cast<double>(fractional[i + b]) * 0x1p-64);
       x[i + a] = sum;
     }
   return x;
@@ -446,9 +444,9 @@ template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
       double s = to_fractional(a, 0) * x[i];
       for (int b = 1; b < D; ++b) s += to_fractional(a, b) * x[i + b];
       require(std::isfinite(s), "position of grain ", i / D + 1, " is not a finite number");
-      const double scaled = (s - std::floor(s)) * TWO_TO_64;
+      const double scaled = (s - std::floor(s)) * 0x1p64;
       // s a rounding below a whole number leaves a remainder of exactly 1, which is the image at 0
-      result[i + a] = scaled < TWO_TO_64 ? static_cast<std::uint64_t>(scaled) : 0u;
+      result[i + a] = scaled < 0x1p64 ? static_cast<std::uint64_t>(scaled) : 0u;
     }
   fractional = std::move(result);
 }
