@@ -12,10 +12,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <map>
 #include <new>
-#include <numeric>
 #include <omp.h>
 #include <utility>
 
@@ -347,9 +345,10 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
 template <int D>
 void BatchEngine<D>::plan(Call &call, const Extent &extent, bool servo, Answer kind)
 {
+  call.num_rves = static_cast<int>(call.rves->size());
   call.largest = extent.largest;
   call.longest = extent.longest;
-  call.mean = static_cast<double>(extent.steps) / static_cast<double>(call.rves->size());
+  call.mean = static_cast<double>(extent.steps) / call.num_rves;
   call.pair_capacity = pair_capacity(extent.largest);
   CallNeeds call_needs = needs;
   call_needs.servo = servo;
@@ -386,7 +385,7 @@ template <int D> void BatchEngine<D>::put_longest_first(Call &call, double most_
 {
   // sorted roughly, by counting: the last ones to run are short, and that is all that matters
   constexpr int classes = 256;
-  const int count = static_cast<int>(call.rves->size());
+  const int count = call.num_rves;
   cost_class.resize(count);
   order.resize(count);
   const LightWork work(count, helpers(options));

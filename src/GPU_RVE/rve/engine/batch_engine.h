@@ -16,6 +16,17 @@
 
 namespace rve {
 
+/// Size of a call, from which the memory and the kernels of its launch follow.
+struct CallShape {
+  int num_rves = 0;
+  int largest = 0;          ///< grains in the largest RVE
+  int longest = 0;          ///< largest number of substeps
+  double mean = 0.0;        ///< mean number of substeps
+  int pair_capacity = 0;    ///< least capacity of the workspaces
+  Program program = Program::Plain;
+  bool with_details = false;
+};
+
 template <int D> class BatchEngine : public EngineOf<D> {
  public:
   explicit BatchEngine(const Options &options);
@@ -54,19 +65,13 @@ template <int D> class BatchEngine : public EngineOf<D> {
   virtual void turn_images(const std::vector<int> &rves,
                            const std::vector<Tensor<double, D>> &rotations) = 0;
   /// One run of the block program over some RVEs.
-  struct Call {
+  struct Call : CallShape {
     const std::vector<int> *rves = nullptr;     ///< their numbers
     const DriveRecord<D> *drives = nullptr;     ///< in room_for_drives()
     std::vector<SteeringRecord<D>> steering;    ///< as many as RVEs, or none; they point at `modes`
     std::vector<SteeredModes<D>> modes;         ///< as many as RVEs, or none
     const std::vector<int> *order =
-        nullptr;              ///< places, the most expensive first; null: all cost the same
-    int largest = 0;          ///< grains in the largest RVE
-    int longest = 0;          ///< most substeps
-    double mean = 0.0;        ///< substeps
-    int pair_capacity = 0;    ///< that workspaces must have at least
-    Program program = Program::Plain;
-    bool with_details = false;
+        nullptr;    ///< places, the most expensive first; null: all cost the same
     /// By place, where not all are asked for details: which ones of so many are its; -1: none.
     const std::vector<int> *detail_of = nullptr;
     int num_details = 0;

@@ -166,30 +166,26 @@ std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
 template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveStateOf<D> &state)
 {
   const std::vector<TouchingPairOf<D>> geometries = find_contacts(state);
-  std::vector<SpringForcesOf<D>> springs = spring_forces(state, geometries);
-  std::vector<double> normal_force, limiting_force;
+  const std::vector<SpringForcesOf<D>> springs = spring_forces(state, geometries);
+  std::vector<SpringContactOf<D>> contacts;
+  contacts.reserve(geometries.size());
   with_law<D>(state.material, [&](const auto &law) {
     for (std::size_t k = 0; k < geometries.size(); ++k) {
       const ContactPlace place = place_of(state, geometries[k]);
-      normal_force.push_back(law.spring_force(place));
-      limiting_force.push_back(law.limiting_force(place));
-      if constexpr (D == 3 && law.has_rolling) springs[k].twisting *= law.twisting_share(place);
+      SpringContactOf<D> contact{geometries[k], {}, law.spring_force(place), springs[k], {}, 1.0};
+      if constexpr (D == 3 && law.has_rolling)
+        contact.springs.twisting *= law.twisting_share(place);
+      for (int a = 0; a < D; ++a)
+        contact.image[a] = image_of_second(state.fractional[D * contact.geometry.first + a],
+                                           state.fractional[D * contact.geometry.second + a]);
+      const Vec<double, D> &n = contact.geometry.normal;
+      contact.force_on_first =
+          tangential_vector(contact.springs.tangential, n) - contact.normal_force * n;
+      const double limit = state.material.friction * law.limiting_force(place);
+      if (limit > 0.0) contact.mobilized_friction = length(contact.springs.tangential) / limit;
+      contacts.push_back(contact);
     }
   });
-  std::vector<SpringContactOf<D>> contacts;
-  contacts.reserve(geometries.size());
-  for (std::size_t k = 0; k < geometries.size(); ++k) {
-    SpringContactOf<D> contact{geometries[k], {}, normal_force[k], springs[k], {}, 1.0};
-    for (int a = 0; a < D; ++a)
-      contact.image[a] = image_of_second(state.fractional[D * contact.geometry.first + a],
-                                         state.fractional[D * contact.geometry.second + a]);
-    const Vec<double, D> &n = contact.geometry.normal;
-    contact.force_on_first =
-        tangential_vector(contact.springs.tangential, n) - contact.normal_force * n;
-    const double limit = state.material.friction * limiting_force[k];
-    if (limit > 0.0) contact.mobilized_friction = length(contact.springs.tangential) / limit;
-    contacts.push_back(contact);
-  }
   return contacts;
 }
 

@@ -215,15 +215,14 @@ namespace {
     {
       if (num_rves == 0) return 0;
       use_device();
-      const std::vector<int> rves(num_rves);
-      Call call;
-      call.rves = &rves;
+      CallShape call;
+      call.num_rves = num_rves;
       call.largest = num_grains;
       call.longest = kStepsAhead;
       call.mean = kStepsAhead;
       call.pair_capacity = this->pair_capacity(num_grains);
       call.program = this->usual_program();
-      const LaunchPlan &plan = plans.plan_for(shape_of(call));
+      const LaunchPlan &plan = plans.plan_for(call);
       const std::size_t count = num_rves;
       return count *
           (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord<D>) + sizeof(int) +
@@ -262,31 +261,29 @@ namespace {
       use_device();
       if (rve >= static_cast<int>(images.size())) images.resize(rve + 1);
       Placed &placed = images[rve];
-      placed.num_grains = image.num_grains;
-      placed.extra_capacity = image.extra_capacity;
       placed.size = image.bytes.size();
-      placed.memory = arena.allocate(placed.size);
+      placed.handle = {arena.allocate(placed.size), image.num_grains, image.extra_capacity};
       images_moved = true;
-      check_cuda(cudaMemcpy(placed.memory, image.bytes.data(), placed.size, cudaMemcpyHostToDevice),
-                 "upload of an RVE");
+      check_cuda(
+          cudaMemcpy(placed.handle.image, image.bytes.data(), placed.size, cudaMemcpyHostToDevice),
+          "upload of an RVE");
     }
 
     StateImage get_image(int rve) const override
     {
       use_device();
       const Placed &placed = images[rve];
-      StateImage image;
-      image.num_grains = placed.num_grains;
-      image.extra_capacity = placed.extra_capacity;
-      image.bytes.resize(placed.size);
-      check_cuda(cudaMemcpy(image.bytes.data(), placed.memory, placed.size, cudaMemcpyDeviceToHost),
-                 "download of an RVE");
+      StateImage image{placed.handle.num_grains, placed.handle.extra_capacity,
+                       std::vector<char>(placed.size)};
+      check_cuda(
+          cudaMemcpy(image.bytes.data(), placed.handle.image, placed.size, cudaMemcpyDeviceToHost),
+          "download of an RVE");
       return image;
     }
 
     void drop_image(int rve) override
     {
-      arena.release(images[rve].memory, images[rve].size);
+      arena.release(images[rve].handle.image, images[rve].size);
       images[rve] = Placed();
       images_moved = true;
     }
@@ -294,16 +291,18 @@ namespace {
     void put_header(int rve, const ImageHeader<D> &header) override
     {
       use_device();
-      check_cuda(cudaMemcpy(images[rve].memory, &header, sizeof(header), cudaMemcpyHostToDevice),
-                 "upload of a header");
+      check_cuda(
+          cudaMemcpy(images[rve].handle.image, &header, sizeof(header), cudaMemcpyHostToDevice),
+          "upload of a header");
     }
 
     ImageHeader<D> get_header(int rve) const override
     {
       use_device();
       ImageHeader<D> header;
-      check_cuda(cudaMemcpy(&header, images[rve].memory, sizeof(header), cudaMemcpyDeviceToHost),
-                 "download of a header");
+      check_cuda(
+          cudaMemcpy(&header, images[rve].handle.image, sizeof(header), cudaMemcpyDeviceToHost),
+          "download of a header");
       return header;
     }
 
@@ -316,7 +315,7 @@ namespace {
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
       TurnRecord<D> *turns = turn_buffer.room(count);
       for (std::size_t k = 0; k < count; ++k) {
-        turns[k].rve = handle_of(rves[k]);
+        turns[k].rve = images[rves[k]].handle;
         store_tensor(rotations[k], turns[k].rotation);
       }
       launch_turns({turn_buffer.send(count), static_cast<int>(count), nullptr, nullptr});
@@ -334,9 +333,9 @@ namespace {
       LaunchRecord<D> record;
       record.drives = call.drives;
       record.order = call.order ? order_buffer.upload(*call.order) : nullptr;
-      record.answers = answers.room(call.rves->size());
+      record.answers = answers.room(call.num_rves);
       record.detail_of = call.detail_of ? asked_buffer.upload(*call.detail_of) : nullptr;
-      record.launched = static_cast<int>(call.rves->size());
+      record.launched = call.num_rves;
       record.hold = nullptr;
       run(call, record);
       details_to_receive = call.with_details ? num_details(call) : 0;
@@ -353,7 +352,7 @@ namespace {
    private:
     static int num_details(const Call &call)
     {
-      return call.num_details > 0 ? call.num_details : static_cast<int>(call.rves->size());
+      return call.num_details > 0 ? call.num_details : call.num_rves;
     }
 
     /// Of a new call. None but these rests.
@@ -424,8 +423,8 @@ namespace {
     /// Launches the kernels of a call, with drives, order, answers and places of details as the record has them.
     void run(const Call &call, LaunchRecord<D> &record)
     {
-      const int count = static_cast<int>(call.rves->size());
-      const LaunchPlan plan = plans.plan_for(shape_of(call));
+      const int count = call.num_rves;
+      const LaunchPlan plan = plans.plan_for(call);
 
       record.rves = handles_of(*call.rves);
       record.steering = call.steering.empty() ? nullptr : upload_steering(call);
@@ -557,31 +556,13 @@ namespace {
     }
 
     struct Placed {
-      char *memory = nullptr;
+      RveHandle handle = {};
       std::size_t size = 0;
-      int num_grains = 0, extra_capacity = 0;
     };
 
     void use_device() const
     {
       check_cuda(cudaSetDevice(options.device_number), "choice of the device");
-    }
-
-    static CallShape shape_of(const Call &call)
-    {
-      return {static_cast<int>(call.rves->size()),
-              call.largest,
-              call.longest,
-              call.mean,
-              call.pair_capacity,
-              call.program,
-              call.with_details};
-    }
-
-    RveHandle handle_of(int rve) const
-    {
-      const Placed &placed = images[rve];
-      return RveHandle{placed.memory, placed.num_grains, placed.extra_capacity};
     }
 
     /// Where the RVEs of a call live, on the device. Those of the last call serve while nothing has moved.
@@ -592,7 +573,7 @@ namespace {
         return handle_buffer.reserve(rves.size());
       handled_call = false;
       RveHandle *handles = handle_buffer.room(rves.size());
-      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = handle_of(rves[k]);
+      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = images[rves[k]].handle;
       handled = rves;
       images_moved = false;
       return handle_buffer.send(rves.size());

@@ -6,6 +6,7 @@
 #include "cuda/cuda_device.h"
 #include "cuda/early_launch.cuh"
 #include "rve/core/error.h"
+#include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_kernels.h"
 #include "rve/engine/cuda_programs.h"
 #include "rve/engine/options.h"
@@ -30,17 +31,6 @@ inline std::size_t aligned(std::size_t size)
 {
   return (size + 255) / 256 * 256;
 }
-
-/// Size of a call.
-struct CallShape {
-  int num_rves;
-  int largest;          ///< grains in the largest RVE
-  int longest;          ///< most substeps
-  double mean;          ///< mean number of substeps
-  int pair_capacity;    ///< least capacity of the workspaces
-  Program program;
-  bool with_details;
-};
 
 struct LaunchPlan {
   const void *kernel = nullptr, *prepare = nullptr;
@@ -67,19 +57,9 @@ class LaunchPlans {
   const LaunchPlan &plan_for(const CallShape &call);
 
  private:
-  /// What decides how a call is launched.
-  struct CallKind {
-    bool fills_device;    ///< a multiprocessor has more than one RVE
-    bool with_details;
-    int largest, pair_capacity, steps_ahead;
-    Program program;
-
-    auto all() const
-    {
-      return std::tie(fills_device, with_details, largest, pair_capacity, steps_ahead, program);
-    }
-    bool operator<(const CallKind &other) const { return all() < other.all(); }
-  };
+  /// Members of a call that decide how it is launched: whether it fills the device, whether kernels
+  /// with details are needed, CallShape::largest and pair_capacity, steps to prepare, the program.
+  using CallKind = std::tuple<bool, bool, int, int, int, Program>;
 
   LaunchPlan plan_of(const CallShape &call, int steps_ahead);
   static int steps_to_prepare(const CallShape &call);
@@ -102,19 +82,13 @@ class LaunchPlans {
 
 inline const LaunchPlan &LaunchPlans::plan_for(const CallShape &call)
 {
-  const CallKind kind{fills_device(call),     call.with_details && has_lean_kernels(call.program),
-                      call.largest,           call.pair_capacity,
-                      steps_to_prepare(call), call.program};
-  const auto [at, is_new] = plans.try_emplace(kind);
-  if (is_new) {
-    try {
-      at->second = plan_of(call, kind.steps_ahead);
-    } catch (...) {
-      plans.erase(at);
-      throw;
-    }
-  }
-  const LaunchPlan &plan = at->second;
+  const int steps_ahead = steps_to_prepare(call);
+  const CallKind kind{fills_device(call), call.with_details && has_lean_kernels(call.program),
+                      call.largest,       call.pair_capacity,
+                      steps_ahead,        call.program};
+  auto found = plans.find(kind);
+  if (found == plans.end()) found = plans.emplace(kind, plan_of(call, steps_ahead)).first;
+  const LaunchPlan &plan = found->second;
   if (&plan == plan_in_use) return plan;
   plan_in_use = nullptr;
   check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,

@@ -149,7 +149,7 @@ namespace {
 
     Answers begin_launch(const Call &call) override
     {
-      const int count = static_cast<int>(call.rves->size());
+      const int count = call.num_rves;
       answers.assign(count, AnswerRecord<D>());
       if (call.with_details)
         details.assign(call.detail_of ? call.num_details : count, DetailRecord<D>());

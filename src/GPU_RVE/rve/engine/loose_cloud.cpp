@@ -8,9 +8,7 @@
 #include "rve/engine/packing_recipe.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <random>
-#include <string>
 
 namespace rve {
 

@@ -3,8 +3,6 @@
 
 #pragma once
 
-#include <cstddef>
-
 namespace rve {
 
 /// Whether these members are all that an object has. For a static_assert beside the record, with each member once; one that is forgotten, or an alignment

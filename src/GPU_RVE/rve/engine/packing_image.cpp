@@ -5,8 +5,6 @@
 
 #include "rve/core/error.h"
 
-#include <string>
-
 namespace rve {
 
 namespace {
