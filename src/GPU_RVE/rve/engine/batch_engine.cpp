@@ -21,19 +21,20 @@ namespace rve {
 
 namespace {
 
-  /// A call is repeated with a coarser force scale this often, by 16 each time, before the RVE fails: 16^8 covers any guess.
+  /// Largest number of repetitions of a call before the RVE fails. Each one coarsens the force
+  /// scale by 16, and 16^8 covers any guess.
   constexpr int MAX_REPEATS = 8;
 
-  /// Threads that may translate between the caller and the RVEs.
+  /// Number of threads that translate between the caller and the RVEs.
   int helpers(const Options &options)
   {
     return options.threads > 0 ? options.threads : omp_get_max_threads();
   }
 
-  /// RVEs whose increments and answers stay in the caches of a core.
+  /// Number of RVEs whose increments and answers stay in the caches of a core.
   constexpr int RVES_OF_PART = 64;
 
-  /// The present thread's share of `count` items, in parts: f(begin, end).
+  /// Calls f(begin, end) for parts of the present thread's share of `count` items.
   template <class F> void for_parts(int count, const F &f)
   {
     const ThreadShare mine(count);
@@ -65,7 +66,7 @@ BatchEngine<D>::BatchEngine(const Options &options_in) :
     options(options_in), constants(to_constants(options_in)),
     memory_layout(memory_program(options_in.contacts))
 {
-  needs.dashpots = options.arms == Arms::Lammps;    // compiled in with them
+  needs.dashpots = options.arms == Arms::Lammps;    // kernel variants with dashpots have them
   needs.books = options.track_energy;
 }
 
@@ -142,7 +143,8 @@ template <int D> int BatchEngine<D>::size() const
 
 namespace {
 
-  /// Of lists with the skin of the mean radius, for contacts that do not reach farther.
+  /// Returns the margin of lists with the default skin, for contacts that do not act beyond
+  /// touching.
   template <int D> double default_list_margin(const RveStateOf<D> &state)
   {
     return list_margin_of(state, 0.0) - reach_of(state.material);
@@ -154,11 +156,11 @@ template <int D> StateImage BatchEngine<D>::image_of(const RveStateOf<D> &state)
 {
   const auto with = [&](const RveStateOf<D> &one) {
     return build_image(options.format, one, initial_extra_capacity<D>(one.num_grains()),
-                       memory_layout);    // may find no memory
+                       memory_layout);    // may throw std::bad_alloc
   };
   if (state.list_fractional.empty()) return with(state);
   const double has = state.list_margin > 0.0 ? state.list_margin : default_list_margin(state);
-  // radii are rounded to the format
+  // Radii are rounded to the number format.
   constexpr double ROUNDING = 1e-6;
   if (has >= (1.0 - ROUNDING) * list_margin_of(state, options.skin)) return with(state);
   RveStateOf<D> without_list = state;
@@ -191,7 +193,7 @@ template <int D> void BatchEngine<D>::set_material(int rve, const Material &mate
     ImageHeader<D> header = get_header(rve);
     set_material_in(header, material);
     put_header(rve, header);
-  } else {    // neither its list nor the room of its sums serves
+  } else {    // a change of reach needs another list and another capacity of the sums
     const StateImage image = image_of(probe);
     drop_image(rve);
     put_image(rve, image);
@@ -230,7 +232,7 @@ template <int D> Memory BatchEngine<D>::memory() const
   if (!word || !*word) return memory;
   char *end = nullptr;
   const double limit = std::strtod(word, &end);
-  // beyond 2^53 a double does not count single bytes any more
+  // A double above 2^53 does not resolve single bytes.
   require(*end == '\0' && limit >= 0.0 && limit <= 9007199254740992.0,
           "GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes in [0, 2^53], got ",
           word);
@@ -323,7 +325,7 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
       extent.add(mine);
     }
   }
-  if (first_bad < count) {    // says what is wrong
+  if (first_bad < count) {    // throws the message
     check_slot(rves[first_bad]);
     check(drives[first_bad]);
   }
@@ -383,7 +385,7 @@ template <int D> void BatchEngine<D>::ask_for_looks(Call &call, int num_details)
 
 template <int D> void BatchEngine<D>::put_longest_first(Call &call, double most_cost)
 {
-  // sorted roughly, by counting: the last ones to run are short, and that is all that matters
+  // The counting sort is coarse: only the last RVEs to run must be short.
   constexpr int classes = 256;
   const int count = call.num_rves;
   cost_class.resize(count);
@@ -464,7 +466,7 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
     }
   }
 
-  // a call that fails in the end leaves no trace of its repeats either
+  // A call that fails in the end leaves no trace of its repetitions.
   for (const auto &[k, header_before] : before) {
     if (!(mended[k].status & status::Fatal)) continue;
     ImageHeader<D> header = get_header(rves[k]);
@@ -524,7 +526,7 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
           "a sufficient time step must be positive and finite, got ", enough, " [time]");
   DriveOf<D> look;
   look.dt = enough;
-  // they are many bytes, and mostly those of the look before
+  // The array is large, and its contents rarely change from call to call.
   if (!drives_of_look.empty() && drives_of_look.front().dt != enough) drives_of_look.clear();
   drives_of_look.resize(rves.size(), look);
   Answers all = start(rves, drives_of_look, Answer::TimeStep);
@@ -602,7 +604,7 @@ Request *BatchEngine<D>::begin(const std::vector<int> &rves, IncrementCallOf<D> 
   return &increment_request;
 }
 
-/// Which details are those of which RVE, if increments ask for looks.
+/// Numbers the details of the RVEs whose increments request diagnostic evaluations.
 template <int D> void BatchEngine<D>::number_looks(Call &call)
 {
   detail_of.clear();

@@ -25,7 +25,8 @@ namespace {
     return std::hypot(v[0], v[1], v[2]);
   }
 
-  // The periodic image of a second grain that is nearest to the first one, along one axis.
+  // Returns the periodic image of the second grain that is nearest to the first one, along one
+  // axis.
   int image_of_second(std::uint64_t first, std::uint64_t second)
   {
     const auto difference = static_cast<std::int64_t>(second - first);
@@ -41,7 +42,8 @@ namespace {
     const double sum_of_radii = state.radius[i] + state.radius[j];
     double squares = branch[0] * branch[0];
     for (int a = 1; a < D; ++a) squares += branch[a] * branch[a];
-    // most grains of a bin are far apart, which needs no root; the margin leaves the last digits to the root
+    // Most grains of a bin are far apart, which needs no root. The margin leaves the last digits to
+    // the root.
     if (squares > 1.001 * (sum_of_radii + reach) * (sum_of_radii + reach)) return;
     const double distance = length(branch);
     const double overlap = sum_of_radii - distance;
@@ -77,8 +79,9 @@ template <int D> ContactPlace place_of(const RveStateOf<D> &state, const Touchin
 
 template <int D> void forget_absurd_force(RveStateOf<D> &state)
 {
-  // A call may have seen larger forces than its end: a collision, a dashpot. Ten bits of the sums are left for that, and without
-  // contacts all that two of the largest grains can bear.
+  // Forces within a call may be larger than at its end, by a collision or a dashpot. Ten bits of
+  // the sums are reserved for that. Without contacts the reference is the force of two of the
+  // largest grains at full overlap.
   constexpr double SURPRISE = 1024.0;
   const double radius = *std::max_element(state.radius.begin(), state.radius.end());
   const ContactPlace deepest{radius, radius, radius};
@@ -122,7 +125,7 @@ template <int D>
 std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
                                         const std::vector<TouchingPairOf<D>> &contacts)
 {
-  // from the lower number on, in their order
+  // The list has the lower number first and is sorted.
   std::vector<PairOf<D>> known;
   with_law<D>(state.material, [&](const auto &law) {
     for (const PairOf<D> &pair : state.pairs) {
