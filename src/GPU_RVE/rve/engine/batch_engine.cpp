@@ -136,11 +136,6 @@ template <int D> void BatchEngine<D>::remove(int rve)
   free_numbers.push_back(rve);
 }
 
-template <int D> int BatchEngine<D>::size() const
-{
-  return static_cast<int>(grains_of.size() - free_numbers.size());
-}
-
 namespace {
 
   /// Returns the margin of lists with the default skin, for contacts that do not act beyond

@@ -36,7 +36,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   std::unique_ptr<EngineOf<D>> empty_with(const ContactModel &contacts) const override;
   int add(const RveStateOf<D> &state) override;
   void remove(int rve) override;
-  int size() const override;
+  int size() const override { return static_cast<int>(grains_of.size() - free_numbers.size()); }
   RveStateOf<D> state(int rve) const override;
   void set_material(int rve, const Material &material) override;
   void turn(const std::vector<int> &rves, const std::vector<Tensor<double, D>> &rotations) override;

@@ -21,11 +21,12 @@ namespace {
 
   constexpr int LARGEST_BLOCK = 1024;
   constexpr int kMostPreparedTogether = 16;           ///< calls that one block prepares
-  constexpr std::size_t kPrepareMemory = 32 << 10;    ///< bytes that it may have on chip
-  /// RVEs are cut from pieces of 64 MB, and the first launch takes memory for its code and its threads' stacks [bytes].
+  constexpr std::size_t kPrepareMemory = 32 << 10;    ///< shared memory of that block [bytes]
+  /// Device memory beyond the buffers [bytes]: RVEs are cut from slabs of 64 MB, and the first
+  /// launch allocates memory for code and stacks.
   constexpr std::size_t kSlack = std::size_t(256) << 20;
 
-  /// Number of blocks of so many threads that have a thread for each of `count` items.
+  /// Returns the number of blocks of so many threads that have a thread for each of `count` items.
   int blocks_for(int count, int threads)
   {
     return (count + threads - 1) / threads;
@@ -60,7 +61,7 @@ namespace {
 
     DeviceCallsOf<D> *device_calls() override { return this; }
 
-    // ---- calls whose increments and stresses are on the device -----------------------------------------------------------------
+    // ---- calls whose increments and stresses are on the device ----
 
     void plan(const DeviceCallOf<D> &call) override
     {
@@ -96,7 +97,7 @@ namespace {
       launch.most_cost = static_cast<double>(call.options.is_adaptive ? call.options.adaptive.most
                                                                       : call.options.substeps) *
           largest_of_call;
-      // the call before may not have been heard yet
+      // The answers of the previous call may not have been read yet.
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
       launch.drives_before = planned_drives[drives_in_use].reserve(count);
       launch.rest = may_sleep ? rest_buffer.reserve(count) : nullptr;
@@ -118,8 +119,8 @@ namespace {
     {
       const PlanOptions &asked = increments_of_call.options;
       const bool knows_steps = !asked.is_adaptive || steps_before > 0;
-      // launch early only after several plans that did not need the host: an RVE that was evaluated
-      // in vain is not evaluated in the next step
+      // The early launch needs several plans without work for the host. An RVE that was evaluated
+      // in vain is not evaluated in the next step.
       constexpr int AS_EXPECTED = 8;
       if (!knows_steps || (may_sleep && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
@@ -198,14 +199,14 @@ namespace {
       use_device();
       const int count = static_cast<int>(limits.size());
       if (count == 0) return;
-      // of the numbers before; nobody waits for these
+      // The former upload must have ended; these kernels run unobserved.
       check_cuda(cudaStreamSynchronize(nullptr), "upload of numbers of contacts");
       rve::set_limits<<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(
           limits_buffer.upload(limits), count, increments_of_call.planned);
       check_cuda(cudaGetLastError(), "launch of a note of contacts");
     }
 
-    /// Why it cannot advance the RVEs that it is made for, with a remedy; empty if it can.
+    /// Returns the reason why the engine cannot advance its RVEs, with a remedy; empty if it can.
     std::string obstacle() const
     {
       return programs.obstacle(memory_layout, runtime_kernels_obstacle());
@@ -247,7 +248,7 @@ namespace {
       use_device();
       std::size_t free = 0, total = 0;
       check_cuda(cudaMemGetInfo(&free, &total), "free memory of the device");
-      // ranks may number their devices differently; this is the same for all
+      // The UUID is the same for all ranks, which may number their devices differently.
       std::string name = "the memory of GPU ";
       for (const char byte : device.uuid.bytes) {
         const unsigned value = static_cast<unsigned char>(byte);
@@ -311,7 +312,7 @@ namespace {
     {
       use_device();
       const std::size_t count = rves.size();
-      // of the turn before; the next launch waits for this one
+      // The former upload must have ended. The next launch waits for this one.
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
       TurnRecord<D> *turns = turn_buffer.room(count);
       for (std::size_t k = 0; k < count; ++k) {
@@ -355,7 +356,7 @@ namespace {
       return call.num_details > 0 ? call.num_details : call.num_rves;
     }
 
-    /// Of a new call. None but these rests.
+    /// Uploads the RVEs whose rest is known at the beginning of a new call. All others are unknown.
     void place_those_resting(const std::vector<RestingRve<D>> &resting, int count)
     {
       const int number = static_cast<int>(resting.size());
@@ -370,8 +371,8 @@ namespace {
       check_cuda(cudaGetLastError(), "launch of a note of those that rest");
     }
 
-    /// Launches a planned call and the kernel that distributes its results. `found`: what the plan has
-    /// found, or is expected to find.
+    /// Launches a planned call and the kernel that distributes its results. `found` is the result
+    /// of the plan, or the expected result.
     void launch_planned(const CallFindings &found, const int *hold)
     {
       use_device();
@@ -420,7 +421,8 @@ namespace {
       answers_are_told.wait("RVE kernel");
     }
 
-    /// Launches the kernels of a call, with drives, order, answers and places of details as the record has them.
+    /// Launches the kernels of a call. The record has its prescribed motions, order, answers and
+    /// indices of details.
     void run(const Call &call, LaunchRecord<D> &record)
     {
       const int count = call.num_rves;
@@ -428,7 +430,7 @@ namespace {
 
       record.rves = handles_of(*call.rves);
       record.steering = call.steering.empty() ? nullptr : upload_steering(call);
-      // an RVE that fails writes no details
+      // An RVE that fails writes no details.
       record.details = call.with_details ? detail_buffer.reserve_zeros(num_details(call)) : nullptr;
       record.count = count;
       record.queue = queue_buffer.reserve(1);
@@ -447,7 +449,7 @@ namespace {
       const int preparing = blocks_for(count, record.prepared_together);
       record.ready = ready_buffer.reserve_clean(preparing);
       record.turn = ++turn_of_launch;
-      // a thread for each step that is planned, and for each piece of a drive
+      // The kernel has a thread for each planned step and for each piece of a DriveRecord.
       const int threads = rounded_up(
           record.prepared_together * std::min(16, std::max(kThreadsPerCall<D>, plan.steps_ahead)),
           32);
@@ -459,7 +461,8 @@ namespace {
       prepared.dynamicSmemBytes = record.prepared_together * record.prepared_size;
       check_cuda(cudaLaunchKernelExC(&prepared, plan.prepare, arguments),
                  "launch of the kernel that prepares calls");
-      // its blocks are put in place while the last calls are prepared, and each begins when its own one is
+      // The blocks are placed while the last calls are prepared, and each begins when its own call
+      // is.
       cudaLaunchAttribute early = in_place_early(plan.waits);
       cudaLaunchConfig_t launched = {};
       launched.gridDim = resident;
@@ -480,7 +483,7 @@ namespace {
       return record;
     }
 
-    /// Has RVEs whose call must be repeated do so. Returns how many have not finished then.
+    /// Repeats the call of RVEs that need it. Returns the number of RVEs that are still unfinished.
     int repeat_some(int count)
     {
       const IncrementLaunch<D> &launch = increments_of_call;
@@ -532,7 +535,7 @@ namespace {
       return increment;
     }
 
-    /// What kernels have found so far, for when they have been waited for.
+    /// Copies the findings so far to the host. They are valid after a synchronisation.
     void bring_findings(HostBuffer<CallFindings> &to)
     {
       constexpr int words = kToldFindings / sizeof(int);
@@ -541,7 +544,7 @@ namespace {
       check_cuda(cudaGetLastError(), "download of findings");
     }
 
-    /// On the device, where the modes of a servo lie elsewhere.
+    /// Uploads the records of a call with a servo. Pointers to modes become device pointers.
     const SteeringRecord<D> *upload_steering(const Call &call)
     {
       const std::size_t count = call.steering.size();
@@ -565,7 +568,8 @@ namespace {
       check_cuda(cudaSetDevice(options.device_number), "choice of the device");
     }
 
-    /// Where the RVEs of a call live, on the device. Those of the last call serve while nothing has moved.
+    /// Returns the device handles of the RVEs of a call. Those of the last call are reused if no
+    /// RVE has moved.
     const RveHandle *handles_of(const std::vector<int> &rves)
     {
       const bool is_call = device_call && &rves == &device_call->rves;
@@ -599,41 +603,41 @@ namespace {
     DeviceBuffer<SteeredModes<D>> modes_buffer;
     DeviceBuffer<TurnRecord<D>> turn_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
-    // small, read or written once: the kernels reach for them over the bus, while they work
-    HostBuffer<DriveRecord<D>> drives{cudaHostAllocWriteCombined};    // nothing reads them here
+    // Kernels access these small buffers over the bus. Each is read or written once.
+    HostBuffer<DriveRecord<D>> drives{cudaHostAllocWriteCombined};    // the host only writes them
     HostBuffer<AnswerRecord<D>> answers;
     DeviceBuffer<DetailRecord<D>> detail_buffer;
     DeviceBuffer<int>
-        asked_buffer;    ///< whose details those are, of calls that do not ask for all
+        asked_buffer;    ///< indices of details, for calls where only some RVEs have details
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
     DeviceBuffer<unsigned> ready_buffer;
     unsigned turn_of_launch = 0;
 
-    // of calls whose increments are on the device
+    // Buffers of calls whose increments are on the device.
     static constexpr std::size_t BYTES_PLANNED = 2 * sizeof(DriveRecord<D>) +
         2 * sizeof(AnswerRecord<D>) + sizeof(PlannedRve) + sizeof(SleepOf<D>) + sizeof(Rest) +
-        sizeof(TurnRecord<D>) + 3 * sizeof(int) + 1;    ///< per RVE
+        sizeof(TurnRecord<D>) + 3 * sizeof(int) + 1;    ///< bytes per RVE
     const DeviceCallOf<D> *device_call = nullptr;
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
-    bool are_alike = false;      ///< RVEs of device_call, in their grains
-    bool has_resting = false;    ///< some of them rested when it was new
-    bool may_sleep = false;      ///< some of them rest, or may
+    bool are_alike = false;      ///< all RVEs of device_call have the same number of grains
+    bool has_resting = false;    ///< the rest of some was known when the call was new
+    bool may_sleep = false;      ///< some RVEs are or may become quiescent
     int details_to_receive = 0;
     bool handled_call = false;    ///< the handles on the device are those of device_call
-    int drives_in_use = 0;        ///< of the call that has begun last
+    int drives_in_use = 0;        ///< index of the buffers of the call that has begun last
     DeviceBuffer<DriveRecord<D>> planned_drives[2];
     DeviceBuffer<int> point_buffer, planned_order_buffer;
     DeviceBuffer<PlannedRve> planned_buffer;
     DeviceBuffer<unsigned char> class_buffer;
     DeviceBuffer<CallFindings> findings_buffer;
-    HostBuffer<CallFindings> plan_told, answers_told;    ///< to the host
+    HostBuffer<CallFindings> plan_told, answers_told;    ///< host copies of findings
     Milestone answers_are_told;
-    bool is_launched_early = false;    ///< before the host has read the plan
-    /// Of all RVEs in the last plan; 0: it was another call's.
+    bool is_launched_early = false;    ///< launched before the host has read the plan
+    /// DEM steps of all RVEs in the last plan; 0 if that was another call.
     unsigned long long steps_before = 0;
-    int plans_not_held = 0;               ///< the last ones of this call: CallFindings::held
-    std::vector<int> stiffened_places;    ///< in the last call
+    int plans_not_held = 0;    ///< last consecutive plans of this call without CallFindings::held
+    std::vector<int> stiffened_places;    ///< RVEs that exceeded their limits in the last call
     DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];
     DeviceBuffer<Rest> rest_buffer;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How a call of RVEs is launched: its kernels, the threads and blocks, and the memory on chip.
+// Launch parameters of a call of RVEs: kernels, threads, blocks and shared memory.
 
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace rve {
 
-/// Bytes of a block on chip that CUDA keeps for itself.
+/// Shared memory that CUDA reserves per block [bytes].
 constexpr std::size_t kReservedOnChip = 1024;
 
 inline int rounded_up(int number, int unit)
@@ -26,7 +26,8 @@ inline int rounded_up(int number, int unit)
   return (number + unit - 1) / unit * unit;
 }
 
-/// Size of a part of device memory after which another one begins [bytes].
+/// Returns the size of a part of device memory, rounded up to the alignment of the next part
+/// [bytes].
 inline std::size_t aligned(std::size_t size)
 {
   return (size + 255) / 256 * 256;
@@ -37,15 +38,15 @@ struct LaunchPlan {
   KernelSizes sizes;
   int steps_ahead = 0;
   int block = 0;                    ///< threads
-  int blocks = 0;                   ///< blocks that the device holds at a time
-  bool waits = false;               ///< the kernel waits itself for the calls to be prepared
-  std::size_t dynamic = 0;          ///< bytes on chip
-  std::size_t overflow_size = 0;    ///< bytes of a workspace that do not fit there
-  int share_on_chip = 0;            ///< of the memory on chip, for both kernels [percent]
+  int blocks = 0;                   ///< resident blocks of the device
+  bool waits = false;               ///< the kernel itself waits for the prepared calls
+  std::size_t dynamic = 0;          ///< dynamic shared memory [bytes]
+  std::size_t overflow_size = 0;    ///< part of a workspace beyond shared memory [bytes]
+  int share_on_chip = 0;            ///< carveout of shared memory, for both kernels [percent]
 };
 
-/// The plans of an engine. Calls of a few kinds alternate: evaluations of some RVEs between the steps
-/// of all.
+/// Launch plans of an engine by kind of call. Calls of a few kinds alternate: evaluations of some
+/// RVEs between the steps of all.
 class LaunchPlans {
  public:
   LaunchPlans(const cudaDeviceProp &_device, const CudaPrograms &_programs, int _block_size) :
@@ -53,17 +54,18 @@ class LaunchPlans {
   {
   }
 
-  /// The plan of a call; the attributes of its kernels are set.
+  /// Returns the plan of a call and sets the attributes of its kernels.
   const LaunchPlan &plan_for(const CallShape &call);
 
  private:
-  /// Members of a call that decide how it is launched: whether it fills the device, whether kernels
-  /// with details are needed, CallShape::largest and pair_capacity, steps to prepare, the program.
+  /// Properties of a call that decide how it is launched: true if it fills the device, true if
+  /// kernels with details are needed, CallShape::largest and pair_capacity, planned steps, kernel
+  /// variant.
   using CallKind = std::tuple<bool, bool, int, int, int, Program>;
 
   LaunchPlan plan_of(const CallShape &call, int steps_ahead);
   static int steps_to_prepare(const CallShape &call);
-  /// True if some kernels of a program compute no details.
+  /// Returns true if some kernels of a variant compute no details.
   bool has_lean_kernels(Program program) const;
   bool fills_device(const CallShape &call) const
   {
@@ -77,7 +79,7 @@ class LaunchPlans {
   const CudaPrograms &programs;
   const int chosen_block_size;    ///< 0: automatic
   std::map<CallKind, LaunchPlan> plans;
-  const LaunchPlan *plan_in_use = nullptr;    ///< whose attributes its kernels have
+  const LaunchPlan *plan_in_use = nullptr;    ///< plan whose attributes the kernels have
 };
 
 inline const LaunchPlan &LaunchPlans::plan_for(const CallShape &call)
@@ -94,7 +96,8 @@ inline const LaunchPlan &LaunchPlans::plan_for(const CallShape &call)
   check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                   static_cast<int>(plan.dynamic)),
              "shared memory of the kernel");
-  // multiprocessors divide their memory anew only when they are empty: the same for both kernels of a call
+  // A multiprocessor changes its carveout only when it is empty, so both kernels of a call have the
+  // same.
   const void *const both[] = {plan.prepare, plan.kernel};
   for (const void *kernel : both)
     check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
@@ -111,7 +114,7 @@ inline LaunchPlan LaunchPlans::plan_of(const CallShape &call, int steps_ahead)
   const Program program = programs.usable(call.program);
   plan.prepare = programs.prepare(program);
   cudaFuncAttributes attributes;
-  std::size_t most = 0;    // bytes on chip that a launch may ask for
+  std::size_t most = 0;    // largest dynamic shared memory of a launch
   const auto plan_with = [&](Residency residency) {
     plan.kernel = programs.advance(program, residency);
     plan.block = block_size(*programs.shape(program, residency), call.largest);
@@ -125,7 +128,8 @@ inline LaunchPlan LaunchPlans::plan_of(const CallShape &call, int steps_ahead)
   Residency residency = residency_of(call, program);
   plan_with(residency);
   if (residency != Residency::Memory && plan.dynamic > most) {
-    // an H200 has room for the largest kernel of each format, a GeForce card has less than half of it
+    // An H200 has shared memory for the largest kernel of each format, a GeForce GPU less than half
+    // of it.
     residency = Residency::Memory;
     plan_with(residency);
   }
@@ -137,7 +141,7 @@ inline LaunchPlan LaunchPlans::plan_of(const CallShape &call, int steps_ahead)
   check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                   static_cast<int>(plan.dynamic)),
              "shared memory of the kernel");
-  plan_in_use = nullptr;    // the kernel may be its
+  plan_in_use = nullptr;    // that plan may have the same kernel
   int blocks_per_sm = 0;
   check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel, plan.block,
                                                            plan.dynamic),
@@ -154,9 +158,9 @@ inline LaunchPlan LaunchPlans::plan_of(const CallShape &call, int steps_ahead)
   return plan;
 }
 
-/// Steps that are planned for each RVE before the blocks begin: up to twice those of an RVE of mean
-/// length, since a block that has to plan waits for one thread. The memory of all these plans is
-/// written and read for every RVE. A power of two, so that successive calls have the same plan.
+/// Returns the number of steps that are planned for each RVE before the blocks begin: up to twice
+/// the mean number, since a block that must plan waits for one thread. The plans of all RVEs are
+/// written and read. The number is a power of two, so that successive calls have the same plan.
 inline int LaunchPlans::steps_to_prepare(const CallShape &call)
 {
   int steps = 1;
@@ -175,7 +179,7 @@ inline bool LaunchPlans::serves(const CallShape &call, Program program, Residenc
   const auto shape = programs.shape(program, residency);
   if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
   if (shape->lean && call.with_details) return false;
-  // with two items per thread, sums of a partial warp end in an illegal instruction (CUDA 13.0)
+  // With two items per thread, sums of a partial warp end in an illegal instruction (CUDA 13.0).
   if (shape->items == 2 && chosen_block_size % 32 != 0) return false;
   return chosen_block_size == 0 ||
       (chosen_block_size <= shape->threads && call.largest <= shape->items * chosen_block_size);
@@ -183,22 +187,22 @@ inline bool LaunchPlans::serves(const CallShape &call, Program program, Residenc
 
 inline Residency LaunchPlans::residency_of(const CallShape &call, Program program) const
 {
-  // A few RVEs take the kernel for many if it is loaded and theirs is not: compiling it takes
-  // seconds to half a minute, which a few calls, such as time-step checks, do not gain back.
+  // A few RVEs use the kernel for many if it is loaded and theirs is not. Compiling takes seconds
+  // to half a minute, which a few calls, such as time-step checks, do not gain back.
   const bool takes_many = fills_device(call) ||
       (programs.is_at_hand(program, Residency::Many) &&
        !programs.is_at_hand(program, Residency::Few));
   const Residency small = takes_many ? Residency::Many : Residency::Few;
   for (const Residency residency : {small, Residency::Large, Residency::Largest})
     if (serves(call, program, residency)) return residency;
-  // kernels for many RVEs may compute no details
+  // Kernels for many RVEs may compute no details.
   const auto usual = programs.shape(program, small);
   return usual && usual->lean && serves(call, program, Residency::Few) ? Residency::Few
                                                                        : Residency::Memory;
 }
 
-/// As few threads as can hold all grains. Grains in memory have a thread each while that is possible;
-/// beyond that all threads have about the same number of grains.
+/// Returns the smallest number of threads that holds all grains. Grains in memory have a thread
+/// each where possible; otherwise all threads have about the same number of grains.
 inline int LaunchPlans::block_size(const BlockShape &shape, int num_grains) const
 {
   if (chosen_block_size > 0) return std::min(chosen_block_size, shape.threads);

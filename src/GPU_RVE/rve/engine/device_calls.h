@@ -12,18 +12,18 @@
 
 namespace rve {
 
-/// Tensors of points in the memory of a CUDA device, one after the other.
+/// Tensors of points in the memory of a CUDA device, stored one after the other.
 struct PointsOnDevice {
-  int device = -1;    ///< as CUDA counts; -1: there are none
+  int device = -1;    ///< number of the device in CUDA; -1: none
   /// Dimension of the tensors: that of the RVEs, or 2 for RVEs of spheres in plane strain.
   int dimension = 0;
   const double *increment = nullptr;    ///< deformation increments [-]
   double *stress = nullptr;             ///< [stress]
 };
 
-/// Rest of an RVE at the beginning of a new call, if it is known.
+/// Known rest of an RVE at the beginning of a new call.
 template <int D> struct RestingRve {
-  int place = 0;    ///< in the call
+  int place = 0;    ///< index in the call
   Rest rest = Rest::Unknown;
   SleepOf<D> sleep;    ///< without a stiffness if the RVE moves
 };
@@ -44,7 +44,7 @@ template <int D> struct DeviceCallOf {
   bool is_new = true;    ///< RVEs, points or plans differ from those of the last call
 };
 
-/// A new PlannedRve::limit.
+/// New value of PlannedRve::limit.
 struct NewLimit {
   std::int32_t place;
   StiffeningLimit limit;
@@ -55,7 +55,7 @@ struct NewLimit {
 /// copies them to the host when they are wanted there.
 template <int D> class DeviceCallsOf : public Request {
  public:
-  /// Lets the device plan a call, after the work that it has been given so far.
+  /// Plans a call on the device, after the work that has been launched so far.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
   /// Indices (in the call) of the RVEs that exceeded the limits of their plans, of which fetch()
   /// returns at most MOST_STIFFENED.

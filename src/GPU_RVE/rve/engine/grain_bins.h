@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Grains by where they are, to find those that are near. Host only.
+// Bins of grains for the search of neighbours. Host only.
 
 #pragma once
 
@@ -12,12 +12,13 @@
 
 namespace rve {
 
-/// Bins by fractional coordinates, each at least one largest contact distance wide, or a single one.
+/// Bins by fractional coordinates. Each is at least one largest contact distance wide, or there is
+/// a single one.
 template <int D> class GrainBins {
  public:
   GrainBins(const Tensor<double, D> &cell, double contact_distance)
   {
-    // per axis: more would be empty for any N a cell of this kind holds
+    // Largest number of bins per axis. More would be empty for any N that such a cell holds.
     constexpr int MOST_BINS = D == 2 ? 1024 : 64;
     int least = MOST_BINS;
     std::size_t bins = 1;
@@ -27,7 +28,7 @@ template <int D> class GrainBins {
       least = std::min(least, count_[a]);
       bins *= static_cast<std::size_t>(std::max(count_[a], 1));
     }
-    // below three bins an axis would show the same bin on both sides
+    // With fewer than three bins an axis would have the same bin on both sides.
     if (least < 3) {
       is_single_ = true;
       bins = 1;
@@ -38,7 +39,7 @@ template <int D> class GrainBins {
 
   void add(const RveStateOf<D> &state, int i) { grains_[index(place(state, i))].push_back(i); }
 
-  /// Whether work(other) is true for a grain of the bin of grain i or of those around it.
+  /// Returns true if work(other) is true for a grain in the bin of grain i or in those around it.
   template <class Work> bool any_near(const RveStateOf<D> &state, int i, const Work &work) const
   {
     const int around = is_single_ ? 1 : D == 2 ? 9 : 27;
