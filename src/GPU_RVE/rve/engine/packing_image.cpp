@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Signed permutations of axes: no rounding anywhere, and minus zero is avoided.
+// Signed permutations of axes. They are exact and never give minus zero.
 
 #include "rve/engine/packing_image.h"
 
@@ -9,14 +9,14 @@ namespace rve {
 
 namespace {
 
-  /// Axis a of the image is `sign[a]` times axis `from[a]` of the packing.
+  /// Map of axes: axis a of the image is `sign[a]` times axis `from[a]` of the packing.
   template <int D> struct AxisMap {
     int from[D];
     int sign[D];
     bool is_mirror;
   };
 
-  // (x, y) -> (-y, x) turns the rows of R^(k mod 4); the mirror reverses what is taken from x
+  // (x, y) -> (-y, x) turns the rows of R^(k mod 4). The mirror reverses components taken from x.
   AxisMap<2> plane_map(int image)
   {
     constexpr AxisMap<2> TURNS[4] = {{{0, 1}, {1, 1}, false},
@@ -58,13 +58,13 @@ namespace {
     return sign > 0 || value == 0.0 ? value : -value;
   }
 
-  // the fraction 1 - s; unsigned numbers wrap as the cell does
+  // The function gives the fraction 1 - s, since unsigned numbers wrap as the cell does.
   std::uint64_t with_sign(int sign, std::uint64_t fraction)
   {
     return sign > 0 ? fraction : std::uint64_t{0} - fraction;
   }
 
-  /// Of D components from this one on.
+  /// Maps D successive components.
   template <int D, class T> void map_vector(const AxisMap<D> &map, T *vector)
   {
     T original[D];
