@@ -15,7 +15,7 @@ namespace rve {
 
 namespace {
 
-  /// Statements of a text file with their line numbers.
+  /// Reader of the statements of a text file with their line numbers.
   class StatementReader {
    public:
     explicit StatementReader(const std::string &_path) : path(_path)
@@ -25,7 +25,7 @@ namespace {
       require(file.is_open(), "cannot open packing file ", path, ": ", reason_of(errno));
     }
 
-    /// Moves to the next statement; `expected` names it for the message at the end of the file.
+    /// Moves to the next statement; `expected` names it in the message at the end of the file.
     void next(const std::string &expected)
     {
       add_statement(words, of_packing);
@@ -33,10 +33,11 @@ namespace {
       if (!next_words()) fail("file ends where ", expected, " was expected");
     }
 
-    /// The present statement begins a packing.
+    /// Marks the present statement as the first one of a packing.
     void begin_packing() { of_packing = {}; }
 
-    /// Moves to a line with the checksum of the statements before it: of the packing, or of the whole file.
+    /// Moves to a line with the checksum of the statements before it, of the packing or of the
+    /// whole file, and checks it.
     void read_checksum(bool whole_file, const std::string &last_statement)
     {
       next("'checksum'");
@@ -56,7 +57,7 @@ namespace {
              "it");
     }
 
-    /// The present statement is the last one.
+    /// Requires that the present statement is the last one.
     void require_end()
     {
       const std::string last(word(0));
@@ -108,10 +109,10 @@ namespace {
     std::ifstream file;
     std::string text;
     std::vector<std::string_view> words;
-    Checksum of_packing, of_file;    // of the statements before the present one
+    Checksum of_packing, of_file;    // checksums of the statements before the present one
     int line = 0;
 
-    /// Whether there is a further statement.
+    /// Moves to the next line with a statement; returns false at the end of the file.
     bool next_words()
     {
       do {
@@ -126,7 +127,8 @@ namespace {
       return true;
     }
 
-    /// A line at a time: libraries may be larger than the memory.
+    /// Checks that the line is plain text. Lines are read one by one, since libraries may exceed
+    /// the memory.
     void make_plain()
     {
       if (line == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
@@ -145,7 +147,7 @@ namespace {
     }
   };
 
-  /// Ends at the first statement behind the material.
+  /// Reads the material and moves to the first statement after it.
   template <int D> void read_material(StatementReader &reader, Material &material)
   {
     const std::vector<MaterialLine> lines = material_lines<D>();
@@ -209,7 +211,7 @@ namespace {
   template <int D> void read_grains(StatementReader &reader, int num_grains, RveStateOf<D> &state)
   {
     constexpr int SPINS = Space<D>::spins;
-    // Grown as lines come: a damaged count must end in a message, not in an allocation.
+    // Arrays grow with the lines: a damaged count must give a message and not an allocation.
     std::vector<bool> seen;
     for (int k = 0; k < num_grains; ++k) {
       reader.next("grain line " + std::to_string(k + 1) + " of " + std::to_string(num_grains));
@@ -264,7 +266,8 @@ namespace {
     }
   }
 
-  /// Of a packing at whose statement `gpu_rve_packing` the reader is; ends at the last statement that says it.
+  /// Reads the dimension of a packing from its statement `gpu_rve_packing` on. Ends at the last
+  /// statement that it needs.
   int read_dimension(StatementReader &reader)
   {
     reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
@@ -282,7 +285,7 @@ namespace {
         " (dimension " + std::to_string(dimension) + ")";
   }
 
-  /// A packing from the statement `gpu_rve_packing`, to which the reader has moved, to `end`.
+  /// Reads a packing from its statement `gpu_rve_packing`, to which the reader has moved, to `end`.
   template <int D> RveStateOf<D> read_packing_statements(StatementReader &reader)
   {
     RveStateOf<D> state;

@@ -15,7 +15,7 @@ namespace rve {
 
 namespace {
 
-  /// Coordinates of the state are 64-bit fractions; `fast` keeps the leading half.
+  /// Conversion of 64-bit fractional coordinates; `fast` keeps the leading half.
   std::uint32_t narrow(std::uint64_t s, std::uint32_t)
   {
     return static_cast<std::uint32_t>(s >> 32);
@@ -41,8 +41,8 @@ namespace {
     return s;
   }
 
-  /// Grain numbers row by row, each row along x, and in space layer by layer: a grain's neighbours have numbers near its own, or near those of
-  /// its rows above.
+  /// Returns grain numbers row by row, each row along x, and in space layer by layer. Neighbours of
+  /// a grain then have numbers near its own, or near those of the rows above.
   template <int D> std::vector<std::int32_t> storage_order(const RveStateOf<D> &state)
   {
     const int n = state.num_grains();
@@ -62,7 +62,7 @@ namespace {
     return order;
   }
 
-  /// A pair with the history that an image has of it.
+  /// Returns a pair with its history in a device state.
   template <class Scene>
   PairOf<Scene::D> pair_of(int first, int second, const typename Scene::History &history)
   {
@@ -70,7 +70,7 @@ namespace {
     pair.first = first;
     pair.second = second;
     Scene::Law::to_pair(history, pair);
-    // a zero has no sign there
+    // A zero has no sign in a state.
     for (const auto &number : pair_memory<Scene::D>()) number.of(pair) += 0.0;
     return pair;
   }
@@ -103,7 +103,7 @@ namespace {
     store_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
     store_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
     set_material_in(header, state.material);
-    // of the radii as the image has them: that of its state is the same again
+    // The sums use rounded radii, so that the state read back gives the same ones.
     RveStateOf<D> stored;
     for (double r : state.radius) stored.radius.push_back(static_cast<typename Scene::Wide>(r));
     const auto [smallest, largest] =
@@ -129,7 +129,7 @@ namespace {
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
     const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
                                                                 : state.order;
-    std::vector<int> place(n);    // of a grain number
+    std::vector<int> place(n);    // index of a grain number
     for (int k = 0; k < n; ++k) {
       const int i = order[k];
       place[i] = k;
@@ -215,14 +215,14 @@ namespace {
                  rotation);
   }
 
-  /// Returns work(scene) of the program that prepares calls of `memory`, in these numbers.
+  /// Returns work(scene) of the variant that prepares calls of `memory`, in these numbers.
   template <int D, class Numbers, class Work> auto with_numbers(Program memory, const Work &work)
   {
     return with_program<D>(
         memory, [&](auto program) { return work(ProgramScene<program.prepared_like, Numbers>()); });
   }
 
-  /// work(a scene), in numbers as `format` says, whose pairs remember what images hold.
+  /// Returns work(scene) for the number format and memory layout of device states.
   template <int D, class Work> auto with_scene(Format format, Program memory, const Work &work)
   {
     switch (format) {
