@@ -67,7 +67,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   virtual ImageHeader<D> get_header(int rve) const = 0;
   virtual void turn_images(const std::vector<int> &rves,
                            const std::vector<Tensor<double, D>> &rotations) = 0;
-  /// One run of the block program for some RVEs.
+  /// Run of the block program for some RVEs.
   struct Call : CallShape {
     const std::vector<int> *rves = nullptr;     ///< numbers of the RVEs
     const DriveRecord<D> *drives = nullptr;     ///< memory from room_for_drives()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Calls of an engine whose increments and stresses are in the memory of its CUDA device, which plans
-// them, runs them and decides which RVEs are quiescent. The host reads results when it needs them.
+// Calls of an engine with increments and stresses in the memory of its CUDA device. The device
+// plans and runs them and decides which RVEs are quiescent. The host reads results on demand.
 
 #pragma once
 
@@ -28,8 +28,8 @@ template <int D> struct RestingRve {
   SleepOf<D> sleep;    ///< without a stiffness if the RVE moves
 };
 
-/// IncrementOf::substeps of an RVE that has been quiescent since before the call was new: the device
-/// does not have the result of its last DEM steps.
+/// Value of IncrementOf::substeps for an RVE that has been quiescent since before the call was new:
+/// the device does not have the result of its last DEM steps.
 constexpr std::int32_t BEFORE_THE_CALL = -1;
 
 /// Input of a call. It lives until the results have been delivered or the next call is planned.
@@ -50,9 +50,9 @@ struct NewLimit {
   StiffeningLimit limit;
 };
 
-/// Calls whose increments and stresses are in the memory of the engine's CUDA device, and the request
-/// of the last one that was planned. After Request::fetch() the results stay on the device: deliver()
-/// copies them to the host when they are wanted there.
+/// Calls with increments and stresses in the memory of the engine's CUDA device. The object is also
+/// the request of the last planned call. After Request::fetch() the results stay on the device, and
+/// deliver() copies them to the host on demand.
 template <int D> class DeviceCallsOf : public Request {
  public:
   /// Plans a call on the device, after the work that has been launched so far.

@@ -32,9 +32,8 @@ namespace rve {
 ///   contacts M                   followed by M lines: two ids, and the numbers of PAIR_MEMORY or
 ///                                SPATIAL_PAIR_MEMORY in their order; the tangential force is
 ///                                required, missing numbers at the end of a line are 0
-///   checksum digits              16 hexadecimal digits, or none (not checked), as in files that
-///   are
-///                                written by hand
+///   checksum digits              16 hexadecimal digits, or none (not checked), as in files
+///                                that are written by hand
 ///   end
 /// The checksum is FNV-1a with 64 bits over the preceding statements without comments, each as its
 /// words with single blanks in between and a line feed at the end. Numbers are the shortest

@@ -9,9 +9,8 @@ namespace rve {
 
 /// Lines are program(name, law, books, prepared):
 ///
-/// law:      class of physics/laws, in a number format, with its contact law, friction, dashpots
-/// and
-///           rolling resistance;
+/// law:      class of physics/laws, in a number format, with its contact law, friction,
+///           dashpots and rolling resistance;
 /// books:    None, Servo, or All (algorithm/scene.h);
 /// prepared: variant of the same contact law that prepares the calls. It has the same memory layout
 ///           of RVEs and all features of the variants that refer to it.
@@ -41,7 +40,7 @@ namespace rve {
   program(Dmt,          DmtAdhesion,       All,   Dmt)          \
   program(DmtRolling,   RollingDmt,        All,   DmtRolling)
 
-// of spheres
+// Kernel variants of spheres.
 #define RVE_SPATIAL_PROGRAMS(program)                                             \
   program(PlainSpheres,       FrictionalSphereSprings, None,  Spheres)            \
   program(SteeredSpheres,     FrictionalSphereSprings, Servo, Spheres)            \

@@ -87,7 +87,7 @@ DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &
 
   DeviceCode compiled;
   if (cache.load(key, compiled)) return compiled;
-  // One rank of a machine compiles, and the others find its kernel in the cache.
+  // A single rank of a machine compiles, and the others find its kernel in the cache.
   const KernelCache::Turn turn(cache, key);
   if (cache.load(key, compiled)) return compiled;
   if (!cache.obstacle().empty())
