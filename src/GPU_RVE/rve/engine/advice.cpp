@@ -63,7 +63,7 @@ double smallest_overlap(Format format, double grains_along_edge)
 std::vector<Advice> advice_on_friction(const Material &material)
 {
   std::vector<Advice> list;
-  const auto look = [&](double friction, const char *what) {
+  const auto check_coefficient = [&](double friction, const char *what) {
     if (!(friction > LARGEST_USUAL_FRICTION)) return;
     const double degree = kPi / 180.0;
     list.push_back({AdviceKind::LargeFriction, friction, LARGEST_USUAL_FRICTION,
@@ -73,8 +73,9 @@ std::vector<Advice> advice_on_friction(const Material &material)
                                  rounded(std::tan(friction * degree))
                                          : "; contacts will hardly ever slide")});
   };
-  look(material.friction, "friction coefficient");
-  if (resists_rolling(material)) look(material.rolling_friction, "rolling friction coefficient");
+  check_coefficient(material.friction, "friction coefficient");
+  if (resists_rolling(material))
+    check_coefficient(material.rolling_friction, "rolling friction coefficient");
   return list;
 }
 

@@ -42,7 +42,7 @@ namespace {
       f(begin, std::min(begin + RVES_OF_PART, mine.end));
   }
 
-  template <int D> auto among(const std::vector<DriveOf<D>> &drives)
+  template <int D> auto drives_at(const std::vector<DriveOf<D>> &drives)
   {
     return [&drives](std::size_t place) { return drives[place]; };
   }
@@ -367,11 +367,11 @@ BatchEngine<D>::call_of_increments(const std::vector<int> &rves, int largest, in
   extent.longest = longest;
   extent.steps = steps;
   plan(call, extent, false, Answer::Short);
-  if (num_details > 0) ask_for_looks(call, num_details);
+  if (num_details > 0) request_evaluations(call, num_details);
   return call;
 }
 
-template <int D> void BatchEngine<D>::ask_for_looks(Call &call, int num_details)
+template <int D> void BatchEngine<D>::request_evaluations(Call &call, int num_details)
 {
   call.with_details = true;
   call.num_details = num_details;
@@ -437,39 +437,39 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
                                                         const Answers &first, Answer kind)
 {
   const std::size_t count = rves.size();
-  mended.assign(first.answers, first.answers + count);
-  mended_details.assign(kind == Answer::Short ? 0 : count, DetailRecord<D>());
-  if (first.details) std::copy_n(first.details, count, mended_details.begin());
+  repeated.assign(first.answers, first.answers + count);
+  repeated_details.assign(kind == Answer::Short ? 0 : count, DetailRecord<D>());
+  if (first.details) std::copy_n(first.details, count, repeated_details.begin());
   std::map<std::size_t, ImageHeader<D>> before;    // of the RVEs whose call is repeated
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
     for (std::size_t k = 0; k < count; ++k)
-      if (must_repeat(mended[k])) again.push_back(k);
+      if (must_repeat(repeated[k])) again.push_back(k);
     if (again.empty()) break;
     std::vector<int> some_rves;
     std::vector<DriveOf<D>> some_drives;
     for (std::size_t k : again) {
       before.emplace(k, get_header(rves[k]));
-      prepare_repeat(rves[k], mended[k]);
+      prepare_repeat(rves[k], repeated[k]);
       some_rves.push_back(rves[k]);
       some_drives.push_back(drive_at(k));
     }
     const Answers some = start(some_rves, some_drives, kind);
     for (std::size_t m = 0; m < again.size(); ++m) {
-      mended[again[m]] = some.answers[m];
-      if (some.details) mended_details[again[m]] = some.details[m];
+      repeated[again[m]] = some.answers[m];
+      if (some.details) repeated_details[again[m]] = some.details[m];
     }
   }
 
   // A call that fails in the end leaves no trace of its repetitions.
   for (const auto &[k, header_before] : before) {
-    if (!(mended[k].status & status::Fatal)) continue;
+    if (!(repeated[k].status & status::Fatal)) continue;
     ImageHeader<D> header = get_header(rves[k]);
     header.repeats = header_before.repeats;
     header.largest_contact_force = header_before.largest_contact_force;
     put_header(rves[k], header);
   }
-  return {mended.data(), kind == Answer::Short ? nullptr : mended_details.data()};
+  return {repeated.data(), kind == Answer::Short ? nullptr : repeated_details.data()};
 }
 
 template <int D>
@@ -481,7 +481,7 @@ void BatchEngine<D>::advance_with_details(const std::vector<int> &rves,
   Answers all = start(rves, drives, kind);
   const int count = static_cast<int>(rves.size());
   if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
-    all = repeat(rves, among(drives), all, kind);
+    all = repeat(rves, drives_at(drives), all, kind);
   results.resize(count);
   bool any_failed = false;
   {
@@ -519,15 +519,15 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
 {
   require(std::isfinite(enough) && enough > 0.0,
           "a sufficient time step must be positive and finite, got ", enough, " [time]");
-  DriveOf<D> look;
-  look.dt = enough;
+  DriveOf<D> evaluation;
+  evaluation.dt = enough;
   // The array is large, and its contents rarely change from call to call.
-  if (!drives_of_look.empty() && drives_of_look.front().dt != enough) drives_of_look.clear();
-  drives_of_look.resize(rves.size(), look);
-  Answers all = start(rves, drives_of_look, Answer::TimeStep);
+  if (!drives_of_bounds.empty() && drives_of_bounds.front().dt != enough) drives_of_bounds.clear();
+  drives_of_bounds.resize(rves.size(), evaluation);
+  Answers all = start(rves, drives_of_bounds, Answer::TimeStep);
   const int count = static_cast<int>(rves.size());
   if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
-    all = repeat(rves, among(drives_of_look), all, Answer::TimeStep);
+    all = repeat(rves, drives_at(drives_of_bounds), all, Answer::TimeStep);
   bounds.resize(count);
   const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team)
@@ -553,7 +553,7 @@ void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<Dri
     return unfinished;
   };
   if (!respond()) return;
-  all = repeat(rves, among(drives), all, Answer::Short);
+  all = repeat(rves, drives_at(drives), all, Answer::Short);
   respond();
 }
 
@@ -593,20 +593,20 @@ Request *BatchEngine<D>::begin(const std::vector<int> &rves, IncrementCallOf<D> 
   }
   if (!all_serve) return nullptr;
   plan(call, extent, false, Answer::Short);
-  number_looks(call);
+  number_evaluations(call);
   caller.begin();
   increment_request.set(rves, caller, begin_launch(call));
   return &increment_request;
 }
 
 /// Numbers the details of the RVEs whose increments request diagnostic evaluations.
-template <int D> void BatchEngine<D>::number_looks(Call &call)
+template <int D> void BatchEngine<D>::number_evaluations(Call &call)
 {
   detail_of.clear();
   int looks = 0;
   for (const IncrementOf<D> &one : increments) detail_of.push_back(one.is_looked_at ? looks++ : -1);
   if (looks == 0) return;
-  ask_for_looks(call, looks);
+  request_evaluations(call, looks);
   call.detail_of = &detail_of;
 }
 
@@ -679,8 +679,8 @@ void BatchEngine<D>::answer(const std::vector<int> &rves, IncrementCallOf<D> &ca
 }
 
 template <int D>
-void BatchEngine<D>::tell_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
-                               IncrementCallOf<D> &caller) const
+void BatchEngine<D>::report_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
+                                 IncrementCallOf<D> &caller) const
 {
   const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team)

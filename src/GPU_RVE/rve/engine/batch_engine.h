@@ -117,14 +117,14 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// are any, and from repeated calls.
   void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
   /// Reports what is known about the rest of the RVEs of such a call, after answer().
-  void tell_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
-                 IncrementCallOf<D> &caller) const;
+  void report_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
+                   IncrementCallOf<D> &caller) const;
   /// Returns a call by increments that are in device memory. `largest` is the number of grains of
   /// the largest RVE, `longest` the largest number of DEM steps, `steps` their sum, `num_details`
   /// the number of RVEs with details.
   Call call_of_increments(const std::vector<int> &rves, int largest, int longest,
                           std::int64_t steps, int num_details);
-  static void ask_for_looks(Call &call, int num_details);
+  static void request_evaluations(Call &call, int num_details);
   int grains(int rve) const { return grains_of[rve]; }
   static ResponseOf<D> to_response(const AnswerRecord<D> &answer);
   void require_nothing_under_way() const;
@@ -174,7 +174,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// Checks and translates the prescribed motions, and sets sizes, order and kernel variant.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                Answer kind);
-  void number_looks(Call &call);
+  void number_evaluations(Call &call);
   /// Runs one call without repetitions.
   Answers start(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives, Answer kind);
   /// Runs a call with detailed answers, with or without the stiffness.
@@ -190,7 +190,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   std::vector<unsigned char> cost_class;
   std::vector<int> order, class_begin;
   /// Prescribed motions of bound_time_steps(), megabytes that the next call reuses.
-  std::vector<DriveOf<D>> drives_of_look;
+  std::vector<DriveOf<D>> drives_of_bounds;
   /// Request of a call by increments in host memory.
   class IncrementRequest final : public Request {
    public:
@@ -207,8 +207,8 @@ template <int D> class BatchEngine : public EngineOf<D> {
   IncrementRequest increment_request{*this};
   int pairs_per_grain = 4;    ///< capacity of the workspaces, grows on demand
   // Results of repeated calls.
-  std::vector<AnswerRecord<D>> mended;
-  std::vector<DetailRecord<D>> mended_details;
+  std::vector<AnswerRecord<D>> repeated;
+  std::vector<DetailRecord<D>> repeated_details;
 };
 
 }    // namespace rve

@@ -137,19 +137,16 @@ std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
       known.push_back(seen);
     }
   });
-  const auto grains = [](const auto &pair) { return std::make_pair(pair.first, pair.second); };
-  std::sort(known.begin(), known.end(),
-            [&](const PairOf<D> &x, const PairOf<D> &y) { return grains(x) < grains(y); });
+  const auto is_before = [](const auto &x, const auto &y) {
+    return x.first != y.first ? x.first < y.first : x.second < y.second;
+  };
+  std::sort(known.begin(), known.end(), is_before);
   std::vector<PairOf<D>> pairs;
   pairs.reserve(contacts.size());
   for (const TouchingPairOf<D> &contact : contacts) {
-    const auto place = std::lower_bound(
-        known.begin(), known.end(), contact, [&](const PairOf<D> &x, const TouchingPairOf<D> &y) {
-          return x.first != y.first ? x.first < y.first : x.second < y.second;
-        });
-    const bool found =
-        place != known.end() && place->first == contact.first && place->second == contact.second;
-    pairs.push_back(found ? *place : PairOf<D>{});
+    const auto at = std::lower_bound(known.begin(), known.end(), contact, is_before);
+    const bool found = at != known.end() && !is_before(contact, *at);
+    pairs.push_back(found ? *at : PairOf<D>{});
   }
   return pairs;
 }

@@ -88,7 +88,7 @@ namespace {
           largest_of_call = k == 0 ? grains : std::max(largest_of_call, grains);
         }
         are_alike = smallest == largest_of_call;
-        place_those_resting(call.resting, count);
+        upload_resting(call.resting, count);
       }
       may_sleep = call.options.quiescent_strain > 0.0 || has_resting;
       const bool has_order = may_sleep || call.options.is_adaptive || !are_alike;
@@ -112,7 +112,7 @@ namespace {
       check_cuda(cudaGetLastError(), "launch of a plan");
       is_launched_early = false;
       this->note_plan();
-      bring_findings(plan_told);
+      bring_findings(plan_findings);
     }
 
     bool launch_early() override
@@ -135,7 +135,7 @@ namespace {
 
     bool launch() override
     {
-      const CallFindings &found = *plan_told.room(1);
+      const CallFindings &found = *plan_findings.room(1);
       if (found.held && std::exchange(is_launched_early, false)) {
         wait_for_answers();
         drives_in_use = 1 - drives_in_use;    // undo the early launch
@@ -151,7 +151,7 @@ namespace {
     StressesAre wait() override
     {
       wait_for_answers();
-      const CallFindings &found = *answers_told.room(1);
+      const CallFindings &found = *answer_findings.room(1);
       int unfinished = found.unfinished;
       const bool host_helps = unfinished > 0;
       if (host_helps && unfinished <= kMostUnfinished) unfinished = repeat_some(unfinished);
@@ -182,8 +182,8 @@ namespace {
       this->answer(device_call->rves, caller,
                    {planned_answers[drives_in_use].receive(count), nullptr});
       if (!may_sleep) return;
-      this->tell_rest(static_cast<int>(count), rest_buffer.receive(count),
-                      sleep_buffer.receive(count), caller);
+      this->report_rest(static_cast<int>(count), rest_buffer.receive(count),
+                        sleep_buffer.receive(count), caller);
     }
 
     void deliver_one(int place, IncrementCallOf<D> &caller) override
@@ -357,7 +357,7 @@ namespace {
     }
 
     /// Uploads the RVEs whose rest is known at the beginning of a new call. All others are unknown.
-    void place_those_resting(const std::vector<RestingRve<D>> &resting, int count)
+    void upload_resting(const std::vector<RestingRve<D>> &resting, int count)
     {
       const int number = static_cast<int>(resting.size());
       has_resting = number > 0;
@@ -402,8 +402,8 @@ namespace {
       launch.unfinished = unfinished_buffer.room(kMostUnfinished);
       take_answers<D><<<blocks_for(launch.count, kIncrementBlock), kIncrementBlock>>>(launch);
       check_cuda(cudaGetLastError(), "launch of the answers");
-      bring_findings(answers_told);
-      answers_are_told.set();
+      bring_findings(answer_findings);
+      answers_ready.set();
     }
 
     void launch_turns(const TurnList<D> &list)
@@ -418,7 +418,7 @@ namespace {
     void wait_for_answers()
     {
       use_device();
-      answers_are_told.wait("RVE kernel");
+      answers_ready.wait("RVE kernel");
     }
 
     /// Launches the kernels of a call. The record has its prescribed motions, order, answers and
@@ -520,7 +520,7 @@ namespace {
         take_repeated<D><<<blocks_for(finished, kIncrementBlock), kIncrementBlock>>>(
             launch, repeated_buffer.send(finished), finished);
         check_cuda(cudaGetLastError(), "launch of repeated answers");
-        bring_findings(answers_told);
+        bring_findings(answer_findings);
         check_cuda(cudaStreamSynchronize(nullptr), "repeated calls");
       }
       return count - finished;
@@ -538,7 +538,7 @@ namespace {
     /// Copies the findings so far to the host. They are valid after a synchronisation.
     void bring_findings(HostBuffer<CallFindings> &to)
     {
-      constexpr int words = kToldFindings / sizeof(int);
+      constexpr int words = kHostFindings / sizeof(int);
       copy_few<<<1, words>>>(reinterpret_cast<const int *>(increments_of_call.findings),
                              reinterpret_cast<int *>(to.room(1)), words);
       check_cuda(cudaGetLastError(), "download of findings");
@@ -631,8 +631,8 @@ namespace {
     DeviceBuffer<PlannedRve> planned_buffer;
     DeviceBuffer<unsigned char> class_buffer;
     DeviceBuffer<CallFindings> findings_buffer;
-    HostBuffer<CallFindings> plan_told, answers_told;    ///< host copies of findings
-    Milestone answers_are_told;
+    HostBuffer<CallFindings> plan_findings, answer_findings;    ///< host copies of findings
+    Milestone answers_ready;
     bool is_launched_early = false;    ///< launched before the host has read the plan
     /// DEM steps of all RVEs in the last plan; 0 if that was another call.
     unsigned long long steps_before = 0;

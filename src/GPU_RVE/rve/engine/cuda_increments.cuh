@@ -30,7 +30,7 @@ struct CallFindings {
   int held;    ///< positive: some RVEs are refused, make no steps or have an evaluation
   int class_size[kCostClasses], class_taken[kCostClasses];
 };
-constexpr std::size_t kToldFindings = offsetof(CallFindings, class_size);
+constexpr std::size_t kHostFindings = offsetof(CallFindings, class_size);
 
 /// Largest number of unfinished RVEs that are repeated singly. Beyond it the host handles the whole
 /// call.

@@ -55,7 +55,30 @@ class LaunchPlans {
   }
 
   /// Returns the plan of a call and sets the attributes of its kernels.
-  const LaunchPlan &plan_for(const CallShape &call);
+  const LaunchPlan &plan_for(const CallShape &call)
+  {
+    const int steps_ahead = steps_to_prepare(call);
+    const CallKind kind{fills_device(call), call.with_details && has_lean_kernels(call.program),
+                        call.largest,       call.pair_capacity,
+                        steps_ahead,        call.program};
+    auto found = plans.find(kind);
+    if (found == plans.end()) found = plans.emplace(kind, plan_of(call, steps_ahead)).first;
+    const LaunchPlan &plan = found->second;
+    if (&plan == plan_in_use) return plan;
+    plan_in_use = nullptr;
+    check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                    static_cast<int>(plan.dynamic)),
+               "shared memory of the kernel");
+    // A multiprocessor changes its carveout only when it is empty, so both kernels of a call have
+    // the same.
+    const void *const both[] = {plan.prepare, plan.kernel};
+    for (const void *kernel : both)
+      check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
+                                      plan.share_on_chip),
+                 "division of the memory on chip");
+    plan_in_use = &plan;
+    return plan;
+  }
 
  private:
   /// Properties of a call that decide how it is launched: true if it fills the device, true if
@@ -63,153 +86,122 @@ class LaunchPlans {
   /// variant.
   using CallKind = std::tuple<bool, bool, int, int, int, Program>;
 
-  LaunchPlan plan_of(const CallShape &call, int steps_ahead);
-  static int steps_to_prepare(const CallShape &call);
-  /// Returns true if some kernels of a variant compute no details.
-  bool has_lean_kernels(Program program) const;
-  bool fills_device(const CallShape &call) const
-  {
-    return call.num_rves > device.multiProcessorCount;
-  }
-  bool serves(const CallShape &call, Program program, Residency residency) const;
-  Residency residency_of(const CallShape &call, Program program) const;
-  int block_size(const BlockShape &shape, int num_grains) const;
-
   const cudaDeviceProp &device;
   const CudaPrograms &programs;
   const int chosen_block_size;    ///< 0: automatic
   std::map<CallKind, LaunchPlan> plans;
   const LaunchPlan *plan_in_use = nullptr;    ///< plan whose attributes the kernels have
-};
 
-inline const LaunchPlan &LaunchPlans::plan_for(const CallShape &call)
-{
-  const int steps_ahead = steps_to_prepare(call);
-  const CallKind kind{fills_device(call), call.with_details && has_lean_kernels(call.program),
-                      call.largest,       call.pair_capacity,
-                      steps_ahead,        call.program};
-  auto found = plans.find(kind);
-  if (found == plans.end()) found = plans.emplace(kind, plan_of(call, steps_ahead)).first;
-  const LaunchPlan &plan = found->second;
-  if (&plan == plan_in_use) return plan;
-  plan_in_use = nullptr;
-  check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                  static_cast<int>(plan.dynamic)),
-             "shared memory of the kernel");
-  // A multiprocessor changes its carveout only when it is empty, so both kernels of a call have the
-  // same.
-  const void *const both[] = {plan.prepare, plan.kernel};
-  for (const void *kernel : both)
-    check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
-                                    plan.share_on_chip),
-               "division of the memory on chip");
-  plan_in_use = &plan;
-  return plan;
-}
-
-inline LaunchPlan LaunchPlans::plan_of(const CallShape &call, int steps_ahead)
-{
-  LaunchPlan plan;
-  plan.steps_ahead = steps_ahead;
-  const Program program = programs.usable(call.program);
-  plan.prepare = programs.prepare(program);
-  cudaFuncAttributes attributes;
-  std::size_t most = 0;    // largest dynamic shared memory of a launch
-  const auto plan_with = [&](Residency residency) {
-    plan.kernel = programs.advance(program, residency);
-    plan.block = block_size(*programs.shape(program, residency), call.largest);
-    plan.sizes =
-        programs.sizes(program, residency, call.largest, call.pair_capacity, plan.steps_ahead);
-    plan.dynamic = plan.sizes.shared;
-    check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
-    most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReservedOnChip;
-    plan.overflow_size = aligned(plan.sizes.beside);
-  };
-  Residency residency = residency_of(call, program);
-  plan_with(residency);
-  if (residency != Residency::Memory && plan.dynamic > most) {
-    // An H200 has shared memory for the largest kernel of each format, a GeForce GPU less than half
-    // of it.
-    residency = Residency::Memory;
+  LaunchPlan plan_of(const CallShape &call, int steps_ahead)
+  {
+    LaunchPlan plan;
+    plan.steps_ahead = steps_ahead;
+    const Program program = programs.usable(call.program);
+    plan.prepare = programs.prepare(program);
+    cudaFuncAttributes attributes;
+    std::size_t most = 0;    // largest dynamic shared memory of a launch
+    const auto plan_with = [&](Residency residency) {
+      plan.kernel = programs.advance(program, residency);
+      plan.block = block_size(*programs.shape(program, residency), call.largest);
+      plan.sizes =
+          programs.sizes(program, residency, call.largest, call.pair_capacity, plan.steps_ahead);
+      plan.dynamic = plan.sizes.shared;
+      check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
+      most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReservedOnChip;
+      plan.overflow_size = aligned(plan.sizes.beside);
+    };
+    Residency residency = residency_of(call, program);
     plan_with(residency);
+    if (residency != Residency::Memory && plan.dynamic > most) {
+      // An H200 has shared memory for the largest kernel of each format, a GeForce GPU less than
+      // half of it.
+      residency = Residency::Memory;
+      plan_with(residency);
+    }
+    if (residency == Residency::Memory && plan.dynamic > most) {
+      plan.dynamic = most / 16 * 16;
+      plan.overflow_size = aligned(plan.sizes.shared);
+    }
+    plan.waits = waits_itself(device.major, attributes);
+    check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                    static_cast<int>(plan.dynamic)),
+               "shared memory of the kernel");
+    plan_in_use = nullptr;    // that plan may have the same kernel
+    int blocks_per_sm = 0;
+    check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
+                                                             plan.block, plan.dynamic),
+               "occupancy");
+    require(blocks_per_sm > 0,
+            "no thread block of " + std::to_string(plan.block) + " threads fits on this device");
+    plan.blocks = blocks_per_sm * device.multiProcessorCount;
+    const std::size_t on_chip =
+        blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReservedOnChip);
+    plan.share_on_chip =
+        std::min(100,
+                 static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
+                                  device.sharedMemPerMultiprocessor));
+    return plan;
   }
-  if (residency == Residency::Memory && plan.dynamic > most) {
-    plan.dynamic = most / 16 * 16;
-    plan.overflow_size = aligned(plan.sizes.shared);
+
+  /// Returns the number of steps that are planned for each RVE before the blocks begin: up to twice
+  /// the mean number, since a block that must plan waits for one thread. The plans of all RVEs are
+  /// written and read. The number is a power of two, so that successive calls have the same plan.
+  static int steps_to_prepare(const CallShape &call)
+  {
+    int steps = 1;
+    while (steps < kStepsAhead && steps < call.longest && steps < 2.0 * call.mean) steps *= 2;
+    return std::max(1, std::min(steps, call.longest));
   }
-  plan.waits = waits_itself(device.major, attributes);
-  check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                  static_cast<int>(plan.dynamic)),
-             "shared memory of the kernel");
-  plan_in_use = nullptr;    // that plan may have the same kernel
-  int blocks_per_sm = 0;
-  check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel, plan.block,
-                                                           plan.dynamic),
-             "occupancy");
-  require(blocks_per_sm > 0,
-          "no thread block of " + std::to_string(plan.block) + " threads fits on this device");
-  plan.blocks = blocks_per_sm * device.multiProcessorCount;
-  const std::size_t on_chip =
-      blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReservedOnChip);
-  plan.share_on_chip =
-      std::min(100,
-               static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
-                                device.sharedMemPerMultiprocessor));
-  return plan;
-}
 
-/// Returns the number of steps that are planned for each RVE before the blocks begin: up to twice
-/// the mean number, since a block that must plan waits for one thread. The plans of all RVEs are
-/// written and read. The number is a power of two, so that successive calls have the same plan.
-inline int LaunchPlans::steps_to_prepare(const CallShape &call)
-{
-  int steps = 1;
-  while (steps < kStepsAhead && steps < call.longest && steps < 2.0 * call.mean) steps *= 2;
-  return std::max(1, std::min(steps, call.longest));
-}
+  /// Returns true if some kernels of a variant compute no details.
+  bool has_lean_kernels(Program program) const
+  {
+    const auto shape = programs.shape(programs.usable(program), Residency::Large);
+    return !shape || shape->lean;
+  }
 
-inline bool LaunchPlans::has_lean_kernels(Program program) const
-{
-  const auto shape = programs.shape(programs.usable(program), Residency::Large);
-  return !shape || shape->lean;
-}
+  bool fills_device(const CallShape &call) const
+  {
+    return call.num_rves > device.multiProcessorCount;
+  }
 
-inline bool LaunchPlans::serves(const CallShape &call, Program program, Residency residency) const
-{
-  const auto shape = programs.shape(program, residency);
-  if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
-  if (shape->lean && call.with_details) return false;
-  // With two items per thread, sums of a partial warp end in an illegal instruction (CUDA 13.0).
-  if (shape->items == 2 && chosen_block_size % 32 != 0) return false;
-  return chosen_block_size == 0 ||
-      (chosen_block_size <= shape->threads && call.largest <= shape->items * chosen_block_size);
-}
+  bool serves(const CallShape &call, Program program, Residency residency) const
+  {
+    const auto shape = programs.shape(program, residency);
+    if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
+    if (shape->lean && call.with_details) return false;
+    // With two items per thread, sums of a partial warp end in an illegal instruction (CUDA 13.0).
+    if (shape->items == 2 && chosen_block_size % 32 != 0) return false;
+    return chosen_block_size == 0 ||
+        (chosen_block_size <= shape->threads && call.largest <= shape->items * chosen_block_size);
+  }
 
-inline Residency LaunchPlans::residency_of(const CallShape &call, Program program) const
-{
-  // A few RVEs use the kernel for many if it is loaded and theirs is not. Compiling takes seconds
-  // to half a minute, which a few calls, such as time-step checks, do not gain back.
-  const bool takes_many = fills_device(call) ||
-      (programs.is_at_hand(program, Residency::Many) &&
-       !programs.is_at_hand(program, Residency::Few));
-  const Residency small = takes_many ? Residency::Many : Residency::Few;
-  for (const Residency residency : {small, Residency::Large, Residency::Largest})
-    if (serves(call, program, residency)) return residency;
-  // Kernels for many RVEs may compute no details.
-  const auto usual = programs.shape(program, small);
-  return usual && usual->lean && serves(call, program, Residency::Few) ? Residency::Few
-                                                                       : Residency::Memory;
-}
+  Residency residency_of(const CallShape &call, Program program) const
+  {
+    // A few RVEs use the kernel for many if it is loaded and theirs is not. Compiling takes seconds
+    // to half a minute, which a few calls, such as time-step checks, do not gain back.
+    const bool takes_many = fills_device(call) ||
+        (programs.is_at_hand(program, Residency::Many) &&
+         !programs.is_at_hand(program, Residency::Few));
+    const Residency small = takes_many ? Residency::Many : Residency::Few;
+    for (const Residency residency : {small, Residency::Large, Residency::Largest})
+      if (serves(call, program, residency)) return residency;
+    // Kernels for many RVEs may compute no details.
+    const auto usual = programs.shape(program, small);
+    return usual && usual->lean && serves(call, program, Residency::Few) ? Residency::Few
+                                                                         : Residency::Memory;
+  }
 
-/// Returns the smallest number of threads that holds all grains. Grains in memory have a thread
-/// each where possible; otherwise all threads have about the same number of grains.
-inline int LaunchPlans::block_size(const BlockShape &shape, int num_grains) const
-{
-  if (chosen_block_size > 0) return std::min(chosen_block_size, shape.threads);
-  if (shape.items > 0) return rounded_up((num_grains + shape.items - 1) / shape.items, 32);
-  const int rounds = (num_grains + shape.threads - 1) / shape.threads;
-  const int in_a_round = (num_grains + rounds - 1) / rounds;
-  return rounded_up(in_a_round, 32);
-}
+  /// Returns the smallest number of threads that holds all grains. Grains in memory have a thread
+  /// each where possible; otherwise all threads have about the same number of grains.
+  int block_size(const BlockShape &shape, int num_grains) const
+  {
+    if (chosen_block_size > 0) return std::min(chosen_block_size, shape.threads);
+    if (shape.items > 0) return rounded_up((num_grains + shape.items - 1) / shape.items, 32);
+    const int rounds = (num_grains + shape.threads - 1) / shape.threads;
+    const int in_a_round = (num_grains + rounds - 1) / rounds;
+    return rounded_up(in_a_round, 32);
+  }
+};
 
 }    // namespace rve

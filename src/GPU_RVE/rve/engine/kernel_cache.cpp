@@ -38,7 +38,7 @@ namespace {
 
   /// Returns the reason why a folder cannot hold code that runs in the name of the user; empty if
   /// it can.
-  std::string trouble_of_folder(const std::string &folder)
+  std::string obstacle_of_folder(const std::string &folder)
   {
     struct stat status;
     if (::stat(folder.c_str(), &status) != 0) return ": " + reason_of(errno);
@@ -81,11 +81,11 @@ KernelCache::KernelCache(std::string folder)
   std::error_code error;
   fs::create_directories(fs::path(folder).parent_path(), error);
   ::mkdir(folder.c_str(), 0700);
-  const std::string trouble = trouble_of_folder(folder);
-  if (trouble.empty())
+  const std::string obstacle = obstacle_of_folder(folder);
+  if (obstacle.empty())
     folder_ = folder;
   else
-    obstacle_ = folder + trouble;
+    obstacle_ = folder + obstacle;
 }
 
 std::string KernelCache::file_name(const std::string &key)

@@ -85,16 +85,9 @@ namespace {
         tensor(a, b) = with_sign(map.sign[a] * map.sign[b], original(map.from[a], map.from[b]));
   }
 
-  void map_history(const AxisMap<2> &map, Pair &pair)
+  template <int D> void map_history(const AxisMap<D> &map, PairOf<D> &pair)
   {
-    if (!map.is_mirror) return;
-    for (const RememberedNumber<2> &number : PAIR_MEMORY)
-      if (number.is_mirrored) number.of(pair) = with_sign(-1, number.of(pair));
-  }
-
-  void map_history(const AxisMap<3> &map, PairOf<3> &pair)
-  {
-    for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
+    for (const RememberedNumber<D> &number : pair_memory<D>())
       if (number.begins_vector)
         map_vector(map, &number.of(pair));
       else if (map.is_mirror && number.is_mirrored)

@@ -466,12 +466,6 @@ template <int D> double largest_frequency(const RveStateOf<D> &state)
   return std::sqrt(network_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
 }
 
-double gershgorin_frequency(const RveState &state)
-{
-  const std::vector<TouchingPair> contacts = find_contacts(state);
-  return std::sqrt(gershgorin_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
-}
-
 template <int D> double pair_frequency(const RveStateOf<D> &state, double coming_overlap)
 {
   return std::sqrt(

@@ -18,10 +18,6 @@ namespace rve {
 /// does not act, and without rolling friction k_r does not.
 template <int D> double largest_frequency(const RveStateOf<D> &state);
 
-/// Returns an upper bound of largest_frequency of disks by Gershgorin's circles [1/time], in one
-/// pass over contacts.
-double gershgorin_frequency(const RveState &state);
-
 /// Returns the frequency of one contact between the two lightest grains [1/time], the first contact
 /// in a packing without contacts. With resistance to rolling or twisting it includes contacts of
 /// the lightest grain with any other. The overlap is the larger of `coming_overlap` [length] and
@@ -38,8 +34,8 @@ template <int D> double pair_frequency(const RveStateOf<D> &state, double coming
 /// proportional to w^2, otherwise on the safe side.
 template <int D> double stable_time_step(const RveStateOf<D> &state);
 
-/// Returns the time step with Gershgorin's frequency, a cheap lower bound of stable_time_step for
-/// disks [time].
+/// Returns a cheap lower bound of stable_time_step for disks, by Gershgorin's circles in one pass
+/// over contacts [time].
 double gershgorin_time_step(const RveState &state, double coming_overlap = 0.0);
 
 }    // namespace rve
