@@ -10,35 +10,26 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <type_traits>
 
 namespace rve {
 
 namespace {
 
   /// Conversion of 64-bit fractional coordinates; `fast` keeps the leading half.
-  std::uint32_t narrow(std::uint64_t s, std::uint32_t)
+  template <class Coordinate> Coordinate narrow(std::uint64_t s)
   {
-    return static_cast<std::uint32_t>(s >> 32);
+    if constexpr (std::is_same_v<Coordinate, FloatFraction>)
+      return wrapped(static_cast<float>(std::ldexp(static_cast<double>(s), -64)));
+    else
+      return static_cast<Coordinate>(s >> (64 - 8 * sizeof(Coordinate)));
   }
-  std::uint64_t narrow(std::uint64_t s, std::uint64_t)
+  template <class Coordinate> std::uint64_t widen(Coordinate s)
   {
-    return s;
-  }
-  FloatFraction narrow(std::uint64_t s, FloatFraction)
-  {
-    return wrapped(static_cast<float>(std::ldexp(static_cast<double>(s), -64)));
-  }
-  std::uint64_t widen(FloatFraction s)
-  {
-    return static_cast<std::uint64_t>(std::ldexp(static_cast<double>(s.value), 64));
-  }
-  std::uint64_t widen(std::uint32_t s)
-  {
-    return static_cast<std::uint64_t>(s) << 32;
-  }
-  std::uint64_t widen(std::uint64_t s)
-  {
-    return s;
+    if constexpr (std::is_same_v<Coordinate, FloatFraction>)
+      return static_cast<std::uint64_t>(std::ldexp(static_cast<double>(s.value), 64));
+    else
+      return static_cast<std::uint64_t>(s) << (64 - 8 * sizeof(Coordinate));
   }
 
   /// Returns grain numbers row by row, each row along x, and in space layer by layer. Neighbours of
@@ -135,7 +126,7 @@ namespace {
       place[i] = k;
       view.number[k] = i;
       for (int a = 0; a < D; ++a) {
-        view.position[k][a] = narrow(state.fractional[D * i + a], Coordinate());
+        view.position[k][a] = narrow<Coordinate>(state.fractional[D * i + a]);
         view.list_position[k][a] = static_cast<std::uint32_t>(list[D * i + a] >> 32);
         view.velocity[k][a] = static_cast<Real>(state.velocity[D * i + a]);
       }
