@@ -209,7 +209,7 @@ void BatchEngine<D>::turn(const std::vector<int> &rves,
     require(std::all_of(std::begin(error.component), std::end(error.component),
                         [](double x) { return std::fabs(x) < 1e-12; }) &&
                 determinant(r) > 0.0,
-            "an RVE can be turned by a rotation only, and the tensor is none");
+            "an RVE can be turned by a rotation only, and the tensor is not one");
   }
   if (!rves.empty()) turn_images(rves, rotations);
 }
@@ -255,7 +255,7 @@ template <int D> ResponseOf<D> BatchEngine<D>::to_response(const AnswerRecord<D>
 template <int D> void BatchEngine<D>::require_nothing_under_way() const
 {
   require(!increment_request.is_running(),
-          "a call of the engine is under way, and there can be one at a time");
+          "a call of the engine is still running; it must be finished before the next one");
 }
 
 template <int D> void BatchEngine<D>::prepare_repeat(int rve, const AnswerRecord<D> &result)

@@ -81,7 +81,7 @@ template <int D> void forget_absurd_force(RveStateOf<D> &state)
 {
   // Forces within a call may be larger than at its end, by a collision or a dashpot. Ten bits of
   // the sums are reserved for that. Without contacts the reference is the force of two of the
-  // largest grains at full overlap.
+  // largest grains at an overlap as large as their radius.
   constexpr double SURPRISE = 1024.0;
   const double radius = *std::max_element(state.radius.begin(), state.radius.end());
   const ContactPlace deepest{radius, radius, radius};

@@ -126,7 +126,7 @@ template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state)
 {
   constexpr int most = std::numeric_limits<std::int32_t>::max() / 2;
   require(state.num_grains() <= most, "an RVE of ", state.num_grains(),
-          " grains cannot have copies beside it; it may have at most ", most);
+          " grains cannot be doubled; it may have at most ", most);
   RveStateOf<D> wide = state;
   reduce_lattice(wide);
   const int n = state.num_grains(), axis = narrowest_axis(wide.cell);

@@ -137,7 +137,7 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// Returns the index in the call of an entry of the queue; -1 behind the last entry.
+  /// Returns the index in the call of an entry of the queue; -1 after the last entry.
   template <int D> RVE_DEVICE int place_of(const LaunchRecord<D> &launch, int entry)
   {
     if (entry >= launch.launched) return -1;
@@ -180,7 +180,7 @@ inline namespace RVE_ISA {
   }
 
   /// Returns the number of steps that blocks of a residency plan at a time; 0 for the default. The
-  /// shared memory beside the grains decides. Measured on an H200 in `fast`: two RVEs of 1000
+  /// shared memory next to the grains decides. Measured on an H200 in `fast`: two RVEs of 1000
   /// spheres have capacity for 176 steps each, 1 % faster than 64; a single one has 256, 1.5 %
   /// faster. Three RVEs of disks have 64 steps each, 3 % faster than 32; a single one has 256, 5 %
   /// faster. GPUs with less than 200 KB use the default. A servo plans one step at a time and

@@ -45,7 +45,7 @@ template <int D> void check(const DriveOf<D> &drive)
   require(drive.num_modes >= 0 && drive.num_modes <= Space<D>::strains &&
               (drive.num_modes == 0 || drive.modes),
           "a servo steers 0 to ", Space<D>::strains, " modes, got ", drive.num_modes,
-          drive.modes ? "" : " that are nowhere");
+          drive.modes ? "" : " without their data");
   if (drive.has_servo()) {
     constexpr double smallest = 1e-30, largest = 1e30;    // bounds that keep derived numbers finite
     require(finite(drive.velocity_gradient),

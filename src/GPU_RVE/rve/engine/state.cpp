@@ -130,7 +130,7 @@ namespace {
             "twisting_marshall is 1, by which friction resists twisting, and twisting stiffness, "
             "friction or viscosity are ",
             material.twisting_stiffness, ", ", material.twisting_friction, " and ",
-            material.twisting_viscosity, "; they must be 0 beside it");
+            material.twisting_viscosity, "; they must be 0 with twisting_marshall");
     require(material.twisting_viscosity == 0.0 || material.twisting_stiffness > 0.0,
             "twisting viscosity is ", material.twisting_viscosity,
             " [force length time], and the twisting stiffness is 0; it must be above 0 beside a "
