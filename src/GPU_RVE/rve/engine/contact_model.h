@@ -31,7 +31,6 @@ struct ContactModel {
   {
     return dimension == other.dimension && law == other.law && rolling == other.rolling;
   }
-  bool operator!=(const ContactModel &other) const { return !(*this == other); }
 };
 
 /// Returns a text such as "contact law hooke with rolling resistance".

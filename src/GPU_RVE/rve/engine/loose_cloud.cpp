@@ -49,9 +49,6 @@ namespace {
     in_range(initial_solid_fraction<D>(recipe), 0.01, CloudFraction<D>::most,
              "initial solid fraction [-]");
     in_range(recipe.k0, 0.01, 100.0, "ratio k0 of lateral to vertical stress [-]");
-    in_range(recipe.dt, 0.0, LARGEST, "time step of the packing [time]");
-    in_range(recipe.servo_gain, 0.0, LARGEST, "servo gain of the packing [1/(stress time^2)]");
-    in_range(recipe.max_rate, 0.0, LARGEST, "compression rate of the packing [1/time]");
     in_range(static_cast<double>(recipe.max_steps), 1.0, LARGEST, "number of steps of the packing");
     in_range(recipe.void_ratio_tolerance, 1e-9, LARGEST, "void ratio tolerance [-]");
     if (recipe.void_ratio) in_range(*recipe.void_ratio, 1e-3, 10.0, "void ratio [-]");

@@ -183,8 +183,8 @@ namespace {
       return report;
     }
 
-    /// Returns true if the time step of the next call is chosen and the leg is not new.
-    bool follows_time_step() const { return lease && steps_of_leg > 0 && recipe.dt == 0.0; }
+    /// Returns true if the leg is not new, so that its time step must be updated.
+    bool follows_time_step() const { return lease && steps_of_leg > 0; }
     /// Sets the time step from the state, or, for spheres, from the bound of the engine.
     void follow_time_step(const RveStateOf<D> &state) { dt = time_step(state); }
     void follow_time_step(double bound) { dt = time_step(bound); }
@@ -233,7 +233,7 @@ namespace {
       steps_of_leg = 0;
       lease.reset();
       lease = std::make_unique<Lease<D>>(engine, start);
-      dt = recipe.dt > 0.0 ? recipe.dt : first_time_step(start);
+      dt = first_time_step(start);
     }
 
     void finish_leg(double void_ratio)
@@ -301,10 +301,8 @@ namespace {
         call.controlled[a][a] = true;
         call.stress_goal(a, a) = -leg.goal<D>(a);
       }
-      call.servo_gain = recipe.servo_gain > 0.0 ? recipe.servo_gain : default_servo_gain(state);
-      call.servo_max_rate = recipe.max_rate > 0.0
-          ? recipe.max_rate
-          : default_compression_rate(state, isotropic_pressure(recipe));
+      call.servo_gain = default_servo_gain(state);
+      call.servo_max_rate = default_compression_rate(state, isotropic_pressure(recipe));
       return call;
     }
 

@@ -15,7 +15,7 @@
 
 namespace rve {
 
-/// Recipe of a packing. Time step, gain and rate have defaults if they are zero.
+/// Recipe of a packing. Time step, servo gain and compression rate follow from it.
 struct PackingRecipe {
   /// Material of the packing. Its friction and rolling resistance are set at the end.
   Material material;
@@ -44,10 +44,7 @@ struct PackingRecipe {
   /// Solid fraction of the cloud [-]. Default 0.4 for disks, at most 0.5, since random addition
   /// jams at 0.55; 0.25 for spheres, at most 0.33, since it jams at 0.38.
   std::optional<double> initial_solid_fraction;
-  double dt = 0.0;            ///< [time]; 0: about 0.6 of the stable step, updated as contacts form
-  double servo_gain = 0.0;    ///< [1/(stress time^2)]; 0: default_servo_gain()
-  double max_rate = 0.0;      ///< rate of each axis [1/time]; 0: default_compression_rate()
-  /// of one compression; it is an error if they do not suffice
+  /// Largest number of DEM steps of one compression; it is an error if they do not suffice.
   std::int64_t max_steps = 2000000;
 };
 
