@@ -51,7 +51,7 @@ double smallest_overlap(Format format, double grains_along_edge)
 {
   switch (format) {
     case Format::Single:
-      // rounding of positions, not of distances
+      // The rounding is that of positions, not of distances.
       return grains_along_edge * 0x1p-24 / STRESS_ERROR;
     case Format::Fast:
       return 0x1p-24 / STRESS_ERROR;

@@ -130,7 +130,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   void require_nothing_under_way() const;
 
   std::vector<IncrementOf<D>> increments;    ///< increments of the last call by increments
-  /// indices of details of the last call with diagnostic evaluations
+  /// Indices of details of the last call with diagnostic evaluations.
   std::vector<int> detail_of;
 
   const Options options;

@@ -146,7 +146,7 @@ using PlacedScene =
 
 /// Kernels of one variant, functions of (LaunchRecord, BatchConstants).
 struct ProgramKernels {
-  /// null where there is none and another residency is used
+  /// Kernel of each residency; null where there is none and another residency is used.
   const void *kernel[kNumResidencies];
   /// Kernel that fills LaunchRecord::prepared through shared memory and resets the queue. It is
   /// null where that of another variant is used.

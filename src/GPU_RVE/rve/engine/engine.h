@@ -31,10 +31,10 @@ std::string remedy_of_status(std::uint32_t status);
 /// Direction in which the stress servo changes the velocity gradient (made by
 /// engine/servo_modes.h).
 template <int D> struct ServoModeOf {
-  /// velocity gradient of amplitude one, whose largest component is 1 [-]
+  /// Velocity gradient of amplitude one, whose largest component is 1 [-].
   Tensor<double, D> rate;
   Tensor<double, D> dual;    ///< dual : L is the amplitude [-]
-  /// stress : sigma is controlled, with the goal stress : stress_goal [-]
+  /// Controlled combination of stresses: stress : sigma has the goal stress : stress_goal [-].
   Tensor<double, D> stress;
   double weight;    ///< factor of the gain [-]
 };
@@ -47,7 +47,7 @@ template <int D> struct DriveOf {
   /// Number of DEM steps, >= 0. With 0 the call evaluates forces and results of the present
   /// configuration and changes nothing.
   std::int32_t substeps = 0;
-  /// no padding: the struct is part of records that are copied as bytes
+  /// Placeholder for padding, since the struct is part of records that are copied as bytes.
   std::int32_t unused = 0;
 
   /// Deformation increment of the call: H becomes deformation * H, exactly. It is used if no stress
@@ -68,7 +68,7 @@ template <int D> struct DriveOf {
   /// must live as long as the call.
   const ServoModeOf<D> *modes = nullptr;
   std::int32_t num_modes = 0;
-  /// nonzero: amplitudes start from zero, not from those of the previous call
+  /// Nonzero if amplitudes start from zero and not from those of the previous call.
   std::int32_t modes_begin = 0;
 
   bool has_servo() const

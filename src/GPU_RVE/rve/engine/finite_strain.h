@@ -97,7 +97,7 @@ template <> struct PolarDecomposition<2> {
       angle(std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1))), rotation(plane_rotation(angle)),
       strain(transpose(rotation) * f - Tensor2::identity())
   {
-    // symmetric to the last bit
+    // The strain becomes symmetric to the last bit.
     strain(0, 1) = strain(1, 0) = 0.5 * (strain(0, 1) + strain(1, 0));
   }
 

@@ -92,7 +92,7 @@ template <int D> class WaySearch {
       if (attempt < MOST_HALVINGS) return at(x);
       const int k = attempt - MOST_HALVINGS;
       const double spacing = most / 500;
-      // alternates between both sides at growing distance
+      // The search alternates between both sides at growing distance.
       x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;
       if (x > 0.0 && x < most) return at(x);
     }
