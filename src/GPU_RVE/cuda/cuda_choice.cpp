@@ -19,7 +19,7 @@ namespace {
     return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
   }
 
-  /// "8.0 (PTX), 9.0 (binary, PTX)"
+  /// Returns a text such as "8.0 (PTX), 9.0 (binary, PTX)".
   std::string text_of(const std::vector<CudaArchitecture> &architectures)
   {
     std::string text;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which CUDA card serves, and what is said where none can. Knows nothing of the CUDA runtime, so that any machine can test it.
+// Choice of a CUDA device, and messages if none can be used. It does not use the CUDA runtime, so
+// that any machine can test it.
 
 #pragma once
 
@@ -8,7 +9,7 @@
 
 namespace rve {
 
-/// The oldest compute capability that the kernels can be compiled for: 8.0, whose warps add integers by one instruction.
+/// Oldest compute capability of the kernels: 8.0, whose warps add integers by one instruction.
 constexpr int kOldestCapability = 80;
 
 struct CudaCard {
@@ -16,43 +17,46 @@ struct CudaCard {
   int capability = 0;    ///< 10 major + minor
 };
 
-/// What a program has for an architecture.
+/// Code of a program for an architecture.
 struct CudaArchitecture {
   int number = 0;    ///< 10 major + minor
   bool binary = false;
-  bool ptx = false;       ///< text that the driver compiles at first use
-  bool only = false;      ///< for this architecture alone (a suffix `a`)
-  bool family = false;    ///< for those of its generation alone (a suffix `f`)
+  bool ptx = false;       ///< PTX that the driver compiles at first use
+  bool only = false;      ///< for this architecture alone (suffix `a`)
+  bool family = false;    ///< for the GPUs of its generation alone (suffix `f`)
 };
 
-/// From CMake's words, separated by colons: "80-virtual:90". Others than numbers are left out.
+/// Parses a list of CMake, separated by colons: "80-virtual:90". Entries other than numbers are
+/// ignored.
 std::vector<CudaArchitecture> cuda_architectures(const std::string &list);
 
 enum class CardCode { None, Ptx, Binary };
 
-/// What a card runs of a program that has these.
+/// Returns the kind of code that a GPU runs of a program with these architectures.
 CardCode code_for(int capability, const std::vector<CudaArchitecture> &architectures);
 
-/// Why the card cannot run the program, with a remedy; empty when it can.
+/// Returns the reason why the GPU cannot run the program, with a remedy; empty if it can.
 std::string card_obstacle(const CudaCard &card, const std::vector<CudaArchitecture> &architectures);
 
-/// Of a card that has code by these lists, but could not load it; `words` are CUDA's. By text: perhaps its driver is too old for that.
+/// Returns the reason for a GPU that has code by these lists but could not load it, with the
+/// message of CUDA in `words`. With PTX its driver may be too old.
 std::string loading_obstacle(const CudaCard &card, CardCode code, const std::string &words);
 
-/// What CUDA answers when it is asked for devices.
+/// Result of CUDA's search for devices.
 enum class DriverTrouble { NoDriver, OldDriver, NoDevice, Other };
 
-/// The same in words, with a remedy. Versions are as of CUDA, 1000 major + 10 minor; `visible` is CUDA_VISIBLE_DEVICES of the environment,
-/// or null.
+/// Returns a message for a result, with a remedy. Versions are those of CUDA, 1000 major + 10
+/// minor; `visible` is the environment variable CUDA_VISIBLE_DEVICES, or null.
 std::string driver_obstacle(DriverTrouble trouble, int driver_version, int runtime_version,
                             const char *visible, const std::string &words);
 
 struct CudaChoice {
-  int number = -1;         ///< of the device, as CUDA counts
-  std::string obstacle;    ///< why there is none
+  int number = -1;         ///< number of the device in CUDA
+  std::string obstacle;    ///< reason why there is none
 };
 
-/// Of the cards with these obstacles: ranks of a machine take those without one in turn.
+/// Returns a device for a rank. `obstacles` has a text for each GPU, empty if it is usable; the
+/// ranks of a machine take usable ones in turn.
 CudaChoice choose_card(const std::vector<std::string> &obstacles, int local_rank);
 
 }    // namespace rve

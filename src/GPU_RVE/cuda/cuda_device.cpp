@@ -23,14 +23,14 @@ namespace {
     return {properties.name, 10 * properties.major + properties.minor};
   }
 
-  /// Whether the device takes the program's code, seen at one kernel.
+  /// Returns the reason why the device cannot load the code of the program, tested with one kernel.
   std::string find_loading_obstacle(int number, const void *kernel)
   {
     cudaFuncAttributes attributes;
     cudaError_t error = cudaSetDevice(number);
     if (error == cudaSuccess) error = cudaFuncGetAttributes(&attributes, kernel);
     if (error == cudaSuccess) return "";
-    cudaGetLastError();    // it shall not be remembered
+    cudaGetLastError();    // clears the error
     const CudaCard card = card_of(number);
     return loading_obstacle(card, code_for(card.capability, compiled_architectures()),
                             cudaGetErrorString(error));
@@ -45,7 +45,7 @@ CudaDevice find_cuda_device(int local_rank, const void *kernel)
   if (error != cudaSuccess || count == 0) {
     cudaGetLastError();
     int driver = 0, runtime = 0;
-    cudaDriverGetVersion(&driver);    // 0 where there is none
+    cudaDriverGetVersion(&driver);    // 0 without a driver
     cudaRuntimeGetVersion(&runtime);
     auto trouble = DriverTrouble::Other;
     if (error == cudaErrorInsufficientDriver)

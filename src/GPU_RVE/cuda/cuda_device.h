@@ -8,14 +8,15 @@
 namespace rve {
 
 struct CudaDevice {
-  int number = -1;         ///< as CUDA counts
-  std::string obstacle;    ///< why there is none, with a remedy; empty when there is one
-  /// Its driver makes the code from text, when a kernel is used for the first time.
+  int number = -1;         ///< number of the device in CUDA
+  std::string obstacle;    ///< reason why there is none, with a remedy; empty if there is one
+  /// True if the driver compiles the code from PTX when a kernel is first used.
   bool compiles = false;
 };
 
-/// The device of a rank of this machine: ranks take in turn the cards that the program has code for. `kernel` is one of those that
-/// shall run there, the smallest, say: the device must be able to load it. Throws std::runtime_error when a device does not answer.
+/// Returns the device of a rank of this machine. Ranks take in turn the GPUs that the program has
+/// code for. `kernel` is a kernel of the program, such as the smallest, which the device must be
+/// able to load. Throws std::runtime_error if a device does not respond.
 CudaDevice find_cuda_device(int local_rank, const void *kernel);
 
 }    // namespace rve

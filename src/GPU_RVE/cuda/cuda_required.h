@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Whether the environment demands a CUDA device: where there is none, a run or a test then fails instead of doing without.
+// The environment variable GPU_RVE_REQUIRE_CUDA, with which a run or a test without a CUDA device
+// fails.
 
 #pragma once
 
@@ -10,7 +11,8 @@
 
 namespace rve {
 
-/// What a word says: 1, true, yes or on; or 0, false, no, off or nothing at all; in letters of any case. Throws InputError at others.
+/// Returns true for 1, true, yes or on, and false for 0, false, no, off or an empty word, in any
+/// case of letters. Throws InputError for other words.
 inline bool says_yes(const std::string &name, const std::string &word)
 {
   std::string small;
@@ -23,14 +25,14 @@ inline bool says_yes(const std::string &name, const std::string &word)
                    "'; it must be 1, true, yes or on, or 0, false, no, off or empty");
 }
 
-/// Of GPU_RVE_REQUIRE_CUDA; no where it is not set.
+/// Returns the value of GPU_RVE_REQUIRE_CUDA; false if it is not set.
 inline bool cuda_required()
 {
   const char *word = std::getenv("GPU_RVE_REQUIRE_CUDA");
   return word && says_yes("GPU_RVE_REQUIRE_CUDA", word);
 }
 
-/// What an error says of it.
+/// Returns the setting for an error message.
 inline std::string cuda_requirement()
 {
   const char *word = std::getenv("GPU_RVE_REQUIRE_CUDA");

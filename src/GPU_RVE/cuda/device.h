@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Where RVEs and points are advanced, as a user says.
+// Device of RVEs and points, as a user chooses it.
 
 #pragma once
 
 namespace rve {
 
-/// Auto: on a CUDA device if there is one that serves.
+/// Auto: a CUDA device if there is a usable one.
 enum class Device { Auto, Cpu, Cuda };
 
 }    // namespace rve

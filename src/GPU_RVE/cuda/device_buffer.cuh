@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Owners of device memory. Plain cudaMalloc, no managed memory.
+// Owners of device memory by plain cudaMalloc, without managed memory.
 
 #pragma once
 
@@ -16,7 +16,8 @@
 
 namespace rve {
 
-/// Throws std::runtime_error with CUDA's own words. CUDA shall not remember the error: the next launch would be blamed for it.
+/// Throws std::runtime_error with the message of CUDA. It clears the error, which the next launch
+/// would report otherwise.
 inline void check_cuda(cudaError_t error, const char *what)
 {
   if (error == cudaSuccess) return;
@@ -24,7 +25,8 @@ inline void check_cuda(cudaError_t error, const char *what)
   throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
 }
 
-/// Owner of what a function of CUDA frees: memory of T, or a handle, a pointer to T.
+/// Owner of a CUDA resource with the function that frees it: memory of T, or a handle, a pointer to
+/// T.
 template <auto free> struct CudaDeleter {
   template <class T> void operator()(T *owned) const { free(owned); }
 };
@@ -32,8 +34,8 @@ template <class T, auto free> using CudaOwner = std::unique_ptr<T, CudaDeleter<f
 template <class Handle, auto destroy>
 using CudaHandle = CudaOwner<std::remove_pointer_t<Handle>, destroy>;
 
-/// Page-locked array of T on the host, which the device can reach. Grows, never shrinks, and does not keep its contents when it
-/// grows. `flags` as of cudaHostAlloc.
+/// Page-locked array of T on the host that the device can access. It grows, never shrinks, and
+/// loses its contents when it grows. `flags` as of cudaHostAlloc.
 template <class T> class HostBuffer {
  public:
   explicit HostBuffer(unsigned flags_in = cudaHostAllocDefault) : flags(flags_in) {}
@@ -58,8 +60,8 @@ template <class T> class HostBuffer {
   std::size_t capacity = 0;
 };
 
-/// Array of T on the device, and page-locked memory on the host to copy through: copies from ordinary memory take several times
-/// as long. Grows, never shrinks, and does not keep its contents when it grows.
+/// Array of T on the device, and page-locked host memory for copies: copies from ordinary memory
+/// take several times as long. It grows, never shrinks, and loses its contents when it grows.
 template <class T> class DeviceBuffer {
  public:
   T *reserve(std::size_t count)
@@ -82,13 +84,13 @@ template <class T> class DeviceBuffer {
     return zeros;
   }
 
-  /// Zeros in what has never been written.
+  /// Returns memory that is zero where it has never been written.
   T *reserve_clean(std::size_t count)
   {
     return count > capacity ? reserve_zeros(count) : memory.get();
   }
 
-  /// Host memory to write what send() shall upload.
+  /// Returns host memory for the values that send() uploads.
   T *room(std::size_t count) { return staging.room(count); }
 
   T *send(std::size_t count)
@@ -105,7 +107,7 @@ template <class T> class DeviceBuffer {
     return send(values.size());
   }
 
-  /// Waits for the kernels that were launched. The result holds until room() is asked for again.
+  /// Waits for the launched kernels and returns the values, which are valid until the next room().
   const T *receive(std::size_t count)
   {
     T *host = room(count);
@@ -115,8 +117,8 @@ template <class T> class DeviceBuffer {
     return host;
   }
 
-  /// As receive(), for `count` elements from `first` on, of at most as many as room() was asked for. Waits for its own stream alone: the kernels
-  /// that write them have been waited for.
+  /// Returns `count` elements from `first` on, within the size of the last room(). It synchronises
+  /// with its own stream alone, so the kernels that write the elements must have ended.
   const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
   {
     T *host = room(first + count) + first;
@@ -134,7 +136,7 @@ template <class T> class DeviceBuffer {
   HostBuffer<T> staging;
 };
 
-/// A stream that does not wait for the default one, nor that for it.
+/// Stream that does not synchronise with the default stream.
 class SideStream {
  public:
   operator cudaStream_t()
@@ -151,10 +153,10 @@ class SideStream {
   CudaHandle<cudaStream_t, cudaStreamDestroy> stream;
 };
 
-/// A place in the default stream, to be waited for while the device goes on behind it.
+/// Event in the default stream, on which the host can wait while the device continues.
 class Milestone {
  public:
-  /// Here: behind all that the device has been told.
+  /// Records the event after all work that the device has been given.
   void set()
   {
     if (!event) {
@@ -165,14 +167,15 @@ class Milestone {
     }
     check_cuda(cudaEventRecord(event.get(), nullptr), "record of an event");
   }
-  /// Errors are those of `what` the device does before it.
+  /// Waits for the event. Errors are attributed to `what` the device does before it.
   void wait(const char *what) const { check_cuda(cudaEventSynchronize(event.get()), what); }
 
  private:
   CudaHandle<cudaEvent_t, cudaEventDestroy> event;
 };
 
-/// Pieces of device memory for RVE images, cut from large slabs: thousands of RVEs come and go without a cudaMalloc each.
+/// Allocator of device memory for RVEs. It cuts pieces from large slabs, since thousands of RVEs
+/// come and go.
 class DeviceArena {
  public:
   char *allocate(std::size_t size)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are put in place on a device while the one before them is at work, and wait there themselves.
+// Kernels whose blocks are placed on a device while the previous kernel runs, and then wait
+// themselves.
 
 #pragma once
 
@@ -9,14 +10,15 @@
 
 namespace rve {
 
-/// Whether a kernel that calls cudaGridDependencySynchronize() does so on a card of this compute capability: compiled from older text it
-/// does not, on a card that could.
+/// Returns true if a call of cudaGridDependencySynchronize() in the kernel waits, on a GPU of this
+/// compute capability. In code from older PTX it does not, even on a capable GPU.
 inline bool waits_itself(int major, const cudaFuncAttributes &kernel)
 {
   return major >= 9 && kernel.ptxVersion >= 90;
 }
 
-/// For a launch: whether the blocks may be in place before the kernel in front has ended. For kernels that wait themselves alone.
+/// Returns the launch attribute that places blocks before the previous kernel has ended. It is
+/// allowed only for kernels that wait themselves.
 inline cudaLaunchAttribute in_place_early(bool early)
 {
   cudaLaunchAttribute attribute;
@@ -25,7 +27,8 @@ inline cudaLaunchAttribute in_place_early(bool early)
   return attribute;
 }
 
-/// Waits until all that the kernel before does can be seen: to be called first by a kernel that is launched so, on every way through it.
+/// Waits until all writes of the previous kernel are visible. A kernel that is launched early must
+/// call it first, on every path.
 __device__ inline void follow()
 {
 #if __CUDA_ARCH__ >= 900
@@ -34,8 +37,9 @@ __device__ inline void follow()
 #endif
 }
 
-/// A few numbers from page-locked memory of the host to that of the device, or back, between kernels. The engine for copies would wait for the kernel
-/// before, and the next kernel for it, for several times as long. A thread for each.
+/// Copies a few numbers between page-locked host memory and device memory, in the stream of the
+/// kernels and with a thread for each. The copy engine would wait for the previous kernel, and the
+/// next kernel for it, for several times as long.
 template <class T> __global__ void copy_few(const T *from, T *to, std::size_t count)
 {
   follow();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are handed over to a device together: as one graph where the same ones come again and again, which takes the host a few
-// microseconds for all of them, where each launch takes that.
+// Kernels that are launched together, as one graph if the same list recurs. Launching a graph takes
+// the host a few microseconds, as a single kernel does.
 
 #pragma once
 
@@ -17,10 +17,11 @@
 
 namespace rve {
 
-/// Kernels of the default stream, in their order, none of which has begun before hand_over(). All call follow() first.
+/// List of kernels of the default stream, in order. None begins before hand_over(). All must call
+/// follow() first.
 class LaunchList {
  public:
-  /// Whether a kernel may be in place before the one in front has ended (waits_itself).
+  /// Sets whether a kernel may be placed before the previous one has ended (waits_itself).
   void set_early(bool early) { early_ = early; }
 
   template <class... Parameters>
@@ -32,7 +33,7 @@ class LaunchList {
     (add_argument(arguments), ...);
   }
 
-  /// `what` they are, for an error.
+  /// Launches the kernels. `what` names them in an error.
   void hand_over(const char *what)
   {
     if (now_.launches.empty()) return;
@@ -48,14 +49,14 @@ class LaunchList {
     now_.clear();
   }
 
-  /// Those that have not been handed over are not wanted.
+  /// Drops the kernels that have not been launched.
   void forget() { now_.clear(); }
 
-  /// How often a graph has been launched so far.
+  /// Returns how often a graph has been launched so far.
   long graphs() const { return graphs_; }
 
  private:
-  /// Launches from which on a graph takes the host less.
+  /// Least number of launches for which a graph saves time of the host.
   static constexpr std::size_t WORTH_A_GRAPH = 4;
 
   struct Launch {
@@ -69,7 +70,7 @@ class LaunchList {
           first == other.first && count == other.count;
     }
   };
-  /// The bytes of all arguments, and where each of them begins.
+  /// Launches, the bytes of all arguments, and the offset of each argument.
   struct List {
     std::vector<Launch> launches;
     std::vector<std::size_t> places;
@@ -89,7 +90,7 @@ class LaunchList {
     }
   };
   using Graph = CudaHandle<cudaGraphExec_t, cudaGraphExecDestroy>;
-  /// A list that has been handed over, and a graph of it from the second time on.
+  /// List that has been launched, and its graph from the second time on.
   struct Kept {
     List list;
     Graph graph;
@@ -106,14 +107,14 @@ class LaunchList {
     std::memcpy(&now_.bytes[place], &argument, sizeof(Argument));
   }
 
-  /// Null: there is none.
+  /// Returns the kept list that equals the present one; null if there is none.
   Kept *kept_like_this()
   {
     for (Kept &kept : kept_)
       if (kept.list == now_) return &kept;
     return nullptr;
   }
-  /// In place of the one that has been kept for longest.
+  /// Keeps the present list in place of the oldest one.
   void keep()
   {
     Kept &kept = kept_[oldest_];
@@ -141,13 +142,14 @@ class LaunchList {
     return cudaSuccess;
   }
 
-  /// Nothing where the driver makes none: then no other list is tried.
+  /// Returns the graph of a list; null if the driver cannot make graphs, and then no other list is
+  /// tried.
   Graph graph_of(List &list)
   {
     const auto ask = [this](cudaError_t error) {
       makes_graphs_ = makes_graphs_ && error == cudaSuccess;
     };
-    // the default stream cannot be recorded
+    // The default stream cannot be recorded.
     cudaGraph_t recorded = nullptr;
     cudaGraphExec_t graph = nullptr;
     ask(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeThreadLocal));

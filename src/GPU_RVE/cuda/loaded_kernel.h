@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A kernel that was compiled at run time, on the device. Exists only in builds with CUDA.
+// Loading of a kernel that was compiled at run time. Exists only in builds with CUDA.
 
 #pragma once
 
@@ -7,11 +7,13 @@
 
 namespace rve {
 
-/// Why this program cannot load code that was not compiled with it; empty if it can.
+/// Returns the reason why this program cannot load code that was not compiled with it; empty if it
+/// can.
 std::string loading_of_kernels_obstacle();
 
-/// What CUDA takes in the place of a kernel's address: cudaLaunchKernelExC, cudaFuncSetAttribute, cudaFuncGetAttributes, occupancy. For
-/// the rest of the run. Throws std::runtime_error if the driver refuses it.
+/// Returns a handle that CUDA accepts in place of the address of a kernel: in cudaLaunchKernelExC,
+/// cudaFuncSetAttribute, cudaFuncGetAttributes and for occupancy. It is valid for the rest of the
+/// run. Throws std::runtime_error if the driver refuses the code.
 const void *load_kernel(const DeviceCode &compiled);
 
 }    // namespace rve

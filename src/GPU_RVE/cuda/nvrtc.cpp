@@ -23,7 +23,7 @@ namespace {
 
 }    // namespace
 
-/// As nvrtc.h declares them: a build needs neither that header nor the library.
+/// Functions of nvrtc.h, redeclared so that a build needs neither that header nor the library.
 struct Nvrtc::Functions {
   void *library = nullptr;
   int (*version)(int *, int *) = nullptr;
@@ -61,7 +61,7 @@ struct Nvrtc::Functions {
         find(words, "nvrtcGetErrorString");
   }
 
-  /// Throws unless a call succeeded.
+  /// Throws std::runtime_error unless a call succeeded.
   void check(int result, const char *what) const
   {
     if (result != SUCCESS)
@@ -86,7 +86,7 @@ Nvrtc::Nvrtc(const std::vector<std::string> &libraries) : functions_(new Functio
   for (const std::string &name : libraries) {
     functions_->library = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (functions_->library && functions_->find_all()) break;
-    // an old one, without some of the functions
+    // An old library lacks some of the functions.
     if (functions_->library) dlclose(functions_->library);
     functions_->library = nullptr;
     tried += (tried.empty() ? "" : ", ") + name;
@@ -115,7 +115,8 @@ Nvrtc::~Nvrtc()
 
 const Nvrtc &Nvrtc::of_this_machine()
 {
-  // by the loader first: who sets LD_LIBRARY_PATH means it. Never destroyed: the library has threads of its own.
+  // The loader's search comes first, for users who set LD_LIBRARY_PATH. The object is never
+  // destroyed, since the library has its own threads.
   static const Nvrtc &nvrtc = *new Nvrtc(
       {"libnvrtc.so." GPU_RVE_CUDA_MAJOR, GPU_RVE_CUDA_LIBRARIES "/libnvrtc.so", "libnvrtc.so"});
   return nvrtc;
@@ -159,7 +160,7 @@ DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHea
 
   const int result = nvrtc.compile(program, static_cast<int>(words.size()), words.data());
   if (result != SUCCESS) {
-    constexpr std::size_t most = 4000;    // of a log that may have thousands of lines
+    constexpr std::size_t most = 4000;    // a log may have thousands of lines
     std::string log = nvrtc.text_of(program, nvrtc.log_size, nvrtc.log, "log");
     if (log.size() > most) log.resize(most);
     std::string message =
@@ -175,7 +176,7 @@ DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHea
   compiled.kernel = lowered;
   compiled.code = nvrtc.text_of(program, nvrtc.cubin_size, nvrtc.cubin, "code");
   compiled.text = nvrtc.text_of(program, nvrtc.ptx_size, nvrtc.ptx, "text");
-  if (compiled.code.empty()) compiled.code = compiled.text;    // the options ask for text
+  if (compiled.code.empty()) compiled.code = compiled.text;    // the options request PTX
   return compiled;
 }
 

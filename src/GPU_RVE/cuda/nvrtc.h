@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The run-time compiler of the CUDA Toolkit, libnvrtc: looked for when it is needed, so that no program depends on it. Needs no GPU.
+// Run-time compiler of the CUDA Toolkit, libnvrtc. It is loaded when needed, so that no program
+// depends on it, and needs no GPU.
 
 #pragma once
 
@@ -8,42 +9,45 @@
 
 namespace rve {
 
-/// A header as `#include` names it, and its text.
+/// Header with its name in `#include` and its text.
 struct DeviceHeader {
   const char *name;
   const char *text;
 };
 
 struct DeviceCode {
-  std::string kernel;    ///< the name that it has in the code
-  /// Of the machine, for an architecture, or text (PTX) that the driver compiles.
+  std::string kernel;    ///< name of the kernel in the code
+  /// Binary for an architecture, or PTX that the driver compiles.
   std::string code;
-  std::string text;    ///< (PTX) that the code was made of, to look at; not kept in a cache
+  std::string text;    ///< PTX of the code, for inspection; not stored in a cache
 };
 
 class Nvrtc {
  public:
-  /// The first of these libraries that can be loaded, by names as dlopen takes them.
+  /// Loads the first available one of these libraries, with names as in dlopen.
   explicit Nvrtc(const std::vector<std::string> &libraries);
   ~Nvrtc();
   Nvrtc(const Nvrtc &) = delete;
   Nvrtc &operator=(const Nvrtc &) = delete;
 
-  /// Of the CUDA Toolkit that the program was built with, and newer and older ones; found once.
+  /// Returns the library of the CUDA Toolkit that the program was built with, or of a newer or
+  /// older one; searched once.
   static const Nvrtc &of_this_machine();
 
-  /// Why there is none, with a remedy; empty when there is one.
+  /// Returns the reason why there is no library, with a remedy; empty if there is one.
   const std::string &obstacle() const { return obstacle_; }
 
-  /// Which compiler it is: version, and size of its file, in which releases of a version differ.
+  /// Returns the version of the compiler and the size of its file, which differs between releases
+  /// of a version.
   const std::string &identity() const { return identity_; }
 
-  /// "sm_90": what the options shall ask for, so that a card of this compute capability (10 major + minor) can run it. Where the card
-  /// is newer than the compiler, "compute_120", say: the newest text that its driver can compile. Throws std::runtime_error where
-  /// there is neither.
+  /// Returns the architecture for the options of GPUs of this compute capability (10 major +
+  /// minor), such as "sm_90". For a GPU newer than the compiler it is the newest PTX that its
+  /// driver can compile, such as "compute_120". Throws std::runtime_error if there is neither.
   std::string target_for(int capability) const;
 
-  /// Compiles the kernel that `kernel` names in C++. Throws std::runtime_error with the words of the compiler.
+  /// Compiles the kernel with the C++ name `kernel`. Throws std::runtime_error with the message of
+  /// the compiler.
   DeviceCode compile(const std::string &source, const std::vector<DeviceHeader> &headers,
                      const std::vector<std::string> &options, const std::string &kernel) const;
 

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the kernels need of the standard library, for NVRTC: it has no headers of the host, and those of libcu++ are not there where a
-// program runs without the toolkit. It takes the place of each standard header that the kernels include (cmake/EmbedKernelText.cmake).
-// Nothing else compiles it. It has an include guard, since NVRTC reads it under several names, and #pragma once
-// knows names only.
+// Part of the standard library that the kernels need, for NVRTC. It has no headers of the host, and
+// those of libcu++ are missing where a program runs without the toolkit. This header replaces each
+// standard header that the kernels include (cmake/EmbedKernelText.cmake), and nothing else includes
+// it. It has an include guard, since NVRTC reads it under several names, and #pragma once
+// distinguishes only names.
 
 #ifndef CUDA_NVRTC_STD_H
 #define CUDA_NVRTC_STD_H
 
 #ifdef __CUDACC_RTC__
 
-// in the words of the front end of NVRTC, which knows no __builtin_offsetof
+// The front end of NVRTC has this intrinsic and no __builtin_offsetof.
 #define offsetof(type, member) __INTADDR__(&((static_cast<type *>(0))->member))
 
 namespace std {
 
-// as the host has them on 64-bit Linux, so that overloads are the same
+// The types are those of 64-bit Linux, so that overloads are the same.
 using int32_t = int;
 using uint32_t = unsigned int;
 using int64_t = long;
@@ -50,7 +51,7 @@ template <class Yes, class No> struct conditional<false, Yes, No> {
 template <bool condition, class Yes, class No>
 using conditional_t = typename conditional<condition, Yes, No>::type;
 
-/// Of what is no array and no function.
+/// Limited to types that are neither arrays nor functions.
 template <class T> struct decay {
   using type = T;
 };
@@ -87,7 +88,7 @@ template <size_t N> using make_index_sequence = typename count_down<N>::type;
 }    // namespace std
 
 #if __CUDA_ARCH__ >= 900
-// as cuda_device_runtime_api.h has them
+// The definitions are those of cuda_device_runtime_api.h.
 __device__ __forceinline__ void cudaTriggerProgrammaticLaunchCompletion()
 {
   asm volatile("griddepcontrol.launch_dependents;" :::);

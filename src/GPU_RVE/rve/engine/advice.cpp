@@ -17,11 +17,11 @@ namespace {
 
   constexpr double STRESS_ERROR = 1e-3;
 
-  // Strain of a DEM step that a single-precision tangential force still adds up, relative to its last digit: 64 units keep the rounding
-  // of each addition, half a unit, below a percent of it.
+  // Smallest strain of a DEM step that a single-precision tangential force accumulates, in units of
+  // its last digit. 64 units keep the rounding of each addition, half a unit, below a percent.
   constexpr double UNITS_PER_STEP = 64.0;
 
-  /// Whether tangential forces are held in fp32.
+  /// Returns true if tangential forces are stored in fp32.
   bool is_fp32(Format format)
   {
     return format == Format::Fast || format == Format::Single;
@@ -38,11 +38,6 @@ namespace {
     return longest;
   }
 
-  double smallest_width(const Tensor2 &h)
-  {
-    return determinant(h) / std::max(std::hypot(h(0, 0), h(1, 0)), std::hypot(h(0, 1), h(1, 1)));
-  }
-
 }    // namespace
 
 double Advice::severity() const
@@ -56,7 +51,8 @@ double smallest_overlap(Format format, double grains_along_edge)
 {
   switch (format) {
     case Format::Single:
-      return grains_along_edge * 0x1p-24 / STRESS_ERROR;    // of positions, not of distances
+      // The rounding is that of positions, not of distances.
+      return grains_along_edge * 0x1p-24 / STRESS_ERROR;
     case Format::Fast:
       return 0x1p-24 / STRESS_ERROR;
     default:
@@ -67,7 +63,7 @@ double smallest_overlap(Format format, double grains_along_edge)
 std::vector<Advice> advice_on_friction(const Material &material)
 {
   std::vector<Advice> list;
-  const auto look = [&](double friction, const char *what) {
+  const auto check_coefficient = [&](double friction, const char *what) {
     if (!(friction > LARGEST_USUAL_FRICTION)) return;
     const double degree = kPi / 180.0;
     list.push_back({AdviceKind::LargeFriction, friction, LARGEST_USUAL_FRICTION,
@@ -77,8 +73,9 @@ std::vector<Advice> advice_on_friction(const Material &material)
                                  rounded(std::tan(friction * degree))
                                          : "; contacts will hardly ever slide")});
   };
-  look(material.friction, "friction coefficient");
-  if (resists_rolling(material)) look(material.rolling_friction, "rolling friction coefficient");
+  check_coefficient(material.friction, "friction coefficient");
+  if (resists_rolling(material))
+    check_coefficient(material.rolling_friction, "rolling friction coefficient");
   return list;
 }
 
@@ -118,7 +115,7 @@ std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> 
 
 std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now)
 {
-  // rounding of the stored energy is no gap
+  // The rounding of the stored energy is no gap.
   constexpr double ROUNDING = 1e-5;
   const double gap = std::fabs(now.constant() - before.constant());
   const double turnover = std::fabs(now.supplied - before.supplied) +
@@ -174,7 +171,7 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
   });
   if (is_fp32(format) && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
       tangential_stiffness > 0.0) {
-    // a sliding contact carries mu f_n, and the strain of a step adds k_t d strain to it
+    // A sliding contact carries mu f_n, and the strain of a step adds k_t d strain to it.
     const double limit = UNITS_PER_STEP * 0x1p-24 * material.friction * spring_force /
         (tangential_stiffness * 2.0 * radius) / motion.dt;
     if (motion.strain_rate < limit)

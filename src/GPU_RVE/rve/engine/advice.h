@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What an engine computes faithfully may still not be what its user wants: limits that belong to a number format, to quasi-static
-// deformation, to stability and to the size of a representative volume. Each is told with its value, its limit and a remedy.
+// Advice on results that are computed correctly but may not be what the user wants. The limits come
+// from number formats, quasi-static deformation, stability and the size of a representative volume.
+// A message gives the value, the limit and a remedy.
 
 #pragma once
 
@@ -28,61 +29,67 @@ constexpr int NUM_ADVICE_KINDS = 10;
 struct Advice {
   AdviceKind kind;
   double value, limit;
-  std::string message;    ///< value, limit and remedy, in words
-  /// How far beyond the limit, > 1: the worst of a batch is the one with the most.
+  std::string message;    ///< text with the value, the limit and a remedy
+  /// Returns how far the value is beyond the limit, > 1. The worst case of a batch has the largest.
   double severity() const;
 };
 
-/// What is known of how an RVE is driven. What is zero is not known, and is not judged.
+/// Known rates of the prescribed motion of an RVE. A zero means unknown and is not checked.
 struct DriveRates {
-  double strain_rate = 0.0;       ///< |D| of the RVE's own time [1/time]
+  double strain_rate = 0.0;       ///< |D| in the time of the RVE [1/time]
   double dt = 0.0;                ///< DEM time step [time]
-  double stable_dt = 0.0;         ///< its stability bound [time]
+  double stable_dt = 0.0;         ///< stability bound of the DEM time step [time]
   double applied_strain = 0.0;    ///< |U - 1| since the packing was made [-]
 };
 
-/// Mean overlap over sum of radii below which the stress of a format is off by more than one in a thousand [-].
+/// Returns the mean overlap over the sum of radii below which the stress of a format is wrong by
+/// more than one in a thousand [-].
 ///
-/// A gap is a difference of lengths. In `fast` it carries the rounding of the sum of radii, 2^-24, and of a 32-bit fraction of the
-/// cell: measured, the unbalanced force of a packing at rest is 6e-8/overlap (doc/accuracy). In `single` that is of a position, a fraction
-/// of a cell so many diameters long. In `mixed` and `double` the gap has 53 bits, and the limit is where the force of a contact would be
-/// lost: 2^-53 / 1e-3.
+/// A gap is a difference of lengths. In `fast` it carries the rounding of the sum of radii, 2^-24,
+/// and of a 32-bit fraction of the cell: the measured unbalanced force of a packing at rest is
+/// 6e-8/overlap (doc/accuracy). In `single` it carries the rounding of a position, which is
+/// relative to the cell and not to a diameter. In `mixed` and `double` the gap has 53 bits, and the
+/// limit is the overlap at which the force of a contact is lost, 2^-53 / 1e-3.
 double smallest_overlap(Format format, double grains_along_edge);
 
-/// Largest inertial number of quasi-static deformation [-]: da Cruz et al., Phys Rev E 72, 021309 (2005), find rate dependence above
-/// 1e-3.
+/// Largest inertial number of quasi-static deformation [-]. Da Cruz et al., Phys Rev E 72, 021309
+/// (2005), find rate dependence above 1e-3.
 constexpr double QUASI_STATIC_INERTIAL_NUMBER = 1e-3;
 
-/// Share of the stability bound above which a time step is warned of: the network may stiffen before the next check.
+/// Share of the stability bound above which a time step causes a warning, since the network may
+/// stiffen before the next check.
 constexpr double TIME_STEP_SHARE = 0.95;
 
-/// Widths of the cell over the mean grain size: a shear band is 8 to 16 grains wide (Roscoe, Geotechnique 20, 129 (1970); Muehlhaus
-/// and Vardoulakis, Geotechnique 37, 271 (1987)) and meets its own image in a narrower cell.
-/// RVEs of spheres 16 grains wide have 4000 of them; they are judged by the lower end of that range.
+/// Smallest width of the cell over the mean grain size. A shear band is 8 to 16 grains wide
+/// (Roscoe, Geotechnique 20, 129 (1970); Muehlhaus and Vardoulakis, Geotechnique 37, 271 (1987))
+/// and meets its own image in a narrower cell. RVEs of spheres use the lower end of that range,
+/// since one of 16 grains width has 4000 grains.
 template <int D> constexpr double SHEAR_BAND_GRAINS = D == 2 ? 16.0 : 8.0;
 
-/// Shear strain below which no band forms [-]: the peak of dense packings is at a few percent.
+/// Shear strain below which no band forms [-]. The peak of dense packings is at a few percent.
 constexpr double SHEAR_BAND_STRAIN = 0.02;
 
-/// Mean overlap over sum of radii above which disks or spheres are no grains that touch any more [-]: a contact's stiffness, and the area or volume that
-/// the void ratio counts twice, are then off by as much.
+/// Mean overlap over sum of radii above which disks or spheres do not behave like touching grains
+/// any more [-]. The stiffness of a contact, and the area or volume that the void ratio counts
+/// twice, are then wrong by the same share.
 constexpr double LARGEST_MEAN_OVERLAP = 0.03;
 
-/// Friction coefficients of what grains are made of are below 1 [-]; an angle in degrees is above 2.
+/// Largest usual friction coefficient [-]. Materials have less than 1, and an angle in degrees is
+/// above 2.
 constexpr double LARGEST_USUAL_FRICTION = 2.0;
 
-/// Gap of the energy balance, over the energy that was supplied, the energy that was lost and the
-/// kinetic energy, above which the losses of the ledger are wrong [-].
+/// Largest share of the supplied, lost and kinetic energy by which the energy balance may be open
+/// [-]. Above it the losses of the energy bookkeeping are wrong.
 constexpr double ENERGY_BALANCE_GAP = 0.05;
 
-/// Terms of the energy balance of an RVE at a moment [force length].
+/// Terms of the energy balance of an RVE at one time [force length].
 struct EnergyTerms {
   double stored = 0.0;      ///< kinetic and elastic energy
   double kinetic = 0.0;     ///< kinetic energy
   double supplied = 0.0;    ///< work since the packing was made
   double lost = 0.0;        ///< losses since then
 
-  /// Constant in time but for the error of the time step.
+  /// Returns the sum that is constant in time except for the error of the time step.
   double constant() const { return stored - supplied + lost; }
 };
 
@@ -93,25 +100,27 @@ template <int D> EnergyTerms energy_terms(const ResultOf<D> &result)
           ledger.friction + ledger.local_damping + ledger.viscous};
 }
 
-/// Reports an energy balance that has opened since `before`: collisions are then shorter than a few
-/// time steps, or dashpots too stiff for them, and the losses that the ledger adds up are wrong.
+/// Warns of an energy balance that has opened since `before`. Collisions are then shorter than a
+/// few time steps, or dashpots are too stiff for them, and the accumulated losses are wrong.
 std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now);
 
-/// All limits that this answer is beyond. No contacts, no overlap to judge.
+/// Returns all limits that a result exceeds. Limits of overlaps are skipped without contacts.
 template <int D>
 std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Material &material,
                            const DriveRates &motion);
 
-/// Tells a friction coefficient that looks like an angle, at the start.
+/// Warns of a friction coefficient that may be an angle, at the beginning of a run.
 std::vector<Advice> advice_on_friction(const Material &material);
 
-/// What the stress is away from the goals of components that the servo strains at its largest rate, at the end of a drive [stress]; 0 if
-/// there are none. Of modes the largest `mode_error`.
+/// Returns the largest distance of the stress from its goal after a call, over the components that
+/// the servo strains at its largest rate [stress]; 0 if there are none. With servo modes it returns
+/// `mode_error`.
 template <int D>
 double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive,
                            double mode_error = 0.0);
 
-/// Tells a servo that strains at its largest rate and comes no nearer to its goal than it was some steps `before`.
+/// Warns of a servo that strains at its largest rate and has not come nearer to its goal since some
+/// steps `before`.
 template <int D>
 std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> &drive,
                                     double before, double mode_error = 0.0);

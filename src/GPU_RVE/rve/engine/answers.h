@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What calls answer, in the words of the engine's users.
+// Conversion of the records of the block program to the results of the engine.
 
 #pragma once
 
@@ -9,19 +9,19 @@
 
 namespace rve {
 
-/// Whether a call did not succeed for a reason that the engine can mend.
+/// Returns true if a call has failed for a reason that a repetition of the call removes.
 template <int D> RVE_HD bool must_repeat(const AnswerRecord<D> &answer)
 {
   return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
 }
 
-/// Whether it is the answer to its drive.
+/// Returns true if the answer is valid: the call has neither failed nor must it be repeated.
 template <int D> RVE_HD bool is_sound(const AnswerRecord<D> &answer)
 {
   return (answer.status & status::Fatal) == 0 && !must_repeat(answer);
 }
 
-/// Mean unbalanced force over mean contact force [-].
+/// Returns the mean unbalanced force over the mean contact force [-].
 template <int D> RVE_HD double unbalanced_ratio(const DetailRecord<D> &record)
 {
   return record.contact_force_sum > 0.0 ? (record.grain_force_sum / record.num_grains) /
@@ -29,13 +29,13 @@ template <int D> RVE_HD double unbalanced_ratio(const DetailRecord<D> &record)
                                         : 0.0;
 }
 
-/// Over contacts, overlap / sum of radii [-].
+/// Returns the mean over contacts of overlap / sum of radii [-].
 template <int D> RVE_HD double mean_overlap(const DetailRecord<D> &record)
 {
   return record.num_contacts > 0 ? record.overlap_sum / record.num_contacts : 0.0;
 }
 
-/// Of details that were asked for it.
+/// Returns the affine stiffness, which the call must have requested as an extra detail.
 template <int D> RVE_HD AffineStiffnessOf<D> stiffness_of(const DetailRecord<D> &record)
 {
   AffineStiffnessOf<D> stiffness;
@@ -45,14 +45,14 @@ template <int D> RVE_HD AffineStiffnessOf<D> stiffness_of(const DetailRecord<D> 
   return stiffness;
 }
 
-/// What a look at the end of DEM steps finds, whose details have the stiffness.
+/// Returns the diagnostic evaluation from details that contain the stiffness.
 template <int D> RVE_HD LookOf<D> to_look(const DetailRecord<D> &record)
 {
   return {unbalanced_ratio(record) <= QUIET_UNBALANCED_RATIO, mean_overlap(record),
           stiffness_of(record)};
 }
 
-/// Of an RVE whose call failed: as it was before.
+/// Returns the details of an RVE whose call failed. It is unchanged by the call.
 template <int D> DetailRecord<D> details_of(const ImageHeader<D> &header)
 {
   DetailRecord<D> record = DetailRecord<D>();
@@ -80,7 +80,7 @@ void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record, Res
   result.num_rattlers = record.num_rattlers;
   result.void_ratio = determinant(result.cell) / record.solid_volume - 1.0;
   result.coordination_number = 2.0 * contacts / n;
-  // Thornton: contacts of grains with a single one do not count
+  // Contacts of grains with a single contact do not count (Thornton).
   const int carrying = n - record.num_rattlers;
   result.mechanical_coordination_number =
       carrying > 0 ? (2.0 * contacts - record.num_single) / carrying : 0.0;

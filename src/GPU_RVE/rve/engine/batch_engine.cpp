@@ -12,10 +12,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <map>
 #include <new>
-#include <numeric>
 #include <omp.h>
 #include <utility>
 
@@ -23,19 +21,20 @@ namespace rve {
 
 namespace {
 
-  /// A call is repeated with a coarser force scale this often, by 16 each time, before the RVE fails: 16^8 covers any guess.
+  /// Largest number of repetitions of a call before the RVE fails. Each one coarsens the force
+  /// scale by 16, and 16^8 covers any guess.
   constexpr int MAX_REPEATS = 8;
 
-  /// Threads that may translate between the caller and the RVEs.
+  /// Number of threads that translate between the caller and the RVEs.
   int helpers(const Options &options)
   {
     return options.threads > 0 ? options.threads : omp_get_max_threads();
   }
 
-  /// RVEs whose increments and answers stay in the caches of a core.
+  /// Number of RVEs whose increments and answers stay in the caches of a core.
   constexpr int RVES_OF_PART = 64;
 
-  /// The present thread's share of `count` items, in parts: f(begin, end).
+  /// Calls f(begin, end) for parts of the present thread's share of `count` items.
   template <class F> void for_parts(int count, const F &f)
   {
     const ThreadShare mine(count);
@@ -43,7 +42,7 @@ namespace {
       f(begin, std::min(begin + RVES_OF_PART, mine.end));
   }
 
-  template <int D> auto among(const std::vector<DriveOf<D>> &drives)
+  template <int D> auto drives_at(const std::vector<DriveOf<D>> &drives)
   {
     return [&drives](std::size_t place) { return drives[place]; };
   }
@@ -67,7 +66,7 @@ BatchEngine<D>::BatchEngine(const Options &options_in) :
     options(options_in), constants(to_constants(options_in)),
     memory_layout(memory_program(options_in.contacts))
 {
-  needs.dashpots = options.arms == Arms::Lammps;    // compiled in with them
+  needs.dashpots = options.arms == Arms::Lammps;    // kernel variants with dashpots have them
   needs.books = options.track_energy;
 }
 
@@ -137,14 +136,10 @@ template <int D> void BatchEngine<D>::remove(int rve)
   free_numbers.push_back(rve);
 }
 
-template <int D> int BatchEngine<D>::size() const
-{
-  return static_cast<int>(grains_of.size() - free_numbers.size());
-}
-
 namespace {
 
-  /// Of lists with the skin of the mean radius, for contacts that do not reach farther.
+  /// Returns the margin of lists with the default skin, for contacts that do not act beyond
+  /// touching.
   template <int D> double default_list_margin(const RveStateOf<D> &state)
   {
     return list_margin_of(state, 0.0) - reach_of(state.material);
@@ -156,11 +151,11 @@ template <int D> StateImage BatchEngine<D>::image_of(const RveStateOf<D> &state)
 {
   const auto with = [&](const RveStateOf<D> &one) {
     return build_image(options.format, one, initial_extra_capacity<D>(one.num_grains()),
-                       memory_layout);    // may find no memory
+                       memory_layout);    // may throw std::bad_alloc
   };
   if (state.list_fractional.empty()) return with(state);
   const double has = state.list_margin > 0.0 ? state.list_margin : default_list_margin(state);
-  // radii are rounded to the format
+  // Radii are rounded to the number format.
   constexpr double ROUNDING = 1e-6;
   if (has >= (1.0 - ROUNDING) * list_margin_of(state, options.skin)) return with(state);
   RveStateOf<D> without_list = state;
@@ -193,7 +188,7 @@ template <int D> void BatchEngine<D>::set_material(int rve, const Material &mate
     ImageHeader<D> header = get_header(rve);
     set_material_in(header, material);
     put_header(rve, header);
-  } else {    // neither its list nor the room of its sums serves
+  } else {    // a change of reach needs another list and another capacity of the sums
     const StateImage image = image_of(probe);
     drop_image(rve);
     put_image(rve, image);
@@ -214,7 +209,7 @@ void BatchEngine<D>::turn(const std::vector<int> &rves,
     require(std::all_of(std::begin(error.component), std::end(error.component),
                         [](double x) { return std::fabs(x) < 1e-12; }) &&
                 determinant(r) > 0.0,
-            "an RVE can be turned by a rotation only, and the tensor is none");
+            "an RVE can be turned by a rotation only, and the tensor is not one");
   }
   if (!rves.empty()) turn_images(rves, rotations);
 }
@@ -232,7 +227,7 @@ template <int D> Memory BatchEngine<D>::memory() const
   if (!word || !*word) return memory;
   char *end = nullptr;
   const double limit = std::strtod(word, &end);
-  // beyond 2^53 a double does not count single bytes any more
+  // A double above 2^53 does not resolve single bytes.
   require(*end == '\0' && limit >= 0.0 && limit <= 9007199254740992.0,
           "GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes in [0, 2^53], got ",
           word);
@@ -260,7 +255,7 @@ template <int D> ResponseOf<D> BatchEngine<D>::to_response(const AnswerRecord<D>
 template <int D> void BatchEngine<D>::require_nothing_under_way() const
 {
   require(!increment_request.is_running(),
-          "a call of the engine is under way, and there can be one at a time");
+          "a call of the engine is still running; it must be finished before the next one");
 }
 
 template <int D> void BatchEngine<D>::prepare_repeat(int rve, const AnswerRecord<D> &result)
@@ -325,7 +320,7 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
       extent.add(mine);
     }
   }
-  if (first_bad < count) {    // says what is wrong
+  if (first_bad < count) {    // throws the message
     check_slot(rves[first_bad]);
     check(drives[first_bad]);
   }
@@ -347,9 +342,10 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
 template <int D>
 void BatchEngine<D>::plan(Call &call, const Extent &extent, bool servo, Answer kind)
 {
+  call.num_rves = static_cast<int>(call.rves->size());
   call.largest = extent.largest;
   call.longest = extent.longest;
-  call.mean = static_cast<double>(extent.steps) / static_cast<double>(call.rves->size());
+  call.mean = static_cast<double>(extent.steps) / call.num_rves;
   call.pair_capacity = pair_capacity(extent.largest);
   CallNeeds call_needs = needs;
   call_needs.servo = servo;
@@ -371,11 +367,11 @@ BatchEngine<D>::call_of_increments(const std::vector<int> &rves, int largest, in
   extent.longest = longest;
   extent.steps = steps;
   plan(call, extent, false, Answer::Short);
-  if (num_details > 0) ask_for_looks(call, num_details);
+  if (num_details > 0) request_evaluations(call, num_details);
   return call;
 }
 
-template <int D> void BatchEngine<D>::ask_for_looks(Call &call, int num_details)
+template <int D> void BatchEngine<D>::request_evaluations(Call &call, int num_details)
 {
   call.with_details = true;
   call.num_details = num_details;
@@ -384,9 +380,9 @@ template <int D> void BatchEngine<D>::ask_for_looks(Call &call, int num_details)
 
 template <int D> void BatchEngine<D>::put_longest_first(Call &call, double most_cost)
 {
-  // sorted roughly, by counting: the last ones to run are short, and that is all that matters
+  // The counting sort is coarse: only the last RVEs to run must be short.
   constexpr int classes = 256;
-  const int count = static_cast<int>(call.rves->size());
+  const int count = call.num_rves;
   cost_class.resize(count);
   order.resize(count);
   const LightWork work(count, helpers(options));
@@ -430,7 +426,9 @@ typename BatchEngine<D>::Answers BatchEngine<D>::start(const std::vector<int> &r
   call.with_details = kind != Answer::Short;
   if (kind == Answer::Longest) call.constants.extra_detail = kStiffnessDetail;
   if (kind == Answer::TimeStep) call.constants.extra_detail = kTimeStepDetail;
-  return launch(call);
+  const Answers answers = begin_launch(call);
+  end_launch();
+  return answers;
 }
 
 template <int D>
@@ -439,39 +437,39 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
                                                         const Answers &first, Answer kind)
 {
   const std::size_t count = rves.size();
-  mended.assign(first.answers, first.answers + count);
-  mended_details.assign(kind == Answer::Short ? 0 : count, DetailRecord<D>());
-  if (first.details) std::copy_n(first.details, count, mended_details.begin());
+  repeated.assign(first.answers, first.answers + count);
+  repeated_details.assign(kind == Answer::Short ? 0 : count, DetailRecord<D>());
+  if (first.details) std::copy_n(first.details, count, repeated_details.begin());
   std::map<std::size_t, ImageHeader<D>> before;    // of the RVEs whose call is repeated
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
     for (std::size_t k = 0; k < count; ++k)
-      if (must_repeat(mended[k])) again.push_back(k);
+      if (must_repeat(repeated[k])) again.push_back(k);
     if (again.empty()) break;
     std::vector<int> some_rves;
     std::vector<DriveOf<D>> some_drives;
     for (std::size_t k : again) {
       before.emplace(k, get_header(rves[k]));
-      prepare_repeat(rves[k], mended[k]);
+      prepare_repeat(rves[k], repeated[k]);
       some_rves.push_back(rves[k]);
       some_drives.push_back(drive_at(k));
     }
     const Answers some = start(some_rves, some_drives, kind);
     for (std::size_t m = 0; m < again.size(); ++m) {
-      mended[again[m]] = some.answers[m];
-      if (some.details) mended_details[again[m]] = some.details[m];
+      repeated[again[m]] = some.answers[m];
+      if (some.details) repeated_details[again[m]] = some.details[m];
     }
   }
 
-  // a call that fails in the end leaves no trace of its repeats either
+  // A call that fails in the end leaves no trace of its repetitions.
   for (const auto &[k, header_before] : before) {
-    if (!(mended[k].status & status::Fatal)) continue;
+    if (!(repeated[k].status & status::Fatal)) continue;
     ImageHeader<D> header = get_header(rves[k]);
     header.repeats = header_before.repeats;
     header.largest_contact_force = header_before.largest_contact_force;
     put_header(rves[k], header);
   }
-  return {mended.data(), kind == Answer::Short ? nullptr : mended_details.data()};
+  return {repeated.data(), kind == Answer::Short ? nullptr : repeated_details.data()};
 }
 
 template <int D>
@@ -483,7 +481,7 @@ void BatchEngine<D>::advance_with_details(const std::vector<int> &rves,
   Answers all = start(rves, drives, kind);
   const int count = static_cast<int>(rves.size());
   if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
-    all = repeat(rves, among(drives), all, kind);
+    all = repeat(rves, drives_at(drives), all, kind);
   results.resize(count);
   bool any_failed = false;
   {
@@ -521,15 +519,15 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
 {
   require(std::isfinite(enough) && enough > 0.0,
           "a sufficient time step must be positive and finite, got ", enough, " [time]");
-  DriveOf<D> look;
-  look.dt = enough;
-  // they are many bytes, and mostly those of the look before
-  if (!drives_of_look.empty() && drives_of_look.front().dt != enough) drives_of_look.clear();
-  drives_of_look.resize(rves.size(), look);
-  Answers all = start(rves, drives_of_look, Answer::TimeStep);
+  DriveOf<D> evaluation;
+  evaluation.dt = enough;
+  // The array is large, and its contents rarely change from call to call.
+  if (!drives_of_bounds.empty() && drives_of_bounds.front().dt != enough) drives_of_bounds.clear();
+  drives_of_bounds.resize(rves.size(), evaluation);
+  Answers all = start(rves, drives_of_bounds, Answer::TimeStep);
   const int count = static_cast<int>(rves.size());
   if (std::any_of(all.answers, all.answers + count, must_repeat<D>))
-    all = repeat(rves, among(drives_of_look), all, Answer::TimeStep);
+    all = repeat(rves, drives_at(drives_of_bounds), all, Answer::TimeStep);
   bounds.resize(count);
   const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team)
@@ -555,7 +553,7 @@ void BatchEngine<D>::advance(const std::vector<int> &rves, const std::vector<Dri
     return unfinished;
   };
   if (!respond()) return;
-  all = repeat(rves, among(drives), all, Answer::Short);
+  all = repeat(rves, drives_at(drives), all, Answer::Short);
   respond();
 }
 
@@ -595,20 +593,20 @@ Request *BatchEngine<D>::begin(const std::vector<int> &rves, IncrementCallOf<D> 
   }
   if (!all_serve) return nullptr;
   plan(call, extent, false, Answer::Short);
-  number_looks(call);
+  number_evaluations(call);
   caller.begin();
   increment_request.set(rves, caller, begin_launch(call));
   return &increment_request;
 }
 
-/// Which details are those of which RVE, if increments ask for looks.
-template <int D> void BatchEngine<D>::number_looks(Call &call)
+/// Numbers the details of the RVEs whose increments request diagnostic evaluations.
+template <int D> void BatchEngine<D>::number_evaluations(Call &call)
 {
   detail_of.clear();
   int looks = 0;
   for (const IncrementOf<D> &one : increments) detail_of.push_back(one.is_looked_at ? looks++ : -1);
   if (looks == 0) return;
-  ask_for_looks(call, looks);
+  request_evaluations(call, looks);
   call.detail_of = &detail_of;
 }
 
@@ -681,8 +679,8 @@ void BatchEngine<D>::answer(const std::vector<int> &rves, IncrementCallOf<D> &ca
 }
 
 template <int D>
-void BatchEngine<D>::tell_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
-                               IncrementCallOf<D> &caller) const
+void BatchEngine<D>::report_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
+                                 IncrementCallOf<D> &caller) const
 {
   const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What both backends share: the table of RVEs, input checks, the translation between the public structs and the records
-// that the block program reads, and the repetition of calls whose lists or force scale did not suffice.
+// Common part of both backends: the table of RVEs, input checks, the translation between public
+// structs and the records of the block program, and the repetition of calls whose lists or force
+// scale did not suffice.
 
 #pragma once
 
@@ -16,6 +17,17 @@
 
 namespace rve {
 
+/// Size of a call, from which the memory and the kernels of its launch follow.
+struct CallShape {
+  int num_rves = 0;
+  int largest = 0;          ///< grains in the largest RVE
+  int longest = 0;          ///< largest number of substeps
+  double mean = 0.0;        ///< mean number of substeps
+  int pair_capacity = 0;    ///< least capacity of the workspaces
+  Program program = Program::Plain;
+  bool with_details = false;
+};
+
 template <int D> class BatchEngine : public EngineOf<D> {
  public:
   explicit BatchEngine(const Options &options);
@@ -24,7 +36,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   std::unique_ptr<EngineOf<D>> empty_with(const ContactModel &contacts) const override;
   int add(const RveStateOf<D> &state) override;
   void remove(int rve) override;
-  int size() const override;
+  int size() const override { return static_cast<int>(grains_of.size() - free_numbers.size()); }
   RveStateOf<D> state(int rve) const override;
   void set_material(int rve, const Material &material) override;
   void turn(const std::vector<int> &rves, const std::vector<Tensor<double, D>> &rotations) override;
@@ -41,11 +53,13 @@ template <int D> class BatchEngine : public EngineOf<D> {
   Memory memory() const override;
 
  protected:
-  /// An engine of the same kind, on the same device.
+  /// Returns an engine of the same kind on the same device.
   virtual std::unique_ptr<BatchEngine> make_alike(const Options &other) const = 0;
-  /// Of a state, without a list that was built for a smaller skin or reach: it may lack pairs that this engine counts on.
+  /// Returns the device state of an RVE. A list that was built for a smaller skin or reach is left
+  /// out, since it may lack pairs that this engine needs.
   StateImage image_of(const RveStateOf<D> &state) const;
-  /// Where the image of an RVE lives is the backend's business. `rve` is free on put and used otherwise.
+  /// Storage of the device states, in the memory of the backend. `rve` is a free number in
+  /// put_image() and a used one elsewhere.
   virtual void put_image(int rve, const StateImage &image) = 0;
   virtual StateImage get_image(int rve) const = 0;
   virtual void drop_image(int rve) = 0;
@@ -53,94 +67,90 @@ template <int D> class BatchEngine : public EngineOf<D> {
   virtual ImageHeader<D> get_header(int rve) const = 0;
   virtual void turn_images(const std::vector<int> &rves,
                            const std::vector<Tensor<double, D>> &rotations) = 0;
-  /// One run of the block program over some RVEs.
-  struct Call {
-    const std::vector<int> *rves = nullptr;     ///< their numbers
-    const DriveRecord<D> *drives = nullptr;     ///< in room_for_drives()
-    std::vector<SteeringRecord<D>> steering;    ///< as many as RVEs, or none; they point at `modes`
-    std::vector<SteeredModes<D>> modes;         ///< as many as RVEs, or none
+  /// Run of the block program for some RVEs.
+  struct Call : CallShape {
+    const std::vector<int> *rves = nullptr;     ///< numbers of the RVEs
+    const DriveRecord<D> *drives = nullptr;     ///< memory from room_for_drives()
+    std::vector<SteeringRecord<D>> steering;    ///< one per RVE, or none; they point at `modes`
+    std::vector<SteeredModes<D>> modes;         ///< one per RVE, or none
     const std::vector<int> *order =
-        nullptr;              ///< places, the most expensive first; null: all cost the same
-    int largest = 0;          ///< grains in the largest RVE
-    int longest = 0;          ///< most substeps
-    double mean = 0.0;        ///< substeps
-    int pair_capacity = 0;    ///< that workspaces must have at least
-    Program program = Program::Plain;
-    bool with_details = false;
-    /// By place, where not all are asked for details: which ones of so many are its; -1: none.
+        nullptr;    ///< indices in the call, most expensive first; null: all cost the same
+    /// Index of the details of each RVE, if only some have details; -1: none.
     const std::vector<int> *detail_of = nullptr;
     int num_details = 0;
     BatchConstants constants;
   };
 
-  /// Where the drives of the next launch shall be written, and not read. What was there before may be lost.
+  /// Returns write-only memory for the prescribed motions of the next launch. Its former contents
+  /// may be lost.
   virtual DriveRecord<D> *room_for_drives(std::size_t count) = 0;
-  /// As many as RVEs of a call, valid until the next one; details as many as are asked for them.
+  /// Answers of a call, one per RVE, and the requested details. They are valid until the next call.
   struct Answers {
     const AnswerRecord<D> *answers = nullptr;
     const DetailRecord<D> *details =
-        nullptr;    ///< where they are wanted; of no meaning for an RVE that failed
+        nullptr;    ///< null unless requested; undefined for an RVE that failed
   };
-  /// Runs the block program once for each RVE.
-  virtual Answers launch(const Call &call) = 0;
-  /// The same, which may return before the answers are there: they are behind end_launch().
-  virtual Answers begin_launch(const Call &call) { return launch(call); }
+  /// Runs the block program once for each RVE. The answers are complete after end_launch().
+  virtual Answers begin_launch(const Call &call) = 0;
   virtual void end_launch() {}
-  /// memory() without the limit of the environment.
+  /// Returns memory() without the limit of the environment.
   virtual Memory backend_memory() const = 0;
 
-  /// That of calls that need nothing but friction: sizes of calls are estimated with it.
+  /// Returns the kernel variant of calls that need only friction. Estimates of call sizes use it.
   Program usual_program() const;
-  /// Capacity of the workspaces for RVEs of at most this many grains.
+  /// Returns the capacity of the workspaces for RVEs of at most this many grains.
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
-  /// What this class keeps of calls, per RVE [bytes].
+  /// Memory that this class keeps for calls, per RVE [bytes].
   static constexpr std::size_t BYTES_PER_ANSWER = sizeof(AnswerRecord<D>) +
       sizeof(DetailRecord<D>) + sizeof(ElasticResultOf<D>) + sizeof(DriveOf<D>);
 
-  /// What a call answers.
+  /// Kind of the answer to a call.
   enum class Answer { Short, Long, Longest, TimeStep };
-  /// The drive at a place of a call.
+  /// Function that returns the prescribed motion at an index of a call.
   using DriveAt = std::function<DriveOf<D>(std::size_t place)>;
-  /// Repeats what has to be, with longer lists or another scale of forces, of a call that has been started. Returns the answers
-  /// that hold.
+  /// Repeats a call for the RVEs that need longer lists or a coarser force scale. Returns the final
+  /// answers.
   Answers repeat(const std::vector<int> &rves, const DriveAt &drive_at, const Answers &first,
                  Answer kind);
-  /// Gives the answers of a call by `increments`, and repeats it where that must be. Looks are those of details in the order of detail_of, if there
-  /// are any, and of calls that are repeated.
+  /// Passes the answers of a call by `increments` to the caller and repeats the call where
+  /// necessary. Diagnostic evaluations come from the details in the order of detail_of, if there
+  /// are any, and from repeated calls.
   void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
-  /// What is known of the rest of the RVEs of such a call, behind answer().
-  void tell_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
-                 IncrementCallOf<D> &caller) const;
-  /// A call by increments that are elsewhere: RVEs of at most so many grains, the most DEM steps of one and the sum of all. So many are asked for
-  /// details.
+  /// Reports what is known about the rest of the RVEs of such a call, after answer().
+  void report_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
+                   IncrementCallOf<D> &caller) const;
+  /// Returns a call by increments that are in device memory. `largest` is the number of grains of
+  /// the largest RVE, `longest` the largest number of DEM steps, `steps` their sum, `num_details`
+  /// the number of RVEs with details.
   Call call_of_increments(const std::vector<int> &rves, int largest, int longest,
                           std::int64_t steps, int num_details);
-  static void ask_for_looks(Call &call, int num_details);
+  static void request_evaluations(Call &call, int num_details);
   int grains(int rve) const { return grains_of[rve]; }
   static ResponseOf<D> to_response(const AnswerRecord<D> &answer);
   void require_nothing_under_way() const;
 
-  std::vector<IncrementOf<D>> increments;    ///< of the last call by them
-  std::vector<int> detail_of;                ///< of the last call by them that asked for looks
+  std::vector<IncrementOf<D>> increments;    ///< increments of the last call by increments
+  /// Indices of details of the last call with diagnostic evaluations.
+  std::vector<int> detail_of;
 
   const Options options;
   const BatchConstants constants;
-  /// The program whose memory the RVEs have.
+  /// Kernel variant that defines the memory layout of the RVEs.
   const Program memory_layout;
 
  private:
   bool is_there(int rve) const;
   void check_slot(int rve) const;
-  /// Notes what an RVE needs of its calls.
+  /// Records the features that calls of an RVE of this material need.
   void note_needs(const Material &material);
   void require_contacts(const ContactModel &needed) const;
   void prepare_repeat(int rve, const AnswerRecord<D> &answer);
-  /// What the drives of a call make of it.
+  /// Size of a call, found from its prescribed motions.
   struct Extent {
     int largest = 0, longest = 0;    ///< grains, DEM steps
-    std::int64_t steps = 0;          ///< of all
+    std::int64_t steps = 0;          ///< sum over RVEs
     double least_cost = std::numeric_limits<double>::max(),
-           most_cost = 0.0;    ///< steps times grains
+           most_cost = 0.0;    ///< DEM steps times grains
 
     void add(int grains, int substeps)
     {
@@ -157,31 +167,31 @@ template <int D> class BatchEngine : public EngineOf<D> {
     }
   };
   static double cost_of(int grains, int substeps) { return static_cast<double>(substeps) * grains; }
-  /// Sizes, order and program; `costs` are there.
+  /// Sets sizes, order and kernel variant of a call. `costs` must be set.
   void plan(Call &call, const Extent &extent, bool servo, Answer kind);
-  /// With RVEs of unequal cost the last ones to run shall be short.
+  /// Orders RVEs of unequal cost so that the last ones to run are short.
   void put_longest_first(Call &call, double most_cost);
-  /// Checks and translates; sizes, order and program follow from the drives.
+  /// Checks and translates the prescribed motions, and sets sizes, order and kernel variant.
   void prepare(Call &call, const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                Answer kind);
-  void number_looks(Call &call);
-  /// One call without repeats.
+  void number_evaluations(Call &call);
+  /// Runs one call without repetitions.
   Answers start(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives, Answer kind);
-  /// The long answers of a call, or the longest.
+  /// Runs a call with detailed answers, with or without the stiffness.
   template <class AnyResult>
   void advance_with_details(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                             Answer kind, std::vector<AnyResult> &results);
 
   std::vector<int> grains_of;    ///< by RVE; 0: the number is free
   std::vector<int> free_numbers;
-  CallNeeds needs;    ///< of calls of all RVEs that have been added
-  // of the RVEs of a call
+  CallNeeds needs;    ///< features needed by any RVE that has been added
+  // Work arrays of a call.
   std::vector<double> costs;
   std::vector<unsigned char> cost_class;
   std::vector<int> order, class_begin;
-  /// That finds time steps: megabytes, kept from one to the next.
-  std::vector<DriveOf<D>> drives_of_look;
-  /// A call by increments of the host.
+  /// Prescribed motions of bound_time_steps(), megabytes that the next call reuses.
+  std::vector<DriveOf<D>> drives_of_bounds;
+  /// Request of a call by increments in host memory.
   class IncrementRequest final : public Request {
    public:
     explicit IncrementRequest(BatchEngine &engine) : engine_(engine) {}
@@ -196,9 +206,9 @@ template <int D> class BatchEngine : public EngineOf<D> {
   };
   IncrementRequest increment_request{*this};
   int pairs_per_grain = 4;    ///< capacity of the workspaces, grows on demand
-  // of a call that was repeated for some RVEs
-  std::vector<AnswerRecord<D>> mended;
-  std::vector<DetailRecord<D>> mended_details;
+  // Results of repeated calls.
+  std::vector<AnswerRecord<D>> repeated;
+  std::vector<DetailRecord<D>> repeated_details;
 };
 
 }    // namespace rve

@@ -34,7 +34,7 @@ template <int D> double grains_across(const RveStateOf<D> &state)
   double sum = 0.0, least = perpendicular_width(state.cell, 0);
   for (const double r : state.radius) sum += times_power<D>(1.0, r);
   for (int a = 1; a < D; ++a) least = std::min(least, perpendicular_width(state.cell, a));
-  const double mean = sum / state.num_grains();    // of r^D
+  const double mean = sum / state.num_grains();    // mean of r^D
   return least / (2.0 * (D == 2 ? std::sqrt(mean) : std::cbrt(mean)));
 }
 

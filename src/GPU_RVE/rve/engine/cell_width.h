@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How wide a periodic cell must be for its grains, and a list of neighbours. Host only.
+// Required width of a periodic cell for its grains and its neighbour list. Host only.
 
 #pragma once
 
@@ -9,16 +9,19 @@
 
 namespace rve {
 
-/// Shares of the widths across the faces of the cell, first that along x, down to which a cell can be compressed before half of it is
-/// no wider than two largest grains that touch and the skin: then a grain could meet two images of another one, and the RVE fails.
-/// `skin` as in Options [length].
+/// Returns the shares of the widths across the faces of the cell, along x first, to which the cell
+/// can be compressed. Below them half of the cell is no wider than two touching largest grains and
+/// the skin: a grain could touch two images of another one, and the RVE fails. `skin` as in Options
+/// [length].
 template <int D>
 std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double skin);
 
-/// How far apart, beyond touching, grains are that a list has: the reach of the law and the skin, as in Options [length].
+/// Returns the gap up to which the list contains pairs: the reach of the law and the skin, as in
+/// Options [length].
 template <int D> double list_margin_of(const RveStateOf<D> &state, double skin);
 
-/// The least width of the cell over the mean size of its grains, that of disks with their mean area or of spheres with their mean volume [-].
+/// Returns the smallest width of the cell over the mean grain size [-]. The mean size is that of
+/// disks of the mean area or of spheres of the mean volume.
 template <int D> double grains_across(const RveStateOf<D> &state);
 
 }    // namespace rve

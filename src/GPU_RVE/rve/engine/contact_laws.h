@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The contact law of a material, for whoever looks at states without an engine.
+// Access to the contact law of a material without an engine.
 
 #pragma once
 
@@ -12,11 +12,11 @@
 
 namespace rve {
 
-/// A law of the table of programs, in `double` and in units of the script.
+/// Returns the contact law of a kernel variant in `double` and in units of the script.
 template <Program program> auto law_of_script(const Material &material)
 {
   using Law = typename ProgramScene<program, DoubleNumbers>::Law;
-  constexpr double OF_CONTACT = 0.5;    // arm of velocities; no modulus depends on it
+  constexpr double OF_CONTACT = 0.5;    // lever arm of velocities; no modulus depends on it
   typename Law::Constants constants;
   constants.set(material, LawUnits::same(), OF_CONTACT);
   Law law{};
@@ -24,59 +24,48 @@ template <Program program> auto law_of_script(const Material &material)
   return law;
 }
 
-/// work(law) of the material of disks or spheres, with all that the law may have, in `double` and in units of the script.
+/// Returns work(law) for the contact law of a material of disks or spheres with all its features,
+/// in `double` and in units of the script.
 template <int D = 2, class Work> auto with_law(const Material &material, const Work &work)
 {
-#define RVE_WITH_LAW(name, law, books, prepared) \
-  case Program::name:                            \
-    return work(law_of_script<Program::prepared>(material));
-  if constexpr (D == 2) {
-    switch (richest_program(material.law, D)) {
-      RVE_PLANE_PROGRAMS(RVE_WITH_LAW)
-      default:
-        break;
-    }
-    return work(law_of_script<Program::General>(material));
-  } else {
-    switch (richest_program(material.law, D)) {
-      RVE_SPATIAL_PROGRAMS(RVE_WITH_LAW)
-      default:
-        break;
-    }
-    return work(law_of_script<Program::Spheres>(material));
-  }
-#undef RVE_WITH_LAW
+  return with_program<D>(richest_program(material.law, D), [&](auto program) {
+    return work(law_of_script<program.prepared_like>(material));
+  });
 }
 
-/// False if the stiffness of a contact depends on its overlap, as that of Hertz' law does.
+/// Returns false if the stiffness of a contact depends on its overlap, as in Hertz' law.
 template <int D = 2> bool has_constant_moduli(const Material &material)
 {
   return with_law<D>(material, [](const auto &law) { return law.has_constant_moduli; });
 }
 
-/// How far beyond touching grains act on each other [length].
+/// Returns the largest gap at which grains act on each other [length].
 inline double reach_of(const Material &material)
 {
   return with_law(material, [&](const auto &law) { return law.reach(material); });
 }
 
-/// What a pressure presses on, between two grains: their diameter times the thickness of disks, its square [length^2].
-template <int D> double loaded_area(const Material &material, double diameter)
+/// Returns the length that makes a pressure a force per length: the thickness of disks, the
+/// diameter of spheres [length].
+template <int D> double loaded_depth(const Material &material, double diameter)
 {
-  return (D == 2 ? material.thickness : diameter) * diameter;
+  return D == 2 ? material.thickness : diameter;
 }
 
-/// Overlap over diameter of two equal grains that press each other with p h times their diameter, or spheres with p times its square: p h / k_n
-/// and p d / k_n of linear springs. About the mean of a packing, of disks from 0.9 of it for frictionless and stiff grains to 0.6 at 0.1, and
-/// a quarter more for loose packings.
+/// Returns overlap over diameter of two equal grains that a pressure p presses together [-]. The
+/// force is p h times the diameter of disks, or p times the squared diameter of spheres: linear
+/// springs give p h / k_n and p d / k_n. The mean of a packing is similar: 0.9 of it for
+/// frictionless stiff disks, 0.6 at an overlap of 0.1, and a quarter more for loose packings.
 template <int D = 2> double contact_strain(double pressure, const Material &material, double radius)
 {
   return with_law<D>(material, [&](const auto &law) {
     if constexpr (law.has_constant_moduli)
-      return pressure * (D == 2 ? material.thickness : 2.0 * radius) /
+      return pressure * loaded_depth<D>(material, 2.0 * radius) /
           law.stiffness({0.0, radius, radius}).normal;
-    // Newton's method from where even the softest law bears more: forces grow faster than overlaps, so that no step goes too far
-    const double diameter = 2.0 * radius, force = pressure * loaded_area<D>(material, diameter);
+    // Newton's method starts where even the softest law bears more. Forces grow faster than
+    // overlaps, so no step overshoots.
+    const double diameter = 2.0 * radius;
+    const double force = pressure * (loaded_depth<D>(material, diameter) * diameter);
     if (!(force > law.spring_force({0.0, radius, radius}))) return 0.0;
     double overlap = diameter;
     while (law.spring_force({overlap, radius, radius}) < force) overlap *= 2.0;
@@ -89,20 +78,20 @@ template <int D = 2> double contact_strain(double pressure, const Material &mate
   });
 }
 
-/// The pressure that gives this overlap over diameter [stress].
+/// Returns the pressure that gives this overlap over diameter [stress].
 template <int D = 2> double contact_pressure(double strain, const Material &material, double radius)
 {
   return with_law<D>(material, [&](const auto &law) {
     if constexpr (law.has_constant_moduli)
       return strain * law.stiffness({0.0, radius, radius}).normal /
-          (D == 2 ? material.thickness : 2.0 * radius);
+          loaded_depth<D>(material, 2.0 * radius);
     const double diameter = 2.0 * radius;
     return law.spring_force({strain * diameter, radius, radius}) /
-        loaded_area<D>(material, diameter);
+        (loaded_depth<D>(material, diameter) * diameter);
   });
 }
 
-/// Springs of a contact with this overlap over diameter [force/length].
+/// Returns the spring stiffnesses of a contact with this overlap over diameter [force/length].
 template <int D = 2>
 ContactModuli moduli_at_strain(double strain, const Material &material, double radius)
 {

@@ -25,10 +25,10 @@ namespace {
     return x - trace(x) / D * Tensor<double, D>::identity();
   }
 
-  // Means of n_i n_j n_k n_l over directions make n_i n_j (1 + A_kl n_k n_l) to 1/D of the unit tensor and this share of A.
+  // Share of A in the mean of n_i n_j (1 + A_kl n_k n_l) over directions. The unit tensor has 1/D.
   template <int D> constexpr double SHARE = 2.0 / (D * (D + 2));
 
-  // Of n_i (T_jk n_k - T_kl n_k n_l n_j).
+  // Share of T in the mean of n_i (T_jk n_k - T_kl n_k n_l n_j) over directions.
   template <int D> constexpr double SHARE_ACROSS = 1.0 / (D + 2);
 
   template <int D>
@@ -48,7 +48,7 @@ namespace {
     }
     measures.strong = strong / count;
     if (strong > 0.0) measures.sliding_strong = strong_that_slide / strong;
-    // of equal forces all may be above a mean that is rounded
+    // Equal forces may all exceed their rounded mean.
     if (strong < count) measures.sliding_weak = weak_that_slide / (count - strong);
   }
 
@@ -62,7 +62,7 @@ namespace {
       normals = normals + share * dyad(contact.geometry.normal, contact.geometry.normal);
     measures.contact = 1.0 / SHARE<D> * deviator(normals);
 
-    // directions with many contacts count no more than others
+    // The weights give all directions the same influence, however many contacts they have.
     Matrix branches = Matrix::zero(), normal_forces = Matrix::zero(),
            tangential_forces = Matrix::zero();
     for (const SpringContactOf<D> &contact : contacts) {
@@ -76,14 +76,14 @@ namespace {
     measures.mean_branch = trace(branches);
     measures.mean_normal_force = trace(normal_forces);
     measures.branch = 1.0 / (SHARE<D> * measures.mean_branch) * deviator(branches);
-    // without normal forces, of grains that just touch, there is nothing to compare with
+    // The ratios are undefined without normal forces, as for grains that just touch.
     if (measures.mean_normal_force == 0.0) return;
     measures.normal_force = 1.0 / (SHARE<D> * measures.mean_normal_force) * deviator(normal_forces);
     measures.tangential_force =
         1.0 / (SHARE_ACROSS<D> * measures.mean_normal_force) * deviator(tangential_forces);
   }
 
-  // What the law says of the energy with one of the springs stretched and the others not.
+  // Adds the energy of the law with one kind of spring stretched and the others unstretched.
   template <int D> void add_energies(const RveStateOf<D> &state, ContactMeasuresOf<D> &measures)
   {
     const std::vector<TouchingPairOf<D>> contacts = find_contacts(state);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the contacts of a state say on average: how normals, branches and forces are spread over directions, and which springs hold the elastic
-// energy, which contacts slide. Found on the host in double precision, from what contact_network.h sees: springs, dashpots excluded.
+// Averages over the contacts of a state: distributions of normals, branch vectors and forces over
+// directions, the elastic energy of each kind of spring, and sliding contacts. They are computed on
+// the host in double precision from contact_network.h, without dashpots.
 
 #pragma once
 
@@ -8,13 +9,17 @@
 
 namespace rve {
 
-/// Over directions n contacts are spread as 1 + C_ij n_i n_j, and what they have on average there is
-///     branch l (1 + B_ij n_i n_j),  normal force f (1 + N_ij n_i n_j),  tangential force f (T_ij n_j - T_kl n_k n_l n_i),
-/// to second order, with tensors that have no trace (Ouadfel and Rothenburg 2001, Mech. Mater. 33, 201; in the plane Rothenburg and Bathurst 1989,
-/// Geotechnique 39, 601). Normal forces are repulsion positive.
+/// Directional distributions. The density of contacts over directions n is 1 + C_ij n_i n_j, and
+/// their directional averages are
+///     branch l (1 + B_ij n_i n_j),  normal force f (1 + N_ij n_i n_j),
+///     tangential force f (T_ij n_j - T_kl n_k n_l n_i),
+/// to second order, with traceless tensors (Ouadfel and Rothenburg 2001, Mech. Mater. 33, 201; in
+/// the plane Rothenburg and Bathurst 1989, Geotechnique 39, 601). Normal forces are positive in
+/// repulsion.
 ///
-/// As in LAMMPS' compute fabric T takes |f_t| n_i n_j for f_t,i n_j: it says how large tangential forces are in which direction of contacts, not where
-/// they point. Without contacts everything is zero.
+/// As in LAMMPS' compute fabric, T uses |f_t| n_i n_j for f_t,i n_j: it measures the size of
+/// tangential forces by direction of contacts, not their direction. All values are zero without
+/// contacts.
 template <int D> struct ContactMeasuresOf {
   using Matrix = Tensor<double, D>;
 
@@ -25,11 +30,13 @@ template <int D> struct ContactMeasuresOf {
   double mean_branch = 0.0;                    ///< l, mean over directions [length]
   double mean_normal_force = 0.0;              ///< f, mean over directions [force]
 
-  /// Strong contacts bear more than the mean normal force of all contacts, weak ones do not (Radjai, Wolf, Jean and Moreau 1998, Phys. Rev. Lett. 80, 61). Their
-  /// share of all contacts, and the shares of each kind that slide (SLIDING of contact_network.h) [-]
+  /// Share of strong contacts among all contacts, and the shares of strong and weak contacts that
+  /// slide (SLIDING of contact_network.h) [-]. Strong contacts bear more than the mean normal force
+  /// of all contacts (Radjai, Wolf, Jean and Moreau 1998, Phys. Rev. Lett. 80, 61).
   double strong = 0.0, sliding_strong = 0.0, sliding_weak = 0.0;
 
-  /// Energy of the springs by what they resist; a spring along the normal has that of the adhesion, too [force length]
+  /// Energy of the springs by direction of resistance [force length]. The normal part includes the
+  /// energy of the adhesion.
   double elastic_normal = 0.0, elastic_tangential = 0.0, elastic_rolling = 0.0,
          elastic_twisting = 0.0;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the contacts of a batch have in common. It is known when the packings are read, before there is an engine for them.
+// Common contact model of a batch. It is known when the packings have been read, before an engine
+// exists.
 
 #pragma once
 
@@ -14,13 +15,14 @@ namespace rve {
 
 template <int D> struct RveStateOf;
 
-/// The contact law, and whether pairs remember rolling forces and twisting moments: from these follow the memory of an RVE and the programs that advance it.
+/// Contact law, and whether pairs store rolling forces and twisting moments. The memory layout of
+/// an RVE and its kernel variants follow from them.
 struct ContactModel {
   ContactLaw law = ContactLaw::Linear;
   bool rolling = false;
-  int dimension = 2;    ///< of the RVEs: disks or spheres
+  int dimension = 2;    ///< dimension of the RVEs: disks or spheres
 
-  /// Whether an engine of this model takes RVEs that need that one.
+  /// Returns true if an engine of this model accepts RVEs that need the other one.
   bool serves(const ContactModel &need) const
   {
     return dimension == need.dimension && law == need.law && (rolling || !need.rolling);
@@ -29,13 +31,13 @@ struct ContactModel {
   {
     return dimension == other.dimension && law == other.law && rolling == other.rolling;
   }
-  bool operator!=(const ContactModel &other) const { return !(*this == other); }
 };
 
-/// "contact law hooke with rolling resistance"
+/// Returns a text such as "contact law hooke with rolling resistance".
 std::string to_string(const ContactModel &contacts);
 
-/// What an RVE needs. With rolling forces, it needs them remembered whatever its material.
+/// Returns the contact model that an RVE needs. A state with rolling forces needs them stored,
+/// whatever its material.
 ContactModel contacts_of(const Material &material);
 
 template <int D> ContactModel contacts_of(const RveStateOf<D> &state)
@@ -43,7 +45,8 @@ template <int D> ContactModel contacts_of(const RveStateOf<D> &state)
   return {state.material.law, contacts_of(state.material).rolling || state.has_rolling_forces(), D};
 }
 
-/// What several RVEs need together. Throws InputError, with the names of two of them, if their laws differ.
+/// Returns the contact model that several RVEs need together. Throws InputError with the names of
+/// two RVEs if their laws differ.
 template <int D>
 ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
                          const std::function<std::string(int)> &name = {})
@@ -65,11 +68,11 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
   return all;
 }
 
-/// The law of that word; throws InputError, with those there are, if there is none.
+/// Returns the law with this word. Throws InputError with the known words if there is none.
 ContactLaw contact_law_of(const std::string &word);
 
-/// The numbers that a material of its law has, of disks or of spheres, in the order of restart records: those that all records have, or the
-/// later ones.
+/// Returns the parameters of materials of a law, of disks or spheres, in the order of restart
+/// records: those in all records, or those that were added later.
 std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension = 2, bool later = false);
 
 }    // namespace rve

@@ -12,8 +12,10 @@ namespace rve {
 
 namespace {
 
-  constexpr double TWO_TO_64 = 18446744073709551616.0;
-
+  double length(double along_tangent)
+  {
+    return std::fabs(along_tangent);
+  }
   double length(const Vec<double, 2> &v)
   {
     return std::hypot(v[0], v[1]);
@@ -23,7 +25,8 @@ namespace {
     return std::hypot(v[0], v[1], v[2]);
   }
 
-  // The periodic image of a second grain that is nearest to the first one, along one axis.
+  // Returns the periodic image of the second grain that is nearest to the first one, along one
+  // axis.
   int image_of_second(std::uint64_t first, std::uint64_t second)
   {
     const auto difference = static_cast<std::int64_t>(second - first);
@@ -39,21 +42,13 @@ namespace {
     const double sum_of_radii = state.radius[i] + state.radius[j];
     double squares = branch[0] * branch[0];
     for (int a = 1; a < D; ++a) squares += branch[a] * branch[a];
-    // most grains of a bin are far apart, which needs no root; the margin leaves the last digits to the root
+    // Most grains of a bin are far apart, which needs no root. The margin leaves the last digits to
+    // the root.
     if (squares > 1.001 * (sum_of_radii + reach) * (sum_of_radii + reach)) return;
     const double distance = length(branch);
     const double overlap = sum_of_radii - distance;
     if (overlap > -reach && distance > 0.0)
       contacts.push_back({i, j, branch, (1.0 / distance) * branch, overlap});
-  }
-
-  double size_of(double along_tangent)
-  {
-    return std::fabs(along_tangent);
-  }
-  double size_of(const Vec<double, 3> &vector)
-  {
-    return length(vector);
   }
 
   Vec<double, 2> tangential_vector(double along_tangent, const Vec<double, 2> &n)
@@ -72,7 +67,7 @@ template <int D> Vec<double, D> branch_vector(const RveStateOf<D> &state, int i,
   Vec<double, D> difference;
   for (int a = 0; a < D; ++a) {
     const std::uint64_t wrapped = state.fractional[D * j + a] - state.fractional[D * i + a];
-    difference[a] = static_cast<double>(static_cast<std::int64_t>(wrapped)) / TWO_TO_64;
+    difference[a] = static_cast<double>(static_cast<std::int64_t>(wrapped)) * 0x1p-64;
   }
   return state.cell * difference;
 }
@@ -84,8 +79,9 @@ template <int D> ContactPlace place_of(const RveStateOf<D> &state, const Touchin
 
 template <int D> void forget_absurd_force(RveStateOf<D> &state)
 {
-  // A call may have seen larger forces than its end: a collision, a dashpot. Ten bits of the sums are left for that, and without
-  // contacts all that two of the largest grains can bear.
+  // Forces within a call may be larger than at its end, by a collision or a dashpot. Ten bits of
+  // the sums are reserved for that. Without contacts the reference is the force of two of the
+  // largest grains at an overlap as large as their radius.
   constexpr double SURPRISE = 1024.0;
   const double radius = *std::max_element(state.radius.begin(), state.radius.end());
   const ContactPlace deepest{radius, radius, radius};
@@ -99,7 +95,7 @@ template <int D> void forget_absurd_force(RveStateOf<D> &state)
     return std::max(of_springs, 2.0 * law.viscosity(deepest).normal * fastest);
   });
   for (const PairOf<D> &pair : state.pairs)
-    largest = std::max({largest, size_of(pair.tangential_force), size_of(pair.rolling_force)});
+    largest = std::max({largest, length(pair.tangential_force), length(pair.rolling_force)});
   if (state.largest_contact_force > SURPRISE * largest) state.largest_contact_force = 0.0;
 }
 
@@ -129,7 +125,7 @@ template <int D>
 std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
                                         const std::vector<TouchingPairOf<D>> &contacts)
 {
-  // from the lower number on, in their order
+  // The list has the lower number first and is sorted.
   std::vector<PairOf<D>> known;
   with_law<D>(state.material, [&](const auto &law) {
     for (const PairOf<D> &pair : state.pairs) {
@@ -141,19 +137,16 @@ std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
       known.push_back(seen);
     }
   });
-  const auto grains = [](const auto &pair) { return std::make_pair(pair.first, pair.second); };
-  std::sort(known.begin(), known.end(),
-            [&](const PairOf<D> &x, const PairOf<D> &y) { return grains(x) < grains(y); });
+  const auto is_before = [](const auto &x, const auto &y) {
+    return x.first != y.first ? x.first < y.first : x.second < y.second;
+  };
+  std::sort(known.begin(), known.end(), is_before);
   std::vector<PairOf<D>> pairs;
   pairs.reserve(contacts.size());
   for (const TouchingPairOf<D> &contact : contacts) {
-    const auto place = std::lower_bound(
-        known.begin(), known.end(), contact, [&](const PairOf<D> &x, const TouchingPairOf<D> &y) {
-          return x.first != y.first ? x.first < y.first : x.second < y.second;
-        });
-    const bool found =
-        place != known.end() && place->first == contact.first && place->second == contact.second;
-    pairs.push_back(found ? *place : PairOf<D>{});
+    const auto at = std::lower_bound(known.begin(), known.end(), contact, is_before);
+    const bool found = at != known.end() && !is_before(contact, *at);
+    pairs.push_back(found ? *at : PairOf<D>{});
   }
   return pairs;
 }
@@ -173,30 +166,26 @@ std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
 template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveStateOf<D> &state)
 {
   const std::vector<TouchingPairOf<D>> geometries = find_contacts(state);
-  std::vector<SpringForcesOf<D>> springs = spring_forces(state, geometries);
-  std::vector<double> normal_force, limiting_force;
+  const std::vector<SpringForcesOf<D>> springs = spring_forces(state, geometries);
+  std::vector<SpringContactOf<D>> contacts;
+  contacts.reserve(geometries.size());
   with_law<D>(state.material, [&](const auto &law) {
     for (std::size_t k = 0; k < geometries.size(); ++k) {
       const ContactPlace place = place_of(state, geometries[k]);
-      normal_force.push_back(law.spring_force(place));
-      limiting_force.push_back(law.limiting_force(place));
-      if constexpr (D == 3 && law.has_rolling) springs[k].twisting *= law.twisting_share(place);
+      SpringContactOf<D> contact{geometries[k], {}, law.spring_force(place), springs[k], {}, 1.0};
+      if constexpr (D == 3 && law.has_rolling)
+        contact.springs.twisting *= law.twisting_share(place);
+      for (int a = 0; a < D; ++a)
+        contact.image[a] = image_of_second(state.fractional[D * contact.geometry.first + a],
+                                           state.fractional[D * contact.geometry.second + a]);
+      const Vec<double, D> &n = contact.geometry.normal;
+      contact.force_on_first =
+          tangential_vector(contact.springs.tangential, n) - contact.normal_force * n;
+      const double limit = state.material.friction * law.limiting_force(place);
+      if (limit > 0.0) contact.mobilized_friction = length(contact.springs.tangential) / limit;
+      contacts.push_back(contact);
     }
   });
-  std::vector<SpringContactOf<D>> contacts;
-  contacts.reserve(geometries.size());
-  for (std::size_t k = 0; k < geometries.size(); ++k) {
-    SpringContactOf<D> contact{geometries[k], {}, normal_force[k], springs[k], {}, 1.0};
-    for (int a = 0; a < D; ++a)
-      contact.image[a] = image_of_second(state.fractional[D * contact.geometry.first + a],
-                                         state.fractional[D * contact.geometry.second + a]);
-    const Vec<double, D> &n = contact.geometry.normal;
-    contact.force_on_first =
-        tangential_vector(contact.springs.tangential, n) - contact.normal_force * n;
-    const double limit = state.material.friction * limiting_force[k];
-    if (limit > 0.0) contact.mobilized_friction = size_of(contact.springs.tangential) / limit;
-    contacts.push_back(contact);
-  }
   return contacts;
 }
 

@@ -12,7 +12,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <string>
 #include <utility>
 
 namespace rve {
@@ -21,10 +20,10 @@ namespace {
 
   constexpr std::uint64_t HALF = std::uint64_t{1} << 63;
 
-  // a cell sheared far beyond what a call can do needs some tens
+  // A cell that is sheared far beyond the range of a call needs some tens of steps.
   constexpr int MOST_LATTICE_STEPS = 256;
 
-  /// Lagrange's or Minkowski's reduction, as a new list does it. Coordinates follow exactly.
+  /// Applies Lagrange's or Minkowski's reduction, as a new list does. Coordinates follow exactly.
   template <int D> void reduce_lattice(RveStateOf<D> &state)
   {
     for (int k = 0; k < MOST_LATTICE_STEPS; ++k) {
@@ -49,7 +48,8 @@ namespace {
     return narrowest;
   }
 
-  /// Whether the nearest image of a grain at `to`, seen from one at `from`, is that of the cell before or of the next one.
+  /// Returns true if the nearest image of a grain at `to`, seen from `from`, is in the previous or
+  /// the next cell.
   bool leaves_the_cell(std::uint64_t from, std::uint64_t to)
   {
     const std::uint64_t forward = to - from;
@@ -63,19 +63,20 @@ namespace {
     for (std::size_t k = 0; k < count; ++k) values.push_back(values[k]);
   }
 
-  /// As a signed share of the cell.
+  /// Returns a difference of fractional coordinates as a signed share of the cell.
   double share_of(std::uint64_t difference)
   {
     return std::ldexp(static_cast<double>(static_cast<std::int64_t>(difference)), -64);
   }
 
-  /// Where most copies are, whose numbers are larger by `stride`: in parts of the cell, of which there are as many as copies. Cell vectors
-  /// change by whole multiples of each other, so a copy is so many parts away ever after. None if most grains are elsewhere.
+  /// Returns the offset of most copies, whose numbers are larger by `stride`, in units of 1/copies
+  /// of the cell vectors. Cell vectors change by whole multiples of each other, so the offset of a
+  /// copy is preserved. Returns nothing if most grains are elsewhere.
   template <int D>
   std::optional<std::array<int, D>> place_of_copies(const RveStateOf<D> &state, int copies,
                                                     int stride)
   {
-    constexpr double STILL_THERE = 0.1;    // of the radius
+    constexpr double STILL_THERE = 0.1;    // in units of the radius
     const int n = state.num_grains();
     std::map<std::array<int, D>, int> count;
     for (int i = 0; i < n; ++i) {
@@ -93,15 +94,15 @@ namespace {
       if (std::sqrt(dot(apart, apart)) <= STILL_THERE * state.radius[i]) ++count[parts];
     }
     for (const auto &[parts, number] : count)
-      if (4 * number > n) return parts;    // of half of the grains more than half
+      if (4 * number > n) return parts;    // more than half of the n/2 grains
     return std::nullopt;
   }
 
-  /// Length of the shortest vector of so many parts of the cell vectors, but for whole ones.
+  /// Returns the shortest length of a vector with this offset, up to whole cell vectors [length].
   template <int D>
   double least_distance(const Tensor<double, D> &cell, const std::array<int, D> &parts, int copies)
   {
-    constexpr int REACH = 2;    // of a reduced cell: one more than is needed
+    constexpr int REACH = 2;    // one more than a reduced cell needs
     double least = std::numeric_limits<double>::infinity();
     std::array<int, D> whole;
     whole.fill(-REACH);
@@ -125,7 +126,7 @@ template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state)
 {
   constexpr int most = std::numeric_limits<std::int32_t>::max() / 2;
   require(state.num_grains() <= most, "an RVE of ", state.num_grains(),
-          " grains cannot have copies beside it; it may have at most ", most);
+          " grains cannot be doubled; it may have at most ", most);
   RveStateOf<D> wide = state;
   reduce_lattice(wide);
   const int n = state.num_grains(), axis = narrowest_axis(wide.cell);

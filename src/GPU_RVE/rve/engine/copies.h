@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A periodic medium in a larger cell: the same grains, and copies of them side by side. Host only.
+// Periodic medium in a larger cell: the same grains and copies of them side by side. Host only.
 
 #pragma once
 
@@ -7,19 +7,24 @@
 
 namespace rve {
 
-/// As little as the narrowest format keeps: some roundings of 32 bits [-].
+/// Relative difference of velocities of a grain and its copy [-]: some roundings of 32 bits, the
+/// least that the narrowest format resolves.
 constexpr double PARTING = 1.0 / (1 << 21);
 
-/// The same medium in a cell that is twice as wide where it is narrowest: its lattice is reduced, and each grain i of N has a copy with
-/// the number i + N. Pairs go on with what they remember, from grain to grain as they are in space, and their list is to be built anew.
-/// What is per volume, stresses for one, stays; sums over grains are twice as large. Positions lose one bit of the format at most, and
-/// velocities of a grain and of its copy differ by PARTING of themselves: coordinates that wrap are the same to the bit wherever a grain is, so that no
-/// rounding would ever part the copies, and they would go on as a medium that is half as wide as its cell.
+/// Returns the same medium in a cell of twice the width along its narrowest axis. The lattice is
+/// reduced, and each grain i of N has a copy with the number i + N. Pairs keep their history
+/// between the same grains in space, and the list must be rebuilt. Intensive quantities such as
+/// stresses are unchanged; sums over grains double. Positions lose at most one bit of the format.
+///
+/// Velocities of a grain and of its copy differ by PARTING of themselves. Wrapping coordinates are
+/// equal to the bit wherever a grain is, so without this difference no rounding would ever separate
+/// the copies, and the medium would stay periodic with half of its cell.
 template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state);
 
-/// Whether the medium of such a state, of `copies` as many grains as there were (a power of two), is one grain across: most grains are still
-/// where their copies are, and these no farther apart than one and a half of the largest diameters. A grain that is its own neighbour moves with
-/// the mean field in that direction, and a wider cell would tell no more. Copies whose ways have parted are grains like the others.
+/// Returns true if a medium of `copies` times the original grains (a power of two) is one grain
+/// across: most grains are still at the offset of their copies, which is at most one and a half of
+/// the largest diameters. A grain that is its own neighbour moves with the mean field in that
+/// direction, and a wider cell adds no information. Copies that have diverged are ordinary grains.
 template <int D> bool is_one_grain_across(const RveStateOf<D> &state, int copies);
 
 }    // namespace rve

@@ -21,9 +21,16 @@ namespace {
 
   constexpr int LARGEST_BLOCK = 1024;
   constexpr int kMostPreparedTogether = 16;           ///< calls that one block prepares
-  constexpr std::size_t kPrepareMemory = 32 << 10;    ///< bytes that it may have on chip
-  /// RVEs are cut from pieces of 64 MB, and the first launch takes memory for its code and its threads' stacks [bytes].
+  constexpr std::size_t kPrepareMemory = 32 << 10;    ///< shared memory of that block [bytes]
+  /// Device memory beyond the buffers [bytes]: RVEs are cut from slabs of 64 MB, and the first
+  /// launch allocates memory for code and stacks.
   constexpr std::size_t kSlack = std::size_t(256) << 20;
+
+  /// Returns the number of blocks of so many threads that have a thread for each of `count` items.
+  int blocks_for(int count, int threads)
+  {
+    return (count + threads - 1) / threads;
+  }
 
   template <int D> class CudaEngine final : public BatchEngine<D>, public DeviceCallsOf<D> {
     using Base = BatchEngine<D>;
@@ -54,7 +61,7 @@ namespace {
 
     DeviceCallsOf<D> *device_calls() override { return this; }
 
-    // ---- calls whose increments and stresses are on the device -----------------------------------------------------------------
+    // ---- calls whose increments and stresses are on the device ----
 
     void plan(const DeviceCallOf<D> &call) override
     {
@@ -81,7 +88,7 @@ namespace {
           largest_of_call = k == 0 ? grains : std::max(largest_of_call, grains);
         }
         are_alike = smallest == largest_of_call;
-        place_those_resting(call.resting, count);
+        upload_resting(call.resting, count);
       }
       may_sleep = call.options.quiescent_strain > 0.0 || has_resting;
       const bool has_order = may_sleep || call.options.is_adaptive || !are_alike;
@@ -90,7 +97,7 @@ namespace {
       launch.most_cost = static_cast<double>(call.options.is_adaptive ? call.options.adaptive.most
                                                                       : call.options.substeps) *
           largest_of_call;
-      // the call before may not have been heard yet
+      // The answers of the previous call may not have been read yet.
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
       launch.drives_before = planned_drives[drives_in_use].reserve(count);
       launch.rest = may_sleep ? rest_buffer.reserve(count) : nullptr;
@@ -100,23 +107,20 @@ namespace {
       launch.order = has_order ? planned_order_buffer.reserve(count) : nullptr;
       launch.findings = findings_buffer.reserve_zeros(1);
       launch.turns = planned_turns.reserve(count);
-      const unsigned blocks = rounded_up(count, kIncrementBlock) / kIncrementBlock;
-      plan_increments<D><<<blocks, kIncrementBlock>>>(launch);
-      if (has_order)
-        order_increments<D>
-            <<<rounded_up(count, kCostClasses) / kCostClasses, kCostClasses>>>(launch);
+      plan_increments<D><<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(launch);
+      if (has_order) order_increments<D><<<blocks_for(count, kCostClasses), kCostClasses>>>(launch);
       check_cuda(cudaGetLastError(), "launch of a plan");
       is_launched_early = false;
       this->note_plan();
-      bring_findings(plan_told);
+      bring_findings(plan_findings);
     }
 
     bool launch_early() override
     {
       const PlanOptions &asked = increments_of_call.options;
       const bool knows_steps = !asked.is_adaptive || steps_before > 0;
-      // launch early only after several plans that did not need the host: an RVE that was evaluated
-      // in vain is not evaluated in the next step
+      // The early launch needs several plans without work for the host. An RVE that was evaluated
+      // in vain is not evaluated in the next step.
       constexpr int AS_EXPECTED = 8;
       if (!knows_steps || (may_sleep && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
@@ -131,7 +135,7 @@ namespace {
 
     bool launch() override
     {
-      const CallFindings &found = *plan_told.room(1);
+      const CallFindings &found = *plan_findings.room(1);
       if (found.held && std::exchange(is_launched_early, false)) {
         wait_for_answers();
         drives_in_use = 1 - drives_in_use;    // undo the early launch
@@ -147,7 +151,7 @@ namespace {
     StressesAre wait() override
     {
       wait_for_answers();
-      const CallFindings &found = *answers_told.room(1);
+      const CallFindings &found = *answer_findings.room(1);
       int unfinished = found.unfinished;
       const bool host_helps = unfinished > 0;
       if (host_helps && unfinished <= kMostUnfinished) unfinished = repeat_some(unfinished);
@@ -178,8 +182,8 @@ namespace {
       this->answer(device_call->rves, caller,
                    {planned_answers[drives_in_use].receive(count), nullptr});
       if (!may_sleep) return;
-      this->tell_rest(static_cast<int>(count), rest_buffer.receive(count),
-                      sleep_buffer.receive(count), caller);
+      this->report_rest(static_cast<int>(count), rest_buffer.receive(count),
+                        sleep_buffer.receive(count), caller);
     }
 
     void deliver_one(int place, IncrementCallOf<D> &caller) override
@@ -195,14 +199,14 @@ namespace {
       use_device();
       const int count = static_cast<int>(limits.size());
       if (count == 0) return;
-      // of the numbers before; nobody waits for these
+      // The former upload must have ended; these kernels run unobserved.
       check_cuda(cudaStreamSynchronize(nullptr), "upload of numbers of contacts");
-      rve::set_limits<<<rounded_up(count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+      rve::set_limits<<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(
           limits_buffer.upload(limits), count, increments_of_call.planned);
       check_cuda(cudaGetLastError(), "launch of a note of contacts");
     }
 
-    /// Why it cannot advance the RVEs that it is made for, with a remedy; empty if it can.
+    /// Returns the reason why the engine cannot advance its RVEs, with a remedy; empty if it can.
     std::string obstacle() const
     {
       return programs.obstacle(memory_layout, runtime_kernels_obstacle());
@@ -212,15 +216,14 @@ namespace {
     {
       if (num_rves == 0) return 0;
       use_device();
-      const std::vector<int> rves(num_rves);
-      Call call;
-      call.rves = &rves;
+      CallShape call;
+      call.num_rves = num_rves;
       call.largest = num_grains;
       call.longest = kStepsAhead;
       call.mean = kStepsAhead;
       call.pair_capacity = this->pair_capacity(num_grains);
       call.program = this->usual_program();
-      const LaunchPlan &plan = plans.plan_for(shape_of(call));
+      const LaunchPlan &plan = plans.plan_for(call);
       const std::size_t count = num_rves;
       return count *
           (plan.sizes.prepared + sizeof(RveHandle) + sizeof(SteeringRecord<D>) + sizeof(int) +
@@ -245,7 +248,7 @@ namespace {
       use_device();
       std::size_t free = 0, total = 0;
       check_cuda(cudaMemGetInfo(&free, &total), "free memory of the device");
-      // ranks may number their devices differently; this is the same for all
+      // The UUID is the same for all ranks, which may number their devices differently.
       std::string name = "the memory of GPU ";
       for (const char byte : device.uuid.bytes) {
         const unsigned value = static_cast<unsigned char>(byte);
@@ -259,31 +262,29 @@ namespace {
       use_device();
       if (rve >= static_cast<int>(images.size())) images.resize(rve + 1);
       Placed &placed = images[rve];
-      placed.num_grains = image.num_grains;
-      placed.extra_capacity = image.extra_capacity;
       placed.size = image.bytes.size();
-      placed.memory = arena.allocate(placed.size);
+      placed.handle = {arena.allocate(placed.size), image.num_grains, image.extra_capacity};
       images_moved = true;
-      check_cuda(cudaMemcpy(placed.memory, image.bytes.data(), placed.size, cudaMemcpyHostToDevice),
-                 "upload of an RVE");
+      check_cuda(
+          cudaMemcpy(placed.handle.image, image.bytes.data(), placed.size, cudaMemcpyHostToDevice),
+          "upload of an RVE");
     }
 
     StateImage get_image(int rve) const override
     {
       use_device();
       const Placed &placed = images[rve];
-      StateImage image;
-      image.num_grains = placed.num_grains;
-      image.extra_capacity = placed.extra_capacity;
-      image.bytes.resize(placed.size);
-      check_cuda(cudaMemcpy(image.bytes.data(), placed.memory, placed.size, cudaMemcpyDeviceToHost),
-                 "download of an RVE");
+      StateImage image{placed.handle.num_grains, placed.handle.extra_capacity,
+                       std::vector<char>(placed.size)};
+      check_cuda(
+          cudaMemcpy(image.bytes.data(), placed.handle.image, placed.size, cudaMemcpyDeviceToHost),
+          "download of an RVE");
       return image;
     }
 
     void drop_image(int rve) override
     {
-      arena.release(images[rve].memory, images[rve].size);
+      arena.release(images[rve].handle.image, images[rve].size);
       images[rve] = Placed();
       images_moved = true;
     }
@@ -291,16 +292,18 @@ namespace {
     void put_header(int rve, const ImageHeader<D> &header) override
     {
       use_device();
-      check_cuda(cudaMemcpy(images[rve].memory, &header, sizeof(header), cudaMemcpyHostToDevice),
-                 "upload of a header");
+      check_cuda(
+          cudaMemcpy(images[rve].handle.image, &header, sizeof(header), cudaMemcpyHostToDevice),
+          "upload of a header");
     }
 
     ImageHeader<D> get_header(int rve) const override
     {
       use_device();
       ImageHeader<D> header;
-      check_cuda(cudaMemcpy(&header, images[rve].memory, sizeof(header), cudaMemcpyDeviceToHost),
-                 "download of a header");
+      check_cuda(
+          cudaMemcpy(&header, images[rve].handle.image, sizeof(header), cudaMemcpyDeviceToHost),
+          "download of a header");
       return header;
     }
 
@@ -309,11 +312,11 @@ namespace {
     {
       use_device();
       const std::size_t count = rves.size();
-      // of the turn before; the next launch waits for this one
+      // The former upload must have ended. The next launch waits for this one.
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
       TurnRecord<D> *turns = turn_buffer.room(count);
       for (std::size_t k = 0; k < count; ++k) {
-        turns[k].rve = handle_of(rves[k]);
+        turns[k].rve = images[rves[k]].handle;
         store_tensor(rotations[k], turns[k].rotation);
       }
       launch_turns({turn_buffer.send(count), static_cast<int>(count), nullptr, nullptr});
@@ -325,22 +328,15 @@ namespace {
       return drives.room(count);
     }
 
-    Answers launch(const Call &call) override
-    {
-      const Answers answers = begin_launch(call);
-      end_launch();
-      return answers;
-    }
-
     Answers begin_launch(const Call &call) override
     {
       use_device();
       LaunchRecord<D> record;
       record.drives = call.drives;
       record.order = call.order ? order_buffer.upload(*call.order) : nullptr;
-      record.answers = answers.room(call.rves->size());
+      record.answers = answers.room(call.num_rves);
       record.detail_of = call.detail_of ? asked_buffer.upload(*call.detail_of) : nullptr;
-      record.launched = static_cast<int>(call.rves->size());
+      record.launched = call.num_rves;
       record.hold = nullptr;
       run(call, record);
       details_to_receive = call.with_details ? num_details(call) : 0;
@@ -357,26 +353,26 @@ namespace {
    private:
     static int num_details(const Call &call)
     {
-      return call.num_details > 0 ? call.num_details : static_cast<int>(call.rves->size());
+      return call.num_details > 0 ? call.num_details : call.num_rves;
     }
 
-    /// Of a new call. None but these rests.
-    void place_those_resting(const std::vector<RestingRve<D>> &resting, int count)
+    /// Uploads the RVEs whose rest is known at the beginning of a new call. All others are unknown.
+    void upload_resting(const std::vector<RestingRve<D>> &resting, int count)
     {
       const int number = static_cast<int>(resting.size());
       has_resting = number > 0;
       rest_buffer.reserve_zeros(count);
       if (!has_resting) return;
       const RestingRve<D> *records = resting_buffer.upload(resting);
-      place_resting<D><<<rounded_up(number, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
+      place_resting<D><<<blocks_for(number, kIncrementBlock), kIncrementBlock>>>(
           records, number, rest_buffer.reserve(count), sleep_buffer.reserve_clean(count),
           planned_drives[drives_in_use].reserve(count),
           planned_answers[drives_in_use].reserve(count));
       check_cuda(cudaGetLastError(), "launch of a note of those that rest");
     }
 
-    /// Launches a planned call and the kernel that distributes its results. `found`: what the plan has
-    /// found, or is expected to find.
+    /// Launches a planned call and the kernel that distributes its results. `found` is the result
+    /// of the plan, or the expected result.
     void launch_planned(const CallFindings &found, const int *hold)
     {
       use_device();
@@ -404,12 +400,10 @@ namespace {
       }
       launch.stiffened = stiffened_buffer.room(this->MOST_STIFFENED);
       launch.unfinished = unfinished_buffer.room(kMostUnfinished);
-      take_answers<D>
-          <<<rounded_up(launch.count, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
-              launch);
+      take_answers<D><<<blocks_for(launch.count, kIncrementBlock), kIncrementBlock>>>(launch);
       check_cuda(cudaGetLastError(), "launch of the answers");
-      bring_findings(answers_told);
-      answers_are_told.set();
+      bring_findings(answer_findings);
+      answers_ready.set();
     }
 
     void launch_turns(const TurnList<D> &list)
@@ -424,18 +418,19 @@ namespace {
     void wait_for_answers()
     {
       use_device();
-      answers_are_told.wait("RVE kernel");
+      answers_ready.wait("RVE kernel");
     }
 
-    /// Launches the kernels of a call, with drives, order, answers and places of details as the record has them.
+    /// Launches the kernels of a call. The record has its prescribed motions, order, answers and
+    /// indices of details.
     void run(const Call &call, LaunchRecord<D> &record)
     {
-      const int count = static_cast<int>(call.rves->size());
-      const LaunchPlan plan = plans.plan_for(shape_of(call));
+      const int count = call.num_rves;
+      const LaunchPlan plan = plans.plan_for(call);
 
       record.rves = handles_of(*call.rves);
       record.steering = call.steering.empty() ? nullptr : upload_steering(call);
-      // an RVE that fails writes no details
+      // An RVE that fails writes no details.
       record.details = call.with_details ? detail_buffer.reserve_zeros(num_details(call)) : nullptr;
       record.count = count;
       record.queue = queue_buffer.reserve(1);
@@ -451,10 +446,10 @@ namespace {
       record.prepared_together = std::max(
           1,
           std::min(kMostPreparedTogether, static_cast<int>(kPrepareMemory / record.prepared_size)));
-      const int preparing = (count + record.prepared_together - 1) / record.prepared_together;
+      const int preparing = blocks_for(count, record.prepared_together);
       record.ready = ready_buffer.reserve_clean(preparing);
       record.turn = ++turn_of_launch;
-      // a thread for each step that is planned, and for each piece of a drive
+      // The kernel has a thread for each planned step and for each piece of a DriveRecord.
       const int threads = rounded_up(
           record.prepared_together * std::min(16, std::max(kThreadsPerCall<D>, plan.steps_ahead)),
           32);
@@ -466,7 +461,8 @@ namespace {
       prepared.dynamicSmemBytes = record.prepared_together * record.prepared_size;
       check_cuda(cudaLaunchKernelExC(&prepared, plan.prepare, arguments),
                  "launch of the kernel that prepares calls");
-      // its blocks are put in place while the last calls are prepared, and each begins when its own one is
+      // The blocks are placed while the last calls are prepared, and each begins when its own call
+      // is.
       cudaLaunchAttribute early = in_place_early(plan.waits);
       cudaLaunchConfig_t launched = {};
       launched.gridDim = resident;
@@ -487,7 +483,7 @@ namespace {
       return record;
     }
 
-    /// Has RVEs whose call must be repeated do so. Returns how many have not finished then.
+    /// Repeats the call of RVEs that need it. Returns the number of RVEs that are still unfinished.
     int repeat_some(int count)
     {
       const IncrementLaunch<D> &launch = increments_of_call;
@@ -521,11 +517,10 @@ namespace {
         records[finished++] = record;
       }
       if (finished > 0) {
-        take_repeated<D>
-            <<<rounded_up(finished, kIncrementBlock) / kIncrementBlock, kIncrementBlock>>>(
-                launch, repeated_buffer.send(finished), finished);
+        take_repeated<D><<<blocks_for(finished, kIncrementBlock), kIncrementBlock>>>(
+            launch, repeated_buffer.send(finished), finished);
         check_cuda(cudaGetLastError(), "launch of repeated answers");
-        bring_findings(answers_told);
+        bring_findings(answer_findings);
         check_cuda(cudaStreamSynchronize(nullptr), "repeated calls");
       }
       return count - finished;
@@ -540,16 +535,16 @@ namespace {
       return increment;
     }
 
-    /// What kernels have found so far, for when they have been waited for.
+    /// Copies the findings so far to the host. They are valid after a synchronisation.
     void bring_findings(HostBuffer<CallFindings> &to)
     {
-      constexpr int words = kToldFindings / sizeof(int);
+      constexpr int words = kHostFindings / sizeof(int);
       copy_few<<<1, words>>>(reinterpret_cast<const int *>(increments_of_call.findings),
                              reinterpret_cast<int *>(to.room(1)), words);
       check_cuda(cudaGetLastError(), "download of findings");
     }
 
-    /// On the device, where the modes of a servo lie elsewhere.
+    /// Uploads the records of a call with a servo. Pointers to modes become device pointers.
     const SteeringRecord<D> *upload_steering(const Call &call)
     {
       const std::size_t count = call.steering.size();
@@ -564,9 +559,8 @@ namespace {
     }
 
     struct Placed {
-      char *memory = nullptr;
+      RveHandle handle = {};
       std::size_t size = 0;
-      int num_grains = 0, extra_capacity = 0;
     };
 
     void use_device() const
@@ -574,24 +568,8 @@ namespace {
       check_cuda(cudaSetDevice(options.device_number), "choice of the device");
     }
 
-    static CallShape shape_of(const Call &call)
-    {
-      return {static_cast<int>(call.rves->size()),
-              call.largest,
-              call.longest,
-              call.mean,
-              call.pair_capacity,
-              call.program,
-              call.with_details};
-    }
-
-    RveHandle handle_of(int rve) const
-    {
-      const Placed &placed = images[rve];
-      return RveHandle{placed.memory, placed.num_grains, placed.extra_capacity};
-    }
-
-    /// Where the RVEs of a call live, on the device. Those of the last call serve while nothing has moved.
+    /// Returns the device handles of the RVEs of a call. Those of the last call are reused if no
+    /// RVE has moved.
     const RveHandle *handles_of(const std::vector<int> &rves)
     {
       const bool is_call = device_call && &rves == &device_call->rves;
@@ -599,7 +577,7 @@ namespace {
         return handle_buffer.reserve(rves.size());
       handled_call = false;
       RveHandle *handles = handle_buffer.room(rves.size());
-      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = handle_of(rves[k]);
+      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = images[rves[k]].handle;
       handled = rves;
       images_moved = false;
       return handle_buffer.send(rves.size());
@@ -625,41 +603,41 @@ namespace {
     DeviceBuffer<SteeredModes<D>> modes_buffer;
     DeviceBuffer<TurnRecord<D>> turn_buffer;
     DeviceBuffer<int> order_buffer, queue_buffer;
-    // small, read or written once: the kernels reach for them over the bus, while they work
-    HostBuffer<DriveRecord<D>> drives{cudaHostAllocWriteCombined};    // nothing reads them here
+    // Kernels access these small buffers over the bus. Each is read or written once.
+    HostBuffer<DriveRecord<D>> drives{cudaHostAllocWriteCombined};    // the host only writes them
     HostBuffer<AnswerRecord<D>> answers;
     DeviceBuffer<DetailRecord<D>> detail_buffer;
     DeviceBuffer<int>
-        asked_buffer;    ///< whose details those are, of calls that do not ask for all
+        asked_buffer;    ///< indices of details, for calls where only some RVEs have details
     DeviceBuffer<char> prepared_buffer, workspace_buffer;
     DeviceBuffer<unsigned> ready_buffer;
     unsigned turn_of_launch = 0;
 
-    // of calls whose increments are on the device
+    // Buffers of calls whose increments are on the device.
     static constexpr std::size_t BYTES_PLANNED = 2 * sizeof(DriveRecord<D>) +
         2 * sizeof(AnswerRecord<D>) + sizeof(PlannedRve) + sizeof(SleepOf<D>) + sizeof(Rest) +
-        sizeof(TurnRecord<D>) + 3 * sizeof(int) + 1;    ///< per RVE
+        sizeof(TurnRecord<D>) + 3 * sizeof(int) + 1;    ///< bytes per RVE
     const DeviceCallOf<D> *device_call = nullptr;
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
-    bool are_alike = false;      ///< RVEs of device_call, in their grains
-    bool has_resting = false;    ///< some of them rested when it was new
-    bool may_sleep = false;      ///< some of them rest, or may
+    bool are_alike = false;      ///< all RVEs of device_call have the same number of grains
+    bool has_resting = false;    ///< the rest of some was known when the call was new
+    bool may_sleep = false;      ///< some RVEs are or may become quiescent
     int details_to_receive = 0;
     bool handled_call = false;    ///< the handles on the device are those of device_call
-    int drives_in_use = 0;        ///< of the call that has begun last
+    int drives_in_use = 0;        ///< index of the buffers of the call that has begun last
     DeviceBuffer<DriveRecord<D>> planned_drives[2];
     DeviceBuffer<int> point_buffer, planned_order_buffer;
     DeviceBuffer<PlannedRve> planned_buffer;
     DeviceBuffer<unsigned char> class_buffer;
     DeviceBuffer<CallFindings> findings_buffer;
-    HostBuffer<CallFindings> plan_told, answers_told;    ///< to the host
-    Milestone answers_are_told;
-    bool is_launched_early = false;    ///< before the host has read the plan
-    /// Of all RVEs in the last plan; 0: it was another call's.
+    HostBuffer<CallFindings> plan_findings, answer_findings;    ///< host copies of findings
+    Milestone answers_ready;
+    bool is_launched_early = false;    ///< launched before the host has read the plan
+    /// DEM steps of all RVEs in the last plan; 0 if that was another call.
     unsigned long long steps_before = 0;
-    int plans_not_held = 0;               ///< the last ones of this call: CallFindings::held
-    std::vector<int> stiffened_places;    ///< in the last call
+    int plans_not_held = 0;    ///< last consecutive plans of this call without CallFindings::held
+    std::vector<int> stiffened_places;    ///< RVEs that exceeded their limits in the last call
     DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];
     DeviceBuffer<Rest> rest_buffer;

@@ -7,7 +7,8 @@
 
 namespace rve {
 
-/// Nothing, and an `obstacle` in words, where there is no device. Throws std::runtime_error when the device fails.
+/// Returns an engine on a CUDA device, or null and the reason in `obstacle` if no device can be
+/// used. Throws std::runtime_error when the device fails.
 template <int D>
 std::unique_ptr<EngineOf<D>> make_cuda_engine(const Options &options, std::string &obstacle);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Around the kernels that advance RVEs, when increments and stresses of their points are on the device: what the increments become, in which order
-// RVEs go, and where the answers belong. Pointers are of the device, but where something else is said.
+// Kernels before and after those that advance RVEs, for increments and stresses in device memory.
+// They plan the increments, order the RVEs and distribute the answers. Pointers are device pointers
+// unless a comment says otherwise.
 
 #pragma once
 
@@ -13,28 +14,29 @@
 
 namespace rve {
 
-/// RVEs are sorted by their costs into so many classes. The last one has those that sleep.
+/// Number of classes by which RVEs are sorted by cost. The last class has the quiescent RVEs.
 constexpr int kCostClasses = 256, kSleepers = kCostClasses - 1;
 
-/// What plan and answers find, from zeros. The host is told what comes before the classes.
+/// Counters of plan and answers, initially zero. The host receives the members before class_size.
 struct CallFindings {
-  unsigned long long steps;    ///< of all RVEs
-  int longest;                 ///< most DEM steps of one
-  int refused;                 ///< RVEs that take more than an increment
-  int turned;                  ///< RVEs that are turned before
+  unsigned long long steps;    ///< sum over RVEs
+  int longest;                 ///< largest number of DEM steps
+  int refused;                 ///< RVEs that need more than an increment
+  int turned;                  ///< RVEs that are turned rigidly first
   int unfinished;              ///< RVEs that have failed or must repeat the call
   int stiffened;               ///< RVEs that exceed the limit of their plan
-  int sleeping;                ///< RVEs that make no steps
-  int looks;                   ///< RVEs that are looked at
-  int held;                    ///< above zero: RVEs are refused, make no steps or are looked at
+  int sleeping;                ///< RVEs without DEM steps
+  int looks;                   ///< RVEs with a diagnostic evaluation
+  int held;    ///< positive: some RVEs are refused, make no steps or have an evaluation
   int class_size[kCostClasses], class_taken[kCostClasses];
 };
-constexpr std::size_t kToldFindings = offsetof(CallFindings, class_size);
+constexpr std::size_t kHostFindings = offsetof(CallFindings, class_size);
 
-/// More that have not finished are for the host as a whole.
+/// Largest number of unfinished RVEs that are repeated singly. Beyond it the host handles the whole
+/// call.
 constexpr int kMostUnfinished = 64;
 
-/// An RVE and how it is turned.
+/// Rotation of an RVE.
 template <int D> struct TurnRecord {
   RveHandle rve;
   double rotation[Space<D>::components];
@@ -47,11 +49,11 @@ template <int D> struct IncrementLaunch {
   PlannedRve *planned;      ///< (count)
   int count;
   PlanOptions options;
-  double most_cost;                       ///< DEM steps times grains
+  double most_cost;                       ///< largest DEM steps times grains
   DriveRecord<D> *drives;                 ///< (count)
-  const DriveRecord<D> *drives_before;    ///< (count) of the call before
-  /// (count) What is known of their rest, of the deformations that they sleep through, and whose details are whose (LaunchRecord); null: none sleeps,
-  /// and none may.
+  const DriveRecord<D> *drives_before;    ///< (count) of the previous call
+  /// (count) Rest, deferred deformation and index of details (LaunchRecord) of each RVE. They are
+  /// null if no RVE is or may become quiescent.
   Rest *rest;
   SleepOf<D> *sleeps;
   int *detail_of;
@@ -59,12 +61,12 @@ template <int D> struct IncrementLaunch {
   unsigned char *classes;    ///< (count), or null: all cost the same
   int *order;                ///< (count)
   CallFindings *findings;
-  TurnRecord<D> *turns;                     ///< (count), of which `findings` has the number
+  TurnRecord<D> *turns;                     ///< (count), used up to findings->turned
   AnswerRecord<D> *answers;                 ///< (count)
-  const AnswerRecord<D> *answers_before;    ///< (count) of the call before
-  const int *hold;                          ///< above zero when kernels get there: no answers
-  int *stiffened;                           ///< (MOST_STIFFENED) places, of the host
-  int *unfinished;                          ///< (kMostUnfinished) the same
+  const AnswerRecord<D> *answers_before;    ///< (count) of the previous call
+  const int *hold;    ///< positive at run time of the kernels: no answers are distributed
+  int *stiffened;     ///< (MOST_STIFFENED) indices in host memory
+  int *unfinished;    ///< (kMostUnfinished) indices in host memory
 };
 
 constexpr int kIncrementBlock = 128;
@@ -128,11 +130,12 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
     if (sizes[c] > 0) atomicAdd(&launch.findings->class_size[c], sizes[c]);
 }
 
-/// The most expensive ones first. Within a class the order is anybody's: no result depends on it.
+/// Orders RVEs, most expensive class first. The order within a class is arbitrary, and no result
+/// depends on it.
 template <int D>
 __global__ void __launch_bounds__(kCostClasses) order_increments(const IncrementLaunch<D> launch)
 {
-  __shared__ int begin[kCostClasses];    // of the class behind
+  __shared__ int begin[kCostClasses];    // beginning of the next class
   const int me = threadIdx.x;
   begin[me] = launch.findings->class_size[me];
   __syncthreads();
@@ -145,7 +148,7 @@ __global__ void __launch_bounds__(kCostClasses) order_increments(const Increment
   const int k = blockIdx.x * kCostClasses + me;
   if (k >= launch.count) return;
   const int c = launch.classes[k];
-  // the threads of a warp that have the same class take their places together
+  // Threads of a warp with the same class reserve their positions together.
   const unsigned together = __match_any_sync(__activemask(), c);
   const int leader = __ffs(together) - 1, lane = me % 32;
   int first = 0;
@@ -167,7 +170,7 @@ RVE_DEVICE void give_stress(const IncrementLaunch<D> &launch, int place,
                  launch.points.stress + Space<2>::components * point);
 }
 
-/// It sleeps on. What it answered to its last DEM steps stays with it.
+/// Skips the DEM steps of a quiescent RVE. It keeps the answer to its last DEM steps.
 template <int D> RVE_DEVICE void sleep_on(const IncrementLaunch<D> &launch, int place)
 {
   SleepOf<D> &sleep = launch.sleeps[place];
@@ -178,7 +181,7 @@ template <int D> RVE_DEVICE void sleep_on(const IncrementLaunch<D> &launch, int 
   give_stress(launch, place, sleep.stress_after(sleep.pending));
 }
 
-/// What is known of its rest after DEM steps with this stress.
+/// Returns the known rest of an RVE after DEM steps with this stress.
 template <int D>
 RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int place,
                            const Tensor<double, D> &stress)
@@ -229,7 +232,7 @@ __global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementL
     take_answer(launch, k);
 }
 
-/// The answer of an RVE that has repeated its call.
+/// Answer of an RVE that has repeated its call.
 template <int D> struct RepeatedRecord {
   int place, has_details;
   AnswerRecord<D> answer;
@@ -248,7 +251,7 @@ __global__ void take_repeated(const IncrementLaunch<D> launch, const RepeatedRec
   take_answer(launch, k);
 }
 
-/// What a new call knows of those that have been looked at or sleep.
+/// Initialises a new call with the RVEs whose rest is known.
 template <int D>
 __global__ void place_resting(const RestingRve<D> *resting, int count, Rest *rest,
                               SleepOf<D> *sleeps, DriveRecord<D> *drives, AnswerRecord<D> *answers)

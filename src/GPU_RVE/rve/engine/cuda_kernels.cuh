@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The block program as CUDA kernels; a translation unit for each program and number format instantiates them.
+// The block program as CUDA kernels. A translation unit for each kernel variant and number format
+// instantiates them.
 
 #pragma once
 
@@ -19,7 +20,7 @@ inline namespace RVE_ISA {
         launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size);
   }
 
-  /// What is copied at a time.
+  /// Unit of copies between kinds of memory.
   struct alignas(16) FourWords {
     std::int32_t word[4];
   };
@@ -32,18 +33,19 @@ inline namespace RVE_ISA {
   }
   template <class Record> constexpr int kPieces = sizeof(Record) / sizeof(FourWords);
 
-  /// What a launch of a program gets.
+  /// Launch record of a kernel variant.
   template <Program program, class Numbers>
   using LaunchOf = LaunchRecord<ProgramScene<program, Numbers>::D>;
 
-  /// That the calls of this block are prepared, to whoever waits for it: all that its threads wrote in front of a barrier. By one of them.
+  /// Publishes that the calls of this block are prepared, including all writes before a barrier.
+  /// One thread calls it.
   template <int D> RVE_DEVICE void tell_ready(const LaunchRecord<D> &launch)
   {
     asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(launch.ready + blockIdx.x),
                  "r"(launch.turn)
                  : "memory");
   }
-  /// Waits until the call at a place is prepared. By one thread, in front of a barrier.
+  /// Waits until the call at an index is prepared. One thread calls it before a barrier.
   template <int D> RVE_DEVICE void wait_until_ready(const LaunchRecord<D> &launch, int place)
   {
     const unsigned *const word = launch.ready + place / launch.prepared_together;
@@ -53,8 +55,9 @@ inline namespace RVE_ISA {
     } while (turn != launch.turn);
   }
 
-  /// Begins all calls, ahead of the blocks: what one thread does alone for its RVE, the others of a block would wait for. A
-  /// block has `launch.prepared_together` calls, on chip.
+  /// Prepares all calls before the blocks begin. One thread prepares a call, for which a whole
+  /// block would have to wait. A block of this kernel has `launch.prepared_together` calls in
+  /// shared memory.
   template <Program program, class Numbers>
   __global__ void prepare_calls(const __grid_constant__ LaunchOf<program, Numbers> launch,
                                 const __grid_constant__ BatchConstants batch)
@@ -70,15 +73,15 @@ inline namespace RVE_ISA {
     };
     const int me = threadIdx.x, threads = blockDim.x;
 #if __CUDA_ARCH__ >= 900
-    // the next kernel waits where it needs what is prepared here: tell_ready()
+    // The next kernel waits for tell_ready() where it needs the prepared calls.
     cudaTriggerProgrammaticLaunchCompletion();
 #endif
     if (me == 0 && first == 0) *launch.queue = 0;
-    // the drives come over the bus: in rows, and asked for before anything else is waited for
+    // The DriveRecords come over the bus: they are requested in rows, and before any other wait.
     constexpr int of_drive = kPieces<DriveRecord<Scene::D>>,
                   of_header = kPieces<ImageHeader<Scene::D>>,
                   of_steering = kPieces<SteeringRecord<Scene::D>>, together = 4;
-    const bool has_drive = me < count * of_drive;    // kThreadsPerCall
+    const bool has_drive = me < count * of_drive;    // see kThreadsPerCall
     static_assert(of_drive <= kThreadsPerCall<Scene::D>, "a thread for each piece of a drive");
     FourWords drive;
     if (has_drive) drive = piece_of(launch.drives[first + me / of_drive], me % of_drive);
@@ -108,8 +111,8 @@ inline namespace RVE_ISA {
     for (int r = me; r < count; r += threads) {
       Begin::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
       if (launch.hold && *launch.hold > 0)
-        call_of(r).status |= status::NonFinite;                   // is not heard
-      call_of(r).plan_last = min(call_of(r).plan_last, steps);    // the block plans the others
+        call_of(r).status |= status::NonFinite;                   // the answer is discarded
+      call_of(r).plan_last = min(call_of(r).plan_last, steps);    // the block plans the other steps
     }
     __syncthreads();
     for (int k = me; k < count * steps; k += threads)
@@ -125,7 +128,7 @@ inline namespace RVE_ISA {
     if (me == 0) tell_ready(launch);
   }
 
-  /// Into the cache, from where it is read a few microseconds later.
+  /// Prefetches memory into the L2 cache. It is read a few microseconds later.
   RVE_DEVICE void prefetch(const char *memory, std::size_t size)
   {
 #if __CUDA_ARCH__ >= 900
@@ -134,14 +137,14 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// The place in the call of an entry of the queue; -1: there is none any more.
+  /// Returns the index in the call of an entry of the queue; -1 after the last entry.
   template <int D> RVE_DEVICE int place_of(const LaunchRecord<D> &launch, int entry)
   {
     if (entry >= launch.launched) return -1;
     return launch.order ? launch.order[entry] : entry;
   }
 
-  /// Room for the details of the RVE at a place; null: nobody asks.
+  /// Returns the memory for the details of an RVE; null if none are requested.
   template <int D> RVE_DEVICE DetailRecord<D> *detail_at(const LaunchRecord<D> &launch, int place)
   {
     if (!launch.details || !launch.detail_of)
@@ -150,7 +153,7 @@ inline namespace RVE_ISA {
     return mine < 0 ? nullptr : launch.details + mine;
   }
 
-  /// The RVE of an entry that some block will take soon, and its prepared call.
+  /// Prefetches the RVE of an entry that some block will take soon, and its prepared call.
   template <class Scene>
   RVE_DEVICE void prefetch_entry(const LaunchRecord<Scene::D> &launch, int entry)
   {
@@ -162,7 +165,8 @@ inline namespace RVE_ISA {
              launch.prepared_size);
   }
 
-  /// What the steps of a block with so many grains in registers, or any number in memory, work on.
+  /// Returns the memory that the steps of a block use: for this many grains in registers, or for
+  /// any number in memory (0).
   template <class Scene, int Capacity>
   RVE_DEVICE SharedView<Scene> view_of_block(char *on_chip, std::size_t chip_size, char *memory,
                                              int num_grains)
@@ -175,12 +179,15 @@ inline namespace RVE_ISA {
       return carve_shared_beside<Scene>(on_chip, Capacity, memory, num_grains);
   }
 
-  /// Steps that blocks of a residency plan at a time; 0: as many as usual. Of spheres in `fast` two RVEs of 1000 have room on chip for 176 steps each:
-  /// 1 % more than with 64 on an H200; one alone for 256: 1.5 %. Three RVEs of disks in `fast` have room for 64 steps each, which takes 3 % less than
-  /// 32, and one alone for 256: 5 %. Cards with less than 200 KB have not. A servo plans one step at a time: the room of more is for other RVEs.
+  /// Returns the number of steps that blocks of a residency plan at a time; 0 for the default. The
+  /// shared memory next to the grains decides. Measured on an H200 in `fast`: two RVEs of 1000
+  /// spheres have capacity for 176 steps each, 1 % faster than 64; a single one has 256, 1.5 %
+  /// faster. Three RVEs of disks have 64 steps each, 3 % faster than 32; a single one has 256, 5 %
+  /// faster. GPUs with less than 200 KB use the default. A servo plans one step at a time and
+  /// leaves the memory to other RVEs.
   template <class Scene, Residency residency> RVE_HD constexpr int plan_steps_beside()
   {
-    // there the chip has more to hold than it has room for
+    // The shared memory of these kernels is full already.
     if (residency == Residency::Memory && Scene::D == 3) return kStepsAhead;
     if (residency == Residency::Many && Scene::D == 2 && Scene::steers && !Scene::books)
       return kStepsAhead;
@@ -207,9 +214,9 @@ inline namespace RVE_ISA {
     constexpr int Capacity = shape.capacity();
     extern __shared__ __align__(16) char on_chip[];
     __shared__ CallState<Scene> call;
-    __shared__ int entry, next_entry;    // of the queue
-    __shared__ int place;                // of the entry, in the call
-    __shared__ int grains_in_views;      // what the views of the block are made for
+    __shared__ int entry, next_entry;    // entries of the queue
+    __shared__ int place;                // index of the entry in the call
+    __shared__ int grains_in_views;    // number of grains that the views of the block are made for
     using Block = BlockCuda<shape.items, shape.threads, Capacity>;
     static_assert(shape.lean == KernelTraits<Block, Scene>::uniform_constants,
                   "without details, or with them");
@@ -217,7 +224,7 @@ inline namespace RVE_ISA {
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block;
     block.once([&] {
-      wait_until_ready(launch, 0);    // the first calls, and the queue is at its beginning
+      wait_until_ready(launch, 0);    // the first calls are prepared, and the queue is reset
       next_entry = atomicAdd(launch.queue, 1);
       grains_in_views = -1;
     });
@@ -229,7 +236,7 @@ inline namespace RVE_ISA {
       });
       if (place < 0) {
 #if __CUDA_ARCH__ >= 900
-        cudaGridDependencySynchronize();    // what comes behind this kernel comes behind the other one, too
+        cudaGridDependencySynchronize();    // later kernels run after both kernels
 #endif
         return;
       }
@@ -240,7 +247,7 @@ inline namespace RVE_ISA {
           [&](int w) { to[w] = from[w]; },
           [&] {
             next_entry = atomicAdd(launch.queue, 1);
-            // when this RVE is done, those are next
+            // The blocks take these entries after the present RVEs.
             prefetch_entry<Scene>(launch, entry + gridDim.x);
           });
       const int n = call.num_grains;

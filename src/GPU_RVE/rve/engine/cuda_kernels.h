@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the CUDA engine and its kernels both know: launch records and sizes. NVRTC reads it, too, so it knows nothing of the host.
+// Launch records and sizes that the CUDA engine and its kernels share. NVRTC compiles this header,
+// so it includes nothing of the host.
 
 #pragma once
 
@@ -13,51 +14,54 @@
 
 namespace rve {
 
-/// Where an RVE lives.
+/// Device state of an RVE: its address and sizes.
 struct RveHandle {
   char *image;
   std::int32_t num_grains, extra_capacity;
 };
 
-/// What one call works on. Device pointers.
+/// Arguments of a launch. Pointers are device pointers.
 template <int D> struct LaunchRecord {
   const RveHandle *rves;                ///< (count)
   const DriveRecord<D> *drives;         ///< (count)
   const SteeringRecord<D> *steering;    ///< (count), or null
-  const int *order;            ///< (count) positions in the call, longest first; null: as they come
+  const int *order;    ///< (count) indices in the call, longest first; null: order of the call
   AnswerRecord<D> *answers;    ///< (count)
-  DetailRecord<D> *details;    ///< (count), or as many as detail_of says, or null
-  const int *detail_of;        ///< (count) which of them is whose, -1: none; null: each has its own
-  int count, launched;         ///< those launched are the first ones of `order`
-  int *queue;                  ///< next entry of `order` to take; preparing sets it to 0
-  const int *hold;             ///< if above zero no RVE moves, all fail; null: they go
-  char *prepared;              ///< (count) PreparedCall with the plan of some steps
-  std::size_t prepared_size;    ///< of one
-  int steps_ahead;              ///< that are planned
+  DetailRecord<D> *details;    ///< (count), or as many as detail_of has, or null
+  /// (count) index of the details of each RVE, -1: none; null: all have details
+  const int *detail_of;
+  int count, launched;          ///< the first `launched` entries of `order` are launched
+  int *queue;                   ///< next entry of `order`; reset by the preparation
+  const int *hold;              ///< positive: no RVE moves and all fail; null: no effect
+  char *prepared;               ///< (count) PreparedCall with the plan of some steps
+  std::size_t prepared_size;    ///< bytes of one prepared call
+  int steps_ahead;              ///< planned steps
   int prepared_together;        ///< calls that one block prepares
-  unsigned *ready;    ///< (count / prepared_together) `turn` when the calls of a block are prepared
-  unsigned turn;      ///< of this launch: another one than that of all before
-  char *memory;       ///< a workspace per resident block
+  /// (count / prepared_together) equals `turn` when the calls of a block are ready
+  unsigned *ready;
+  unsigned turn;    ///< number of this launch, which differs from all earlier ones
+  char *memory;     ///< a workspace per resident block
   std::size_t memory_stride;
-  std::size_t chip_size;    ///< bytes on chip for RVEs of any number of grains
-  std::size_t overflow;     ///< offset of what does not fit there, in the workspace
+  std::size_t chip_size;    ///< shared memory for RVEs of any number of grains [bytes]
+  std::size_t overflow;     ///< offset in the workspace of the part beyond shared memory
   int pair_capacity;
 };
 
-/// The kernel that prepares calls has at least so many threads for each: one for each piece of 16 bytes of a drive.
+/// Smallest number of threads per call in the kernel that prepares calls: one for each 16 bytes of
+/// a DriveRecord.
 template <int D> constexpr int kThreadsPerCall = D == 2 ? 4 : 8;
 
-/// Sizes that the host plans memory with [bytes].
+/// Sizes from which the host allocates memory [bytes].
 struct KernelSizes {
-  std::size_t shared;    ///< of what the steps work on: on chip
-  std::size_t beside;    ///< of what of it is in memory
+  std::size_t shared;    ///< shared memory of the steps
+  std::size_t beside;    ///< global memory of the steps
   std::size_t workspace, prepared;
 };
 
-/// How a kernel keeps what the grains' threads work with, and for which blocks it is made (block_shape).
+/// Storage of the working data of the grains, and the block sizes that belong to it (block_shape).
 enum class Residency {
   Many,       ///< small RVEs, registers for several of them on a multiprocessor
-  Few,        ///< registers for one: the RVEs do not fill the device anyway
+  Few,        ///< registers for one, if the RVEs do not fill the device
   Large,      ///< up to 1024 grains
   Largest,    ///< up to 2048 spheres in `fast`, one RVE on a multiprocessor
   Memory      ///< any number of grains
@@ -67,13 +71,15 @@ constexpr int kSmallBlock = 416;
 constexpr int kSteeredBlock = 224;    ///< whole warps for half as many grains
 constexpr int kLargeBlock = 1024;
 
-/// Grains of a thread, in its registers (0: any number, in memory), the most threads of a block, and the blocks that a multiprocessor shall
-/// have registers for.
+/// Grains per thread in registers (0: any number, in memory), largest number of threads of a block,
+/// and number of blocks for which a multiprocessor must have registers.
 struct BlockShape {
   int items, threads, sharers;
-  /// Without what looks at details: the kernel is small, which CudaHints::uniform wants. A call with details takes another residency.
+  /// True if the kernel computes no details. It is then small, as CudaHints::uniform requires, and
+  /// calls with details use another residency.
   bool lean = false;
-  /// That have room on chip, where they are fewer than those of all threads.
+  /// Number of grains for which shared memory suffices, if that is below the capacity of the
+  /// threads; otherwise 0.
   int most_grains = 0;
   RVE_HD constexpr int capacity() const { return most_grains > 0 ? most_grains : items * threads; }
 };
@@ -82,14 +88,21 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
   return one.items == other.items && one.threads == other.threads && one.sharers == other.sharers;
 }
 
-/// Disks: a thread per grain. More RVEs on a multiprocessor hide latencies, fewer spill less: with all books two are faster than three. Without
-/// histories `double` has registers for two as well: what they spill is not of the steps. Measured on an H200 and an H100 with 400 disks.
-/// With a servo one thread of an RVE steers and plans while the others wait, and no grain stays in registers from step to step: two grains of a
-/// thread, and as many RVEs as have room on chip (228 KB), so that others work meanwhile. 25 % more steps per second than with a thread per grain.
+/// Returns the block shape of a kernel configuration for a residency.
 ///
-/// Spheres: two grains of a thread. In `fast` two RVEs of a multiprocessor hide what one waits for. In `mixed` and in programs with books a thread
-/// has twice the registers: what would be spilled costs more than that fewer threads wait for each other. In `double` histories would not fit
-/// even there: they pass by (streams_history), and all of a grain does in programs with books (InMemory). Measured on an H200 with 1000 spheres.
+/// Disks: one grain per thread. More RVEs on a multiprocessor hide latencies, fewer spill less:
+/// with all bookkeeping two are faster than three. Without histories `double` also has registers
+/// for two, since its spills are outside the steps. Measured on an H200 and an H100 with 400 disks.
+/// With a servo one thread of an RVE computes the servo and plans steps while the others wait, and
+/// no grain stays in registers between steps. So a thread has two grains, and as many RVEs as fit
+/// into shared memory (228 KB) fill the waiting times: 25 % more steps per second than with one
+/// grain per thread.
+///
+/// Spheres: two grains per thread. In `fast` two RVEs of a multiprocessor hide latencies of each
+/// other. In `mixed` and in kernel variants with bookkeeping a thread has twice the registers,
+/// since spilling costs more than fewer resident threads. In `double` histories do not even fit
+/// then: they are streamed (streams_history), and in variants with bookkeeping all data of a grain
+/// are (InMemory). Measured on an H200 with 1000 spheres.
 template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residency)
 {
   const bool wide = sizeof(typename Scene::Wide) > 4, all_wide = sizeof(typename Scene::Real) > 4;
@@ -100,7 +113,7 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
         if (Scene::steers && !Scene::books)
           return {2, kSteeredBlock, all_wide ? 2 : (wide ? 4 : 5), false, kSmallBlock};
         return {1, kSmallBlock, sharers};
-      case Residency::Few:    // with all books a kernel less, which takes long to compile
+      case Residency::Few:    // one kernel less with all bookkeeping, since it compiles slowly
         return {1, kSmallBlock, Scene::books ? sharers : 1};
       case Residency::Large:
         return {1, kLargeBlock, 1};
@@ -126,15 +139,17 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
   }
 }
 
-/// A scene as a residency has it.
+/// Kernel configuration of a residency.
 template <class Scene, Residency residency>
 using PlacedScene =
     std::conditional_t<residency == Residency::Memory && Scene::D == 3, InMemory<Scene>, Scene>;
 
-/// Kernels of one program, functions of (LaunchRecord, BatchConstants).
+/// Kernels of one variant, functions of (LaunchRecord, BatchConstants).
 struct ProgramKernels {
-  const void *kernel[kNumResidencies];    ///< null where there is none: another residency serves
-  /// Fills LaunchRecord::prepared, which is on chip meanwhile, and resets the queue. Null where another program's serves.
+  /// Kernel of each residency; null where there is none and another residency is used.
+  const void *kernel[kNumResidencies];
+  /// Kernel that fills LaunchRecord::prepared through shared memory and resets the queue. It is
+  /// null where that of another variant is used.
   const void *prepare;
 };
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How a call of RVEs is launched: its kernels, the threads and blocks, and the memory on chip.
+// Launch parameters of a call of RVEs: kernels, threads, blocks and shared memory.
 
 #pragma once
 
 #include "cuda/cuda_device.h"
 #include "cuda/early_launch.cuh"
 #include "rve/core/error.h"
+#include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_kernels.h"
 #include "rve/engine/cuda_programs.h"
 #include "rve/engine/options.h"
@@ -17,7 +18,7 @@
 
 namespace rve {
 
-/// Bytes of a block on chip that CUDA keeps for itself.
+/// Shared memory that CUDA reserves per block [bytes].
 constexpr std::size_t kReservedOnChip = 1024;
 
 inline int rounded_up(int number, int unit)
@@ -25,37 +26,27 @@ inline int rounded_up(int number, int unit)
   return (number + unit - 1) / unit * unit;
 }
 
-/// Size of a part of device memory after which another one begins [bytes].
+/// Returns the size of a part of device memory, rounded up to the alignment of the next part
+/// [bytes].
 inline std::size_t aligned(std::size_t size)
 {
   return (size + 255) / 256 * 256;
 }
-
-/// Size of a call.
-struct CallShape {
-  int num_rves;
-  int largest;          ///< grains in the largest RVE
-  int longest;          ///< most substeps
-  double mean;          ///< mean number of substeps
-  int pair_capacity;    ///< least capacity of the workspaces
-  Program program;
-  bool with_details;
-};
 
 struct LaunchPlan {
   const void *kernel = nullptr, *prepare = nullptr;
   KernelSizes sizes;
   int steps_ahead = 0;
   int block = 0;                    ///< threads
-  int blocks = 0;                   ///< blocks that the device holds at a time
-  bool waits = false;               ///< the kernel waits itself for the calls to be prepared
-  std::size_t dynamic = 0;          ///< bytes on chip
-  std::size_t overflow_size = 0;    ///< bytes of a workspace that do not fit there
-  int share_on_chip = 0;            ///< of the memory on chip, for both kernels [percent]
+  int blocks = 0;                   ///< resident blocks of the device
+  bool waits = false;               ///< the kernel itself waits for the prepared calls
+  std::size_t dynamic = 0;          ///< dynamic shared memory [bytes]
+  std::size_t overflow_size = 0;    ///< part of a workspace beyond shared memory [bytes]
+  int share_on_chip = 0;            ///< carveout of shared memory, for both kernels [percent]
 };
 
-/// The plans of an engine. Calls of a few kinds alternate: evaluations of some RVEs between the steps
-/// of all.
+/// Launch plans of an engine by kind of call. Calls of a few kinds alternate: evaluations of some
+/// RVEs between the steps of all.
 class LaunchPlans {
  public:
   LaunchPlans(const cudaDeviceProp &_device, const CudaPrograms &_programs, int _block_size) :
@@ -63,175 +54,154 @@ class LaunchPlans {
   {
   }
 
-  /// The plan of a call; the attributes of its kernels are set.
-  const LaunchPlan &plan_for(const CallShape &call);
+  /// Returns the plan of a call and sets the attributes of its kernels.
+  const LaunchPlan &plan_for(const CallShape &call)
+  {
+    const int steps_ahead = steps_to_prepare(call);
+    const CallKind kind{fills_device(call), call.with_details && has_lean_kernels(call.program),
+                        call.largest,       call.pair_capacity,
+                        steps_ahead,        call.program};
+    auto found = plans.find(kind);
+    if (found == plans.end()) found = plans.emplace(kind, plan_of(call, steps_ahead)).first;
+    const LaunchPlan &plan = found->second;
+    if (&plan == plan_in_use) return plan;
+    plan_in_use = nullptr;
+    check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                    static_cast<int>(plan.dynamic)),
+               "shared memory of the kernel");
+    // A multiprocessor changes its carveout only when it is empty, so both kernels of a call have
+    // the same.
+    const void *const both[] = {plan.prepare, plan.kernel};
+    for (const void *kernel : both)
+      check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
+                                      plan.share_on_chip),
+                 "division of the memory on chip");
+    plan_in_use = &plan;
+    return plan;
+  }
 
  private:
-  /// What decides how a call is launched.
-  struct CallKind {
-    bool fills_device;    ///< a multiprocessor has more than one RVE
-    bool with_details;
-    int largest, pair_capacity, steps_ahead;
-    Program program;
-
-    auto all() const
-    {
-      return std::tie(fills_device, with_details, largest, pair_capacity, steps_ahead, program);
-    }
-    bool operator<(const CallKind &other) const { return all() < other.all(); }
-  };
-
-  LaunchPlan plan_of(const CallShape &call, int steps_ahead);
-  static int steps_to_prepare(const CallShape &call);
-  /// True if some kernels of a program compute no details.
-  bool has_lean_kernels(Program program) const;
-  bool fills_device(const CallShape &call) const
-  {
-    return call.num_rves > device.multiProcessorCount;
-  }
-  bool serves(const CallShape &call, Program program, Residency residency) const;
-  Residency residency_of(const CallShape &call, Program program) const;
-  int block_size(const BlockShape &shape, int num_grains) const;
+  /// Properties of a call that decide how it is launched: true if it fills the device, true if
+  /// kernels with details are needed, CallShape::largest and pair_capacity, planned steps, kernel
+  /// variant.
+  using CallKind = std::tuple<bool, bool, int, int, int, Program>;
 
   const cudaDeviceProp &device;
   const CudaPrograms &programs;
   const int chosen_block_size;    ///< 0: automatic
   std::map<CallKind, LaunchPlan> plans;
-  const LaunchPlan *plan_in_use = nullptr;    ///< whose attributes its kernels have
-};
+  const LaunchPlan *plan_in_use = nullptr;    ///< plan whose attributes the kernels have
 
-inline const LaunchPlan &LaunchPlans::plan_for(const CallShape &call)
-{
-  const CallKind kind{fills_device(call),     call.with_details && has_lean_kernels(call.program),
-                      call.largest,           call.pair_capacity,
-                      steps_to_prepare(call), call.program};
-  const auto [at, is_new] = plans.try_emplace(kind);
-  if (is_new) {
-    try {
-      at->second = plan_of(call, kind.steps_ahead);
-    } catch (...) {
-      plans.erase(at);
-      throw;
-    }
-  }
-  const LaunchPlan &plan = at->second;
-  if (&plan == plan_in_use) return plan;
-  plan_in_use = nullptr;
-  check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                  static_cast<int>(plan.dynamic)),
-             "shared memory of the kernel");
-  // multiprocessors divide their memory anew only when they are empty: the same for both kernels of a call
-  const void *const both[] = {plan.prepare, plan.kernel};
-  for (const void *kernel : both)
-    check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
-                                    plan.share_on_chip),
-               "division of the memory on chip");
-  plan_in_use = &plan;
-  return plan;
-}
-
-inline LaunchPlan LaunchPlans::plan_of(const CallShape &call, int steps_ahead)
-{
-  LaunchPlan plan;
-  plan.steps_ahead = steps_ahead;
-  const Program program = programs.usable(call.program);
-  plan.prepare = programs.prepare(program);
-  cudaFuncAttributes attributes;
-  std::size_t most = 0;    // bytes on chip that a launch may ask for
-  const auto plan_with = [&](Residency residency) {
-    plan.kernel = programs.advance(program, residency);
-    plan.block = block_size(*programs.shape(program, residency), call.largest);
-    plan.sizes =
-        programs.sizes(program, residency, call.largest, call.pair_capacity, plan.steps_ahead);
-    plan.dynamic = plan.sizes.shared;
-    check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
-    most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReservedOnChip;
-    plan.overflow_size = aligned(plan.sizes.beside);
-  };
-  Residency residency = residency_of(call, program);
-  plan_with(residency);
-  if (residency != Residency::Memory && plan.dynamic > most) {
-    // an H200 has room for the largest kernel of each format, a GeForce card has less than half of it
-    residency = Residency::Memory;
+  LaunchPlan plan_of(const CallShape &call, int steps_ahead)
+  {
+    LaunchPlan plan;
+    plan.steps_ahead = steps_ahead;
+    const Program program = programs.usable(call.program);
+    plan.prepare = programs.prepare(program);
+    cudaFuncAttributes attributes;
+    std::size_t most = 0;    // largest dynamic shared memory of a launch
+    const auto plan_with = [&](Residency residency) {
+      plan.kernel = programs.advance(program, residency);
+      plan.block = block_size(*programs.shape(program, residency), call.largest);
+      plan.sizes =
+          programs.sizes(program, residency, call.largest, call.pair_capacity, plan.steps_ahead);
+      plan.dynamic = plan.sizes.shared;
+      check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
+      most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReservedOnChip;
+      plan.overflow_size = aligned(plan.sizes.beside);
+    };
+    Residency residency = residency_of(call, program);
     plan_with(residency);
+    if (residency != Residency::Memory && plan.dynamic > most) {
+      // An H200 has shared memory for the largest kernel of each format, a GeForce GPU less than
+      // half of it.
+      residency = Residency::Memory;
+      plan_with(residency);
+    }
+    if (residency == Residency::Memory && plan.dynamic > most) {
+      plan.dynamic = most / 16 * 16;
+      plan.overflow_size = aligned(plan.sizes.shared);
+    }
+    plan.waits = waits_itself(device.major, attributes);
+    check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                    static_cast<int>(plan.dynamic)),
+               "shared memory of the kernel");
+    plan_in_use = nullptr;    // that plan may have the same kernel
+    int blocks_per_sm = 0;
+    check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
+                                                             plan.block, plan.dynamic),
+               "occupancy");
+    require(blocks_per_sm > 0,
+            "no thread block of " + std::to_string(plan.block) + " threads fits on this device");
+    plan.blocks = blocks_per_sm * device.multiProcessorCount;
+    const std::size_t on_chip =
+        blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReservedOnChip);
+    plan.share_on_chip =
+        std::min(100,
+                 static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
+                                  device.sharedMemPerMultiprocessor));
+    return plan;
   }
-  if (residency == Residency::Memory && plan.dynamic > most) {
-    plan.dynamic = most / 16 * 16;
-    plan.overflow_size = aligned(plan.sizes.shared);
+
+  /// Returns the number of steps that are planned for each RVE before the blocks begin: up to twice
+  /// the mean number, since a block that must plan waits for one thread. The plans of all RVEs are
+  /// written and read. The number is a power of two, so that successive calls have the same plan.
+  static int steps_to_prepare(const CallShape &call)
+  {
+    int steps = 1;
+    while (steps < kStepsAhead && steps < call.longest && steps < 2.0 * call.mean) steps *= 2;
+    return std::max(1, std::min(steps, call.longest));
   }
-  plan.waits = waits_itself(device.major, attributes);
-  check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                  static_cast<int>(plan.dynamic)),
-             "shared memory of the kernel");
-  plan_in_use = nullptr;    // the kernel may be its
-  int blocks_per_sm = 0;
-  check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel, plan.block,
-                                                           plan.dynamic),
-             "occupancy");
-  require(blocks_per_sm > 0,
-          "no thread block of " + std::to_string(plan.block) + " threads fits on this device");
-  plan.blocks = blocks_per_sm * device.multiProcessorCount;
-  const std::size_t on_chip =
-      blocks_per_sm * (plan.dynamic + attributes.sharedSizeBytes + kReservedOnChip);
-  plan.share_on_chip =
-      std::min(100,
-               static_cast<int>((100 * on_chip + device.sharedMemPerMultiprocessor - 1) /
-                                device.sharedMemPerMultiprocessor));
-  return plan;
-}
 
-/// Steps that are planned for each RVE before the blocks begin: up to twice those of an RVE of mean
-/// length, since a block that has to plan waits for one thread. The memory of all these plans is
-/// written and read for every RVE. A power of two, so that successive calls have the same plan.
-inline int LaunchPlans::steps_to_prepare(const CallShape &call)
-{
-  int steps = 1;
-  while (steps < kStepsAhead && steps < call.longest && steps < 2.0 * call.mean) steps *= 2;
-  return std::max(1, std::min(steps, call.longest));
-}
+  /// Returns true if some kernels of a variant compute no details.
+  bool has_lean_kernels(Program program) const
+  {
+    const auto shape = programs.shape(programs.usable(program), Residency::Large);
+    return !shape || shape->lean;
+  }
 
-inline bool LaunchPlans::has_lean_kernels(Program program) const
-{
-  const auto shape = programs.shape(programs.usable(program), Residency::Large);
-  return !shape || shape->lean;
-}
+  bool fills_device(const CallShape &call) const
+  {
+    return call.num_rves > device.multiProcessorCount;
+  }
 
-inline bool LaunchPlans::serves(const CallShape &call, Program program, Residency residency) const
-{
-  const auto shape = programs.shape(program, residency);
-  if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
-  if (shape->lean && call.with_details) return false;
-  // with two items per thread, sums of a partial warp end in an illegal instruction (CUDA 13.0)
-  if (shape->items == 2 && chosen_block_size % 32 != 0) return false;
-  return chosen_block_size == 0 ||
-      (chosen_block_size <= shape->threads && call.largest <= shape->items * chosen_block_size);
-}
+  bool serves(const CallShape &call, Program program, Residency residency) const
+  {
+    const auto shape = programs.shape(program, residency);
+    if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
+    if (shape->lean && call.with_details) return false;
+    // With two items per thread, sums of a partial warp end in an illegal instruction (CUDA 13.0).
+    if (shape->items == 2 && chosen_block_size % 32 != 0) return false;
+    return chosen_block_size == 0 ||
+        (chosen_block_size <= shape->threads && call.largest <= shape->items * chosen_block_size);
+  }
 
-inline Residency LaunchPlans::residency_of(const CallShape &call, Program program) const
-{
-  // A few RVEs take the kernel for many if it is loaded and theirs is not: compiling it takes
-  // seconds to half a minute, which a few calls, such as time-step checks, do not gain back.
-  const bool takes_many = fills_device(call) ||
-      (programs.is_at_hand(program, Residency::Many) &&
-       !programs.is_at_hand(program, Residency::Few));
-  const Residency small = takes_many ? Residency::Many : Residency::Few;
-  for (const Residency residency : {small, Residency::Large, Residency::Largest})
-    if (serves(call, program, residency)) return residency;
-  // kernels for many RVEs may compute no details
-  const auto usual = programs.shape(program, small);
-  return usual && usual->lean && serves(call, program, Residency::Few) ? Residency::Few
-                                                                       : Residency::Memory;
-}
+  Residency residency_of(const CallShape &call, Program program) const
+  {
+    // A few RVEs use the kernel for many if it is loaded and theirs is not. Compiling takes seconds
+    // to half a minute, which a few calls, such as time-step checks, do not gain back.
+    const bool takes_many = fills_device(call) ||
+        (programs.is_at_hand(program, Residency::Many) &&
+         !programs.is_at_hand(program, Residency::Few));
+    const Residency small = takes_many ? Residency::Many : Residency::Few;
+    for (const Residency residency : {small, Residency::Large, Residency::Largest})
+      if (serves(call, program, residency)) return residency;
+    // Kernels for many RVEs may compute no details.
+    const auto usual = programs.shape(program, small);
+    return usual && usual->lean && serves(call, program, Residency::Few) ? Residency::Few
+                                                                         : Residency::Memory;
+  }
 
-/// As few threads as can hold all grains. Grains in memory have a thread each while that is possible;
-/// beyond that all threads have about the same number of grains.
-inline int LaunchPlans::block_size(const BlockShape &shape, int num_grains) const
-{
-  if (chosen_block_size > 0) return std::min(chosen_block_size, shape.threads);
-  if (shape.items > 0) return rounded_up((num_grains + shape.items - 1) / shape.items, 32);
-  const int rounds = (num_grains + shape.threads - 1) / shape.threads;
-  const int in_a_round = (num_grains + rounds - 1) / rounds;
-  return rounded_up(in_a_round, 32);
-}
+  /// Returns the smallest number of threads that holds all grains. Grains in memory have a thread
+  /// each where possible; otherwise all threads have about the same number of grains.
+  int block_size(const BlockShape &shape, int num_grains) const
+  {
+    if (chosen_block_size > 0) return std::min(chosen_block_size, shape.threads);
+    if (shape.items > 0) return rounded_up((num_grains + shape.items - 1) / shape.items, 32);
+    const int rounds = (num_grains + shape.threads - 1) / shape.threads;
+    const int in_a_round = (num_grains + rounds - 1) / rounds;
+    return rounded_up(in_a_round, 32);
+  }
+};
 
 }    // namespace rve

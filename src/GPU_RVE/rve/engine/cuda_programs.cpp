@@ -14,18 +14,18 @@ namespace rve {
 
 namespace {
 
-  /// In the order of Residency.
+  /// Names of the kernels, in the order of Residency.
   constexpr const char *ADVANCE[kNumResidencies] = {"advance_many", "advance_few", "advance_large",
                                                     "advance_largest", "advance_in_memory"};
 
-  /// For tests: kernels that were compiled ahead are left alone.
+  /// Returns true if kernels that were compiled ahead must not be used. Tests set the variable.
   bool all_at_run_time()
   {
     const char *word = std::getenv("GPU_RVE_KERNELS_AT_RUN_TIME");
     return word && says_yes("GPU_RVE_KERNELS_AT_RUN_TIME", word);
   }
 
-  /// Of kernels of Lean, whose RVEs have the memory that Scene needs.
+  /// Returns the sizes of kernels of Lean, for RVEs with the memory layout of Scene.
   template <class Lean, class Scene>
   KernelSizes kernel_sizes(Residency residency, int num_grains, int pair_capacity, int steps_ahead)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The programs of a CUDA engine: their kernels, which were compiled with it or are compiled when they are first needed, and the memory
-// that they want.
+// Kernel variants of a CUDA engine: kernels that were compiled with it or are compiled when they
+// are first needed, and their memory.
 
 #pragma once
 
@@ -15,7 +15,8 @@
 
 namespace rve {
 
-/// Those that CMake's translation units have (cuda_program.cu.in). None of a program that is compiled at run time.
+/// Returns the kernels of CMake's translation units (cuda_program.cu.in); null pointers for a
+/// variant that is compiled at run time.
 template <Program program, Format format, Arithmetic arithmetic> ProgramKernels cuda_kernels();
 
 #define RVE_DECLARE_KERNELS(name, law, books, prepared)                                         \
@@ -29,24 +30,27 @@ RVE_PROGRAMS(RVE_DECLARE_KERNELS)
 
 class CudaPrograms {
  public:
-  /// For a device of this compute capability, 10 major + minor.
+  /// `capability` is the compute capability of the device, 10 major + minor.
   CudaPrograms(const Options &options, int capability);
 
-  /// Why RVEs with the memory of that program cannot be advanced: kernels of theirs would be compiled at run time, where this obstacle
-  /// to that is. Empty if they can be.
+  /// Returns the reason why RVEs with the memory layout of a variant cannot be advanced: they need
+  /// kernels that are compiled at run time, and `to_compiling` prevents that. Empty if they can be.
   std::string obstacle(Program memory, const std::string &to_compiling) const;
 
-  /// The program itself, or, where its kernels are to be compiled at run time and cannot be, the more general one that prepares its
-  /// calls and gives the same bits. Throws InputError where that one cannot be compiled either.
+  /// Returns the variant itself, or, if its kernels must be compiled at run time and cannot be, the
+  /// more general variant that prepares its calls and gives the same bits. Throws InputError where
+  /// that one cannot be compiled either.
   Program usable(Program program) const;
 
-  /// Blocks of a kernel of a usable program; empty where it has none of that residency.
+  /// Returns the block shape of a kernel of a usable variant; empty if it has no kernel of that
+  /// residency.
   std::optional<BlockShape> shape(Program program, Residency residency) const;
 
-  /// Kernels of a usable program, as a launch takes them: a function of (LaunchRecord, BatchConstants), or its handle.
+  /// Returns a kernel of a usable variant as a launch takes it: a function of (LaunchRecord,
+  /// BatchConstants), or its handle.
   const void *advance(Program program, Residency residency) const;
   const void *prepare(Program program) const;
-  /// True if advance() need not compile or load the kernel.
+  /// Returns true if advance() need not compile or load the kernel.
   bool is_at_hand(Program program, Residency residency) const;
 
   KernelSizes sizes(Program program, Residency residency, int num_grains, int pair_capacity,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rigid turns of RVEs on a CUDA device.
+// Rigid rotation of RVEs on a CUDA device.
 
 #pragma once
 
@@ -12,11 +12,12 @@ namespace rve {
 template <int D> struct TurnList {
   const TurnRecord<D> *turns;
   int count;
-  const int *count_there;    ///< in device memory, the number if only the device has it; or null
-  const int *hold;           ///< in device memory, above zero if no RVE may be turned; or null
+  const int *count_there;    ///< number in device memory, if only the device has it; or null
+  const int *hold;           ///< device memory, positive if no RVE may be turned; or null
 };
 
-/// Turns RVEs rigidly, one after the other in each block of any size. All of one lies in front of the histories: with rolling resistance, too.
+/// Turns RVEs rigidly, one after the other in each block of any size. All turned data precede the
+/// histories, so RVEs with rolling resistance can use the same kernel.
 template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
 {
   using Block = BlockCuda<0>;
@@ -33,25 +34,11 @@ template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
 
 template <int D> using TurnFunction = void (*)(TurnList<D>);
 
-/// None for RVEs of the other dimension.
-template <int D, class Scene> TurnFunction<D> turn_scene()
-{
-  if constexpr (Scene::D == D)
-    return turn_rves<Scene>;
-  else
-    return nullptr;
-}
-
 template <int D, class Numbers> TurnFunction<D> turn_function(Program memory)
 {
-  switch (memory) {
-#define RVE_TURN(name, law, books, prepared) \
-  case Program::name:                        \
-    return turn_scene<D, ProgramScene<Program::prepared, Numbers>>();
-    RVE_PROGRAMS(RVE_TURN)
-#undef RVE_TURN
-  }
-  return nullptr;
+  return with_program<D>(memory, [](auto program) -> TurnFunction<D> {
+    return turn_rves<ProgramScene<decltype(program)::prepared_like, Numbers>>;
+  });
 }
 
 template <int D> TurnFunction<D> turn_function(Format format, Program memory)

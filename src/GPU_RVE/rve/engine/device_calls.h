@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Calls of an engine whose increments and stresses are in the memory of its CUDA device, which plans
-// them, runs them and decides which RVEs are quiescent. The host reads results when it needs them.
+// Calls of an engine with increments and stresses in the memory of its CUDA device. The device
+// plans and runs them and decides which RVEs are quiescent. The host reads results on demand.
 
 #pragma once
 
@@ -12,24 +12,24 @@
 
 namespace rve {
 
-/// Tensors of points in the memory of a CUDA device, one after the other.
+/// Tensors of points in the memory of a CUDA device, stored one after the other.
 struct PointsOnDevice {
-  int device = -1;    ///< as CUDA counts; -1: there are none
+  int device = -1;    ///< number of the device in CUDA; -1: none
   /// Dimension of the tensors: that of the RVEs, or 2 for RVEs of spheres in plane strain.
   int dimension = 0;
   const double *increment = nullptr;    ///< deformation increments [-]
   double *stress = nullptr;             ///< [stress]
 };
 
-/// Rest of an RVE at the beginning of a new call, if it is known.
+/// Known rest of an RVE at the beginning of a new call.
 template <int D> struct RestingRve {
-  int place = 0;    ///< in the call
+  int place = 0;    ///< index in the call
   Rest rest = Rest::Unknown;
   SleepOf<D> sleep;    ///< without a stiffness if the RVE moves
 };
 
-/// IncrementOf::substeps of an RVE that has been quiescent since before the call was new: the device
-/// does not have the result of its last DEM steps.
+/// Value of IncrementOf::substeps for an RVE that has been quiescent since before the call was new:
+/// the device does not have the result of its last DEM steps.
 constexpr std::int32_t BEFORE_THE_CALL = -1;
 
 /// Input of a call. It lives until the results have been delivered or the next call is planned.
@@ -44,18 +44,18 @@ template <int D> struct DeviceCallOf {
   bool is_new = true;    ///< RVEs, points or plans differ from those of the last call
 };
 
-/// A new PlannedRve::limit.
+/// New value of PlannedRve::limit.
 struct NewLimit {
   std::int32_t place;
   StiffeningLimit limit;
 };
 
-/// Calls whose increments and stresses are in the memory of the engine's CUDA device, and the request
-/// of the last one that was planned. After Request::fetch() the results stay on the device: deliver()
-/// copies them to the host when they are wanted there.
+/// Calls with increments and stresses in the memory of the engine's CUDA device. The object is also
+/// the request of the last planned call. After Request::fetch() the results stay on the device, and
+/// deliver() copies them to the host on demand.
 template <int D> class DeviceCallsOf : public Request {
  public:
-  /// Lets the device plan a call, after the work that it has been given so far.
+  /// Plans a call on the device, after the work that has been launched so far.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
   /// Indices (in the call) of the RVEs that exceeded the limits of their plans, of which fetch()
   /// returns at most MOST_STIFFENED.

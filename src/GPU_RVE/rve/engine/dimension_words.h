@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What messages and files call things in a space of D dimensions.
+// Words of messages and files for a space of D dimensions.
 
 #pragma once
 
@@ -9,7 +9,7 @@ template <int D> struct DimensionWords;
 
 template <> struct DimensionWords<2> {
   static constexpr const char *number = "two", *grains = "plane disks", *spin = "spin";
-  /// Of a cell, and of a grain.
+  /// Volume of a cell, and of a grain.
   static constexpr const char *volume = "area", *unit_of_volume = "[length^2]";
   static constexpr const char *volume_of_grain = "pi r^2";
 };

@@ -14,9 +14,11 @@
 
 namespace rve {
 
-/// Mean peculiar velocity by mass [length/time] if it is most of the motion of the grains, otherwise zero. A periodic packing has no use for it, and
-/// local damping acts on it in place of the fluctuations. It is zero, too, where it moves a grain in a stable time step by less than 1e-7 of the smallest
-/// radius: the grains are at rest but for rounding. Runs leave a mean velocity of a few percent of the fluctuations. The state must be sound.
+/// Returns the mean peculiar velocity, weighted by mass, if it is most of the motion of the grains;
+/// otherwise zero [length/time]. A periodic packing does not need it, and local damping would act
+/// on it instead of the fluctuations. It is also zero if it moves a grain in a stable time step by
+/// less than 1e-7 of the smallest radius: the grains are then at rest except for rounding. Runs
+/// leave a mean velocity of a few percent of the fluctuations. The state must be sound.
 template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
 {
   constexpr double AT_REST =
@@ -27,7 +29,7 @@ template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
   for (int i = 0; i < n; ++i) {
     const double of_grain = grain_volume<D>(state.radius[i]);
     mass += of_grain;
-    // relative to the first grain: equal velocities have exactly themselves as mean
+    // Relative to the first grain, equal velocities have exactly themselves as mean.
     for (int a = 0; a < D; ++a)
       mean[a] += of_grain * (state.velocity[D * i + a] - state.velocity[a]);
   }
@@ -52,7 +54,7 @@ template <int D> void remove_drift(RveStateOf<D> &state, const Vec<double, D> &d
     for (int a = 0; a < D; ++a) state.velocity[D * i + a] -= drift[a];
 }
 
-/// "mean velocity (10, -5) [length/time]"; empty without a drift.
+/// Returns a text such as "mean velocity (10, -5) [length/time]"; empty without a drift.
 template <int D> std::string describe_drift(const Vec<double, D> &drift)
 {
   if (dot(drift, drift) == 0.0) return "";

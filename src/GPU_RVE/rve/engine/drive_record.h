@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What an engine is told to do, as the block program reads it.
+// Prescribed motions as the block program reads them.
 
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace rve {
 
-/// Names of components below or not below the diagonal, "xx, xy and yy".
+/// Returns the names of components below, or not below, the diagonal: "xx, xy and yy".
 template <int D> std::string components(bool below)
 {
   std::string names;
@@ -30,7 +30,7 @@ template <int D> std::string components(bool below)
   return names;
 }
 
-/// Throws InputError, with value, unit and range, unless the drive makes sense.
+/// Throws InputError with value, unit and range unless the prescribed motion is valid.
 template <int D> void check(const DriveOf<D> &drive)
 {
   require(drive.substeps >= 0, "substeps must be 0 or more, got ", drive.substeps);
@@ -45,9 +45,9 @@ template <int D> void check(const DriveOf<D> &drive)
   require(drive.num_modes >= 0 && drive.num_modes <= Space<D>::strains &&
               (drive.num_modes == 0 || drive.modes),
           "a servo steers 0 to ", Space<D>::strains, " modes, got ", drive.num_modes,
-          drive.modes ? "" : " that are nowhere");
+          drive.modes ? "" : " without their data");
   if (drive.has_servo()) {
-    constexpr double smallest = 1e-30, largest = 1e30;    // what follows from them are numbers
+    constexpr double smallest = 1e-30, largest = 1e30;    // bounds that keep derived numbers finite
     require(finite(drive.velocity_gradient),
             "velocity gradient has a component that is not a finite number [1/time]");
     require(finite(drive.stress_goal),
@@ -66,15 +66,17 @@ template <int D> void check(const DriveOf<D> &drive)
   }
 }
 
-/// Whether a drive needs a SteeringRecord<2>: for a servo, or to turn the RVE in several segments.
+/// Returns true if a prescribed motion needs a SteeringRecord<2>: for a servo, or to rotate the RVE
+/// in several segments.
 template <int D> bool needs_steering(const DriveOf<D> &drive)
 {
   return drive.has_servo() || !turns_little(drive.deformation);
 }
 
-/// Whether is_simple() cannot but hold, since F is so near the identity, as most are; quicker than that, by two thirds where a processor has no
-/// fma. With sums below s of what is in a row of F - 1 the diagonal dominates, hence the determinant is positive (Levy and Desplanques); and
-/// of the axial vector of turns_little() the length is below D s, the trace of F above D (1 - s).
+/// Returns true if F is so near the identity that is_simple() must hold, as for most increments.
+/// The test is quicker, by two thirds on processors without fma. If the sums of |F - 1| in each row
+/// are below s, the diagonal dominates, so the determinant is positive (Levy and Desplanques); the
+/// axial vector of turns_little() is shorter than D s, and the trace of F is above D (1 - s).
 template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
 {
   constexpr double small = 0.5 * LARGEST_TURN / (1.0 + LARGEST_TURN);
@@ -87,7 +89,7 @@ template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
   return is;
 }
 
-/// A drive without a servo, or an increment.
+/// Returns true for a valid prescribed motion without a servo in one segment, or such an increment.
 template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
 {
   const bool has_time = drive.substeps == 0 ||
@@ -95,7 +97,8 @@ template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
   return has_time && (is_nearly_identity(drive.deformation) || is_simple(drive.deformation));
 }
 
-/// Whether check() finds nothing, and nothing is to be steered: what most drives are, and quicker to see.
+/// Returns true if check() finds no error and no SteeringRecord is needed. This is a quick test
+/// that holds for most prescribed motions.
 template <int D> bool is_simple(const DriveOf<D> &drive)
 {
   bool controls = drive.num_modes != 0;
@@ -108,10 +111,11 @@ template <int D> bool is_simple(const IncrementOf<D> &increment)
   return is_unsteered(increment);
 }
 
-/// Of a path in one segment; of a DriveOf or an IncrementOf. Quick where the record is made in its place (new), not elsewhere and copied.
+/// Returns the record of a path in one segment, of a DriveOf or an IncrementOf. It is fastest if
+/// the record is constructed in place (new) and not copied.
 template <int D, template <int> class AnyDrive> DriveRecord<D> to_record(const AnyDrive<D> &drive)
 {
-  DriveRecord<D> record = DriveRecord<D>();    // with the bytes behind its members
+  DriveRecord<D> record = DriveRecord<D>();    // zeroes the padding too
   record.dt = drive.dt;
   record.substeps = drive.substeps;
   record.segments = 1;
@@ -119,13 +123,15 @@ template <int D, template <int> class AnyDrive> DriveRecord<D> to_record(const A
   return record;
 }
 
-/// Segments of a path that turns by this angle [rad]: of at most LARGEST_TURN each.
+/// Returns the number of segments of a path that rotates by this angle [rad], each by at most
+/// LARGEST_TURN.
 inline int path_segments(double angle)
 {
   return std::max(1, static_cast<int>(std::ceil(std::fabs(angle) / LARGEST_TURN)));
 }
 
-/// Polar decomposition F = R U in the plane, in as many segments as it turns.
+/// Writes the polar decomposition F = R U into the records, in as many segments as the rotation
+/// needs.
 inline void split_path(const Tensor2 &f, DriveRecord<2> &record, SteeringRecord<2> &steering)
 {
   const double angle = std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1));
@@ -142,7 +148,8 @@ inline void split_path(const Tensor3 &f, DriveRecord<3> &record, SteeringRecord<
   store_tensor(transpose(polar.rotation) * f - Tensor3::identity(), steering.stretch);
 }
 
-/// The rest of a drive. Sets the number of segments in its record.
+/// Returns the steering record of a prescribed motion and sets the number of segments in its
+/// record.
 template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRecord<D> &record)
 {
   SteeringRecord<D> steering = SteeringRecord<D>();
@@ -159,7 +166,7 @@ template <int D> SteeringRecord<D> to_steering(const DriveOf<D> &drive, DriveRec
   return steering;
 }
 
-/// What the modes of a drive are to the kernel.
+/// Returns the servo modes of a prescribed motion as the kernels read them.
 template <int D> SteeredModes<D> to_modes(const DriveOf<D> &drive)
 {
   SteeredModes<D> modes = SteeredModes<D>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The small parts of the engine's public header that belong to no backend.
+// Parts of the engine's public header that do not depend on a backend.
 
 #include "rve/engine/engine.h"
 
@@ -13,7 +13,7 @@ namespace rve {
 
 namespace {
 
-  /// Angle by which a constant velocity gradient turns in a time of one [rad].
+  /// Returns the angle by which a constant velocity gradient rotates in unit time [rad].
   double turn_of(const Tensor2 &velocity_gradient)
   {
     return 0.5 * (velocity_gradient(1, 0) - velocity_gradient(0, 1));
@@ -21,8 +21,7 @@ namespace {
 
   double turn_of(const Tensor3 &velocity_gradient)
   {
-    const Tensor3 &l = velocity_gradient;
-    const Vec<double, 3> twice_spin{{l(2, 1) - l(1, 2), l(0, 2) - l(2, 0), l(1, 0) - l(0, 1)}};
+    const Vec<double, 3> twice_spin = axial_vector(velocity_gradient);
     return 0.5 * std::sqrt(dot(twice_spin, twice_spin));
   }
 
@@ -41,7 +40,8 @@ namespace {
   double deviatoric_size(const Tensor2 &stress)
   {
     const double half_difference = 0.5 * (stress(0, 0) - stress(1, 1));
-    // s'_00 = -s'_11 in the plane; the full tensor enters, so each shear component has its own square
+    // In the plane s'_00 = -s'_11. The full tensor enters, so each shear component has its own
+    // square.
     return std::sqrt(half_difference * half_difference +
                      0.5 * (stress(0, 1) * stress(0, 1) + stress(1, 0) * stress(1, 0)));
   }
@@ -96,7 +96,7 @@ template <int D>
 DriveOf<D> DriveOf<D>::constant_velocity_gradient(const Matrix &velocity_gradient, double dt,
                                                   int substeps)
 {
-  // the increment is all that the engine sees, and half a turn looks the same in both directions
+  // The engine sees only the increment, and half a turn looks the same in both directions.
   const double turn = turn_of(velocity_gradient) * substeps * dt;
   require(!(std::fabs(turn) > 3.0), "one call must rotate an RVE by less than 3 rad, got ", turn,
           " rad: use shorter calls, by a smaller timestep or fewer substeps");

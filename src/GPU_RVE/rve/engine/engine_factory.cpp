@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Chooses the backend.
+// Choice of the backend.
 
 #include "cuda/cuda_required.h"
 #include "rve/core/error.h"
@@ -28,7 +28,7 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
   require(!only_on_cpu || options.device != Device::Cuda,
           "the number format single is for studies and exists on CPUs only");
   if (options.device == Device::Cpu) return make_host_engine<D>(options);
-  // a word that says neither yes nor no is wrong with a device too
+  // An invalid value is an error even if a device exists.
   const bool required = cuda_required();
   require(!required || !only_on_cpu, cuda_requirement(),
           " forbids the CPU, and the number format single exists on CPUs only; use fast, mixed or "

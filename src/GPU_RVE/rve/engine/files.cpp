@@ -17,12 +17,8 @@ namespace {
 
   namespace fs = std::filesystem;
 
-  std::string reason_of(int error)
-  {
-    return std::generic_category().message(error);
-  }
-
-  /// Name of a temporary file beside the target: no other process has it, on this machine or on another one with the same folder.
+  /// Returns the name of a temporary file next to the target. No other process uses it, on this
+  /// machine or on another one with the same folder.
   std::string temporary_name(const std::string &target)
   {
     char machine[65] = "";
@@ -30,14 +26,15 @@ namespace {
     return target + ".part" + std::to_string(::getpid()) + "." + machine;
   }
 
-  /// Brings the content of a file, or the names in a folder, to the disk; false with errno if that fails.
+  /// Writes the content of a file, or the names in a folder, to the disk. Returns false and sets
+  /// errno if that fails.
   bool synchronise(int descriptor)
   {
-    // some file systems have no such function
+    // Some file systems do not support this function.
     return ::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOSYS || errno == EOPNOTSUPP;
   }
 
-  /// Brings the name of a file to the disk, where the file system can do that.
+  /// Writes the name of a file to the disk, if the file system supports that.
   void synchronise_name_of(const std::string &file)
   {
     const fs::path folder = fs::path(file).parent_path();
@@ -50,10 +47,15 @@ namespace {
 
 }    // namespace
 
+std::string reason_of(int error)
+{
+  return std::generic_category().message(error);
+}
+
 OutputFile::OutputFile(const std::string &_path) : path(_path), target(_path)
 {
   if (path.empty()) fail(ENOENT);
-  constexpr int LONGEST_CHAIN = 40;    // of symbolic links, Linux' own
+  constexpr int LONGEST_CHAIN = 40;    // limit of Linux for symbolic links
   std::error_code error;
   for (int k = 0; fs::is_symlink(fs::symlink_status(target, error)); ++k) {
     if (k == LONGEST_CHAIN) fail(ELOOP);
@@ -65,20 +67,21 @@ OutputFile::OutputFile(const std::string &_path) : path(_path), target(_path)
   if (!exists && errno != ENOENT) fail(errno);
   if (exists) {
     if (S_ISDIR(old.st_mode)) fail(EISDIR);
-    // renaming needs no permission of the file, but who has write-protected it wants to keep it
+    // Renaming needs no permission of the file, but a write-protected file must stay.
     if (::access(target.c_str(), W_OK) != 0) fail(errno);
     regular = S_ISREG(old.st_mode);
     if (!regular) return;
   }
 
   const std::string name = temporary_name(target);
-  ::unlink(name.c_str());    // of a process that had this number and was killed
+  ::unlink(name.c_str());    // left by a killed process with the same number
   const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) fail(errno);
   temporary = name;
   stream = ::fdopen(descriptor, "w");
   if (!exists) return;
-  // the owner first: a change of it takes bits of the mode away. Only root may give a file away: then it is the writer's.
+  // The owner comes first, since changing it clears bits of the mode. Only root can give a file
+  // away; otherwise it belongs to the writer.
   if (old.st_uid != ::geteuid() || old.st_gid != ::getegid())
     if (::fchown(descriptor, old.st_uid, old.st_gid) != 0) old.st_mode &= ~(S_ISUID | S_ISGID);
   if (::fchmod(descriptor, old.st_mode & 07777) != 0) fail(errno);
@@ -110,7 +113,7 @@ void OutputFile::write(const std::string &text)
   synchronise_name_of(target);
 }
 
-/// A constructor that throws has no destructor, so this cleans up.
+/// This cleans up, since a constructor that throws has no destructor.
 void OutputFile::fail(int reason)
 {
   discard();

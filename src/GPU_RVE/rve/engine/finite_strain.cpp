@@ -13,7 +13,8 @@ namespace {
     return Tensor3{{0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0}};
   }
 
-  // x y + z w with one rounding error each (Kahan): no digits are lost where the products cancel.
+  // Returns x y + z w with one rounding error each (Kahan), so no digits are lost if the products
+  // cancel.
   double sum_of_products(double x, double y, double z, double w)
   {
     const double product = z * w;
@@ -21,10 +22,10 @@ namespace {
     return std::fma(x, y, product) + error;
   }
 
-  // sinh(sqrt(d))/sqrt(d), continued to d <= 0 as sin(sqrt(-d))/sqrt(-d).
+  // Returns sinh(sqrt(d))/sqrt(d), continued to d <= 0 as sin(sqrt(-d))/sqrt(-d).
   double hyperbolic_sinc(double d)
   {
-    // four terms of the series leave d^4/362880 < 3e-18
+    // The error of four terms of the series is d^4/362880 < 3e-18.
     if (std::fabs(d) < 1e-3) return 1.0 + d / 6.0 * (1.0 + d / 20.0 * (1.0 + d / 42.0));
     const double root = std::sqrt(std::fabs(d));
     return d > 0.0 ? std::sinh(root) / root : std::sin(root) / root;
@@ -35,7 +36,7 @@ namespace {
 Tensor3 spatial_rotation(const Vec<double, 3> &turn)
 {
   const double angle = std::sqrt(dot(turn, turn));
-  // sin(t)/t and (1 - cos(t))/t^2 = (sin(t/2)/(t/2))^2/2, without the loss of digits where t is small
+  // The forms sin(t)/t and (1 - cos(t))/t^2 = (sin(t/2)/(t/2))^2/2 lose no digits for small t.
   const double half = 0.5 * angle;
   const double sine = angle > 0.0 ? std::sin(angle) / angle : 1.0;
   const double half_sine = half > 0.0 ? std::sin(half) / half : 1.0;
@@ -45,7 +46,7 @@ Tensor3 spatial_rotation(const Vec<double, 3> &turn)
 
 Vec<double, 3> rotation_vector(const Tensor3 &rotation)
 {
-  // the quaternion, from that of its components which is largest: none of the roots then loses digits
+  // The quaternion is computed from its largest component, so no root loses digits.
   const Tensor3 &r = rotation;
   const double t = trace(r);
   double w;
@@ -54,9 +55,7 @@ Vec<double, 3> rotation_vector(const Tensor3 &rotation)
   axis = r(axis, axis) >= r(2, 2) ? axis : 2;
   if (t >= r(axis, axis)) {
     w = 0.5 * std::sqrt(1.0 + t);
-    const double factor = 0.25 / w;
-    v = {
-        {factor * (r(2, 1) - r(1, 2)), factor * (r(0, 2) - r(2, 0)), factor * (r(1, 0) - r(0, 1))}};
+    v = (0.25 / w) * axial_vector(r);
   } else {
     const int next = (axis + 1) % 3, last = (axis + 2) % 3;
     v[axis] = 0.5 * std::sqrt(1.0 + r(axis, axis) - r(next, next) - r(last, last));
@@ -65,17 +64,17 @@ Vec<double, 3> rotation_vector(const Tensor3 &rotation)
     v[last] = factor * (r(last, axis) + r(axis, last));
     w = factor * (r(last, next) - r(next, last));
   }
-  if (w < 0.0) {    // the other way round
+  if (w < 0.0) {    // the opposite sign of the same rotation
     w = -w;
     v = -1.0 * v;
   }
-  const double sine = std::sqrt(dot(v, v));    // of half the angle
+  const double sine = std::sqrt(dot(v, v));    // sine of half the angle
   return sine > 0.0 ? (2.0 * std::atan2(sine, w) / sine) * v : v;
 }
 
-// Exponential of a plane tensor, in closed form: A = m 1 + B with tr B = 0 has B B = d 1, so
-// exp A = e^m (cosh(sqrt d) 1 + sinh(sqrt d)/sqrt d B). Triangular tensors keep their exact zeros and
-// the exponentials of their diagonals: a drive along one axis must leave the other as it is.
+// The exponential of a plane tensor has a closed form: A = m 1 + B with tr B = 0 has B B = d 1, so
+// exp A = e^m (cosh(sqrt d) 1 + sinh(sqrt d)/sqrt d B). Triangular tensors keep their exact zeros
+// and the exponentials of their diagonals: a motion along one axis must not change the other.
 Tensor2 exponential(const Tensor2 &a)
 {
   const double mean = 0.5 * (a(0, 0) + a(1, 1));
@@ -98,10 +97,11 @@ Tensor2 exponential(const Tensor2 &a)
   return result;
 }
 
-// By the series of A/2^n, squared n times.
+// The exponential is the series of A/2^n, squared n times.
 Tensor3 exponential(const Tensor3 &a)
 {
-  // the rest of the series after 14 terms of an argument of at most 1/2 is below 2^-14/14! of it, less than its rounding
+  // For an argument of at most 1/2 the rest of the series after 14 terms is below 2^-14/14! of it,
+  // less than its rounding.
   constexpr int TERMS = 14;
   int halvings = 0;
   Tensor3 part = a;
@@ -109,7 +109,7 @@ Tensor3 exponential(const Tensor3 &a)
     part = 0.5 * part;
     ++halvings;
   }
-  // exp - 1, whose digits an identity beside it would cut off
+  // The sum is exp - 1, since adding the identity would cut off its digits.
   Tensor3 less_one = Tensor3::zero();
   for (int k = TERMS; k >= 1; --k) less_one = (1.0 / k) * (part * (Tensor3::identity() + less_one));
   for (; halvings > 0; --halvings) less_one = 2.0 * less_one + less_one * less_one;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rotation and stretch of a deformation increment; what is small of both on a device, too.
+// Rotation and stretch of a deformation increment. Functions for small ones also run on a device.
 
 #pragma once
 
@@ -11,16 +11,23 @@
 
 namespace rve {
 
+/// Returns the axial vector of F - F^T. For a rotation its length is twice the sine of the angle.
+RVE_HD inline Vec<double, 3> axial_vector(const Tensor3 &f)
+{
+  return {{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
+}
+
 inline Tensor2 plane_rotation(double angle)
 {
   const double c = std::cos(angle), s = std::sin(angle);
   return Tensor2{{c, -s, s, c}};
 }
 
-/// The rotation about the direction of `turn` by its length [rad], right-handed: Rodrigues' formula.
+/// Returns the right-handed rotation about the direction of `turn` by its length [rad] (Rodrigues).
 Tensor3 spatial_rotation(const Vec<double, 3> &turn);
 
-/// Direction and angle of a rotation, as one vector: the angle is its length, in [0, pi] [rad]. At pi its sign is anybody's.
+/// Returns direction and angle of a rotation as one vector whose length is the angle in [0, pi]
+/// [rad]. At pi its sign is arbitrary.
 Vec<double, 3> rotation_vector(const Tensor3 &rotation);
 
 RVE_HD inline double largest_component(const Tensor3 &t)
@@ -30,23 +37,25 @@ RVE_HD inline double largest_component(const Tensor3 &t)
   return largest;
 }
 
-/// R of F = R U, det F > 0. By Newton's iteration R <- (R + R^-T)/2 (Higham 1986, "Computing the polar decomposition, with applications", SIAM
-/// J. Sci. Stat. Comput. 7), which doubles its digits in each step. On a device to the same bits.
+/// Returns R of F = R U, det F > 0, by Newton's iteration R <- (R + R^-T)/2 (Higham 1986,
+/// "Computing the polar decomposition, with applications", SIAM J. Sci. Stat. Comput. 7), which
+/// converges quadratically. A device gives the same bits.
 RVE_HD inline Tensor3 rotation_of(const Tensor3 &f)
 {
-  constexpr int MOST = 100;    // 2^100 of stretch; a handful for any increment
+  constexpr int MOST = 100;    // sufficient for a stretch of 2^100; increments need a handful
   Tensor3 rotation = f;
   for (int k = 0; k < MOST; ++k) {
     const Tensor3 next = 0.5 * (rotation + transpose(inverse(rotation)));
     const double change = largest_component(next - rotation);
     rotation = next;
-    if (!(change > 1e-15)) break;    // a NaN ends here too
+    if (!(change > 1e-15)) break;    // true for a NaN
   }
   return rotation;
 }
 
-/// The angle in [0, pi] of this sine and cosine, whose squares have a sum of one [rad]: on a device to the same bits. Halved until the series of the
-/// arcsine has its last digit.
+/// Returns the angle in [0, pi] of this sine and cosine, whose squares must sum to one [rad]. The
+/// angle is halved until the series of the arcsine is exact to the last digit. A device gives the
+/// same bits.
 RVE_HD inline double angle_of(double sine, double cosine)
 {
   constexpr double SMALL = 0.1;
@@ -58,7 +67,7 @@ RVE_HD inline double angle_of(double sine, double cosine)
     sine = 0.5 * sine / cosine;
     doublings *= 2.0;
   }
-  // 1/6, 3/40, 15/336, ...: each term is (2n - 1)^2/(2n (2n + 1)) of the one before
+  // Terms 1/6, 3/40, 15/336, ...: each is (2n - 1)^2/(2n (2n + 1)) of the previous one.
   const double square = sine * sine;
   double term = sine, sum = sine;
   for (int n = 1; n <= 8; ++n) {
@@ -68,7 +77,7 @@ RVE_HD inline double angle_of(double sine, double cosine)
   return is_obtuse ? kPi - doublings * sum : doublings * sum;
 }
 
-/// Biot's U - 1 where F = R U, symmetric to the last bit [-].
+/// Returns Biot's strain U - 1 of F = R U, symmetric to the last bit [-].
 template <int D>
 RVE_HD Tensor<double, D> biot_strain(const Tensor<double, D> &f, const Tensor<double, D> &rotation)
 {
@@ -76,11 +85,11 @@ RVE_HD Tensor<double, D> biot_strain(const Tensor<double, D> &f, const Tensor<do
   return 0.5 * (stretch + transpose(stretch)) - Tensor<double, D>::identity();
 }
 
-/// F = R U, det F > 0.
+/// Polar decomposition F = R U, det F > 0.
 template <int D> struct PolarDecomposition;
 
 template <> struct PolarDecomposition<2> {
-  double angle;        ///< of R, counter-clockwise, in (-pi, pi] [rad]
+  double angle;        ///< angle of R, counter-clockwise, in (-pi, pi] [rad]
   Tensor2 rotation;    ///< R
   Tensor2 strain;      ///< Biot's U - 1, symmetric [-]
 
@@ -88,17 +97,18 @@ template <> struct PolarDecomposition<2> {
       angle(std::atan2(f(1, 0) - f(0, 1), f(0, 0) + f(1, 1))), rotation(plane_rotation(angle)),
       strain(transpose(rotation) * f - Tensor2::identity())
   {
-    strain(0, 1) = strain(1, 0) = 0.5 * (strain(0, 1) + strain(1, 0));    // to the last bit
+    // The strain becomes symmetric to the last bit.
+    strain(0, 1) = strain(1, 0) = 0.5 * (strain(0, 1) + strain(1, 0));
   }
 
-  /// R^share
+  /// Returns R^share.
   Tensor2 part_of_rotation(double share) const { return plane_rotation(share * angle); }
 };
 
 template <> struct PolarDecomposition<3> {
   Tensor3 rotation;       ///< R
-  Vec<double, 3> turn;    ///< of R: rotation_vector [rad]
-  double angle;           ///< of R, in [0, pi] [rad]
+  Vec<double, 3> turn;    ///< rotation_vector() of R [rad]
+  double angle;           ///< angle of R, in [0, pi] [rad]
   Tensor3 strain;         ///< Biot's U - 1, symmetric [-]
 
   explicit PolarDecomposition(const Tensor3 &f) :
@@ -111,7 +121,7 @@ template <> struct PolarDecomposition<3> {
 };
 template <int D> PolarDecomposition(const Tensor<double, D> &) -> PolarDecomposition<D>;
 
-/// R of F = R U in the plane, det F > 0, without angles: on a device to the same bits.
+/// Returns R of F = R U in the plane, det F > 0, without angles. A device gives the same bits.
 RVE_HD inline Tensor2 rotation_of(const Tensor2 &f)
 {
   const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
@@ -120,19 +130,19 @@ RVE_HD inline Tensor2 rotation_of(const Tensor2 &f)
   return Tensor2{{c, -s, s, c}};
 }
 
-/// The angle that a rotation turns by, in [0, pi] [rad]: on a device to the same bits.
+/// Returns the angle of a rotation, in [0, pi] [rad]. A device gives the same bits.
 RVE_HD inline double angle_of_rotation(const Tensor2 &r)
 {
   return angle_of(std::fabs(r(1, 0)), r(0, 0));
 }
-/// In space from its axis, as long as twice the sine.
+/// Returns the same in space, from the axial vector, whose length is twice the sine.
 RVE_HD inline double angle_of_rotation(const Tensor3 &r)
 {
-  const Vec<double, 3> axis{{r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)}};
+  const Vec<double, 3> axis = axial_vector(r);
   return angle_of(0.5 * std::sqrt(dot(axis, axis)), 0.5 * (trace(r) - 1.0));
 }
 
-/// Both, where nobody asks for the angle.
+/// Rotation and Biot strain of an increment without the angle.
 template <int D> struct RotationAndStrain {
   Tensor<double, D> rotation, strain;
 
@@ -142,7 +152,7 @@ template <int D> struct RotationAndStrain {
   }
 };
 
-/// sqrt(a_ij a_ij)
+/// Returns sqrt(a_ij a_ij).
 template <int D> RVE_HD double norm(const Tensor<double, D> &a)
 {
   double sum = 0.0;
@@ -150,7 +160,7 @@ template <int D> RVE_HD double norm(const Tensor<double, D> &a)
   return std::sqrt(sum);
 }
 
-/// Leaves the stretch of an increment, and returns the rotation that it had.
+/// Replaces an increment by its stretch, and returns its rotation.
 template <int D> RVE_HD Tensor<double, D> take_rotation(Tensor<double, D> &increment)
 {
   const Tensor<double, D> rotation = rotation_of(increment);
@@ -158,8 +168,8 @@ template <int D> RVE_HD Tensor<double, D> take_rotation(Tensor<double, D> &incre
   return rotation;
 }
 
-/// Size of the strain in a deformation increment, |U - 1| [-]: zero for a rotation. In the plane from the sum and the difference of the
-/// principal stretches.
+/// Returns the size of the strain in a deformation increment, |U - 1| [-]; zero for a rotation. In
+/// the plane it follows from the sum and the difference of the principal stretches.
 RVE_HD inline double strain_size(const Tensor2 &f)
 {
   const double sum = std::sqrt((f(0, 0) + f(1, 1)) * (f(0, 0) + f(1, 1)) +
@@ -169,8 +179,8 @@ RVE_HD inline double strain_size(const Tensor2 &f)
   return std::sqrt(0.5 * ((sum - 2.0) * (sum - 2.0) + square_of_difference));
 }
 
-/// In space, for the small strains of macro steps, from the series of U = sqrt(1 + 2E), E = (F^T F - 1)/2, to twelve digits. False: it is no small
-/// strain.
+/// Finds the size of a small strain in space, as of macro steps, to twelve digits, from the series
+/// of U = sqrt(1 + 2E), E = (F^T F - 1)/2 [-]. Returns false if the strain is not small.
 RVE_HD inline bool find_strain_size(const Tensor3 &f, double &size)
 {
   constexpr double SMALL = 1e-3;
@@ -194,33 +204,36 @@ inline double strain_size(const Tensor3 &f)
 
 constexpr double NO_BOUND = std::numeric_limits<double>::infinity();
 
-/// No less than the angle of the rotation in a deformation increment, and not much more than it where both are small [rad]; infinite where
-/// that is not seen without a decomposition.
+/// Returns an upper bound of the angle of the rotation in a deformation increment [rad]. The bound
+/// is close if rotation and strain are small, and infinite if it needs a decomposition.
 RVE_HD inline double bound_of_rotation(const Tensor2 &f)
 {
   const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
   return twice_cosine > 0.0 ? std::fabs(twice_sine) / twice_cosine : NO_BOUND;
 }
 
-/// The axis of F - F^T = R - R^T + (R - 1)(U - 1) - (U - 1)(R - 1)^T is no shorter than 2 sin(angle) - sqrt(2) angle |U - 1|, which is
-/// angle/0.55 for an angle below 0.45 and |U - 1| below 1/40.
+/// The same bound in space. The axial vector of F - F^T = R - R^T + (R - 1)(U - 1) - (U - 1)(R -
+/// 1)^T is no shorter than 2 sin(angle) - sqrt(2) angle |U - 1|, which is angle/0.55 for an angle
+/// below 0.45 and |U - 1| below 1/40.
 RVE_HD inline double bound_of_rotation(const Tensor3 &f)
 {
-  const Vec<double, 3> axis{{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
-  // |U - 1| is about half of the norm, and adds at most sqrt(3) |U - 1| to the trace 1 + 2 cos(angle)
+  const Vec<double, 3> axis = axial_vector(f);
+  // |U - 1| is about half of the norm, and adds at most sqrt(3) |U - 1| to the trace 1 + 2
+  // cos(angle).
   const bool turns_little = trace(f) > 2.85 && norm(transpose(f) * f - Tensor3::identity()) < 0.05;
   return turns_little ? 0.55 * std::sqrt(dot(axis, axis)) : NO_BOUND;
 }
 
-/// The deformation after a share of the increment, 0 to 1: R^share (1 + share (U - 1)), the path that the engine takes.
+/// Returns the deformation after a share of the increment, 0 to 1: R^share (1 + share (U - 1)), the
+/// path that the engine takes.
 template <int D> Tensor<double, D> part_of_increment(const Tensor<double, D> &f, double share)
 {
   const PolarDecomposition polar(f);
   return polar.part_of_rotation(share) * (Tensor<double, D>::identity() + share * polar.strain);
 }
 
-/// exp(A), the deformation that a velocity gradient A/t makes in t. What A leaves apart stays apart: zeros of a drive along one axis are
-/// zeros of the increment, to the bit.
+/// Returns exp(A), the deformation by a velocity gradient A/t in the time t. Exact zeros stay: a
+/// motion along one axis gives zeros of the increment, to the bit.
 Tensor2 exponential(const Tensor2 &a);
 Tensor3 exponential(const Tensor3 &a);
 

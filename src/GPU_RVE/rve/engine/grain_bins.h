@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Grains by where they are, to find those that are near. Host only.
+// Bins of grains for the search of neighbours. Host only.
 
 #pragma once
 
@@ -12,31 +12,23 @@
 
 namespace rve {
 
-inline double width_between_faces(const Tensor2 &cell, int axis)
-{
-  return determinant(cell) / std::hypot(cell(0, 1 - axis), cell(1, 1 - axis));
-}
-inline double width_between_faces(const Tensor3 &cell, int axis)
-{
-  return perpendicular_width(cell, axis);
-}
-
-/// Bins by fractional coordinates, each at least one largest contact distance wide, or a single one.
+/// Bins by fractional coordinates. Each is at least one largest contact distance wide, or there is
+/// a single one.
 template <int D> class GrainBins {
  public:
   GrainBins(const Tensor<double, D> &cell, double contact_distance)
   {
-    // per axis: more would be empty for any N a cell of this kind holds
+    // Largest number of bins per axis. More would be empty for any N that such a cell holds.
     constexpr int MOST_BINS = D == 2 ? 1024 : 64;
     int least = MOST_BINS;
     std::size_t bins = 1;
     for (int a = 0; a < D; ++a) {
-      const double width = std::floor(width_between_faces(cell, a) / contact_distance);
+      const double width = std::floor(perpendicular_width(cell, a) / contact_distance);
       count_[a] = static_cast<int>(std::min<double>(MOST_BINS, width));
       least = std::min(least, count_[a]);
       bins *= static_cast<std::size_t>(std::max(count_[a], 1));
     }
-    // below three bins an axis would show the same bin on both sides
+    // With fewer than three bins an axis would have the same bin on both sides.
     if (least < 3) {
       is_single_ = true;
       bins = 1;
@@ -47,7 +39,7 @@ template <int D> class GrainBins {
 
   void add(const RveStateOf<D> &state, int i) { grains_[index(place(state, i))].push_back(i); }
 
-  /// Whether work(other) is true for a grain of the bin of grain i or of those around it.
+  /// Returns true if work(other) is true for a grain in the bin of grain i or in those around it.
   template <class Work> bool any_near(const RveStateOf<D> &state, int i, const Work &work) const
   {
     const int around = is_single_ ? 1 : D == 2 ? 9 : 27;

@@ -39,7 +39,8 @@ namespace {
 #endif
   }
 
-  /// What the kernel says programs may take without swapping [bytes]; 0 where it says nothing.
+  /// Returns the memory that programs may take without swapping, by the Linux kernel [bytes]; 0 if
+  /// it is unknown.
   std::size_t available_memory()
   {
     std::ifstream file("/proc/meminfo");
@@ -52,7 +53,7 @@ namespace {
     return 0;
   }
 
-  /// Memory of one thread, reused from RVE to RVE.
+  /// Memory of one thread, reused for all its RVEs.
   struct ThreadMemory {
     std::vector<char> shared, workspace;
 
@@ -147,9 +148,9 @@ namespace {
       return drives.data();
     }
 
-    Answers launch(const Call &call) override
+    Answers begin_launch(const Call &call) override
     {
-      const int count = static_cast<int>(call.rves->size());
+      const int count = call.num_rves;
       answers.assign(count, AnswerRecord<D>());
       if (call.with_details)
         details.assign(call.detail_of ? call.num_details : count, DetailRecord<D>());
@@ -161,7 +162,7 @@ namespace {
       };
       const HostWorkspaceSizes sizes =
           kernel.workspace_sizes(call.largest, call.pair_capacity, call.program);
-      FirstError failed;    // there may not be memory for a workspace
+      FirstError failed;    // allocation of a workspace may fail
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
         const int k = call.order ? (*call.order)[m] : m;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The block program on a CPU thread, for RVEs of RVE_KERNEL_DIMENSION in the number format RVE_KERNEL_FORMAT. Compiled for each
-// instruction set with RVE_ISA = baseline or v3; the same bits from both (std::fma is exact everywhere, and slow where the hardware has
-// none).
+// The block program on a CPU thread, for RVEs of RVE_KERNEL_DIMENSION in the number format
+// RVE_KERNEL_FORMAT. It is compiled for each instruction set with RVE_ISA = baseline or v3 and
+// gives the same bits (std::fma is exact everywhere, and slow without hardware support).
 
 #include "rve/engine/host_kernels.h"
 
@@ -23,7 +23,7 @@ namespace rve {
 
 inline namespace RVE_ISA {
 
-  /// The block of a program, and how its steps take the grains.
+  /// Block type of a kernel configuration, and the order in which its steps visit grains.
   template <class Scene> struct OneByOne {
     using Block = BlockSerial;
     using Grains = GrainItems<Block, Scene>;
@@ -33,7 +33,7 @@ inline namespace RVE_ISA {
     using Block = BlockSimd<kPackedGrains>;
     using Grains = PackedGrains<Block, Scene>;
   };
-  // a format for studies is not made fast, and a ledger is kept for one grain after the other
+  // The format single is not optimised, and energy bookkeeping visits one grain after the other.
   template <class Scene>
   using Traversal =
       std::conditional_t<!Scene::books && !std::is_same_v<typename Scene::Numbers, SingleNumbers>,
@@ -66,61 +66,33 @@ inline namespace RVE_ISA {
     program.run(answer, detail);
   }
 
-  /// The program that does the work of another one: the same bits, from the one whose calls begin alike and which has all that the others have,
-  /// where fewer compilations are worth more than speed.
+  /// Kernel variant that runs in place of another one: the general variant that prepares the same
+  /// calls and gives the same bits, where short compile times matter more than speed.
 #if defined(RVE_RICH_PROGRAMS_ONLY)
   template <Program program> constexpr Program kWorker = ProgramTraits<program>::prepared_like;
 #else
   template <Program program> constexpr Program kWorker = program;
 #endif
 
-  template <Program program, class Numbers, int D>
-  void run_program_of(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
-                      const BatchConstants &batch, const HostWorkspace &memory,
-                      AnswerRecord<D> &answer, DetailRecord<D> *detail)
-  {
-    using Scene = ProgramScene<program, Numbers>;
-    if constexpr (Scene::D == D)
-      run_program<Scene, Traversal<Scene>>(image, drive, steering, batch, memory, answer, detail);
-  }
-
   template <int D, class Numbers>
   void advance(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
                const BatchConstants &batch, const HostWorkspace &memory, Program program,
                AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
-    switch (program) {
-#define RVE_ADVANCE(name, law, books, prepared)                                                   \
-  case Program::name:                                                                             \
-    return run_program_of<kWorker<Program::name>, Numbers>(image, drive, steering, batch, memory, \
-                                                           answer, detail);
-      RVE_PROGRAMS(RVE_ADVANCE)
-#undef RVE_ADVANCE
-    }
-  }
-
-  template <Program program, class Numbers, int D>
-  HostWorkspaceSizes sizes_of(int num_grains, int pair_capacity)
-  {
-    using Scene = ProgramScene<program, Numbers>;
-    if constexpr (Scene::D == D)
-      return {shared_size<Scene>(num_grains, false),
-              workspace_size<Scene>(num_grains, pair_capacity)};
-    else
-      return HostWorkspaceSizes();
+    with_program<D>(program, [&](auto chosen) {
+      using Scene = ProgramScene<kWorker<chosen.value>, Numbers>;
+      run_program<Scene, Traversal<Scene>>(image, drive, steering, batch, memory, answer, detail);
+    });
   }
 
   template <int D, class Numbers>
   HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, Program program)
   {
-    switch (program) {
-#define RVE_SIZES(name, law, books, prepared) \
-  case Program::name:                         \
-    return sizes_of<kWorker<Program::name>, Numbers, D>(num_grains, pair_capacity);
-      RVE_PROGRAMS(RVE_SIZES)
-#undef RVE_SIZES
-    }
-    return HostWorkspaceSizes();
+    return with_program<D>(program, [&](auto chosen) -> HostWorkspaceSizes {
+      using Scene = ProgramScene<kWorker<chosen.value>, Numbers>;
+      return {shared_size<Scene>(num_grains, false),
+              workspace_size<Scene>(num_grains, pair_capacity)};
+    });
   }
 
 }    // namespace RVE_ISA

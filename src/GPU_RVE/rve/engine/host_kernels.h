@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The border to the block program on a CPU thread, which is compiled for each instruction set, dimension and number format. Plain data
-// only.
+// Interface to the block program on a CPU thread, which is compiled for each instruction set,
+// dimension and number format. It has plain data only.
 
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace rve {
 
-/// Memory that a block of one CPU thread works in.
+/// Memory of the block on one CPU thread.
 struct HostWorkspace {
   char *shared;
   char *workspace;
@@ -23,7 +23,7 @@ struct HostWorkspaceSizes {
   std::size_t shared, workspace;
 };
 
-/// One instruction set's build of the block program for one number format.
+/// Functions of the block program for one instruction set and number format.
 template <int D> struct HostKernel {
   void (*advance)(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
                   const BatchConstants &batch, const HostWorkspace &memory, Program program,
@@ -31,10 +31,10 @@ template <int D> struct HostKernel {
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, Program program);
 };
 
-/// As RVE_ISA names them.
+/// Instruction sets, with the names of RVE_ISA.
 enum class InstructionSet { baseline, v3 };
 
-/// Compiled in a translation unit of its own (host_kernels.cpp).
+/// Returns the functions of a translation unit (host_kernels.cpp).
 template <InstructionSet isa, int D, Format format> HostKernel<D> host_kernel();
 
 template <InstructionSet isa, int D> HostKernel<D> host_kernel(Format format)

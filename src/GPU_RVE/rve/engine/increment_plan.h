@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How a deformation increment becomes DEM steps of an RVE: one text for the host and for a device, to the same bits on both.
+// Plan of the DEM steps of an RVE for a deformation increment. The same code runs on the host and
+// on a device, with the same bits.
 
 #pragma once
 
@@ -13,13 +14,14 @@
 
 namespace rve {
 
-/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of radii, above which an RVE is turned
-/// rigidly [-]. A cell that turns by an angle in a few DEM steps lets contacts slip by it, since grains do not spin yet: a hundredth
-/// of the normal force at k_t = k_n.
+/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of
+/// radii, above which an RVE is turned rigidly [-]. If a cell rotates in a few DEM steps, contacts
+/// slip by the angle, since grains do not spin yet. The limit is a hundredth of the normal force at
+/// k_t = k_n.
 constexpr double TURN_OF_OVERLAP = 1e-2;
 
-/// Segments of a macro increment that rotates by more than this turn one after the other [rad]: the chord through the rotation
-/// loses at most 2.5e-5 of the area on its way.
+/// Largest rotation of one segment of a macro increment [rad]. Larger rotations have several
+/// segments. The chord through the rotation loses at most 2.5e-5 of the area on its way.
 constexpr double LARGEST_TURN = 0.01;
 
 RVE_HD inline bool turns_little(const Tensor2 &f)
@@ -30,44 +32,44 @@ RVE_HD inline bool turns_little(const Tensor2 &f)
 
 RVE_HD inline bool turns_little(const Tensor3 &f)
 {
-  const Vec<double, 3> twice_sine{{f(2, 1) - f(1, 2), f(0, 2) - f(2, 0), f(1, 0) - f(0, 1)}};
-  // 1 + 2 cos of the angle is the trace of a rotation
+  const Vec<double, 3> twice_sine = axial_vector(f);
+  // The trace of a rotation is 1 + 2 cos of the angle.
   return std::sqrt(dot(twice_sine, twice_sine)) < LARGEST_TURN * (trace(f) - 1.0);
 }
 
-/// Whether it is a deformation that takes one segment.
+/// Returns true for a deformation that takes one segment.
 template <int D> RVE_HD bool is_simple(const Tensor<double, D> &f)
 {
   return finite(f) && determinant(f) > 0.0 && turns_little(f);
 }
 
-/// How the mean grain of an RVE gives way whose contacts have constant moduli.
+/// Compliance of the mean grain of an RVE whose contacts have constant moduli.
 struct LinearContacts {
-  double depth = 0.0;        ///< that a pressure acts on, per diameter of a grain [length]
-  double stiffness = 0.0;    ///< of the normal springs [force/length]
-  double frequency =
-      0.0;    ///< of grains that all spin alike in a cell that does not turn [1/time]
+  double depth = 0.0;        ///< length that makes a pressure a force per length [length]
+  double stiffness = 0.0;    ///< stiffness of the normal springs [force/length]
+  double frequency = 0.0;    ///< frequency of uniformly spinning grains in a fixed cell [1/time]
 
-  /// rve::contact_strain()
+  /// Returns the overlap over diameter at a pressure [-], as rve::contact_strain().
   RVE_HD double strain(double pressure) const { return pressure * depth / stiffness; }
 };
 
-/// Largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]: the whole rotation, if the grains do not follow
-/// at all. Grains lag behind a rotation at a constant rate by that rate over their frequency; the first step finds them at rest.
+/// Returns the largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]:
+/// the whole rotation if the grains do not follow. At a constant rate grains lag behind by that
+/// rate over their frequency; before the first step they are at rest.
 RVE_HD inline double slip_of_rotation(double angle, int substeps, double dt, double frequency)
 {
   const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
   return std::fabs(angle) * std::fmin(1.0, steps_of_lag / substeps);
 }
 
-/// Whether an RVE that wakes with this deformation must be turned rigidly.
+/// Returns true if an RVE must be turned rigidly before DEM steps with its deferred deformation.
 template <int D> RVE_HD bool is_turned(double mean_overlap, const Tensor<double, D> &deformation)
 {
   return !(angle_of_rotation(rotation_of(deformation)) <= TURN_OF_OVERLAP * mean_overlap);
 }
 
-/// Whether a rotation lets contacts of this mean overlap slip too far, in as few DEM steps as the strain asks for: the RVE is turned rigidly then, too.
-/// frequency(): as in slip_of_rotation().
+/// Returns true if a rotation lets contacts of this mean overlap slip too far in these DEM steps,
+/// so that the RVE must be turned rigidly. frequency(): as in slip_of_rotation().
 template <int D, class Frequency>
 RVE_HD bool slips(const Tensor<double, D> &increment, int substeps, double dt, double mean_overlap,
                   const Frequency &frequency)
@@ -78,35 +80,38 @@ RVE_HD bool slips(const Tensor<double, D> &increment, int substeps, double dt, d
   return !(angle <= limit || slip_of_rotation(angle, substeps, dt, frequency()) <= limit);
 }
 
-/// What a plan asks of an RVE.
+/// State of an RVE that a plan depends on.
 struct PlannedRve {
   double pressure = 0.0;      ///< mean stress of its last DEM steps [stress]
   double grain_size = 0.0;    ///< rve::grain_size() [length]
   double density = 0.0;       ///< rve::inertial_density() [mass/length^3]
   LinearContacts contacts;
   StiffeningLimit limit;
-  std::uint32_t status = 0;    ///< of its last DEM steps
+  std::uint32_t status = 0;    ///< status of its last DEM steps
 };
 
-/// What a look at an RVE costs at the end of its DEM steps, with its affine stiffness, and what a call costs beside its steps, in DEM steps: measured
-/// with 19,200 RVEs of 400 disks on an H200.
+/// Cost of a diagnostic evaluation with the affine stiffness, and overhead of a call, both in DEM
+/// steps. Measured with 19,200 RVEs of 400 disks on an H200.
 constexpr double LOOK_IN_STEPS = 30.0, CALL_IN_STEPS = 3.0;
 
-/// Whether what an RVE would sleep through at the rate of this strain_size() in so many DEM steps, up to a limit, costs more than the look that
-/// lets it sleep: each macro step that it sleeps saves its own steps and a call.
+/// Returns true if an evaluation is worth its cost. The RVE could then be quiescent until the
+/// strain reaches the limit, at the rate of this strain_size() in so many DEM steps. Each macro
+/// step in between saves its DEM steps and the overhead of a call.
 RVE_HD inline bool is_worth_a_look(double strain, int substeps, double limit)
 {
   return (substeps + CALL_IN_STEPS) * limit > LOOK_IN_STEPS * strain;
 }
 
-/// What *quiescent* makes of a macro step of an RVE.
+/// Effect of the keyword *quiescent* on a macro step of an RVE.
 enum class Skipping {
   None,
-  Look,    ///< its DEM steps end with a look
-  Sleep    ///< it makes none
+  Look,    ///< the DEM steps end with a diagnostic evaluation
+  Sleep    ///< no DEM steps
 };
 
-/// From the strain of the step and of all since its last DEM steps, for an RVE that has answered without trouble. `substeps()`: those of the step.
+/// Decides how a macro step of an RVE with status Ok is skipped. `strain` is the strain of the
+/// step, `of_all` the strain since its last DEM steps, `substeps()` the number of DEM steps of the
+/// step.
 template <class Substeps>
 RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limit,
                             const Substeps &substeps)
@@ -118,19 +123,19 @@ RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limi
 }
 
 enum class PlanKind {
-  Simple,    ///< so many DEM steps
-  Turned,    ///< the same when it has been turned rigidly
+  Simple,    ///< DEM steps
+  Turned,    ///< DEM steps after a rigid rotation
   Sleeps,    ///< no DEM steps
-  Refused    ///< it takes more than an increment
+  Refused    ///< more than an increment is needed
 };
 
-/// What is the same for all RVEs of a step.
+/// Options of a plan, equal for all RVEs of a step.
 struct PlanOptions {
-  double dt = 0.0;              ///< of DEM steps [time]
-  std::int32_t substeps = 0;    ///< unless they are adaptive
+  double dt = 0.0;              ///< DEM time step [time]
+  std::int32_t substeps = 0;    ///< number of DEM steps unless adaptive
   std::int32_t is_adaptive = 0;
   AdaptiveSubsteps adaptive;
-  double quiescent_strain = 0.0;    ///< below it an RVE may sleep; 0: none does
+  double quiescent_strain = 0.0;    ///< strain below which an RVE may be quiescent [-]; 0: never
 
   RVE_HD int substeps_of(double strain, const PlannedRve &rve) const
   {
@@ -142,12 +147,13 @@ struct PlanOptions {
 template <int D> struct IncrementPlan {
   PlanKind kind = PlanKind::Refused;
   int substeps = 0;
-  bool is_looked_at = false;    ///< at the end of its steps
-  /// With what it has slept through; where it is turned without `rotation`.
+  bool is_looked_at = false;    ///< diagnostic evaluation at the end of the steps
+  /// Deformation of the DEM steps, with any deferred increment and without `rotation` if turned.
   Tensor<double, D> deformation, rotation;
 };
 
-/// The plan of a macro step of an RVE. `sleep` is read where the RVE owes a deformation. Adaptive substeps are for contacts with constant moduli.
+/// Returns the plan of a macro step of an RVE. `sleep` is read if the RVE has a deferred increment.
+/// Adaptive substeps need contacts with constant moduli.
 template <int D>
 RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const PlannedRve &rve, Rest rest,
                                        const SleepOf<D> *sleep, const PlanOptions &options)
@@ -176,7 +182,7 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
     }
     plan.is_looked_at = skipping == Skipping::Look;
   }
-  // it may have turned by any angle, which is taken from it
+  // The deferred increment may have any rotation, which is removed below.
   if (owing && !(finite(plan.deformation) && determinant(plan.deformation) > 0.0)) return plan;
   if (options.is_adaptive) plan.substeps = options.substeps_of(of_all, rve);
   plan.kind = PlanKind::Simple;
@@ -191,7 +197,7 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
   plan.kind = PlanKind::Turned;
   plan.rotation = take_rotation(plan.deformation);
   if (!options.is_adaptive) return plan;
-  // the strain of what is left, to its last digit
+  // The strain of the remaining stretch is exact to its last digit.
   if (find_strain_size(plan.deformation, of_all))
     plan.substeps = options.substeps_of(of_all, rve);
   else

@@ -27,12 +27,7 @@ namespace {
 
   namespace fs = std::filesystem;
 
-  std::string reason_of(int error)
-  {
-    return std::generic_category().message(error);
-  }
-
-  /// A number of 16 hexadecimal digits.
+  /// Returns a hash as 16 hexadecimal digits.
   std::string hash_of(const std::string &text)
   {
     char digits[17];
@@ -41,8 +36,9 @@ namespace {
     return digits;
   }
 
-  /// Why a folder cannot be one for code that runs in the name of the user; empty if it can.
-  std::string trouble_of_folder(const std::string &folder)
+  /// Returns the reason why a folder cannot hold code that runs in the name of the user; empty if
+  /// it can.
+  std::string obstacle_of_folder(const std::string &folder)
   {
     struct stat status;
     if (::stat(folder.c_str(), &status) != 0) return ": " + reason_of(errno);
@@ -72,7 +68,7 @@ std::string KernelCache::chosen_folder()
   }
   for (const auto &[name, below] :
        {std::pair{"XDG_CACHE_HOME", ""}, std::pair{"HOME", "/.cache"}}) {
-    const char *folder = std::getenv(name);    // one that is not absolute is to be ignored
+    const char *folder = std::getenv(name);    // relative folders are ignored
     if (folder && folder[0] == '/') return std::string(folder) + below + "/gpu_rve/kernels";
   }
   return "";
@@ -85,11 +81,11 @@ KernelCache::KernelCache(std::string folder)
   std::error_code error;
   fs::create_directories(fs::path(folder).parent_path(), error);
   ::mkdir(folder.c_str(), 0700);
-  const std::string trouble = trouble_of_folder(folder);
-  if (trouble.empty())
+  const std::string obstacle = obstacle_of_folder(folder);
+  if (obstacle.empty())
     folder_ = folder;
   else
-    obstacle_ = folder + trouble;
+    obstacle_ = folder + obstacle;
 }
 
 std::string KernelCache::file_name(const std::string &key)
@@ -97,7 +93,8 @@ std::string KernelCache::file_name(const std::string &key)
   return hash_of(key) + ".kernel";
 }
 
-// A file has the hash of what follows, then the key, the name of the kernel, each with a byte 0 behind it, and the code.
+// A file has the hash of the following bytes, then the key and the name of the kernel, each
+// followed by a byte 0, and the code.
 
 bool KernelCache::load(const std::string &key, DeviceCode &kernel)
 {
@@ -113,7 +110,7 @@ bool KernelCache::load(const std::string &key, DeviceCode &kernel)
     return false;
   }
   const std::size_t name = digits + key.size() + 1, end = text.find('\0', name);
-  // another one with the same hash
+  // The file belongs to another key with the same hash.
   if (text.compare(digits, key.size() + 1, key + '\0') != 0 || end == std::string::npos)
     return false;
   kernel.kernel = text.substr(name, end - name);
@@ -124,7 +121,7 @@ bool KernelCache::load(const std::string &key, DeviceCode &kernel)
 void KernelCache::store(const std::string &key, const DeviceCode &kernel)
 {
   if (folder_.empty()) return;
-  obstacle_.clear();    // of what was there before
+  obstacle_.clear();    // of an earlier load
   const std::string text = key + '\0' + kernel.kernel + '\0' + kernel.code;
   try {
     OutputFile(folder_ + "/" + file_name(key)).write(hash_of(text) + text);
@@ -138,14 +135,15 @@ KernelCache::Turn::Turn(const KernelCache &cache, const std::string &key, double
   if (cache.folder_.empty()) return;
   const std::string file = cache.folder_ + "/lock";
   descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  // a byte of the file for each kernel, at the place that the hash of its key says: the file stays empty, and there are no others to clear
-  // away. The lock belongs to the descriptor, not to the process, so that threads wait for each other too.
+  // A kernel locks the byte of the file at the hash of its key: the file stays empty, and no other
+  // files must be removed. The lock belongs to the descriptor, not to the process, so it also works
+  // between threads.
   struct flock byte = {};
   byte.l_type = F_WRLCK;
   byte.l_whence = SEEK_SET;
-  byte.l_start = static_cast<off_t>(checksum_of(key.data(), key.size()) >> 2);    // not below zero
+  byte.l_start = static_cast<off_t>(checksum_of(key.data(), key.size()) >> 2);    // not negative
   byte.l_len = 1;
-  // asked for again and again: a wait in the kernel could not be ended
+  // The lock is polled, since a wait in the Linux kernel could not be ended.
   const auto begin = WallClock::now();
   for (;;) {
     is_mine_ = ::fcntl(descriptor_, F_OFD_SETLK, &byte) == 0;
@@ -156,7 +154,7 @@ KernelCache::Turn::Turn(const KernelCache &cache, const std::string &key, double
   }
 }
 
-/// The lock ends with the descriptor, also where the process is killed.
+/// The lock ends with the descriptor, even if the process is killed.
 KernelCache::Turn::~Turn()
 {
   if (descriptor_ >= 0) ::close(descriptor_);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Compiled kernels on disk, for the next run and for the other ranks of this one.
+// Cache of compiled kernels on disk, for later runs and for the other ranks of this run.
 //
-// A file of the cache is code that a GPU runs in the name of the user. So the folder must belong to the user and be closed to
-// others; another folder is not used, with a word why. A file is written whole or not at all (OutputFile). It has the key that it was
-// written for and a checksum; where one of them is not as it should be, the kernel is compiled again.
+// A file of the cache is code that a GPU runs in the name of the user. So the folder must belong to
+// the user and be closed to others; another folder is not used, and obstacle() gives the reason. A
+// file is written completely or not at all (OutputFile). It contains its key and a checksum; if one
+// of them does not match, the kernel is compiled again.
 
 #pragma once
 
@@ -15,22 +16,25 @@ namespace rve {
 
 class KernelCache {
  public:
-  /// Folder that GPU_RVE_KERNEL_CACHE names; "" if it says no. Without it gpu_rve/kernels in XDG_CACHE_HOME or in ~/.cache.
+  /// Returns the folder in GPU_RVE_KERNEL_CACHE; "" if that disables the cache. The default is
+  /// gpu_rve/kernels in XDG_CACHE_HOME or in ~/.cache.
   static std::string chosen_folder();
 
-  /// Makes the folder where there is none yet. "": no cache.
+  /// Makes the folder if it does not exist. "" means no cache.
   explicit KernelCache(std::string folder);
 
-  /// Why nothing is kept though it was asked for, or the last kernel was not; empty when all is well.
+  /// Returns the reason why the cache is not used although requested, or why the last kernel was
+  /// not stored; empty if there is none.
   const std::string &obstacle() const { return obstacle_; }
 
-  /// Whether there is a sound file for the key: all that the code depends on, in words.
+  /// Loads the kernel of a key, which is a text of everything that the code depends on. Returns
+  /// false if there is no sound file.
   bool load(const std::string &key, DeviceCode &kernel);
 
   void store(const std::string &key, const DeviceCode &kernel);
 
-  /// While it lives, others that make one for the same key wait, at most for `seconds`: a process may hang, and a file system may have no
-  /// locks. Those for other keys do not wait.
+  /// Lock on a key during its lifetime. Others with the same key wait, for at most `seconds`, since
+  /// a process may hang and a file system may have no locks. Other keys are independent.
   class Turn {
    public:
     Turn(const KernelCache &cache, const std::string &key, double seconds = 300.0);
@@ -44,11 +48,11 @@ class KernelCache {
     bool is_mine_ = false;
   };
 
-  /// Name of the file for a key, in the folder.
+  /// Returns the name of the file for a key in the folder.
   static std::string file_name(const std::string &key);
 
  private:
-  std::string folder_;    ///< empty: none is used
+  std::string folder_;    ///< empty: no cache
   std::string obstacle_;
 };
 

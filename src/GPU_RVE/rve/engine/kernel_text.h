@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The text of the kernels, in the program: what they are compiled from at run time. Made by CMake (cmake/EmbedKernelText.cmake).
+// Source text of the kernels, embedded in the program for compilation at run time. Made by CMake
+// (cmake/EmbedKernelText.cmake).
 
 #pragma once
 
@@ -9,10 +10,10 @@
 
 namespace rve {
 
-/// rve/engine/cuda_kernels.cuh and all that it includes.
+/// Returns rve/engine/cuda_kernels.cuh and all headers that it includes.
 const std::vector<DeviceHeader> &kernel_headers();
 
-/// SHA-256 of all of it.
+/// Returns the SHA-256 of all headers.
 const char *kernel_text_digest();
 
 }    // namespace rve

@@ -13,7 +13,8 @@ namespace rve {
 
 namespace {
 
-  /// Adds `multiple` of one fractional coordinate of all grains to another: exact in integers that wrap.
+  /// Adds `multiple` of one fractional coordinate of all grains to another, exactly, in wrapping
+  /// integers.
   template <int D> void add_multiple(RveStateOf<D> &state, double multiple, int from, int to)
   {
     const auto n = static_cast<std::uint64_t>(static_cast<std::int64_t>(multiple));
@@ -21,7 +22,8 @@ namespace {
       state.fractional[D * i + to] += n * state.fractional[D * i + from];
   }
 
-  // The packing seen from LAMMPS, all of it in the new axes: a along +x, b in the plane of x and y, tilts of at most half an edge.
+  // The functions return the packing in the axes of LAMMPS: a along +x, b in the plane of x and y,
+  // and tilts of at most half an edge.
 
   RveState in_lammps_frame(RveState state)
   {
@@ -58,7 +60,7 @@ namespace {
     state.cell = rotation * state.cell;
     for (int k = 0; k < 3; ++k)
       for (int row = k + 1; row < 3; ++row) state.cell(row, k) = 0.0;
-    // multiples of vector `other` are taken from vector `axis`
+    // The function subtracts multiples of vector `other` from vector `axis`.
     const auto reduce = [&](int axis, int other) {
       const double multiple = std::round(state.cell(other, axis) / state.cell(other, other));
       for (int k = 0; k < 3; ++k) state.cell(k, axis) -= multiple * state.cell(k, other);
@@ -77,7 +79,7 @@ namespace {
     return state;
   }
 
-  /// " 1 2 3"
+  /// Returns the components as in " 1 2 3".
   template <int D> std::string text_of(const Vec<double, D> &vector)
   {
     std::string text;
@@ -89,7 +91,7 @@ namespace {
     return " " + exact(value);
   }
 
-  /// Components of grain i; along z those of disks are 0.
+  /// Returns the components of grain i; for disks z is 0.
   template <int D> std::string components(const std::vector<double> &vectors, int i)
   {
     std::string text;
@@ -119,7 +121,7 @@ namespace {
     const double mass_per_volume = state.material.density * state.material.mass_depth;
     for (int i = 0; i < state.num_grains(); ++i) {
       const double r = state.radius[i];
-      // LAMMPS computes the mass of a sphere
+      // LAMMPS computes the mass of a sphere.
       const double density = D == 2 ? mass_per_volume * kPi * r * r / (4.0 / 3.0 * kPi * r * r * r)
                                     : mass_per_volume;
       out << i + 1 << " 1 " << exact(2.0 * r) << " " << exact(density) << components<D>(x, i)
@@ -132,7 +134,7 @@ namespace {
     return out.str();
   }
 
-  /// Beginning of a table of contacts.
+  /// Returns the comments at the beginning of a table of contacts.
   template <int D> std::string contact_head(bool rolls)
   {
     const std::string head =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a recipe must be, and the cloud of grains that a preparation begins with.
+// Checks of recipes, and the cloud of grains at the beginning of a preparation.
 
 #include "rve/core/error.h"
 #include "rve/engine/contact_laws.h"
@@ -8,15 +8,14 @@
 #include "rve/engine/packing_recipe.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <random>
-#include <string>
 
 namespace rve {
 
 namespace {
 
-  /// Fractions of the cell in a loose cloud: where grains are added, and the most that random addition is asked for.
+  /// Default and largest solid fraction of a loose cloud. Random addition jams at somewhat larger
+  /// fractions.
   template <int D> struct CloudFraction;
   template <> struct CloudFraction<2> {
     static constexpr double usual = 0.4, most = 0.5;    // jams at 0.55
@@ -50,9 +49,6 @@ namespace {
     in_range(initial_solid_fraction<D>(recipe), 0.01, CloudFraction<D>::most,
              "initial solid fraction [-]");
     in_range(recipe.k0, 0.01, 100.0, "ratio k0 of lateral to vertical stress [-]");
-    in_range(recipe.dt, 0.0, LARGEST, "time step of the packing [time]");
-    in_range(recipe.servo_gain, 0.0, LARGEST, "servo gain of the packing [1/(stress time^2)]");
-    in_range(recipe.max_rate, 0.0, LARGEST, "compression rate of the packing [1/time]");
     in_range(static_cast<double>(recipe.max_steps), 1.0, LARGEST, "number of steps of the packing");
     in_range(recipe.void_ratio_tolerance, 1e-9, LARGEST, "void ratio tolerance [-]");
     if (recipe.void_ratio) in_range(*recipe.void_ratio, 1e-3, 10.0, "void ratio [-]");
@@ -65,7 +61,7 @@ namespace {
     in_range(recipe.radius_max, recipe.radius_min, LARGEST, "largest grain radius [length]");
   }
 
-  /// The search for an overlap at a pressure ends only for forces that grow with it.
+  /// Checks that forces grow with overlaps. The search for an overlap at a pressure ends only then.
   template <int D> void check_material(const PackingRecipe &recipe)
   {
     RveStateOf<D> grains;
@@ -87,7 +83,7 @@ template <int D> double contact_strain(const PackingRecipe &recipe)
 template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
 {
   check_recipe<D>(recipe);
-  // its output is fixed by the C++ standard; that of the distributions is not
+  // The C++ standard fixes the output of the generator, but not that of the distributions.
   std::mt19937_64 random(recipe.seed);
   const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
 

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Records that are copied as bytes, into files and messages, have no bytes between their members: nobody sets those, and files would differ from run to run.
+// Records that are copied as bytes into files and messages have no padding. Its bytes would be
+// undefined, and files would differ from run to run.
 
 #pragma once
 
-#include <cstddef>
-
 namespace rve {
 
-/// Whether these members are all that an object has. For a static_assert beside the record, with each member once; one that is forgotten, or an alignment
-/// that leaves room, ends the compilation.
+/// Returns true if these members fill an object completely. A static_assert next to the record
+/// lists each member once, and fails if one is missing or if an alignment leaves padding.
 template <class Record, class... Members>
 constexpr bool has_no_padding(Members Record::*.../*members*/)
 {

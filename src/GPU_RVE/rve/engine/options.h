@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a user chooses once for a batch. The engines turn it into types, once, when they are made.
+// Options that a user chooses once for a batch. Engines translate them to types when they are made.
 
 #pragma once
 
@@ -11,37 +11,39 @@
 
 namespace rve {
 
-/// Number format: `fast` 32-bit positions and fp32; `mixed` 64-bit positions, fp64 gap and history, fp32 rest;
-/// `double` 64-bit positions, fp64; `single` fp32 everywhere, as the paper, for the study of what it loses, of disks on CPUs.
+/// Number format. `fast`: 32-bit positions and fp32. `mixed`: 64-bit positions, fp64 gap and
+/// history, otherwise fp32. `double`: 64-bit positions, fp64. `single`: fp32 everywhere, as in the
+/// paper, to study its errors; disks on CPUs only.
 enum class Format { Fast, Mixed, Double, Single };
 
-/// Lever arms of a contact. Contact: r - overlap/2 for surface velocity and torque (objective, equation (11)).
-/// Lammps: r for the velocity, r - overlap/2 for the torque, as `pair granular`; not objective, for cross-checks only.
+/// Lever arms of a contact. Contact: r - overlap/2 for surface velocity and torque (objective,
+/// equation (11)). Lammps: r for the velocity, r - overlap/2 for the torque, as in `pair granular`;
+/// not objective, for comparisons only.
 enum class Arms { Contact, Lammps };
 
-/// Strict: IEEE operations, the same bits on CPU and GPU. Relaxed: approximate root and quotient and contracted operations, for
-/// `fast` and `mixed` on a GPU only.
+/// Arithmetic of the kernels. Strict: IEEE operations, with the same bits on CPU and GPU. Relaxed:
+/// approximate roots and quotients and contracted operations, for `fast` and `mixed` on a GPU only.
 enum class Arithmetic { Strict, Relaxed };
 
 struct Options {
-  ContactModel contacts;    ///< of the RVEs: what they need together (contacts_of)
+  ContactModel contacts;    ///< contact model that all RVEs need together (contacts_of)
   Format format = Format::Mixed;
   Arithmetic arithmetic = Arithmetic::Strict;
   Device device = Device::Auto;
   Arms arms = Arms::Contact;
-  int threads = 0;    ///< CPU threads; 0: as OpenMP decides (OMP_NUM_THREADS)
-  /// CUDA device, the local rank; beyond the last one it begins with the first again.
+  int threads = 0;    ///< CPU threads; 0: number of OpenMP (OMP_NUM_THREADS)
+  /// Local rank, which selects the CUDA device; larger numbers start from the first device again.
   int device_number = 0;
   int block_size = 0;    ///< CUDA threads per block; 0: chosen from the number of grains
-  double skin = 0.0;     ///< of the Verlet list [length]; 0: a share of the mean radius
-  /// Overlap / smaller radius beyond which an RVE fails [-], in (0, 1).
+  double skin = 0.0;     ///< skin of the Verlet list [length]; 0: a share of the mean radius
+  /// Overlap over smaller radius above which an RVE fails [-], in (0, 1).
   double overlap_limit = 0.5;
   bool track_energy = false;    ///< fill EnergyLedger; costs a stress sum per step
-  /// Takes lines about kernels that are compiled at run time; without it they go to the standard error.
+  /// Function for lines about kernels that are compiled at run time; if empty, they go to stderr.
   std::function<void(const std::string &)> log = {};
 };
 
-/// A word of users, and the value that it stands for.
+/// Word of a user and its value.
 template <class T> struct Choice {
   const char *word;
   T value;
@@ -56,7 +58,7 @@ constexpr Choice<Device> DEVICE_CHOICES[] = {
     {"auto", Device::Auto}, {"cpu", Device::Cpu}, {"cuda", Device::Cuda}};
 constexpr Choice<Arms> ARM_CHOICES[] = {{"contact", Arms::Contact}, {"lammps", Arms::Lammps}};
 
-/// "fast", "mixed", "double" or "single".
+/// Returns "fast", "mixed", "double" or "single".
 std::string to_string(Format format);
 
 }    // namespace rve

@@ -18,7 +18,8 @@ namespace rve {
 
 namespace {
 
-  /// Before anything runs: radii, stiffness and pressure that do not fit make a packing that no soil is.
+  /// Throws InputError if radii, stiffness and pressure give overlaps beyond those of a soil. It
+  /// runs before the preparation.
   template <int D> void check_overlap(const PackingRecipe &recipe)
   {
     const Material &material = recipe.material;
@@ -26,7 +27,7 @@ namespace {
     const double strain = contact_strain<D>(recipe.pressure, material, radius);
     const double largest_pressure = contact_pressure<D>(LARGEST_CONTACT_STRAIN, material, radius);
     const bool is_linear = has_constant_moduli<D>(material);
-    const double depth = D == 2 ? material.thickness : 2.0 * radius;
+    const double depth = loaded_depth<D>(material, 2.0 * radius);
     if (strain <= LARGEST_CONTACT_STRAIN) return;
     const char *depth_word = D == 2 ? "thickness" : "diameter";
     std::string text = concat("grains would overlap by about ", strain, " of their diameter");
@@ -50,17 +51,17 @@ namespace {
   {
     Material material = recipe.material;
     material.friction = friction;
-    // of the final material alone, set when the packing is ready: it disturbs no grain at rest
+    // Resistances to rolling and twisting are set at the end, which disturbs no grain at rest.
     material.rolling_friction = material.twisting_friction = material.twisting_marshall = 0.0;
     material.local_damping = recipe.preparation_damping;
     return material;
   }
 
-  // A time step for which bounds of others are sought as closely as for any.
+  // Time step of bound_time_steps() that makes all bounds accurate.
   constexpr double ANY_TIME_STEP = 1e30;
 
-  // Of two of the lightest spheres that meet with this overlap [1/time]: along the normal, and along the contact, with
-  // 1/m + r^2/I = 7/2 1/m of each.
+  // Returns the frequency of two of the lightest spheres in contact with this overlap [1/time]: the
+  // larger of those along the normal and along the contact, where 1/m + r^2/I = 7/2 1/m for each.
   double pair_frequency_at(const RveStateOf<3> &state, double overlap)
   {
     std::vector<double> r = state.radius;
@@ -77,7 +78,7 @@ namespace {
     return std::sqrt(per_mass * std::max(moduli.normal, 3.5 * moduli.tangential));
   }
 
-  /// Holds a copy of a state in the engine, and takes it out again on every way out.
+  /// Owner of a copy of a state in the engine.
   template <int D> class Lease {
    public:
     Lease(EngineOf<D> &_engine, const RveStateOf<D> &state) :
@@ -94,15 +95,7 @@ namespace {
     int number;
   };
 
-  /// The packing as it is handed out.
-  template <int D> RveStateOf<D> finished(RveStateOf<D> state, const Material &material)
-  {
-    state.material = material;
-    forget_past(state);
-    return state;
-  }
-
-  /// "-sigma_xx and -sigma_yy"
+  /// Returns the stresses as text, as in "-sigma_xx and -sigma_yy".
   template <int D> std::string pressures(const ResultOf<D> &result)
   {
     std::string words = number(-result.stress(0, 0));
@@ -111,14 +104,14 @@ namespace {
     return words;
   }
 
-  /// Mean lateral over vertical stress; 0 without stress.
+  /// Returns mean lateral over vertical stress; 0 without stress.
   template <int D> double lateral_ratio(const Tensor<double, D> &stress)
   {
     const double vertical = stress(D - 1, D - 1);
     return vertical == 0.0 ? 0.0 : (trace(stress) - vertical) / ((D - 1) * vertical);
   }
 
-  /// What helps if grains fail under unequal stresses.
+  /// Returns the remedy if grains fail under unequal stresses.
   std::string remedy_of_ratio(const Leg &leg, const std::string &before)
   {
     if (leg.k0 == 1.0) return "";
@@ -126,7 +119,7 @@ namespace {
         number(leg.friction) + " may not bear";
   }
 
-  /// The preparation of one packing, call by call of an engine that others use too.
+  /// Preparation of one packing, call by call of an engine that is shared with others.
   template <int D> class Preparation {
    public:
     Preparation(const PackingRecipe &_recipe, EngineOf<D> &_engine) :
@@ -149,7 +142,8 @@ namespace {
       return call;
     }
 
-    /// Takes the answer to a call: on with this leg, the next one or another way, or ready. Throws InputError when it failed.
+    /// Processes the result of a call: the leg continues, the next leg or another way begins, or
+    /// the packing is ready. Throws InputError if the preparation failed.
     PackingReport take(const ResultOf<D> &result)
     {
       const Leg &leg = way.legs[current];
@@ -169,7 +163,8 @@ namespace {
                                  result.coordination_number,
                                  result.unbalanced_ratio,
                                  lateral_ratio<D>(result.stress)};
-      // Twice in a row: a swinging servo passes through its goal with both numbers small by chance.
+      // The packing must be at rest twice in a row: an oscillating servo passes its goal with both
+      // numbers small by chance.
       const bool is_at_rest = at_rest(result, leg);
       if (is_at_rest && was_at_rest) {
         k0 = report.k0;
@@ -188,9 +183,9 @@ namespace {
       return report;
     }
 
-    /// The time step of the next call, where it is chosen and the leg is not new.
-    bool follows_time_step() const { return lease && steps_of_leg > 0 && recipe.dt == 0.0; }
-    /// From the state, or, of spheres, from the engine's bound.
+    /// Returns true if the leg is not new, so that its time step must be updated.
+    bool follows_time_step() const { return lease && steps_of_leg > 0; }
+    /// Sets the time step from the state, or, for spheres, from the bound of the engine.
     void follow_time_step(const RveStateOf<D> &state) { dt = time_step(state); }
     void follow_time_step(double bound) { dt = time_step(bound); }
 
@@ -198,11 +193,10 @@ namespace {
 
     PreparedPackingOf<D> result() const
     {
-      return {finished(specimen.state, recipe.material),
-              way.friction,
-              way.peak / recipe.pressure,
-              k0,
-              {}};
+      RveStateOf<D> state = specimen.state;
+      state.material = recipe.material;
+      forget_past(state);
+      return {std::move(state), way.friction, way.peak / recipe.pressure, k0, {}};
     }
 
    private:
@@ -212,13 +206,13 @@ namespace {
     EngineOf<D> &engine;
     RveStateOf<D> cloud;
     WaySearch<D> search;
-    std::unique_ptr<Lease<D>> lease;    // of the leg under way; none when ready
+    std::unique_ptr<Lease<D>> lease;    // copy for the present leg; null when ready
     Way<D> way{};
-    std::size_t current = 0;    // leg of the way
-    Specimen<D> specimen{};     // at the end of the last leg
+    std::size_t current = 0;    // index of the leg
+    Specimen<D> specimen{};     // state at the end of the last leg
     DriveOf<D> drive;
     double dt = 0.0;
-    double coming_pair_frequency = 0.0;    // of spheres, in this leg
+    double coming_pair_frequency = 0.0;    // of spheres, in this leg [1/time]
     bool was_at_rest = false;
     double k0 = 1.0;    // at the end of the last leg
     std::int64_t steps = 0, steps_of_leg = 0;
@@ -239,7 +233,7 @@ namespace {
       steps_of_leg = 0;
       lease.reset();
       lease = std::make_unique<Lease<D>>(engine, start);
-      dt = recipe.dt > 0.0 ? recipe.dt : first_time_step(start);
+      dt = first_time_step(start);
     }
 
     void finish_leg(double void_ratio)
@@ -269,7 +263,8 @@ namespace {
       }
     }
 
-    // Of two grains of the mean radius, at the highest pressure of the way [length].
+    // Returns the overlap of two grains of the mean radius at the highest pressure of the way
+    // [length].
     double deepest_overlap(const Material &material) const
     {
       const double radius = mean_radius(recipe);
@@ -277,8 +272,10 @@ namespace {
           contact_strain<D>(std::max(recipe.pressure, way.peak), material, radius);
     }
 
-    // Contacts that form within a call are not in Gershgorin's bound yet, so a margin is kept; a gas gets the step that its
-    // grains will need in a dense network, which is about 0.55 of the step for single contacts. They are as deep as at the pressure.
+    // Returns the time step of the next call for disks. Gershgorin's bound does not include
+    // contacts that form within a call, so a margin is kept. A packing without contacts gets the
+    // step that its grains need in a dense network, which is about 0.55 of the step for single
+    // contacts. Their overlap is that at the pressure.
     double time_step(const RveStateOf<D> &state) const
     {
       const double overlap = deepest_overlap(state.material);
@@ -287,7 +284,7 @@ namespace {
       return std::min(0.8 * gershgorin_time_step(state, overlap), 0.5 * pair_time_step);
     }
 
-    // The same with the engine's bound, where it found one.
+    // Returns the time step of the next call from the bound of the engine, if it found one.
     double time_step(double bound) const
     {
       const double of_pair =
@@ -304,10 +301,8 @@ namespace {
         call.controlled[a][a] = true;
         call.stress_goal(a, a) = -leg.goal<D>(a);
       }
-      call.servo_gain = recipe.servo_gain > 0.0 ? recipe.servo_gain : default_servo_gain(state);
-      call.servo_max_rate = recipe.max_rate > 0.0
-          ? recipe.max_rate
-          : default_compression_rate(state, isotropic_pressure(recipe));
+      call.servo_gain = default_servo_gain(state);
+      call.servo_max_rate = default_compression_rate(state, isotropic_pressure(recipe));
       return call;
     }
 
@@ -324,8 +319,8 @@ namespace {
     }
   };
 
-  /// Time steps of the next call. Gershgorin's bounds are the host's work between two calls, so all its threads share it; spheres are
-  /// bounded where they are.
+  /// Updates the time steps of the next call. Gershgorin's bounds are computed on the host between
+  /// two calls, by all threads; those of spheres are computed by the engine.
   template <int D>
   void follow_time_steps(EngineOf<D> &engine, const std::vector<Preparation<D> *> &preparations)
   {
@@ -351,7 +346,8 @@ namespace {
     }
   }
 
-  /// What makes a pressure a force per length of the cell: the thickness of disks, the width of a cell of spheres [length].
+  /// Returns the length that makes a pressure a force per length of the cell: the thickness of
+  /// disks, the width of a cell of spheres [length].
   template <int D> double servo_depth(const RveStateOf<D> &state)
   {
     return D == 2 ? state.material.thickness : edge_of_volume<D>(state.cell_volume());

@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Signed permutations of axes: no rounding anywhere, and minus zero is avoided.
+// Signed permutations of axes. They are exact and never give minus zero.
 
 #include "rve/engine/packing_image.h"
 
 #include "rve/core/error.h"
 
-#include <string>
-
 namespace rve {
 
 namespace {
 
-  /// Axis a of the image is `sign[a]` times axis `from[a]` of the packing.
+  /// Map of axes: axis a of the image is `sign[a]` times axis `from[a]` of the packing.
   template <int D> struct AxisMap {
     int from[D];
     int sign[D];
     bool is_mirror;
   };
 
-  // (x, y) -> (-y, x) turns the rows of R^(k mod 4); the mirror reverses what is taken from x
+  // (x, y) -> (-y, x) turns the rows of R^(k mod 4). The mirror reverses components taken from x.
   AxisMap<2> plane_map(int image)
   {
     constexpr AxisMap<2> TURNS[4] = {{{0, 1}, {1, 1}, false},
@@ -60,13 +58,13 @@ namespace {
     return sign > 0 || value == 0.0 ? value : -value;
   }
 
-  // the fraction 1 - s; unsigned numbers wrap as the cell does
+  // The function gives the fraction 1 - s, since unsigned numbers wrap as the cell does.
   std::uint64_t with_sign(int sign, std::uint64_t fraction)
   {
     return sign > 0 ? fraction : std::uint64_t{0} - fraction;
   }
 
-  /// Of D components from this one on.
+  /// Maps D successive components.
   template <int D, class T> void map_vector(const AxisMap<D> &map, T *vector)
   {
     T original[D];
@@ -87,16 +85,9 @@ namespace {
         tensor(a, b) = with_sign(map.sign[a] * map.sign[b], original(map.from[a], map.from[b]));
   }
 
-  void map_history(const AxisMap<2> &map, Pair &pair)
+  template <int D> void map_history(const AxisMap<D> &map, PairOf<D> &pair)
   {
-    if (!map.is_mirror) return;
-    for (const RememberedNumber<2> &number : PAIR_MEMORY)
-      if (number.is_mirrored) number.of(pair) = with_sign(-1, number.of(pair));
-  }
-
-  void map_history(const AxisMap<3> &map, PairOf<3> &pair)
-  {
-    for (const RememberedNumber<3> &number : SPATIAL_PAIR_MEMORY)
+    for (const RememberedNumber<D> &number : pair_memory<D>())
       if (number.begins_vector)
         map_vector(map, &number.of(pair));
       else if (map.is_mirror && number.is_mirrored)

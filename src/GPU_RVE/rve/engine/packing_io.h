@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Files of RVEs: the package's own packing file and library of packings, and an export that plain LAMMPS and OVITO read.
+// Files of RVEs: packing files and libraries of packings of this package, and an export that plain
+// LAMMPS and OVITO read.
 
 #pragma once
 
@@ -10,62 +11,80 @@
 
 namespace rve {
 
-/// Reads a packing file. Throws InputError with path:line for anything missing, broken or out of range.
-/// The state carries tangential forces as pairs without a list (list_cell is zero): the list is built by the engine.
+/// Reads a packing file. Throws InputError with path:line for anything missing, broken or out of
+/// range. Tangential forces become pairs without a list (list_cell is zero): the engine builds the
+/// list.
 ///
-/// The file is plain text, `#` starts a comment, one statement a line, in this order:
-///     gpu_rve_packing 1             of disks; 2, followed by a line `dimension 2` or `dimension 3`, of disks or spheres
-///     material                      followed by `contact_law word`, default hooke, and lines `name value`, the parameters of such a
-///                                   material; those of rolling resistance are optional, default 0. Spheres have no `thickness`,
-///                                   and `mass_scaling`, optional, default 1, in place of `mass_depth`
-///     cell                          followed by the rows of H
-///     deformation                   followed by the rows of F; optional, default 1
-///     servo_velocity_gradient       followed by the rows of L; optional, default 0
-///     largest_contact_force value   optional, default 0
-///     grains N                      followed by N lines: id (1 to N, any order), radius, fractional coordinates as integers s 2^64,
-///                                   components of the peculiar velocity, spin
-///     contacts M                    followed by M lines: two ids, and the numbers of PAIR_MEMORY or SPATIAL_PAIR_MEMORY from the first
-///                                   one on; the tangential force must be there, the others are 0 where a line ends
-///     checksum digits               16 hexadecimal digits, or none: then it is not checked, as in files that are written by hand
-///     end
-/// The checksum is FNV-1a with 64 bits over the statements before it, without comments, each as its words with one blank between
-/// two and a line feed behind the last. Numbers are the shortest decimals that read back to the same double, so a file holds a state
-/// exactly. Not in it: run counters, energy ledger and Verlet list, which belong to a run (see serialize).
-/// A packing of the other dimension is an error that says so.
+/// The file is plain text with comments after `#` and one statement per line, in this order:
+///   gpu_rve_packing 1            for disks; 2, followed by a line `dimension 2` or `dimension 3`,
+///                                for disks or spheres
+///   material                     followed by `contact_law word`, default hooke, and lines
+///                                `name value`, the parameters of such a material; those of rolling
+///                                resistance are optional, default 0. Spheres have no `thickness`,
+///                                and `mass_scaling` (optional, default 1) instead of `mass_depth`
+///   cell                         followed by the rows of H
+///   deformation                  followed by the rows of F; optional, default 1
+///   servo_velocity_gradient      followed by the rows of L; optional, default 0
+///   largest_contact_force value  optional, default 0
+///   grains N                     followed by N lines: id (1 to N, any order), radius, fractional
+///                                coordinates as integers s 2^64, components of the peculiar
+///                                velocity, spin
+///   contacts M                   followed by M lines: two ids, and the numbers of PAIR_MEMORY or
+///                                SPATIAL_PAIR_MEMORY in their order; the tangential force is
+///                                required, missing numbers at the end of a line are 0
+///   checksum digits              16 hexadecimal digits, or none (not checked), as in files
+///                                that are written by hand
+///   end
+/// The checksum is FNV-1a with 64 bits over the preceding statements without comments, each as its
+/// words with single blanks in between and a line feed at the end. Numbers are the shortest
+/// decimals that read back to the same double, so a file holds a state exactly. The file has no run
+/// counters, energy bookkeeping or Verlet list, which belong to a run (see serialize). A packing of
+/// the other dimension is an error.
 template <int D = 2> RveStateOf<D> read_packing(const std::string &path);
 
-/// 2 if a packing file, or the first packing of a library, is of disks, 3 if it is of spheres. Reads no farther than it must, and throws
-/// InputError with path:line where that is broken.
+/// Returns 2 if a packing file, or the first packing of a library, is of disks, 3 if it is of
+/// spheres. It reads no more than necessary, and throws InputError with path:line where that part
+/// is broken.
 int dimension_of_packing(const std::string &path);
 
-/// Writes a packing file, whole or not at all (OutputFile). Throws InputError if the state is not sound or the file cannot be written.
+/// Writes a packing file, completely or not at all (OutputFile). Throws InputError if the state is
+/// not sound or the file cannot be written.
 template <int D> void write_packing(const std::string &path, const RveStateOf<D> &state);
 
-/// Reads a library, or a packing file as a library of one packing, whose row then has its grains and void ratio only. Throws
-/// InputError with path:line for anything missing, broken or out of range, and when index and packings do not agree.
+/// Reads a library, or a packing file as a library of one packing whose row has only its grains and
+/// void ratio. Throws InputError with path:line for anything missing, broken or out of range, and
+/// if index and packings disagree.
 ///
 /// A library is plain text like a packing file:
-///     gpu_rve_library 1
-///     packings N                    followed by N lines of the index: number (0 to N-1, in order), seed, void ratio, preparation
-///                                   friction, overconsolidation ratio, pressure, number of grains
-///     packing K                     followed by a packing file; N times, K in order
-///     checksum digits               as above, from `gpu_rve_library` on
-///     end_library
+///   gpu_rve_library 1
+///   packings N       followed by N lines of the index: number (0 to N-1, in order), seed, void
+///                    ratio, preparation friction, overconsolidation ratio, pressure, number of
+///                    grains
+///   packing K        followed by a packing file; N times, K in order
+///   checksum digits  as above, from `gpu_rve_library` on
+///   end_library
 template <int D = 2> PackingLibraryOf<D> read_library(const std::string &path);
 
-/// Writes a library, whole or not at all. Throws InputError if it or a packing is not sound or the file cannot be written.
+/// Writes a library, completely or not at all. Throws InputError if it or a packing is not sound or
+/// the file cannot be written.
 template <int D> void write_library(const std::string &path, const PackingLibraryOf<D> &library);
 
-/// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`, the latter unless the path is a
-/// device or a fifo. Throws InputError as above.
-/// LAMMPS wants vector a along +x, and b in the plane of x and y: the packing is rotated (positions, velocities, spins, forces), and vectors
-/// are reduced by multiples of those before them until |xy| and |xz| are at most lx/2, |yz| at most ly/2. Ids are 1 to N in the order of
-/// the state. Velocities are peculiar: add L x for a deforming cell.
-/// Of disks z runs from -largest radius to +largest radius, and the density column is mass / (4/3 pi r^3), so that LAMMPS' mass is ours;
-/// LAMMPS' moment of inertia is 2/5 m r^2 unless `fix nve/sphere ... disc` is used, ours is m r^2/2.
-/// Contact forces are the springs' (dashpots excluded), on the first grain: -f_n n + f_t (-n_y, n_x), and -f_n n + f_t of spheres.
-/// With rolling forces there is a column for them: moment on the first grain over the reduced radius; of spheres three, and one for the
-/// twisting moment, as in PairOf<3>.
+/// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`;
+/// the latter is omitted if the path is a device or a fifo. Throws InputError as above.
+///
+/// LAMMPS requires vector a along +x, and b in the plane of x and y. So the packing is rotated
+/// (positions, velocities, spins, forces), and vectors are reduced by multiples of those before
+/// them until |xy| and |xz| are at most lx/2, |yz| at most ly/2. Ids are 1 to N in the order of the
+/// state. Velocities are peculiar: add L x for a deforming cell.
+///
+/// For disks z runs from -largest radius to +largest radius, and the density column is mass / (4/3
+/// pi r^3), so that LAMMPS computes the same mass. LAMMPS' moment of inertia is 2/5 m r^2 unless
+/// `fix nve/sphere ... disc` is used; the engine's is m r^2/2.
+///
+/// Contact forces are those of the springs, without dashpots, on the first grain: -f_n n + f_t
+/// (-n_y, n_x), and -f_n n + f_t for spheres. With rolling forces there is a column for the moment
+/// on the first grain over the reduced radius; for spheres three, and one for the twisting moment,
+/// as in PairOf<3>.
 template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state);
 
 }    // namespace rve

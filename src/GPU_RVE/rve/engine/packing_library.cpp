@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <string>
 
 namespace rve {
 
@@ -38,7 +37,7 @@ int draw(std::uint64_t seed, std::int64_t id, int count, std::uint64_t purpose)
   std::uint64_t bits = splitmix64(seed);
   bits = splitmix64(bits ^ purpose);
   bits = splitmix64(bits ^ static_cast<std::uint64_t>(id));
-  // the upper half as a fraction of 2^32: probabilities differ by less than count / 2^32
+  // The upper half is a fraction of 2^32, so probabilities differ by less than count / 2^32.
   return static_cast<int>(((bits >> 32) * static_cast<std::uint64_t>(count)) >> 32);
 }
 
@@ -105,7 +104,7 @@ std::optional<int> StressLevels::nearest(double wanted) const
 {
   if (!(std::isfinite(wanted) && wanted > 0.0)) return {};
   int found = 0;
-  // a ratio r or 1/r is nearer the nearer it is to 1: cross products need no logarithm
+  // The nearest level has the ratio r or 1/r closest to 1. Cross products need no logarithm.
   while (found + 1 < count() && stress(found) * stress(found + 1) < wanted * wanted) ++found;
   return found;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A packing library: many packings of one material, with an index of what they are, and the choice among them for a material point.
+// Packing library: many packings of one material with an index, and the choice among them for a
+// material point.
 
 #pragma once
 
@@ -12,48 +13,52 @@
 
 namespace rve {
 
-/// What a packing of a library is: a row of its index.
+/// Row of the index of a library: data of one packing.
 struct LibraryRow {
   std::uint64_t seed = 0;                  ///< of positions and radii
-  double void_ratio = 0.0;                 ///< reached [-]
+  double void_ratio = 0.0;                 ///< void ratio of the packing [-]
   double preparation_friction = 0.0;       ///< mu during compression [-]
   double overconsolidation_ratio = 1.0;    ///< highest pressure of the preparation / pressure [-]
   double pressure = 0.0;                   ///< [stress]
   int num_grains = 0;
 };
 
-/// Packings by number, from 0, with their rows.
+/// Packings, numbered from 0, with their rows.
 template <int D> struct PackingLibraryOf {
   std::vector<LibraryRow> index;
   std::vector<RveStateOf<D>> packings;
 
   void add(const LibraryRow &row, RveStateOf<D> packing);
 
-  /// Throws InputError unless there is a packing, each has its row, and the grains and the void ratio (to 1e-9) of the rows are those
-  /// of the packings.
+  /// Throws InputError unless there is a packing, each has its row, and the grains and the void
+  /// ratio (to 1e-9) of the rows are those of the packings.
   void check() const;
 };
 using PackingLibrary = PackingLibraryOf<2>;
 
-/// A number from 0 to count-1 with equal probability, for the point `id`: a function of its arguments and of nothing else, so that it
-/// depends neither on ranks nor on the order of points. Draws for different `purpose` are independent of each other.
-/// The mixing function of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014), chained over the arguments.
+/// Returns a number from 0 to count-1 with equal probability for the point `id`. It depends only on
+/// the arguments, so neither on ranks nor on the order of points. Draws for different `purpose` are
+/// independent. The mixing function is SplitMix64 (Steele, Lea & Flood, OOPSLA 2014), chained over
+/// the arguments.
 int draw(std::uint64_t seed, std::int64_t id, int count, std::uint64_t purpose = 0);
 
-/// Finds packings by their void ratios.
+/// Search of packings by their void ratios.
 class VoidRatioIndex {
  public:
-  /// Void ratios of packings 0, 1, ...; throws InputError if there are none or one is not finite.
+  /// Takes the void ratios of packings 0, 1, ... [-]. Throws InputError if there are none or one is
+  /// not finite.
   explicit VoidRatioIndex(const std::vector<double> &void_ratios);
 
   double least() const { return sorted.front().first; }
   double most() const { return sorted.back().first; }
 
-  /// The packing with the nearest void ratio; of equally near ones that with the lower void ratio, then the lower number.
-  /// Nothing if it differs by more than `tolerance` [-], or if `wanted` is not finite.
+  /// Returns the packing with the nearest void ratio; among equally near ones that with the lower
+  /// void ratio, then the lower number. Returns nothing if it differs by more than `tolerance` [-],
+  /// or if `wanted` is not finite.
   std::optional<int> nearest(double wanted, double tolerance) const;
 
-  /// One of the packings whose void ratios differ by at most `tolerance` [-], drawn for point `id`. Nothing if there is none.
+  /// Returns one of the packings whose void ratios differ by at most `tolerance` [-], drawn for
+  /// point `id`, or nothing if there is none.
   std::optional<int> draw_within(double wanted, double tolerance, std::uint64_t seed,
                                  std::int64_t id) const;
 
@@ -61,22 +66,24 @@ class VoidRatioIndex {
   std::vector<std::pair<double, int>> sorted;    // void ratio, number
 };
 
-/// Finds packings by a stress that they bear. Packings whose stresses differ from the next lower one by at most SAME_LEVEL of it are of
-/// one level.
+/// Search of packings by the stress that they bear. Packings belong to the same level if their
+/// stresses differ from the next lower one by at most SAME_LEVEL of it.
 class StressLevels {
  public:
   static constexpr double SAME_LEVEL = 0.05;
 
-  /// Stresses of packings 0, 1, ..., compression positive [stress]; throws InputError if there are none, or one is not a number above 0.
+  /// Takes the stresses of packings 0, 1, ..., compression positive [stress]. Throws InputError if
+  /// there are none, or one is not a number above 0.
   explicit StressLevels(const std::vector<double> &stresses);
 
   int count() const { return static_cast<int>(levels.size()); }
-  /// Packings of a level, in ascending order; level 0 has the lowest stress.
+  /// Returns the packings of a level, in ascending order; level 0 has the lowest stress.
   const std::vector<int> &packings(int level) const { return levels[level].packings; }
-  /// Mean stress of a level [stress].
+  /// Returns the mean stress of a level [stress].
   double stress(int level) const { return levels[level].stress; }
 
-  /// The level whose stress is nearest by ratio; of two equally near ones the lower. Nothing unless `wanted` is a number above 0.
+  /// Returns the level whose stress is nearest by ratio; of two equally near ones the lower.
+  /// Returns nothing unless `wanted` is a number above 0.
   std::optional<int> nearest(double wanted) const;
 
  private:

@@ -10,24 +10,22 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <system_error>
 
 namespace rve {
 
 namespace {
 
-  /// Statements of a text file with their line numbers.
+  /// Reader of the statements of a text file with their line numbers.
   class StatementReader {
    public:
     explicit StatementReader(const std::string &_path) : path(_path)
     {
       require_readable(path, "packing file");
       file.open(path);
-      require(file.is_open(), "cannot open packing file ", path, ": ",
-              std::generic_category().message(errno));
+      require(file.is_open(), "cannot open packing file ", path, ": ", reason_of(errno));
     }
 
-    /// Moves to the next statement; `expected` names it for the message at the end of the file.
+    /// Moves to the next statement; `expected` names it in the message at the end of the file.
     void next(const std::string &expected)
     {
       add_statement(words, of_packing);
@@ -35,10 +33,11 @@ namespace {
       if (!next_words()) fail("file ends where ", expected, " was expected");
     }
 
-    /// The present statement begins a packing.
+    /// Marks the present statement as the first one of a packing.
     void begin_packing() { of_packing = {}; }
 
-    /// Moves to a line with the checksum of the statements before it: of the packing, or of the whole file.
+    /// Moves to a line with the checksum of the statements before it, of the packing or of the
+    /// whole file, and checks it.
     void read_checksum(bool whole_file, const std::string &last_statement)
     {
       next("'checksum'");
@@ -58,7 +57,7 @@ namespace {
              "it");
     }
 
-    /// The present statement is the last one.
+    /// Requires that the present statement is the last one.
     void require_end()
     {
       const std::string last(word(0));
@@ -110,10 +109,10 @@ namespace {
     std::ifstream file;
     std::string text;
     std::vector<std::string_view> words;
-    Checksum of_packing, of_file;    // of the statements before the present one
+    Checksum of_packing, of_file;    // checksums of the statements before the present one
     int line = 0;
 
-    /// Whether there is a further statement.
+    /// Moves to the next line with a statement; returns false at the end of the file.
     bool next_words()
     {
       do {
@@ -128,7 +127,8 @@ namespace {
       return true;
     }
 
-    /// A line at a time: libraries may be larger than the memory.
+    /// Checks that the line is plain text. Lines are read one by one, since libraries may exceed
+    /// the memory.
     void make_plain()
     {
       if (line == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
@@ -147,7 +147,7 @@ namespace {
     }
   };
 
-  /// Ends at the first statement behind the material.
+  /// Reads the material and moves to the first statement after it.
   template <int D> void read_material(StatementReader &reader, Material &material)
   {
     const std::vector<MaterialLine> lines = material_lines<D>();
@@ -211,7 +211,7 @@ namespace {
   template <int D> void read_grains(StatementReader &reader, int num_grains, RveStateOf<D> &state)
   {
     constexpr int SPINS = Space<D>::spins;
-    // Grown as lines come: a damaged count must end in a message, not in an allocation.
+    // Arrays grow with the lines: a damaged count must give a message and not an allocation.
     std::vector<bool> seen;
     for (int k = 0; k < num_grains; ++k) {
       reader.next("grain line " + std::to_string(k + 1) + " of " + std::to_string(num_grains));
@@ -266,7 +266,8 @@ namespace {
     }
   }
 
-  /// Of a packing at whose statement `gpu_rve_packing` the reader is; ends at the last statement that says it.
+  /// Reads the dimension of a packing from its statement `gpu_rve_packing` on. Ends at the last
+  /// statement that it needs.
   int read_dimension(StatementReader &reader)
   {
     reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
@@ -284,7 +285,7 @@ namespace {
         " (dimension " + std::to_string(dimension) + ")";
   }
 
-  /// A packing from the statement `gpu_rve_packing`, to which the reader has moved, to `end`.
+  /// Reads a packing from its statement `gpu_rve_packing`, to which the reader has moved, to `end`.
   template <int D> RveStateOf<D> read_packing_statements(StatementReader &reader)
   {
     RveStateOf<D> state;
@@ -299,16 +300,14 @@ namespace {
     reader.require_keyword("cell", 1, "cell");
     read_tensor(reader, "cell", state.cell);
     reader.next("'grains'");
-    if (reader.word(0) == "deformation") {
-      reader.require_words(1, "deformation");
-      read_tensor(reader, "deformation", state.deformation);
+    const auto read_optional = [&](const std::string &name, Tensor<double, D> &tensor) {
+      if (reader.word(0) != name) return;
+      reader.require_words(1, name);
+      read_tensor(reader, name, tensor);
       reader.next("'grains'");
-    }
-    if (reader.word(0) == "servo_velocity_gradient") {
-      reader.require_words(1, "servo_velocity_gradient");
-      read_tensor(reader, "servo_velocity_gradient", state.servo_velocity_gradient);
-      reader.next("'grains'");
-    }
+    };
+    read_optional("deformation", state.deformation);
+    read_optional("servo_velocity_gradient", state.servo_velocity_gradient);
     if (reader.word(0) == "largest_contact_force") {
       reader.require_words(2, "largest_contact_force value");
       state.largest_contact_force = reader.finite_number(1, "largest contact force");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What follows from a recipe alone, for the parts of the preparation (engine/packing.h).
+// Functions of a recipe alone, for the parts of the preparation (engine/packing.h).
 
 #pragma once
 
@@ -17,13 +17,13 @@ inline double mean_radius(const PackingRecipe &recipe)
       static_cast<double>(recipe.radii.size());
 }
 
-/// Pressure before the anisotropic stress comes [stress].
+/// Returns the pressure before the anisotropic stress is applied [stress].
 inline double isotropic_pressure(const PackingRecipe &recipe)
 {
   return recipe.at_rest ? START_AT_REST * recipe.pressure : recipe.pressure;
 }
 
-/// Edge of a square or a cube [length].
+/// Returns the edge of a square or a cube [length].
 template <int D> double edge_of_volume(double volume)
 {
   return D == 2 ? std::sqrt(volume) : std::cbrt(volume);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the reader and the writers of packing files have in common: statements, numbers, and the lines of the material. Number
-// conversion is by <charconv>: exact, and the same in every locale.
+// Common functions of the reader and the writers of packing files: statements, numbers, and the
+// lines of the material. Numbers are converted by <charconv>: exactly, and equally in every locale.
 
 #pragma once
 
@@ -16,22 +16,23 @@
 
 namespace rve {
 
-/// Versions of packing files; from the second one on a packing says its dimension.
+/// Versions of packing files. From the second one on they contain the dimension.
 constexpr int VERSION_OF_DISKS = 1, VERSION_WITH_DIMENSION = 2;
 constexpr int LIBRARY_VERSION = 1;
 constexpr const char *LAW_STATEMENT = "contact_law";
 
-/// A line of the material.
+/// Line of a parameter of the material.
 struct MaterialLine {
   const char *name, *unit;
   bool optional;
-  double otherwise;    ///< where the line is missing
+  double otherwise;    ///< value if the line is missing
   const MaterialParameter *parameter;
   double &of(Material &material) const { return material.*parameter->member; }
   double of(const Material &material) const { return material.*parameter->member; }
 };
 
-/// Spheres have no thickness, and no depth that their mass is counted for: what scales the mass is a number.
+/// Returns the lines of a material. Spheres have no thickness and no depth for their mass, so the
+/// factor of their mass is a plain number.
 template <int D> std::vector<MaterialLine> material_lines()
 {
   std::vector<MaterialLine> lines;
@@ -46,7 +47,7 @@ template <int D> std::vector<MaterialLine> material_lines()
   return lines;
 }
 
-/// The words of a line; none if it is blank or a comment.
+/// Splits a line into words; there are none if it is blank or a comment.
 inline void split(const std::string &line, std::vector<std::string_view> &words)
 {
   words.clear();
@@ -60,7 +61,8 @@ inline void split(const std::string &line, std::vector<std::string_view> &words)
   }
 }
 
-/// Of a statement as if it were written with one blank between two words: a file may get comments and another layout.
+/// Adds a statement to a checksum as if it had single blanks between words, so that comments and
+/// layout do not matter.
 inline void add_statement(const std::vector<std::string_view> &words, Checksum &checksum)
 {
   for (std::size_t k = 0; k < words.size(); ++k) {
@@ -70,7 +72,7 @@ inline void add_statement(const std::vector<std::string_view> &words, Checksum &
   if (!words.empty()) checksum.add("\n", 1);
 }
 
-/// As files have it: 16 hexadecimal digits.
+/// Returns 16 hexadecimal digits, as in files.
 inline std::string hexadecimal(std::uint64_t value)
 {
   std::string digits(16, '0');
@@ -78,7 +80,7 @@ inline std::string hexadecimal(std::uint64_t value)
   return digits;
 }
 
-/// A word for each axis: "s_x*2^64 s_y*2^64".
+/// Returns a word for each axis, as in "s_x*2^64 s_y*2^64".
 template <int D>
 std::string for_axes(const std::string &before, const std::string &after,
                      const std::string &between)
@@ -88,13 +90,13 @@ std::string for_axes(const std::string &before, const std::string &after,
   return words;
 }
 
-/// Numbers that pairs remember at least, in files: a tangential force.
+/// Returns the least number of stored values of a pair in files: those of the tangential force.
 template <int D> constexpr int least_remembered()
 {
   return D == 2 ? 1 : D;
 }
 
-/// The shortest decimal that reads back to the same double.
+/// Returns the shortest decimal that reads back to the same double.
 inline std::string exact(double value)
 {
   char text[32];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Ways to prepare a packing, and the search for one that meets a void ratio.
+// Ways to prepare a packing, and the search for one that reaches a void ratio.
 
 #pragma once
 
@@ -14,20 +14,20 @@
 
 namespace rve {
 
-/// A stretch of a preparation: to rest at a pressure, with a friction.
+/// Leg of a preparation: the packing comes to rest at a pressure, with a friction.
 struct Leg {
   double pressure;    // [stress]
   double friction;    // [-]
   const char *phase;
   double k0 = 1.0;         // lateral over vertical stress, which is the pressure [-]
-  bool at_rest = false;    // the sides are held, and the vertical stress alone has a goal
+  bool at_rest = false;    // zero lateral strain; only the vertical stress has a goal
 
   template <int D> bool has_goal(int axis) const { return !at_rest || axis + 1 == D; }
-  /// Of the stress along an axis; the vertical one is the last.
+  /// Returns the goal of the stress along an axis; the vertical axis is the last [stress].
   template <int D> double goal(int axis) const { return axis + 1 < D ? k0 * pressure : pressure; }
 };
 
-/// A preparation from beginning to end. `peak` is the highest pressure on it.
+/// Complete preparation. `peak` is its highest pressure.
 template <int D> struct Way {
   const RveStateOf<D> *start;
   std::vector<Leg> legs;
@@ -35,16 +35,17 @@ template <int D> struct Way {
   double peak;        // [stress]
 };
 
-/// A packing at rest at the end of a way, and what it is.
+/// Packing at rest at the end of a way, and its void ratio.
 template <int D> struct Specimen {
   RveStateOf<D> state;
   double void_ratio;
 };
 
-/// Which ways to try for a recipe: one, or as many as it takes to meet a void ratio.
+/// Search of the way of a recipe: a single way, or as many as a required void ratio needs.
 ///
-/// A packing is a discontinuous function of its preparation x: bisection finds where it passes the goal, but may find a jump
-/// there. Then the neighbourhood is sampled, wider and wider, where other jumps land elsewhere.
+/// A packing is a discontinuous function of its preparation x. Bisection finds where it passes the
+/// goal, which may be a jump. Then the search samples a growing neighbourhood, where other jumps
+/// have other values.
 template <int D> class WaySearch {
  public:
   WaySearch(const PackingRecipe &_recipe, const RveStateOf<D> &_cloud) :
@@ -57,7 +58,8 @@ template <int D> class WaySearch {
     return with_friction(recipe.void_ratio ? 0.0 : recipe.preparation_friction);
   }
 
-  /// What to try after `made`; nothing if that is what was wanted. Throws InputError where no way is left.
+  /// Returns the way to try after `made`; nothing if `made` meets the recipe. Throws InputError if
+  /// no way is left.
   std::optional<Way<D>> after(const Specimen<D> &made)
   {
     if (!recipe.void_ratio) return {};
@@ -90,7 +92,8 @@ template <int D> class WaySearch {
       if (attempt < MOST_HALVINGS) return at(x);
       const int k = attempt - MOST_HALVINGS;
       const double spacing = most / 500;
-      x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;    // to both sides, farther and farther
+      // The search alternates between both sides at growing distance.
+      x += (k % 2 ? 1.0 : -1.0) * (k / 2 + 1) * spacing;
       if (x > 0.0 && x < most) return at(x);
     }
     throw InputError(concat("no packing with void ratio ", goal, " within ",
@@ -100,9 +103,9 @@ template <int D> class WaySearch {
   }
 
  private:
-  // beyond, hardly a contact slides and nothing changes
+  // Largest preparation friction. Above it hardly a contact slides and nothing changes.
   static constexpr double LARGEST_FRICTION = 1.0;
-  // at the highest pressure
+  // Overlap over diameter at the highest pressure.
   static constexpr double LARGEST_PEAK_STRAIN = 0.04;
   static constexpr int MOST_HALVINGS = 8, MOST_SAMPLES = 60;
 
@@ -112,20 +115,22 @@ template <int D> class WaySearch {
   const RveStateOf<D> &cloud;
   Stage stage = Stage::Frictionless;
   Specimen<D> frictionless{};
-  bool looser = true;                       // than the frictionless packing
-  double x = 0.0, low = 0.0, high = 0.0;    // what is searched: see at()
+  bool looser = true;                       // looser than the frictionless packing
+  double x = 0.0, low = 0.0, high = 0.0;    // variable of the search: see at()
   double most = 0.0;
   int attempt = 0;
-  double best = 0.0, least_error = 1e300;    // of the void ratio
+  double best = 0.0, least_error = 1e300;    // best void ratio and its error
 
-  /// Looser packings by friction: void ratio against its root is closest to a line, since most of the growth is below 0.2.
-  /// Denser ones by the logarithm of the overconsolidation ratio.
+  /// Returns the way for a value of the search variable. For looser packings it is the root of the
+  /// friction, on which the void ratio depends most linearly, since most of the growth is below
+  /// 0.2. For denser ones it is the logarithm of the overconsolidation ratio.
   Way<D> at(double value) const
   {
     return looser ? with_friction(value * value) : overconsolidated(value);
   }
 
-  /// Where the friction exceeds the final one the packing could not stand: it settles.
+  /// Returns a way with a preparation friction. If it exceeds the final one, the packing must be
+  /// equilibrated again with the final friction.
   Way<D> with_friction(double friction) const
   {
     const double pressure = isotropic_pressure(recipe);
@@ -147,7 +152,8 @@ template <int D> class WaySearch {
     return way;
   }
 
-  /// Grains that slide freely bear one pressure only, so the other stress comes last, with the final friction.
+  /// Adds a leg for anisotropic stress. It comes last and has the final friction, since
+  /// frictionless grains bear only one pressure.
   void add_anisotropy(Way<D> &way) const
   {
     if (recipe.at_rest)

@@ -21,7 +21,7 @@ namespace {
     }
   }
 
-  /// The line that read_checksum() reads.
+  /// Returns the line that read_checksum() reads.
   std::string checksum_line(const std::string &statements)
   {
     Checksum checksum;
@@ -34,7 +34,7 @@ namespace {
     return "checksum " + hexadecimal(checksum.value()) + "\n";
   }
 
-  /// Comments on the numbers of a contact.
+  /// Writes comments on the numbers of a contact.
   template <int D> void describe_contacts(std::ostream &out, int remembered)
   {
     if constexpr (D == 2) {
@@ -53,7 +53,7 @@ namespace {
     }
   }
 
-  /// From `gpu_rve_packing` to `end`.
+  /// Returns a packing from `gpu_rve_packing` to `end`.
   template <int D> std::string packing_statements(const RveStateOf<D> &state)
   {
     constexpr int SPINS = Space<D>::spins;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which line of the table of programs serves.
+// Choice of a kernel variant from the table of programs.
 
 #pragma once
 
@@ -8,32 +8,35 @@
 
 namespace rve {
 
-/// What a call may need of its program beside the contact model of its RVEs.
+/// Features that a call may need of its kernel variant, besides the contact model of its RVEs.
 struct CallNeeds {
   bool friction = false;
   bool dashpots = false;
-  bool rescaling = false;    ///< of springs whose contacts grow or shrink (has_rescaling of a law)
+  bool rescaling = false;    ///< rescaling of springs by a changed contact (has_rescaling of a law)
   bool servo = false;
-  bool books = false;    ///< all of them (Books::All)
+  bool books = false;    ///< all bookkeeping of energy and stress (Books::All)
 };
 
-/// What a program has.
+/// Features of a kernel variant.
 struct ProgramFeatures {
   ContactModel contacts;
   CallNeeds has;
-  Program memory;    ///< the program that says what an RVE is in memory: `prepared` of the table
+  Program memory;    ///< variant that defines the memory layout: `prepared` of the table
 };
 
 ProgramFeatures features_of(Program program);
 
-/// The program whose memory RVEs of these contacts have: `prepared` of the first one of the table that serves them. It has all that
-/// the others with that memory have. Throws InputError if none serves them.
+/// Returns the variant that defines the memory layout of RVEs with these contacts: `prepared` of
+/// the first suitable one of the table. It has all features of the others with that layout. Throws
+/// InputError if there is none.
 Program memory_program(const ContactModel &contacts);
 
-/// The last program of the table of this law for disks or for spheres: with rolling resistance, if the law may have it.
+/// Returns the last variant of a law for disks or spheres; with rolling resistance if the law
+/// supports it.
 Program richest_program(ContactLaw law, int dimension = 2);
 
-/// The leanest program with that memory that has what a call needs. Throws InputError if the contact law has it not.
+/// Returns the leanest variant with that memory layout and the features that a call needs. Throws
+/// InputError if the contact law lacks one.
 Program choose_program(Program memory, const CallNeeds &needs);
 
 }    // namespace rve

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The table of programs as types.
+// The table of kernel variants as types.
 
 #pragma once
 
@@ -22,9 +22,37 @@ inline namespace RVE_ISA {
   RVE_PROGRAMS(RVE_PROGRAM_TRAITS)
 #undef RVE_PROGRAM_TRAITS
 
-  /// What a program computes, in a number format.
+  /// Kernel configuration of a variant in a number format.
   template <Program program, class Numbers>
   using ProgramScene = typename ProgramTraits<program>::template Scene<Numbers>;
+
+  /// Kernel variant as an argument of a generic function.
+  template <Program program> struct ProgramConstant {
+    static constexpr Program value = program;
+    static constexpr Program prepared_like = ProgramTraits<program>::prepared_like;
+  };
+
+  /// Returns work(ProgramConstant) for a kernel variant of RVEs of D dimensions.
+  template <int D, class Work> auto with_program(Program program, const Work &work)
+  {
+#define RVE_WITH_PROGRAM(name, law, books, prepared) \
+  case Program::name:                                \
+    return work(ProgramConstant<Program::name>());
+    if constexpr (D == 2) {
+      switch (program) {
+        RVE_PLANE_PROGRAMS(RVE_WITH_PROGRAM)
+        default:
+          return work(ProgramConstant<Program::General>());
+      }
+    } else {
+      switch (program) {
+        RVE_SPATIAL_PROGRAMS(RVE_WITH_PROGRAM)
+        default:
+          return work(ProgramConstant<Program::Spheres>());
+      }
+    }
+#undef RVE_WITH_PROGRAM
+  }
 
 }    // namespace RVE_ISA
 }    // namespace rve

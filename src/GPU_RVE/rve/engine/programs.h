@@ -1,29 +1,32 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The one table of programs: for which laws the block program is compiled. CMake makes a CUDA translation unit of each line in each
-// number format, the engines choose a line for a call, bench/kernel_resources.py and the manual name kernels by it.
+// Table of kernel variants: the contact laws and features for which the block program is compiled.
+// CMake makes a CUDA translation unit of each line in each number format, the engines choose a line
+// for a call, and bench/kernel_resources.py and the manual name kernels by it.
 
 #pragma once
 
 namespace rve {
 
-/// program(name, law, books, prepared)
+/// Lines are program(name, law, books, prepared):
 ///
-/// law:      of physics/laws, in a number format: it says for which contact law it is, and whether it has friction, dashpots and rolling
-///           resistance;
+/// law:      class of physics/laws, in a number format, with its contact law, friction,
+///           dashpots and rolling resistance;
 /// books:    None, Servo, or All (algorithm/scene.h);
-/// prepared: the program of the same contact law whose calls begin alike, with the same memory of an RVE: its kernel prepares them. It has
-///           all that one of these programs has.
+/// prepared: variant of the same contact law that prepares the calls. It has the same memory layout
+///           of RVEs and all features of the variants that refer to it.
 ///
-/// The leanest one first: of those with the memory of an RVE the first one serves a call that has what the call needs
-/// (engine/program_choice.h). They give the same bits where a scene needs no more than the lesser one has. Frictionless: of RVEs without
-/// friction and without tangential forces. The last one of a contact law has rolling resistance, that of
-/// spheres resistance to twisting, too.
+/// The leanest variant comes first: a call uses the first one with its memory layout and features
+/// (engine/program_choice.h). Variants give the same bits for calls that need no more than the
+/// lesser one has. Frictionless is for RVEs without friction and without tangential forces. The
+/// last variant of a contact law has rolling resistance, for spheres also resistance to twisting.
 ///
-/// Number format, arithmetic and residency are no columns but loops elsewhere. CMakeLists.txt makes the CUDA units of a line: fast, mixed
-/// and double, strict, and fast, relaxed. It also makes the CPU units: one of host_kernels.cpp for each dimension, format (single for disks
-/// only) and instruction set, strict. CudaPrograms has the CUDA kernels of an engine's format and arithmetic. runtime_kernels.cpp compiles
-/// those that the build left to the run. make_program_kernels (cuda_kernels.cuh) makes a kernel for each residency that a line has: grains in
-/// registers, for the block sizes that block_shape (cuda_kernels.h) gives to a scene, or in memory, for any number.
+/// Number format, arithmetic and residency are not columns. CMakeLists.txt makes the CUDA units of
+/// a line: fast, mixed and double in strict arithmetic, and fast in relaxed arithmetic. It also
+/// makes the CPU units: one of host_kernels.cpp for each dimension, format (single for disks only)
+/// and instruction set, strict. CudaPrograms has the CUDA kernels of an engine's format and
+/// arithmetic, and runtime_kernels.cpp compiles those that the build left out. make_program_kernels
+/// (cuda_kernels.cuh) makes a kernel for each residency of a line: for grains in registers, with
+/// the block sizes of block_shape (cuda_kernels.h), or in memory, for any number.
 // clang-format off
 #define RVE_PLANE_PROGRAMS(program)                             \
   program(Frictionless, NormalSprings,     None,  General)      \
@@ -37,7 +40,7 @@ namespace rve {
   program(Dmt,          DmtAdhesion,       All,   Dmt)          \
   program(DmtRolling,   RollingDmt,        All,   DmtRolling)
 
-// of spheres
+// Kernel variants of spheres.
 #define RVE_SPATIAL_PROGRAMS(program)                                             \
   program(PlainSpheres,       FrictionalSphereSprings, None,  Spheres)            \
   program(SteeredSpheres,     FrictionalSphereSprings, Servo, Spheres)            \

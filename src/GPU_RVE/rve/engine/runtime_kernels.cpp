@@ -20,7 +20,7 @@ namespace {
   constexpr const char *PROGRAM_NAMES[] = {RVE_PROGRAMS(RVE_NAME_PROGRAM)};
 #undef RVE_NAME_PROGRAM
 
-  /// "FastNumbers"
+  /// Returns a name such as "FastNumbers".
   std::string numbers_name(Format format)
   {
     std::string name = to_string(format) + "Numbers";
@@ -28,7 +28,8 @@ namespace {
     return name;
   }
 
-  /// As nvcc has them (cmake/CompilerFlags.cmake). What has no mark is a function of the device: there is no host.
+  /// Returns the options of nvcc (cmake/CompilerFlags.cmake). Functions without a mark are device
+  /// functions, since there is no host.
   std::vector<std::string> options_for(Arithmetic arithmetic, const std::string &target)
   {
     std::vector<std::string> options{
@@ -39,7 +40,7 @@ namespace {
     return options;
   }
 
-  /// Relaxed code has a namespace of its own, as in cuda_program.cu.in.
+  /// Returns the source text. Relaxed code has its own namespace, as in cuda_program.cu.in.
   std::string source_for(Arithmetic arithmetic)
   {
     return std::string(arithmetic == Arithmetic::Relaxed
@@ -53,12 +54,12 @@ namespace {
 
   LoadedKey key_of(const KernelName &name, int capability)
   {
-    // relaxed kernels have the names of strict ones
+    // Relaxed kernels have the names of strict ones.
     return {to_string(name) + (name.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ""),
             capability};
   }
 
-  /// The kernels of this process.
+  /// Returns the loaded kernels of this process.
   std::map<LoadedKey, const void *> &loaded_kernels()
   {
     static std::map<LoadedKey, const void *> loaded;
@@ -86,7 +87,7 @@ DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &
 
   DeviceCode compiled;
   if (cache.load(key, compiled)) return compiled;
-  // one of the ranks of a machine compiles, the others find what it has kept
+  // A single rank of a machine compiles, and the others find its kernel in the cache.
   const KernelCache::Turn turn(cache, key);
   if (cache.load(key, compiled)) return compiled;
   if (!cache.obstacle().empty())

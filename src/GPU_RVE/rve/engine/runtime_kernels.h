@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels of programs that are compiled while the program runs, when a call needs one first. Exists only in builds with CUDA.
+// Kernels that are compiled while the program runs, when a call needs them first. Exists only in
+// builds with CUDA.
 
 #pragma once
 
@@ -13,7 +14,8 @@
 
 namespace rve {
 
-/// A kernel of rve/engine/cuda_kernels.cuh: "advance_many" of a program, for example.
+/// Name of a kernel of rve/engine/cuda_kernels.cuh, such as "advance_many", with its kernel
+/// variant.
 struct KernelName {
   const char *kernel;
   Program program;
@@ -21,22 +23,24 @@ struct KernelName {
   Arithmetic arithmetic;
 };
 
-/// In C++: rve::advance_many<rve::Program::Plain, rve::FastNumbers>.
+/// Returns the name in C++: rve::advance_many<rve::Program::Plain, rve::FastNumbers>.
 std::string to_string(const KernelName &name);
 
-/// From the cache, or compiled and kept there, for cards of this compute capability. `log` takes lines for the log: of what was
-/// compiled and how long it took, of a cache that cannot be used. Throws std::runtime_error where the compiler cannot.
+/// Returns a kernel for GPUs of this compute capability from the cache, or compiles and stores it.
+/// `log` takes lines on compiled kernels with their times, and on a cache that cannot be used.
+/// Throws std::runtime_error if compilation fails.
 DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &nvrtc,
                            KernelCache &cache, const std::function<void(const std::string &)> &log);
 
-/// Why kernels cannot be compiled at run time here, with a remedy; empty if they can.
+/// Returns the reason why kernels cannot be compiled at run time, with a remedy; empty if they can.
 std::string runtime_kernels_obstacle();
 
-/// True if runtime_kernel() has the kernel without compiling or loading it.
+/// Returns true if runtime_kernel() need not compile or load the kernel.
 bool is_loaded(const KernelName &name, int capability);
 
-/// A handle that launches take in the place of a function, on the present device, which has this compute capability. Compiled and loaded
-/// at most once in a process. Lines about it go to `log` or, if that is empty, to the standard error.
+/// Returns a handle that launches accept in place of a function, on the present device, which has
+/// this compute capability. A kernel is compiled and loaded at most once in a process. Lines go to
+/// `log` or, if that is empty, to stderr.
 const void *runtime_kernel(const KernelName &name, int capability,
                            const std::function<void(const std::string &)> &log);
 

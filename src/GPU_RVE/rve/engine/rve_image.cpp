@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 #include <type_traits>
 
@@ -17,34 +16,24 @@ namespace rve {
 
 namespace {
 
-  /// Coordinates of the state are 64-bit fractions; `fast` keeps the leading half.
-  std::uint32_t narrow(std::uint64_t s, std::uint32_t)
+  /// Conversion of 64-bit fractional coordinates; `fast` keeps the leading half.
+  template <class Coordinate> Coordinate narrow(std::uint64_t s)
   {
-    return static_cast<std::uint32_t>(s >> 32);
+    if constexpr (std::is_same_v<Coordinate, FloatFraction>)
+      return wrapped(static_cast<float>(std::ldexp(static_cast<double>(s), -64)));
+    else
+      return static_cast<Coordinate>(s >> (64 - 8 * sizeof(Coordinate)));
   }
-  std::uint64_t narrow(std::uint64_t s, std::uint64_t)
+  template <class Coordinate> std::uint64_t widen(Coordinate s)
   {
-    return s;
-  }
-  FloatFraction narrow(std::uint64_t s, FloatFraction)
-  {
-    return wrapped(static_cast<float>(std::ldexp(static_cast<double>(s), -64)));
-  }
-  std::uint64_t widen(FloatFraction s)
-  {
-    return static_cast<std::uint64_t>(std::ldexp(static_cast<double>(s.value), 64));
-  }
-  std::uint64_t widen(std::uint32_t s)
-  {
-    return static_cast<std::uint64_t>(s) << 32;
-  }
-  std::uint64_t widen(std::uint64_t s)
-  {
-    return s;
+    if constexpr (std::is_same_v<Coordinate, FloatFraction>)
+      return static_cast<std::uint64_t>(std::ldexp(static_cast<double>(s.value), 64));
+    else
+      return static_cast<std::uint64_t>(s) << (64 - 8 * sizeof(Coordinate));
   }
 
-  /// Grain numbers row by row, each row along x, and in space layer by layer: a grain's neighbours have numbers near its own, or near those of
-  /// its rows above.
+  /// Returns grain numbers row by row, each row along x, and in space layer by layer. Neighbours of
+  /// a grain then have numbers near its own, or near those of the rows above.
   template <int D> std::vector<std::int32_t> storage_order(const RveStateOf<D> &state)
   {
     const int n = state.num_grains();
@@ -64,7 +53,7 @@ namespace {
     return order;
   }
 
-  /// A pair with the history that an image has of it.
+  /// Returns a pair with its history in a device state.
   template <class Scene>
   PairOf<Scene::D> pair_of(int first, int second, const typename Scene::History &history)
   {
@@ -72,7 +61,7 @@ namespace {
     pair.first = first;
     pair.second = second;
     Scene::Law::to_pair(history, pair);
-    // a zero has no sign there
+    // A zero has no sign in a state.
     for (const auto &number : pair_memory<Scene::D>()) number.of(pair) += 0.0;
     return pair;
   }
@@ -105,7 +94,7 @@ namespace {
     store_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
     store_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
     set_material_in(header, state.material);
-    // of the radii as the image has them: that of its state is the same again
+    // The sums use rounded radii, so that the state read back gives the same ones.
     RveStateOf<D> stored;
     for (double r : state.radius) stored.radius.push_back(static_cast<typename Scene::Wide>(r));
     const auto [smallest, largest] =
@@ -131,13 +120,13 @@ namespace {
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
     const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
                                                                 : state.order;
-    std::vector<int> place(n);    // of a grain number
+    std::vector<int> place(n);    // index of a grain number
     for (int k = 0; k < n; ++k) {
       const int i = order[k];
       place[i] = k;
       view.number[k] = i;
       for (int a = 0; a < D; ++a) {
-        view.position[k][a] = narrow(state.fractional[D * i + a], Coordinate());
+        view.position[k][a] = narrow<Coordinate>(state.fractional[D * i + a]);
         view.list_position[k][a] = static_cast<std::uint32_t>(list[D * i + a] >> 32);
         view.velocity[k][a] = static_cast<Real>(state.velocity[D * i + a]);
       }
@@ -217,24 +206,14 @@ namespace {
                  rotation);
   }
 
-  /// work(the scene of a program of D dimensions), in these numbers.
-  template <int D, class Numbers, class Work> auto with_numbers(Program program, const Work &work)
+  /// Returns work(scene) of the variant that prepares calls of `memory`, in these numbers.
+  template <int D, class Numbers, class Work> auto with_numbers(Program memory, const Work &work)
   {
-    switch (program) {
-#define RVE_WITH_PROGRAM(name, law, books, prepared)                \
-  case Program::name:                                               \
-    if constexpr (ProgramScene<Program::prepared, Numbers>::D == D) \
-      return work(ProgramScene<Program::prepared, Numbers>());      \
-    else                                                            \
-      break;
-      RVE_PROGRAMS(RVE_WITH_PROGRAM)
-#undef RVE_WITH_PROGRAM
-    }
-    constexpr Program any = D == 2 ? Program::General : Program::Spheres;
-    return work(ProgramScene<any, Numbers>());
+    return with_program<D>(
+        memory, [&](auto program) { return work(ProgramScene<program.prepared_like, Numbers>()); });
   }
 
-  /// work(a scene), in numbers as `format` says, whose pairs remember what images hold.
+  /// Returns work(scene) for the number format and memory layout of device states.
   template <int D, class Work> auto with_scene(Format format, Program memory, const Work &work)
   {
     switch (format) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The memory image of an RVE (algorithm/image.h), made from a state and read back.
+// Device state of an RVE (algorithm/image.h): conversion from a state and back.
 
 #pragma once
 
@@ -13,33 +13,34 @@
 
 namespace rve {
 
-/// Memory image of a state (algorithm/image.h) in the number format of the engine.
+/// Device state (algorithm/image.h) in the number format of the engine.
 struct StateImage {
   int num_grains = 0;
   int extra_capacity = 0;
   std::vector<char> bytes;
 };
 
-// `memory` is the program whose memory of an RVE it is (engine/program_choice.h), the same for all images of an engine.
+// `memory` is the kernel variant that defines the memory layout (engine/program_choice.h), the same
+// for all RVEs of an engine.
 
-/// Builds the image; its extra list holds at least `extra_capacity` pairs and all that the state brings. Rolling forces of the state
-/// are in it if the program has them.
+/// Returns the device state. Its extra list holds at least `extra_capacity` pairs and all that the
+/// state needs. Rolling forces are included if the variant has them.
 template <int D>
 StateImage build_image(Format format, const RveStateOf<D> &state, int extra_capacity,
                        Program memory);
-/// The state that an image holds, exact.
+/// Returns the state of a device state, exactly.
 template <int D = 2>
 RveStateOf<D> read_image(Format format, const StateImage &image, Program memory);
-/// Turns the RVE of an image rigidly.
+/// Turns an RVE rigidly.
 template <int D>
 void turn_image(Format format, StateImage &image, const Tensor<double, D> &rotation,
                 Program memory);
 template <int D>
 std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Program memory);
-/// Extra pairs that an RVE gets room for at first; the list grows when it needs more.
+/// Returns the initial capacity for extra pairs of an RVE; the list grows on demand.
 template <int D> int initial_extra_capacity(int num_grains);
 
-/// Gives an image another material, and what follows from it.
+/// Changes the material in a header and the members that follow from it.
 template <int D> void set_material_in(ImageHeader<D> &header, const Material &material);
 
 }    // namespace rve

@@ -19,10 +19,11 @@ namespace {
     return sum;
   }
 
-  /// Relative size of what is left of a row without the others, below which they depend on each other.
+  /// Relative size of the rest of a row without the others below which rows are linearly dependent.
   constexpr double DEPENDENT = 1e-6;
 
-  /// The transposed pseudo-inverse A^+T = (A A^T)^-1 A of rows that do not depend on each other; false if they do.
+  /// Finds the transposed pseudo-inverse A^+T = (A A^T)^-1 A of linearly independent rows. Returns
+  /// false if they are dependent.
   template <int D> bool pseudo_inverse(const Rows<D> &rows, Rows<D> &result)
   {
     const int n = static_cast<int>(rows.size());
@@ -32,7 +33,7 @@ namespace {
       for (int j = 0; j < n; ++j) gram[i][j] = dot<D>(rows[i], rows[j]);
     std::vector<double> size(n);
     for (int i = 0; i < n; ++i) size[i] = gram[i][i];
-    // Gauss-Jordan; a positive definite matrix needs no other pivots than its diagonal
+    // Gauss-Jordan elimination: a positive definite matrix needs only its diagonal as pivots.
     for (int p = 0; p < n; ++p) {
       if (!(gram[p][p] > DEPENDENT * DEPENDENT * size[p])) return false;
       for (int i = 0; i < n; ++i) {
@@ -47,7 +48,7 @@ namespace {
     return true;
   }
 
-  /// As a velocity gradient: the servo shears along x.
+  /// Returns a velocity gradient: the servo shears along x.
   template <int D> Tensor<double, D> upper(const ComponentSum<D> &sum)
   {
     auto tensor = Tensor<double, D>::zero();
@@ -56,7 +57,7 @@ namespace {
     return tensor;
   }
 
-  /// As a symmetric tensor; `share` of an off-diagonal factor in each of both places.
+  /// Returns a symmetric tensor, with `share` of an off-diagonal factor in each of both places.
   template <int D> Tensor<double, D> symmetric(const ComponentSum<D> &sum, double share)
   {
     auto tensor = Tensor<double, D>::zero();

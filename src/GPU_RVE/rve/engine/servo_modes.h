@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which directions a stress servo steers: from conditions on rates and on stresses, each a sum of components.
+// Directions in which a stress servo acts, from conditions on rates and on stresses. Each condition
+// is a weighted sum of components.
 //
-// A symmetric tensor is written as its components on and above the diagonal, sigma = (s_xx, ..., s_xy, ...), and a velocity gradient as those
-// that are its work conjugates, l = (L_xx, ..., L_xy, ...): the servo shears along x, as ever. With rates E l = r and stresses C sigma = g
-// that are together as many as components, l = E^+ r + sum_k a_k w_k, where the modes w_k are the columns of W = P C^+: C^+ e is the
-// smallest stress that lacks e, and P projects on what the rates leave free, E l = 0. Where the stresses are the work conjugates of what
-// is free, P C^T = C^T, the stiffness C S W of the modes has positive eigenvalues for every positive definite S, whatever it is: the
-// servo swings about its goal, and no number of the material is needed. Single components are their own modes.
+// A symmetric tensor is written as its components on and above the diagonal, sigma = (s_xx, ...,
+// s_xy, ...), and a velocity gradient as their work conjugates, l = (L_xx, ..., L_xy, ...), since
+// the servo shears along x. With rates E l = r and stresses C sigma = g, together as many as
+// components, l = E^+ r + sum_k a_k w_k. The modes w_k are the columns of W = P C^+: C^+ e is the
+// smallest stress that lacks e, and P projects on the motions that the rates leave free, E l = 0.
+//
+// If the stresses are the work conjugates of the free motions, P C^T = C^T, the stiffness C S W of
+// the modes has positive eigenvalues for every positive definite S. The servo then oscillates about
+// its goal, and no property of the material is needed. Single components are their own modes.
 
 #pragma once
 
@@ -20,10 +24,10 @@
 
 namespace rve {
 
-/// A sum of components, the diagonal first, then xy, xz, yz: factor_c times component c [-].
+/// Weighted sum of components, the diagonal first, then xy, xz, yz: factor_c times component c [-].
 template <int D> using ComponentSum = std::array<double, Space<D>::strains>;
 
-/// Row and column of the c-th of them.
+/// Return the row and column of component c.
 template <int D> constexpr int strain_row(int c)
 {
   return c < D ? c : D == 2 || c < 5 ? 0 : 1;
@@ -32,13 +36,14 @@ template <int D> constexpr int strain_column(int c)
 {
   return c < D ? c : D == 2 || c == 3 ? 1 : 2;
 }
-/// "xx", "xy", ...
+/// Returns "xx", "xy", ...
 template <int D> std::string strain_name(int c)
 {
   return {"xyz"[strain_row<D>(c)], "xyz"[strain_column<D>(c)]};
 }
 
-/// The sum over the components of a tensor; off the diagonal that of a symmetric one.
+/// Returns the weighted sum of the components of a tensor; off the diagonal those of its symmetric
+/// part.
 template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<double, D> &symmetric)
 {
   double sum = 0.0;
@@ -51,17 +56,19 @@ template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<doub
 
 template <int D> struct ServoModesOf {
   std::vector<ServoModeOf<D>> modes;    ///< one for each stress
-  /// Columns of E^+: L that has one of the rates, and no amplitude.
+  /// Columns of E^+: velocity gradients L with one of the rates and no amplitude.
   std::vector<Tensor<double, D>> unit_rates;
-  /// Columns of C^+: sigma that has one of the stresses.
+  /// Columns of C^+: stresses sigma with one of the stress conditions.
   std::vector<Tensor<double, D>> unit_stresses;
 
-  /// Throws InputError unless rates and stresses are together as many as components, and determine the motion.
+  /// Throws InputError unless rates and stresses are together as many as components and determine
+  /// the motion.
   ServoModesOf(const std::vector<ComponentSum<D>> &rates,
                const std::vector<ComponentSum<D>> &stresses);
 };
 
-/// The largest difference between a steered stress and its goal, of single components or of modes, whose drive must have them [stress].
+/// Returns the largest difference between a controlled stress and its goal, for single components
+/// or for modes, which the prescribed motion must contain [stress].
 template <int D> double servo_error(const DriveOf<D> &drive, const Tensor<double, D> &stress)
 {
   double largest = 0.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that sleep through macro steps: what is known of one after a look at it, and the stress that follows. One text for the host and for a device,
-// to the same bits on both.
+// Quiescent RVEs, which skip macro steps: their known rest after a diagnostic evaluation, and their
+// stress. The same code runs on the host and on a device, with the same bits.
 
 #pragma once
 
@@ -11,43 +11,44 @@
 
 namespace rve {
 
-/// What is known of whether an RVE rests.
+/// Known rest of an RVE.
 enum class Rest : std::int32_t {
-  Unknown,    ///< it has not been looked at since its last DEM steps
-  Moves,      ///< it has, and is not at rest
-  Rests,      ///< it has, and may sleep
-  Sleeps,     ///< it was skipped in the last macro step
-  Wakes       ///< the same, but it may not be skipped again
+  Unknown,    ///< not evaluated since its last DEM steps
+  Moves,      ///< evaluated, and not at rest
+  Rests,      ///< evaluated, and may become quiescent
+  Sleeps,     ///< quiescent: skipped in the last macro step
+  Wakes       ///< skipped in the last macro step, but may not be skipped again
 };
 
-/// Whether a deformation is pending.
+/// Returns true if the RVE has a deferred increment.
 RVE_HD inline bool owes(Rest rest)
 {
   return rest == Rest::Sleeps || rest == Rest::Wakes;
 }
 
-/// Whether it may be skipped while the strain is small.
+/// Returns true if the RVE may be skipped while the strain is small.
 RVE_HD inline bool may_sleep_on(Rest rest)
 {
   return rest == Rest::Rests || rest == Rest::Sleeps;
 }
 
-/// Whether the next DEM steps may end with a look. One that was not at rest has some to come to rest.
+/// Returns true if the next DEM steps may end with an evaluation. An RVE that was not at rest gets
+/// some steps to come to rest.
 RVE_HD inline bool may_be_looked_at(Rest rest)
 {
   return rest == Rest::Unknown || rest == Rest::Sleeps;
 }
 
-/// Of an RVE that sleeps, or may: what its stress follows from.
+/// Data of an RVE that is or may become quiescent, from which its stress follows.
 template <int D> struct SleepOf {
   using Matrix = Tensor<double, D>;
 
   Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
-  Matrix stress = Matrix::zero();         ///< of that step [stress]
+  Matrix stress = Matrix::zero();         ///< stress of that step [stress]
   AffineStiffnessOf<D> stiffness;
-  double mean_overlap = 0.0;    ///< of that step [-]
+  double mean_overlap = 0.0;    ///< mean overlap of that step [-]
 
-  /// sigma + C:eps after this deformation since that step, turned with the RVE [stress].
+  /// Returns sigma + C:eps after this deformation since that step, rotated with the RVE [stress].
   RVE_HD Matrix stress_after(const Matrix &deformation) const
   {
     const RotationAndStrain<D> parts(deformation);

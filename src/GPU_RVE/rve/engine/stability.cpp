@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A contact couples six coordinates: (x, y, r theta) of two grains. With rotation measured as the surface displacement
-// r theta all coordinates are lengths, the rotational mass is I/r^2 = m/2, and a stretch of the contact is
-//     u_n = (u_j - u_i).n        u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,    w = r theta, a = r - overlap/2,
-//     u_r = (R/r_j) w_j - (R/r_i) w_i,    R = r_i r_j / (r_i + r_j).
-// Two spheres have twelve, the rotational mass is 2 m/5, and stretches along the contact are vectors:
-//     u_t = across(u_j - u_i) - ((a_i/r_i) w_i + (a_j/r_j) w_j) x n,    u_r = d x n,    u_q = d.n,    d = (R/r_j) w_j - (R/r_i) w_i.
+// A contact couples six coordinates: (x, y, r theta) of two grains. The rotation is measured as the
+// surface displacement r theta, so all coordinates are lengths, and the rotational mass is I/r^2 =
+// m/2. A stretch of the contact is
+//     u_n = (u_j - u_i).n,    u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,
+//     u_r = (R/r_j) w_j - (R/r_i) w_i,
+// with w = r theta, a = r - overlap/2 and R = r_i r_j / (r_i + r_j). Two spheres have twelve
+// coordinates, the rotational mass is 2 m/5, and stretches along the contact are vectors:
+//     u_t = across(u_j - u_i) - ((a_i/r_i) w_i + (a_j/r_j) w_j) x n,
+//     u_r = d x n,    u_q = d.n,    d = (R/r_j) w_j - (R/r_i) w_i.
 
 #include "rve/engine/stability.h"
 
@@ -25,12 +28,14 @@ namespace rve {
 
 namespace {
 
-  // Springs or dashpots: both are quadratic forms of the same stretches.
+  // Kind of elements of the contacts. Springs and dashpots are quadratic forms of the same
+  // stretches.
   enum class Kind { Springs, Dashpots };
 
   struct Moduli {
     std::vector<ContactModuli> of_contact;    // in the order of the contacts
-    // of a contact of two radii that may come any time, as deep as the deepest one that is there, or as in a gas
+    // Moduli of a future contact of two radii. Its overlap is that of the deepest present contact,
+    // or kGasOverlapShare of the mean radius in a packing without contacts.
     std::function<ContactModuli(double, double)> coming;
   };
 
@@ -41,7 +46,7 @@ namespace {
     return with_law<D>(state.material, [&](const auto &law) {
       const auto moduli_at = [law, kind](const ContactPlace &place) {
         ContactModuli moduli = kind == Kind::Springs ? law.stiffness(place) : law.viscosity(place);
-        // an attraction that falls with the distance makes no frequency larger
+        // An attraction that decreases with the distance increases no frequency.
         moduli.normal = std::max(moduli.normal, 0.0);
         return moduli;
       };
@@ -61,7 +66,7 @@ namespace {
     });
   }
 
-  // derivative of a stretch by (x, y, w)_first, (x, y, w)_second
+  // Derivative of a stretch by (x, y, w)_first, (x, y, w)_second.
   using Stretch = std::array<double, 6>;
 
   Stretch normal_stretch(const TouchingPair &contact)
@@ -81,7 +86,7 @@ namespace {
   Stretch rolling_stretch(const RveState &state, const TouchingPair &contact)
   {
     const double first = state.radius[contact.first], second = state.radius[contact.second];
-    // R/r of each
+    // The factors are R/r of each grain.
     return {0.0, 0.0, -second / (first + second), 0.0, 0.0, first / (first + second)};
   }
 
@@ -97,7 +102,7 @@ namespace {
     return k < 3 ? std::size_t(3) * contact.first + k : std::size_t(3) * contact.second + (k - 3);
   }
 
-  // M^-1/2 K M^-1/2 as a sum over contacts.
+  // The operator M^-1/2 K M^-1/2 as a sum over contacts.
   template <int D> class NetworkOperator;
 
   template <> class NetworkOperator<2> {
@@ -149,7 +154,7 @@ namespace {
     const std::vector<ContactModuli> &moduli;
     std::vector<double> inverse_root_mass;
     std::vector<Stretch> normal, tangential;
-    std::vector<Stretch> rolling;    // where it acts
+    std::vector<Stretch> rolling;    // empty without rolling resistance
 
     void apply_rolling(std::size_t c, const std::vector<double> &x, std::vector<double> &y) const
     {
@@ -218,7 +223,7 @@ namespace {
     struct InverseRootMass {
       double translation, rotation;
     };
-    // over the radius: the distance to the contact, and the reduced radius
+    // Lever arms over the radius: the distance to the contact, and the reduced radius.
     struct LeverArms {
       double contact, rolling;
     };
@@ -249,7 +254,7 @@ namespace {
     }
   };
 
-  // Number of eigenvalues of a symmetric tridiagonal matrix below x (Sturm sequence).
+  // Returns the number of eigenvalues of a symmetric tridiagonal matrix below x (Sturm sequence).
   int eigenvalues_below(const std::vector<double> &diagonal, const std::vector<double> &off,
                         double x)
   {
@@ -264,7 +269,7 @@ namespace {
     return count;
   }
 
-  // Largest eigenvalue of a symmetric tridiagonal matrix, by bisection to round-off.
+  // Returns the largest eigenvalue of a symmetric tridiagonal matrix, by bisection to round-off.
   double largest_eigenvalue(const std::vector<double> &diagonal, const std::vector<double> &off)
   {
     const int n = static_cast<int>(diagonal.size());
@@ -275,7 +280,7 @@ namespace {
       low = std::max(low, diagonal[k]);
       high = std::max(high, diagonal[k] + reach);
     }
-    // of numbers that are not finite no interval ever gets small
+    // For numbers that are not finite the interval would never become small.
     require(std::isfinite(low) && std::isfinite(high),
             "the largest eigenvalue of the contact network lies between ", low, " and ", high,
             " [1/time^2]; it must be finite");
@@ -291,9 +296,10 @@ namespace {
     return std::inner_product(x.begin(), x.end(), y.begin(), 0.0);
   }
 
-  // Lanczos with full reorthogonalisation, which keeps the small basis clean without thick restarts.
-  // A Ritz value approaches the eigenvalue from below; its error falls with the square of the residual, and 1e-9 between
-  // successive steps leaves far less than the margin that a time step keeps.
+  // Lanczos' method with full reorthogonalisation, which keeps the small basis clean without thick
+  // restarts. A Ritz value approaches the eigenvalue from below, and its error falls with the
+  // square of the residual. A change of 1e-9 between successive steps leaves much less than the
+  // margin of a time step.
   template <class Operator> double lanczos_largest_eigenvalue(const Operator &matrix)
   {
     constexpr double TOLERANCE = 1e-9;
@@ -302,7 +308,7 @@ namespace {
 
     const std::size_t n = matrix.size();
     std::vector<std::vector<double>> basis(1, std::vector<double>(n));
-    // deterministic, and orthogonal to no symmetric mode
+    // The start is deterministic, and orthogonal to no symmetric mode.
     std::uint64_t pseudo_random = 0x9e3779b97f4a7c15u;
     for (double &x : basis[0]) {
       pseudo_random = pseudo_random * 6364136223846793005u + 1442695040888963407u;
@@ -326,7 +332,7 @@ namespace {
       largest = largest_eigenvalue(diagonal, off);
       steady = largest - previous <= TOLERANCE * largest ? steady + 1 : 0;
       const double norm = std::sqrt(dot(next, next));
-      // the basis spans an invariant subspace: exact
+      // The basis then spans an invariant subspace, and the value is exact.
       const bool invariant = norm <= 1e-14 * largest;
       if (steady >= STEADY_STEPS || invariant) break;
       off.push_back(norm);
@@ -347,8 +353,9 @@ namespace {
     return lanczos_largest_eigenvalue(NetworkOperator<D>(state, contacts, all));
   }
 
-  // Largest row sum of |M^-1 K|, with the rotation in units of r theta / 4. Any unit gives a bound; in r theta the rows of
-  // the rotation would be far the largest (K_ww/m_w = 2 z k/m), in this one they balance those of the translations.
+  // Returns the largest row sum of |M^-1 K| with the rotation in units of r theta / 4. Any unit
+  // gives a bound. With r theta the rows of the rotation would be the largest by far (K_ww/m_w = 2
+  // z k/m); with this unit they are similar to those of the translations.
   double gershgorin_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
                                const Moduli &moduli)
   {
@@ -387,10 +394,11 @@ namespace {
     return largest;
   }
 
-  // One contact without overlap that slides and rolls: the larger eigenvalue of k_t t t^T + k_r r r^T in coordinates scaled by the
-  // roots of the masses, from t.t = (1 + c) (1/m_i + 1/m_j), r.r = c ((R/r_i)^2/m_i + (R/r_j)^2/m_j) and t.r, c = m r^2/I. In space that
-  // is so in both directions across the normal, and what twists moves nothing else. The lightest grain rolls fastest, but with a large
-  // partner; 0 without resistance to either.
+  // Returns the largest eigenvalue of one contact without overlap that slides and rolls; 0 without
+  // resistance to either. It is the larger eigenvalue of k_t t t^T + k_r r r^T in coordinates
+  // scaled by the roots of the masses, from t.t = (1 + c) (1/m_i + 1/m_j), r.r = c ((R/r_i)^2/m_i +
+  // (R/r_j)^2/m_j) and t.r, c = m r^2/I. In space this holds for both directions across the normal,
+  // and twisting is decoupled. The lightest grain rolls fastest, but with a large partner.
   template <int D> double turning_pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
     constexpr double ROTATION = 1.0 / GrainShape<D>::inertia;
@@ -404,7 +412,8 @@ namespace {
       const double r_j = state.radius[j], m_j = grain_mass(state, j);
       const ContactModuli modulus = moduli.coming(r_i, r_j);
       if (modulus.rolling == 0.0 && modulus.twisting == 0.0) continue;
-      const double share_i = r_j / (r_i + r_j), share_j = r_i / (r_i + r_j);    // R/r
+      // R/r of both grains
+      const double share_i = r_j / (r_i + r_j), share_j = r_i / (r_i + r_j);
       const double turning = ROTATION * (share_i * share_i / m_i + share_j * share_j / m_j);
       const double tt = (1.0 + ROTATION) * modulus.tangential * (1.0 / m_i + 1.0 / m_j);
       const double rr = modulus.rolling * turning;
@@ -416,11 +425,12 @@ namespace {
     return largest;
   }
 
-  // One contact without overlap: 1/m_i + 1/m_j along the normal, and 1/m + r^2/I of each along the tangent.
+  // Returns the largest eigenvalue of one contact without overlap, from 1/m_i + 1/m_j along the
+  // normal, and 1/m + r^2/I of each grain along the tangent.
   template <int D> double pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
     double lightest = std::numeric_limits<double>::infinity(), second = lightest;
-    double smallest = lightest, next = lightest;    // radius of each
+    double smallest = lightest, next = lightest;    // radii of the two smallest grains
     for (int i = 0; i < state.num_grains(); ++i) {
       const double m = grain_mass(state, i), r = state.radius[i];
       second = std::min(second, std::max(m, lightest));
@@ -438,7 +448,7 @@ namespace {
   template <int D, class Eigenvalue>
   double time_step(const RveStateOf<D> &state, Eigenvalue &&network, double coming_overlap = 0.0)
   {
-    state.check_sizes();    // or eigenvalues may not be numbers
+    state.check_sizes();    // otherwise eigenvalues may not be finite
     const std::vector<TouchingPairOf<D>> contacts = find_contacts(state);
     const auto largest = [&](Kind kind) {
       const Moduli all = moduli(state, contacts, kind, coming_overlap);
@@ -454,12 +464,6 @@ template <int D> double largest_frequency(const RveStateOf<D> &state)
 {
   const std::vector<TouchingPairOf<D>> contacts = find_contacts(state);
   return std::sqrt(network_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
-}
-
-double gershgorin_frequency(const RveState &state)
-{
-  const std::vector<TouchingPair> contacts = find_contacts(state);
-  return std::sqrt(gershgorin_eigenvalue(state, contacts, moduli(state, contacts, Kind::Springs)));
 }
 
 template <int D> double pair_frequency(const RveStateOf<D> &state, double coming_overlap)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a state means, what makes it sound, and its record of bytes for restarts and migration.
+// Functions of a state, its checks, and its byte record for restarts and migration.
 
 #include "rve/engine/state.h"
 
@@ -8,8 +8,8 @@
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
 #include "rve/engine/dimension_words.h"
-#include "rve/engine/grain_bins.h"
 #include "rve/physics/grain_shape.h"
+#include "rve/physics/solid_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,11 +21,10 @@ namespace rve {
 
 namespace {
 
-  constexpr double TWO_TO_64 = 18446744073709551616.0;
+  // ---- checks ----
 
-  // ---- soundness ----
-
-  /// `what` is a name or a function that returns it: thousands of grains are checked, and few names are ever read.
+  /// Throws InputError unless a value is sound. `what` is a name or a function that returns it:
+  /// thousands of grains are checked, and few names are needed.
   template <class Name>
   void require_sound(bool sound, double value, const Name &what, const char *unit,
                      const char *demand)
@@ -33,8 +32,8 @@ namespace {
     require(sound, what, " is ", value, " ", unit, "; it must be ", demand);
   }
 
-  // Sizes between these, and their products of two or three, are normal numbers in all that the engine computes with: forces and
-  // velocities may have 32 bits, which reach from 1e-38 to 1e38.
+  // Bounds of sizes. Within them, sizes and products of two or three of them are normal numbers in
+  // the engine, whose forces and velocities may have 32 bits (1e-38 to 1e38).
   constexpr double SMALLEST = 1e-30, LARGEST = 1e30;
 
   template <class Name> void require_size(double value, const Name &what, const char *unit)
@@ -56,14 +55,15 @@ namespace {
     require_size(value, what, unit);
   }
 
-  // of motion and history, which may be as small as they like
+  // Checks values of motion and history, which may be arbitrarily small.
   template <class Name> void require_finite(double value, const Name &what, const char *unit)
   {
     require_sound(std::isfinite(value), value, what, unit, "a finite number");
     require_sound(std::fabs(value) <= LARGEST, value, what, unit, "at most 1e30 in size");
   }
 
-  // beyond it forces along contacts have no digits in common with those across them
+  // Largest friction coefficient. Above it forces along contacts have no digits in common with
+  // those across them.
   constexpr double LARGEST_FRICTION = 1e10;
 
   void require_friction(double value, const std::string &what)
@@ -119,7 +119,7 @@ namespace {
                 parameter.is_of(material.law, parameter.dimension) ? " of disks" : "",
                 " has no such parameter");
     }
-    // what would do nothing
+    // Parameters without effect are errors.
     require(material.rolling_viscosity == 0.0 || material.rolling_stiffness > 0.0,
             "rolling viscosity is ", material.rolling_viscosity,
             " [force time/length], and the rolling stiffness is 0; it must be above 0 beside a "
@@ -130,14 +130,15 @@ namespace {
             "twisting_marshall is 1, by which friction resists twisting, and twisting stiffness, "
             "friction or viscosity are ",
             material.twisting_stiffness, ", ", material.twisting_friction, " and ",
-            material.twisting_viscosity, "; they must be 0 beside it");
+            material.twisting_viscosity, "; they must be 0 with twisting_marshall");
     require(material.twisting_viscosity == 0.0 || material.twisting_stiffness > 0.0,
             "twisting viscosity is ", material.twisting_viscosity,
             " [force length time], and the twisting stiffness is 0; it must be above 0 beside a "
             "viscosity");
   }
 
-  // What follows from a material and a radius, of the smallest and the largest grain.
+  // Checks quantities that follow from a material and a radius, for the smallest and the largest
+  // grain.
   template <int D> void check_grain(const Material &material, double radius)
   {
     const std::string whose = " of a grain of radius " + number(radius) + " [length]";
@@ -174,7 +175,8 @@ namespace {
     check_moduli(viscosity, "viscosity", "[1/time]");
   }
 
-  // It shall be a range and no wall, and not so far that grains of the second row are in it, for which the sums have no room.
+  // Checks the reach of an adhesion. A very small reach acts like a wall. Within a larger one there
+  // would be grains of the second row, for which the sums have no capacity.
   void check_reach(const Material &material, double smallest_radius)
   {
     constexpr double LEAST_SHARE = 1e-6;
@@ -196,7 +198,7 @@ namespace {
         DimensionWords<D>::unit_of_volume);
     const double least = 2.0 * contact_range;
     for (int a = 0; a < D; ++a) {
-      const double width = width_between_faces(cell, a);
+      const double width = perpendicular_width(cell, a);
       const auto where = [a] {
         return D == 2 ? concat("perpendicular to cell vector ", 1 - a)
                       : concat("between the faces that cell vector ", a, " connects");
@@ -231,19 +233,20 @@ namespace {
 
   // ---- record ----
 
-  // "RVESTATE" read as a number: a file from a machine of the other byte order shows as reversed.
+  // "RVESTATE" as a number. A file of a machine with another byte order has it reversed.
   constexpr std::uint64_t MAGIC = 0x4554415453455652u;
-  // of linear springs; with another contact law the word for it comes in front
+  // Versions of records of disks: of linear springs, and of another contact law, whose word comes
+  // first.
   constexpr std::uint32_t VERSION = 3, VERSION_WITH_LAW = 4;
-  // of spheres; the word is always in front
+  // Version of records of spheres, which always begin with the word of the law.
   constexpr std::uint32_t VERSION_OF_SPHERES = 5;
 
   struct RecordHeader {
     std::uint64_t magic;
     std::uint32_t version;
     std::uint32_t num_grains;
-    std::uint64_t bytes;       // of the whole record
-    std::uint64_t checksum;    // of everything behind the header
+    std::uint64_t bytes;       // size of the whole record
+    std::uint64_t checksum;    // checksum of everything after the header
   };
   static_assert(std::has_unique_object_representations_v<RecordHeader>, "it is copied as bytes");
 
@@ -300,7 +303,7 @@ namespace {
     }
   };
 
-  // A pair with the first numbers of PAIR_MEMORY.
+  // Record of a pair with the first numbers of PAIR_MEMORY.
   template <std::size_t Count> struct PairRecord {
     std::int32_t first, second;
     double number[Count];
@@ -333,7 +336,7 @@ namespace {
     }
   }
 
-  // The one list of what a record holds, for both directions.
+  // Reads or writes all members of a record, in the same order for both directions.
   template <int D, class Archive, class State> void visit(Archive &archive, State &state)
   {
     static_assert(sizeof(PairRecord<2>) == 24, "no padding may enter the record");
@@ -349,7 +352,7 @@ namespace {
     archive(state.fractional);
     archive(state.velocity);
     archive(state.spin);
-    // linear springs remember no more, and have the record that they always had
+    // Linear springs remember fewer numbers, and keep their original record.
     constexpr std::size_t all = std::size(pair_memory<D>());
     if (D == 2 && state.material.law == ContactLaw::Linear)
       visit_pairs<std::min<std::size_t>(2, all)>(archive, state.pairs);
@@ -370,7 +373,7 @@ namespace {
       writer(material.*member);
   }
 
-  // Records of before end where the parameters of their time did.
+  // Older records end with the parameters that existed then.
   template <int D> void visit_later_parameters(RecordReader &reader, Material &material)
   {
     for (const MaterialMember member : parameters_of(material.law, D, true))
@@ -427,9 +430,9 @@ template <int D> std::vector<double> RveStateOf<D>::positions() const
   std::vector<double> x(fractional.size());
   for (std::size_t i = 0; i + D <= fractional.size(); i += D)
     for (int a = 0; a < D; ++a) {
-      double sum = cell(a, 0) * (static_cast<double>(fractional[i]) / TWO_TO_64);
+      double sum = cell(a, 0) * (static_cast<double>(fractional[i]) * 0x1p-64);
       for (int b = 1; b < D; ++b)
-        sum += cell(a, b) * (static_cast<double>(fractional[i + b]) / TWO_TO_64);
+        sum += cell(a, b) * (static_cast<double>(fractional[i + b]) * 0x1p-64);
       x[i + a] = sum;
     }
   return x;
@@ -446,9 +449,10 @@ template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
       double s = to_fractional(a, 0) * x[i];
       for (int b = 1; b < D; ++b) s += to_fractional(a, b) * x[i + b];
       require(std::isfinite(s), "position of grain ", i / D + 1, " is not a finite number");
-      const double scaled = (s - std::floor(s)) * TWO_TO_64;
-      // s a rounding below a whole number leaves a remainder of exactly 1, which is the image at 0
-      result[i + a] = scaled < TWO_TO_64 ? static_cast<std::uint64_t>(scaled) : 0u;
+      const double scaled = (s - std::floor(s)) * 0x1p64;
+      // A value a rounding below a whole number leaves a remainder of exactly 1, which is the image
+      // at 0.
+      result[i + a] = scaled < 0x1p64 ? static_cast<std::uint64_t>(scaled) : 0u;
     }
   fractional = std::move(result);
 }
@@ -509,7 +513,7 @@ template <int D> void RveStateOf<D>::check() const
   require_not_negative(list_margin, "the margin of the list of neighbours", "[length]");
   require_finite(servo_velocity_gradient, "the servo velocity gradient", "[1/time]");
   require_not_negative(largest_contact_force, "largest contact force", "[force]");
-  // 2^53: no run makes so many steps, and a call can add its own without an overflow
+  // No run makes 2^53 steps, and a call can add its own without an overflow.
   constexpr std::int64_t MOST = std::int64_t(1) << 53;
   for (const std::int64_t count :
        {counters.steps, counters.rebuilds, counters.lattice_reductions, counters.repeats})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The complete state of one RVE, in numbers that every format of the engine can read and write without loss.
-// Restart files, migration between ranks, packing files and tests all speak this.
+// Complete state of one RVE, in numbers that every format of the engine can read and write without
+// loss. Restart files, migration between ranks, packing files and tests use it.
 
 #pragma once
 
@@ -16,22 +16,23 @@
 
 namespace rve {
 
-/// Whether contacts of spheres resist twisting: with a stiffness and a coefficient, or by friction.
+/// Returns true if contacts of spheres resist twisting: with a stiffness and a coefficient, or by
+/// friction.
 bool resists_twisting(const Material &material);
-/// Whether contacts resist rolling, or twisting.
+/// Returns true if contacts resist rolling or twisting.
 bool resists_rolling(const Material &material);
 
-/// A pair of the Verlet list. `first` owns it: its work item computes the contact.
+/// Pair of the Verlet list. Its owner is `first`, whose work item computes the contact.
 template <int D> struct PairOf;
 
 template <> struct PairOf<2> {
   std::int32_t first;
   std::int32_t second;
-  /// History; force on `first` along t = (-n_y, n_x), n from first to second [force].
+  /// History: force on `first` along t = (-n_y, n_x), n from first to second [force].
   double tangential_force;
-  /// History; moment on `first` over the reduced radius r_1 r_2 / (r_1 + r_2) [force].
+  /// History: moment on `first` over the reduced radius r_1 r_2 / (r_1 + r_2) [force].
   double rolling_force = 0.0;
-  double contact_radius = 0.0;    ///< history; at which the tangential force was [length]
+  double contact_radius = 0.0;    ///< history: contact radius of the tangential force [length]
 };
 
 using Pair = PairOf<2>;
@@ -39,29 +40,31 @@ using Pair = PairOf<2>;
 template <> struct PairOf<3> {
   std::int32_t first;
   std::int32_t second;
-  Vec<double, 3> tangential_force;    ///< history; on `first`, across the normal [force]
-  double contact_radius = 0.0;        ///< history; at which the tangential force was [length]
-  /// history; with the normal from first to second, n x this is the moment on `first` over the reduced radius [force]
+  Vec<double, 3> tangential_force;    ///< history: on `first`, across the normal [force]
+  double contact_radius = 0.0;        ///< history: contact radius of the tangential force [length]
+  /// History: with the normal n from first to second, n x this is the moment on `first` over the
+  /// reduced radius [force].
   Vec<double, 3> rolling_force = Vec<double, 3>::zero();
-  /// History; on `first`, along that normal [force length]. Where friction resists twisting, of an overlap as large as the reduced radius.
+  /// History: moment on `first` along that normal [force length]. Where friction resists twisting,
+  /// it belongs to an overlap as large as the reduced radius.
   double twisting_moment = 0.0;
 };
 
-/// A number that a pair may remember.
+/// Number in the history of a pair.
 template <int D> struct RememberedNumber {
-  const char *name;    ///< in packing files
-  const char *what;    ///< in messages
+  const char *name;    ///< name in packing files
+  const char *what;    ///< name in messages
   const char *unit;
   double &(*get)(PairOf<D> &);
   bool is_mirrored;              ///< changes its sign in a mirror
-  bool begins_vector = false;    ///< with the next two a vector, which turns with the RVE
+  bool begins_vector = false;    ///< forms a vector with the next two, which rotates with the RVE
 
   double &of(PairOf<D> &pair) const { return get(pair); }
   double of(const PairOf<D> &pair) const { return get(const_cast<PairOf<D> &>(pair)); }
 };
 
-/// In the order of packing files and restart records, which have those up to the last one that a pair of the state remembers; the first
-/// one always.
+/// History of pairs of disks, in the order of packing files and restart records. These have the
+/// first number and all up to the last one that is nonzero in some pair of the state.
 constexpr RememberedNumber<2> PAIR_MEMORY[] = {
     {"tangential_force", "tangential force", "[force]",
      [](Pair &pair) -> double & { return pair.tangential_force; }, true},
@@ -70,7 +73,7 @@ constexpr RememberedNumber<2> PAIR_MEMORY[] = {
     {"contact_radius", "contact radius", "[length]",
      [](Pair &pair) -> double & { return pair.contact_radius; }, false}};
 
-/// Of spheres.
+/// History of pairs of spheres, as PAIR_MEMORY.
 constexpr RememberedNumber<3> SPATIAL_PAIR_MEMORY[] = {
     {"tangential_force_x", "x component of the tangential force", "[force]",
      [](PairOf<3> &pair) -> double & { return pair.tangential_force[0]; }, false, true},
@@ -97,7 +100,7 @@ template <int D> constexpr const auto &pair_memory()
     return SPATIAL_PAIR_MEMORY;
 }
 
-/// How many of them the pairs of a state remember.
+/// Returns the number of stored values of the pairs of a state.
 template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
 {
   int count = static_cast<int>(std::size(pair_memory<D>()));
@@ -109,29 +112,30 @@ template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
   return count;
 }
 
-/// What the run did so far; kept over restarts.
+/// Counters of the run so far, kept over restarts.
 struct Counters {
   std::int64_t steps = 0;
   std::int64_t rebuilds = 0;
   std::int64_t lattice_reductions = 0;
-  std::int64_t repeats = 0;    ///< calls done again with larger lists or a coarser force scale
+  std::int64_t repeats = 0;    ///< repetitions with larger lists or a coarser force scale
 };
 
-/// Dissipated and supplied energy since the state was made (tracked only with Options::track_energy).
+/// Supplied and dissipated energy since the state was made (only with Options::track_energy).
 struct EnergyLedger {
-  double work = 0.0;             ///< of the mean field, sum of V sigma : L dt [force length]
-  double friction = 0.0;         ///< lost in sliding and rolling
-  double local_damping = 0.0;    ///< lost in Cundall's damping
-  double viscous = 0.0;          ///< lost in contact dashpots
+  double work = 0.0;             ///< work of the mean field, sum of V sigma : L dt [force length]
+  double friction = 0.0;         ///< loss by sliding and rolling [force length]
+  double local_damping = 0.0;    ///< loss by Cundall's damping [force length]
+  double viscous = 0.0;          ///< loss by contact dashpots [force length]
 };
 
-/// Positions are fractional coordinates s in [0,1)^D as unsigned 64-bit fixed point (s * 2^64): x = H s. A spin has a component for each
-/// plane that a grain can turn in: one in the plane.
+/// State of one RVE. Positions x = H s are stored as fractional coordinates s in [0,1)^D, as
+/// unsigned 64-bit fixed point (s * 2^64). A spin has a component for each plane of rotation: one
+/// for disks.
 template <int D> struct RveStateOf {
   Material material;
-  /// H, columns are the cell vectors [length].
+  /// Cell matrix H, whose columns are the cell vectors [length].
   Tensor<double, D> cell = Tensor<double, D>::identity();
-  /// F since the packing was made [-].
+  /// Deformation gradient F since the packing was made [-].
   Tensor<double, D> deformation = Tensor<double, D>::identity();
 
   std::vector<double> radius;               ///< (N) [length]
@@ -139,32 +143,32 @@ template <int D> struct RveStateOf {
   std::vector<double> velocity;             ///< (N, D) peculiar velocity c = v - L x [length/time]
   std::vector<double> spin;    ///< (N, spins) angular velocity, counter-clockwise [1/time]
 
-  /// Verlet list with contact history; may be empty (it is then built).
+  /// Verlet list with contact history. If it is empty, the engine builds it.
   std::vector<PairOf<D>> pairs;
-  /// H when the list was built; zero: no list yet.
+  /// Cell matrix H when the list was built; zero: no list yet.
   Tensor<double, D> list_cell = Tensor<double, D>::zero();
   std::vector<std::uint64_t> list_fractional;    ///< (N, D) s when the list was built, or empty
-  /// How far apart grains are at most that it has [length]; 0: as list_margin_of() without a skin and a reach.
+  /// Largest gap of the pairs in the list [length]; 0: list_margin_of() without a skin and a reach.
   double list_margin = 0.0;
 
-  /// (N) Grain numbers in the order in which the engine keeps them, or empty: then it chooses one that puts neighbours next to
-  /// each other. Kept so that a restart continues bit for bit.
+  /// (N) Grain numbers in the storage order of the engine, or empty: then the engine chooses an
+  /// order with neighbours next to each other. It is kept so that a restart continues bit for bit.
   std::vector<std::int32_t> order;
 
-  /// L of the stress servo at the end of the last call [1/time].
+  /// Velocity gradient L of the stress servo at the end of the last call [1/time].
   Tensor<double, D> servo_velocity_gradient = Tensor<double, D>::zero();
-  /// Of the last call; sets the scale of the force integers [force].
+  /// Largest contact force of the last call, which sets the scale of the force integers [force].
   double largest_contact_force = 0.0;
   Counters counters;
   EnergyLedger energy;
 
   int num_grains() const { return static_cast<int>(radius.size()); }
   double cell_volume() const { return determinant(cell); }    ///< [length^D]
-  double solid_volume() const;    ///< of all grains, sum of pi r^2 in the plane [length^D]
+  double solid_volume() const;    ///< of all grains, sum of pi r^2 for disks [length^D]
   double void_ratio() const { return cell_volume() / solid_volume() - 1.0; }    ///< [-]
   double mass() const;                                                          ///< [mass]
 
-  /// The next call builds a list. What pairs remember stays.
+  /// Removes the list, so that the next call builds one. The history of pairs stays.
   void forget_list()
   {
     list_cell = Tensor<double, D>::zero();
@@ -172,22 +176,24 @@ template <int D> struct RveStateOf {
     list_margin = 0.0;
   }
 
-  /// Whether a pair remembers that it was rolled, or twisted.
+  /// Returns true if a pair has a rolling force or a twisting moment.
   bool has_rolling_forces() const;
 
-  /// Cartesian positions (N, D) in the cell at the origin [length].
+  /// Returns Cartesian positions (N, D) in the cell at the origin [length].
   std::vector<double> positions() const;
   void set_positions(const std::vector<double> &x);
 
-  /// Throws InputError unless sizes agree, every number is finite and in range, and the cell is wider than twice the
-  /// largest contact distance.
+  /// Throws InputError unless sizes agree, every number is finite and in range, and the cell is
+  /// wider than twice the largest contact distance.
   void check() const;
-  /// The part of it that concerns material and radii, and what follows from them: masses, frequencies.
+  /// Checks material and radii as check() does, and quantities that follow from them: masses,
+  /// frequencies.
   void check_sizes() const;
 };
 using RveState = RveStateOf<2>;
 
-/// Exact byte image of a state (host byte order) and back. Throws InputError on a damaged image.
+/// Returns the exact byte record of a state (host byte order), and the state of a record. Throws
+/// InputError on a damaged record.
 template <int D> std::vector<char> serialize(const RveStateOf<D> &state);
 template <int D = 2> RveStateOf<D> deserialize(const char *data, std::size_t size);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// When the stiffness of an RVE has grown so far that the bound of its time step must be checked
-// again. The same test runs on the host and on a device.
+// Growth of the stiffness of an RVE above which the bound of its time step must be checked again.
+// The same test runs on the host and on a device.
 
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace rve {
 
-/// What the stiffness of a packing grows with.
+/// Measures on which the stiffness of a packing depends.
 struct StiffnessMeasures {
   std::int32_t num_contacts = 0;
   double peak_force = 0.0;    ///< largest contact force of the last call [force]
