@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 using namespace LAMMPS_NS;
 
@@ -66,18 +67,19 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
   const int index = (int) read_side<D>(words);
   mpm::SideKind &kind = said.options.sides[index];
   words.about("boundary " + side);
-  enum { FREE, ROLLER, FIXED, ABSORBING };
-  const int choice = words.choice<int>(
-      side, {{"free", FREE}, {"roller", ROLLER}, {"fixed", FIXED}, {"absorbing", ABSORBING}});
-  kind = choice == ROLLER ? mpm::SideKind::Roller
-      : choice == FIXED   ? mpm::SideKind::Fixed
-                          : mpm::SideKind::Free;
-  if (choice != ABSORBING) return;
+  const bool absorbs = std::string_view(words.peek()) == "absorbing";
+  using Kind = mpm::SideKind;
+  kind = words.choice<Kind>(side,
+                            {{"free", Kind::Free},
+                             {"roller", Kind::Roller},
+                             {"fixed", Kind::Fixed},
+                             {"absorbing", Kind::Free}});
+  if (!absorbs) return;
 
   mpm::Dashpots &dashpots = said.options.dashpots[index];
   const std::string what = side + " absorbing";
   if (words.take("roller")) {
-    kind = mpm::SideKind::Roller;
+    kind = Kind::Roller;
     dashpots.tangential = words.positive(what + " cs", "[length/time]");
     return;
   }
@@ -299,7 +301,7 @@ template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)
   }
 }
 
-void read_round(ScriptWords &words, Said<3> &said)
+template <int D> void read_round(ScriptWords &words, Said<D> &said)
 {
   body_before(words, said).round = words.logical();
   said.needs_face.back() = "round";
@@ -415,6 +417,18 @@ template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
       speed == Speed::Tangent && words.take("every") ? words.integer("tangent every", 1) : 0;
 }
 
+/// Reads the value of a keyword into a member of the solver's options.
+template <int D, class Read, class T>
+auto option(const Read &read, T mpm::SolverOptions<D>::*member)
+{
+  return [=](ScriptWords &words, Said<D> &said) { said.options.*member = read(words); };
+}
+
+using mpm::Scheme;
+using mpm::ShapeFunction;
+using mpm::SolverOptions;
+
+/// The last row is of spheres only.
 template <int D>
 const ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
@@ -425,28 +439,18 @@ const ScriptKeyword<Said<D>> KEYWORDS[] = {
        }
      }},
     {"shape", "linear | gimp | cpgimp",
-     [](ScriptWords &words, Said<D> &said) {
-       using Shape = mpm::ShapeFunction;
-       said.options.shape = words.choice<Shape>(
-           "", {{"linear", Shape::Linear}, {"gimp", Shape::Gimp}, {"cpgimp", Shape::Cpgimp}});
-     }},
+     option(one_of<ShapeFunction>({{"linear", ShapeFunction::Linear},
+                                   {"gimp", ShapeFunction::Gimp},
+                                   {"cpgimp", ShapeFunction::Cpgimp}}),
+            &SolverOptions<D>::shape)},
     {"dilation", "point | cell",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.mean_dilation = words.choice<bool>("", {{"point", false}, {"cell", true}});
-     }},
+     option(one_of<bool>({{"point", false}, {"cell", true}}), &SolverOptions<D>::mean_dilation)},
     {"scheme", "musl | usavg",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.scheme = words.choice<mpm::Scheme>(
-           "", {{"musl", mpm::Scheme::Musl}, {"usavg", mpm::Scheme::Usavg}});
-     }},
-    {"flip", "share",
-     [](ScriptWords &words, Said<D> &said) { said.options.flip = words.number(); }},
-    {"damping", "value",
-     [](ScriptWords &words, Said<D> &said) { said.options.damping = words.number(); }},
-    {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.device = words.choice("", rve::DEVICE_CHOICES);
-     }},
+     option(one_of<Scheme>({{"musl", Scheme::Musl}, {"usavg", Scheme::Usavg}}),
+            &SolverOptions<D>::scheme)},
+    {"flip", "share", option(any_number, &SolverOptions<D>::flip)},
+    {"damping", "value", option(any_number, &SolverOptions<D>::damping)},
+    {"device", "auto | cpu | cuda", option(one_of(rve::DEVICE_CHOICES), &SolverOptions<D>::device)},
     {"boundary",
      D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed | absorbing cp cs"
             : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed | absorbing cp cs",
@@ -476,17 +480,11 @@ const ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
     {"cfl", "warn error", read_cfl<D>},
     {"wave_speed", "bound | tangent N [every M]", read_wave_speed<D>},
-    {"progress", "seconds", [](ScriptWords &words, Said<D> &said) {
+    {"progress", "seconds",
+     [](ScriptWords &words, Said<D> &said) {
        said.settings.progress_interval = read_progress(words);
-     }}};
-
-const ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
-
-void read_of_space(ScriptWords &, Said<2> &) {}
-void read_of_space(ScriptWords &words, Said<3> &said)
-{
-  words.read(KEYWORDS_OF_SPACE, said);
-}
+     }},
+    {"round", "yes | no", read_round<D>}};
 
 }    // namespace
 
@@ -508,12 +506,12 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
   options.device = mpm::Device::Auto;
   options.device_number = share.rank;
 
-  words.set_keywords(names_of(KEYWORDS<D>));
-  if (D == 3) words.add_keywords(names_of(KEYWORDS_OF_SPACE));
+  rve::Words keywords = names_of(KEYWORDS<D>);
+  if (D == 2) keywords.pop_back();
+  words.set_keywords(std::move(keywords));
   collectively(lmp, "Fix mpm", [&] {
     Said<D> said{lmp, settings};
-    while (words.next_keyword())
-      if (!words.read(KEYWORDS<D>, said)) read_of_space(words, said);
+    while (words.next_keyword()) words.read(KEYWORDS<D>, said);
     if (settings.in_situ.given && words.has("stress"))
       lmp->error->all(FLERR, "Fix mpm: stress and insitu exclude each other");
     check_forms(lmp, said);

@@ -7,7 +7,6 @@
 #include "rve/core/suggestion.h"
 #include "rve/engine/options.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -208,11 +207,7 @@ inline auto integer(int least)
 }
 template <class T, std::size_t N> auto one_of(const rve::Choice<T> (&choices)[N])
 {
-  struct Table {
-    rve::Choice<T> rows[N];
-  } table;
-  std::copy_n(choices, N, table.rows);
-  return [table](ScriptWords &words) { return words.choice("", table.rows); };
+  return [choices](ScriptWords &words) { return words.choice("", choices); };
 }
 
 /// Has the value go where the pointers to members lead, the first one of which is a member of the
