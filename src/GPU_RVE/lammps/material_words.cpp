@@ -277,14 +277,14 @@ bool MaterialWords::read(ScriptWords &words)
   return is_contact;
 }
 
-const std::optional<double> &MaterialWords::operator[](MaterialMember member) const
+const std::optional<double> &MaterialWords::operator[](rve::MaterialMember member) const
 {
   std::size_t k = 0;
   while (rve::MATERIAL_PARAMETERS[k].member != member) ++k;
   return values[k];
 }
 
-std::optional<double> &MaterialWords::operator[](MaterialMember member)
+std::optional<double> &MaterialWords::operator[](rve::MaterialMember member)
 {
   return const_cast<std::optional<double> &>(std::as_const(*this)[member]);
 }

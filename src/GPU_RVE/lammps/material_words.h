@@ -11,8 +11,6 @@
 
 namespace LAMMPS_NS {
 
-using MaterialMember = double rve::MaterialNumbers::*;
-
 /// The keywords of rve::MATERIAL_PARAMETERS, and *contact*, which gives the contact law in the words of LAMMPS.
 rve::Words material_keywords();
 
@@ -22,8 +20,8 @@ class MaterialWords {
   /// Reads the value of the keyword that the words are at, and says whether it is one of the material.
   bool read(ScriptWords &words);
 
-  std::optional<double> &operator[](MaterialMember member);
-  const std::optional<double> &operator[](MaterialMember member) const;
+  std::optional<double> &operator[](rve::MaterialMember member);
+  const std::optional<double> &operator[](rve::MaterialMember member) const;
 
   /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one; throws InputError where the
   /// contact law has none.

@@ -30,3 +30,11 @@ std::string LAMMPS_NS::on_rank_zero(MPI_Comm world, const std::function<void()> 
   MPI_Bcast(failure.data(), length, MPI_CHAR, 0, world);
   return failure;
 }
+
+void LAMMPS_NS::broadcast(MPI_Comm world, int root, std::string &text)
+{
+  int length = static_cast<int>(text.size());
+  MPI_Bcast(&length, 1, MPI_INT, root, world);
+  text.resize(length);
+  MPI_Bcast(text.data(), length, MPI_CHAR, root, world);
+}

@@ -12,4 +12,7 @@ namespace LAMMPS_NS {
 /// Rank 0 does `work`; all ranks return what its exception said, or "" if there was none.
 std::string on_rank_zero(MPI_Comm world, const std::function<void()> &work);
 
+/// Gives all ranks the text of the rank `root`. Collective.
+void broadcast(MPI_Comm world, int root, std::string &text);
+
 }    // namespace LAMMPS_NS

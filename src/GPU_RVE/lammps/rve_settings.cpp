@@ -14,7 +14,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
+#include <iterator>
 #include <string_view>
 
 using namespace LAMMPS_NS;
@@ -102,30 +102,6 @@ constexpr double LARGEST_QUIESCENT_STRAIN = 1e-2;
 // Of adaptive substeps, unless the script says otherwise.
 constexpr int MOST_SUBSTEPS = 100000;
 
-enum class Preset { Draft, Standard, Reference };
-
-/// What doc/src/accuracy.rst recommends; keywords that follow replace parts of it.
-void apply(Preset preset, FixRveSettings &s)
-{
-  s.dt_auto = s.dt_given = true;
-  s.mass_scaling = 1.0;
-  switch (preset) {
-    case Preset::Draft:
-      s.options.format = rve::Format::Fast;
-      s.dt_fraction = 0.9;
-      s.mass_scaling = 4.0;
-      break;
-    case Preset::Standard:
-      s.options.format = rve::Format::Mixed;
-      s.dt_fraction = 0.9;
-      break;
-    case Preset::Reference:
-      s.options.format = rve::Format::Double;
-      s.dt_fraction = 0.1;
-      break;
-  }
-}
-
 // ---- values of keywords ----
 
 void read_drive(ScriptWords &words, FixRveSettings &s)
@@ -146,16 +122,11 @@ std::string text_of_file(LAMMPS *lmp, const std::string &file)
   const std::string failure = on_rank_zero(lmp->world, [&] {
     rve::require_readable(file, "path file");
     std::ifstream in(file);
-    std::ostringstream all;
-    all << in.rdbuf();
-    text = all.str();
+    text.assign(std::istreambuf_iterator<char>(in), {});
     rve::require(text.size() <= MAXSMALLINT, file + " is too large for a path file");
   });
   if (!failure.empty()) throw rve::InputError(failure);
-  int size = static_cast<int>(text.size());
-  MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
-  text.resize(size);
-  MPI_Bcast(text.data(), size, MPI_CHAR, 0, lmp->world);
+  broadcast(lmp->world, 0, text);
   return text;
 }
 
@@ -242,26 +213,35 @@ void read_substeps(ScriptWords &words, FixRveSettings &s)
   s.macro_step.adaptive = adaptive;
 }
 
+constexpr rve::Choice<StressFrom> STRESS_CHOICES[] = {{"end", StressFrom::End},
+                                                      {"average", StressFrom::Average},
+                                                      {"regression", StressFrom::Regression}};
+
 void read_stress(ScriptWords &words, FixRveSettings &s)
 {
-  s.macro_step.stress_from = words.choice<StressFrom>("",
-                                                      {{"end", StressFrom::End},
-                                                       {"average", StressFrom::Average},
-                                                       {"regression", StressFrom::Regression}});
+  s.macro_step.stress_from = words.choice("", STRESS_CHOICES);
   if (s.macro_step.stress_from == StressFrom::End) return;
   s.macro_step.stress_samples = words.integer("samples", 2);
   s.macro_step.stress_spacing = words.integer("spacing", 1);
 }
 
+/// The values are those of doc/src/accuracy.rst; keywords that follow replace parts of them.
 void read_preset(ScriptWords &words, FixRveSettings &s)
 {
   if (!words.given().empty())
     words.refuse("preset must be the first keyword: those that follow replace parts of it");
-  apply(words.choice<Preset>("",
-                             {{"draft", Preset::Draft},
-                              {"standard", Preset::Standard},
-                              {"reference", Preset::Reference}}),
-        s);
+  struct Preset {
+    rve::Format format;
+    double dt_fraction, mass_scaling;
+  };
+  const auto preset = words.choice<Preset>("",
+                                           {{"draft", {rve::Format::Fast, 0.9, 4.0}},
+                                            {"standard", {rve::Format::Mixed, 0.9, 1.0}},
+                                            {"reference", {rve::Format::Double, 0.1, 1.0}}});
+  s.dt_auto = s.dt_given = true;
+  s.options.format = preset.format;
+  s.dt_fraction = preset.dt_fraction;
+  s.mass_scaling = preset.mass_scaling;
 }
 
 void read_dump(ScriptWords &words, FixRveSettings &s)
@@ -390,9 +370,10 @@ const FixRveKeyword KEYWORDS[] = {
 
 rve::Words LAMMPS_NS::fix_rve_keywords()
 {
-  rve::Words words = material_keywords();
-  for (const auto &name : names_of(KEYWORDS)) words.push_back(name);
-  return words;
+  rve::Words keywords = material_keywords();
+  const rve::Words others = names_of(KEYWORDS);
+  keywords.insert(keywords.end(), others.begin(), others.end());
+  return keywords;
 }
 
 const char *LAMMPS_NS::rve_component_name(int row, int column)
@@ -554,12 +535,9 @@ std::map<std::string, std::string> FixRveSettings::account() const
                      : "match";
   account["quiescent"] = steps.quiescent_strain > 0.0 ? rve::number(steps.quiescent_strain)
                                                       : "none";
-  const auto samples = [&](const char *word) {
-    return fmt::format("{} {} {}", word, steps.stress_samples, steps.stress_spacing);
-  };
-  account["stress"] = steps.stress_from == StressFrom::End ? "end"
-      : steps.stress_from == StressFrom::Average           ? samples("average")
-                                                           : samples("regression");
+  account["stress"] = word_of(STRESS_CHOICES, steps.stress_from);
+  if (steps.stress_from != StressFrom::End)
+    account["stress"] += fmt::format(" {} {}", steps.stress_samples, steps.stress_spacing);
   account["shadow"] = num_shadows > 0 ? fmt::format("{} {}", num_shadows, steps.shadow_refinement)
                                       : "none";
   account["dt_check"] = std::to_string(dt_check_interval);
