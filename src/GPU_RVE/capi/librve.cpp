@@ -21,6 +21,7 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 using rve::require;
@@ -150,14 +151,10 @@ template <class Number> class CallerArray {
     if (!rve::is_on_device(array, name, batch.cuda_device())) return;
     device_ = batch.cuda_device();
     copy_.resize(count);
+    if (std::is_const_v<Number>) rve::copy_numbers(array_, copy_.data(), copy_.size(), device_);
   }
 
   Number *values() { return device_ >= 0 ? copy_.data() : array_; }
-  /// Before values that are given are read.
-  void fetch()
-  {
-    if (device_ >= 0) rve::copy_numbers(array_, copy_.data(), copy_.size(), device_);
-  }
   /// After values have been written.
   void deliver() const
   {
@@ -180,7 +177,6 @@ int move_batch(rve_batch *batch, const size_t *which, size_t count, const double
     const capi::Members members = chosen(*batch, which, count);
     const std::size_t numbers = count * batch->dimension() * batch->dimension();
     CallerArray given(*batch, arrays, increments, "increments", numbers);
-    given.fetch();
     CallerArray wanted(*batch, arrays, stresses, "stresses", numbers);
     batch->run(members, given.values(), dt, substeps, wanted.values(), statuses, keeps);
     wanted.deliver();

@@ -289,11 +289,8 @@ namespace {
 
     std::vector<char> save() const override
     {
-      return saved(D, members.size(), [&](std::size_t k) {
-        const Member &member = members[k];
-        return rve::serialize(member.tried ? member.committed->state
-                                           : engine->state(member.number));
-      });
+      return saved(D, members.size(),
+                   [&](std::size_t k) { return rve::serialize(committed_state(members[k])); });
     }
 
     void restore(const char *bytes, std::size_t size) override
@@ -406,6 +403,11 @@ namespace {
       }
     }
 
+    State committed_state(const Member &member) const
+    {
+      return member.tried ? member.committed->state : engine->state(member.number);
+    }
+
     /// Throws InputError if a drive makes DEM steps that are too long for the committed state of its RVE. Determines bounds only
     /// where StepBound does not have them: those of RVEs in the engine there, the exact ones of few RVEs on the host.
     void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
@@ -440,8 +442,7 @@ namespace {
     void require_stable_step(std::size_t which, double dt)
     {
       Member &member = members[which];
-      const double bound = rve::stable_time_step(member.tried ? member.committed->state
-                                                              : engine->state(member.number));
+      const double bound = rve::stable_time_step(committed_state(member));
       require(dt <= bound, "dt of RVE ", which, " is ", dt,
               " [time]; it must be at most the stability bound ", bound,
               " [time], and should be at most 0.9 of it (rve_time_steps)");

@@ -77,14 +77,12 @@ namespace {
   };
   template <class Target> using Table = std::vector<Row<Target>>;
 
-  template <class Target, class T> Row<Target> row(const char *word, T Target::*member)
+  /// A row whose value goes to a member of the target, or to a member of that member and so on.
+  template <class Target, class T, class... Members>
+  Row<Target> row(const char *word, T Target::*first, Members... members)
   {
-    return {word, [=](const Entry &e, Target &target) { read(e, target.*member); }};
-  }
-  template <class Target, class Part, class T>
-  Row<Target> row(const char *word, Part Target::*part, T Part::*member)
-  {
-    return {word, [=](const Entry &e, Target &target) { read(e, target.*part.*member); }};
+    return {word,
+            [=](const Entry &e, Target &target) { read(e, ((target.*first).*....*members)); }};
   }
 
   Table<rve::Options> options_table()
@@ -145,9 +143,7 @@ namespace {
         row("threads", &Order::options, &rve::Options::threads),
         row("format", &Order::options, &rve::Options::format)};
     for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
-      table.push_back({parameter.keyword, [member = parameter.member](const Entry &e, Order &o) {
-                         read(e, o.recipe.material.*member);
-                       }});
+      table.push_back(row(parameter.keyword, &Order::recipe, &Recipe::material, parameter.member));
     return table;
   }
 
