@@ -6,9 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdint>
 #include <functional>
-#include <optional>
 #include <sstream>
 #include <type_traits>
 #include <utility>

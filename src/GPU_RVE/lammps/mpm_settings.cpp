@@ -30,8 +30,7 @@ constexpr double MOST_POINTS_PER_CELL = 1e4;
 constexpr double MAX_COURANT = 10.0;
 
 /// What keywords refer to: *face* and *separation* to the load or body before them, *density* to the model or body.
-template <int D> struct Said {
-  LAMMPS *lmp;
+template <int D> struct ParseState {
   MpmSettings<D> &settings;
   mpm::SolverOptions<D> &options = settings.options;
   mpm::Face *face = nullptr;
@@ -61,11 +60,11 @@ template <int D> mpm::Face read_side(ScriptWords &words)
   return static_cast<mpm::Face>(words.choice("", rve::Words(SIDES, SIDES + mpm::FACES<D>)));
 }
 
-template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
+template <int D> void read_boundary(ScriptWords &words, ParseState<D> &state)
 {
   const std::string side = words.peek();
   const int index = (int) read_side<D>(words);
-  mpm::SideKind &kind = said.options.sides[index];
+  mpm::SideKind &kind = state.options.sides[index];
   words.about("boundary " + side);
   const bool absorbs = std::string_view(words.peek()) == "absorbing";
   using Kind = mpm::SideKind;
@@ -76,7 +75,7 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
                              {"absorbing", Kind::Free}});
   if (!absorbs) return;
 
-  mpm::Dashpots &dashpots = said.options.dashpots[index];
+  mpm::Dashpots &dashpots = state.options.dashpots[index];
   const std::string what = side + " absorbing";
   if (words.take("roller")) {
     kind = Kind::Roller;
@@ -91,16 +90,16 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
                              what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
 }
 
-template <int D> void read_model(ScriptWords &words, Said<D> &said)
+template <int D> void read_model(ScriptWords &words, ParseState<D> &state)
 {
-  said.settings.models.push_back(MpmModel<D>::read(words));
-  said.density_owner = "model " + said.settings.models.back().group;
-  said.density = &said.settings.models.back().density;
+  state.settings.models.push_back(MpmModel<D>::read(words));
+  state.density_owner = "model " + state.settings.models.back().group;
+  state.density = &state.settings.models.back().density;
 }
 
-template <int D> void read_density(ScriptWords &words, Said<D> &said)
+template <int D> void read_density(ScriptWords &words, ParseState<D> &state)
 {
-  const std::string subject = said.density ? said.density_owner + " density" : "density";
+  const std::string subject = state.density ? state.density_owner + " density" : "density";
   words.about(subject);
   double density = 0.0;
   if (!words.take("rve")) {
@@ -109,10 +108,10 @@ template <int D> void read_density(ScriptWords &words, Said<D> &said)
       words.refuse(fmt::format("{} is {} [mass/length^3]; it must be greater than 0, or rve",
                                subject, rve::number(density)));
   }
-  if (said.density)
-    *said.density = density;
+  if (state.density)
+    *state.density = density;
   else
-    said.settings.density = density;
+    state.settings.density = density;
 }
 
 /// A density that is the only one applies to all points, wherever it stands; returns its subject, or "".
@@ -136,12 +135,12 @@ template <int D> std::string share_density(const ScriptWords &words, MpmSettings
 }
 
 /// The volume of a point, in the plane its area, or how many share a cell: two ways to say the same.
-template <int D> void read_volume(ScriptWords &words, Said<D> &said)
+template <int D> void read_volume(ScriptWords &words, ParseState<D> &state)
 {
   const bool is_share = words.keyword() == "points_per_cell";
   words.about("volume");
   const double given = words.number();
-  const double cell = volume_of_cell(said.options), number = is_share ? given : cell / given;
+  const double cell = volume_of_cell(state.options), number = is_share ? given : cell / given;
   // the volume of a cell may have been rounded
   if (!(number >= 1.0 - 1e-6 && number <= MOST_POINTS_PER_CELL * (1.0 + 1e-6)))
     words.refuse(is_share
@@ -151,7 +150,7 @@ template <int D> void read_volume(ScriptWords &words, Said<D> &said)
                                    "cell, since a cell has at most {} points",
                                    rve::number(given), D, rve::number(cell / MOST_POINTS_PER_CELL),
                                    rve::number(cell), rve::number(MOST_POINTS_PER_CELL)));
-  said.settings.initial_volume = is_share ? cell / given : given;
+  state.settings.initial_volume = is_share ? cell / given : given;
 }
 
 template <int D> constexpr const char *rigid_form()
@@ -161,37 +160,38 @@ template <int D> constexpr const char *rigid_form()
 }
 
 /// A rate that is prescribed, or the word `free`.
-template <int D> void read_rate(ScriptWords &words, Said<D> &said, int freedom, const char *part)
+template <int D>
+void read_rate(ScriptWords &words, ParseState<D> &state, int freedom, const char *part)
 {
   if (words.take("free")) {
-    said.options.rigid_bodies.back().free |= 1 << freedom;
-    said.needs_form.back() = "free";
+    state.options.rigid_bodies.back().free |= 1 << freedom;
+    state.needs_form.back() = "free";
   } else {
-    said.settings.bodies.back().rates[freedom] = words.value(part);
+    state.settings.bodies.back().rates[freedom] = words.value(part);
   }
 }
 
-template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
+template <int D> void read_rigid(ScriptWords &words, ParseState<D> &state)
 {
   MpmRigidBody<D> body;
   body.group = words.peek();
   body.groupbit = words.groupbit("group");
-  said.owner = "rigid " + body.group;
-  words.about(said.owner);
-  said.settings.bodies.push_back(body);
-  said.density_owner = said.owner;
-  said.density = &said.settings.bodies.back().density;
-  said.options.rigid_bodies.emplace_back();
-  said.options.rigid_body_names.push_back(body.group);
-  said.needs_face.emplace_back();
-  said.needs_form.emplace_back();
-  mpm::RigidBodyOptions &how = said.options.rigid_bodies.back();
+  state.owner = "rigid " + body.group;
+  words.about(state.owner);
+  state.settings.bodies.push_back(body);
+  state.density_owner = state.owner;
+  state.density = &state.settings.bodies.back().density;
+  state.options.rigid_bodies.emplace_back();
+  state.options.rigid_body_names.push_back(body.group);
+  state.needs_face.emplace_back();
+  state.needs_form.emplace_back();
+  mpm::RigidBodyOptions &how = state.options.rigid_bodies.back();
   if (D == 3) how.face = mpm::Face::ZLo;
   for (int a = 0; a < D; a++) {
     if (!words.take(VELOCITIES[a]))
       words.refuse(fmt::format("rigid has '{}' where {} must be; it must read: rigid {}",
                                words.next(VELOCITIES[a]), VELOCITIES[a], rigid_form<D>()));
-    read_rate(words, said, a, VELOCITIES[a]);
+    read_rate(words, state, a, VELOCITIES[a]);
   }
   enum { SMOOTH, ROUGH, FRICTION };
   const int contact =
@@ -205,33 +205,33 @@ template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
             FLERR,
             "Fix mpm {}: the friction coefficient is {} [-], above {}; if that is an angle in "
             "degrees, use its tangent",
-            said.owner, rve::number(how.friction), rve::number(rve::LARGEST_USUAL_FRICTION));
+            state.owner, rve::number(how.friction), rve::number(rve::LARGEST_USUAL_FRICTION));
     } else {
-      said.settings.bodies.back().friction = words.value("friction");
+      state.settings.bodies.back().friction = words.value("friction");
       how.friction = 1.0;    // until the variable is evaluated
     }
-    said.needs_form.back() = "friction";
+    state.needs_form.back() = "friction";
   }
-  said.face = &how.face;
+  state.face = &how.face;
 }
 
 /// The body that a keyword is about.
-template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, Said<D> &said)
+template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, ParseState<D> &state)
 {
-  if (said.options.rigid_bodies.empty())
+  if (state.options.rigid_bodies.empty())
     words.refuse(words.keyword() + " must follow a rigid body");
-  words.about(said.owner + " " + words.keyword());
-  return said.options.rigid_bodies.back();
+  words.about(state.owner + " " + words.keyword());
+  return state.options.rigid_bodies.back();
 }
 
-template <int D> void read_separation(ScriptWords &words, Said<D> &said)
+template <int D> void read_separation(ScriptWords &words, ParseState<D> &state)
 {
-  body_before(words, said).separation = words.logical();
+  body_before(words, state).separation = words.logical();
 }
 
-template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
+template <int D> void read_body_form(ScriptWords &words, ParseState<D> &state)
 {
-  mpm::RigidBodyOptions &body = body_before(words, said);
+  mpm::RigidBodyOptions &body = body_before(words, state);
   using Form = mpm::BodyForm;
   if constexpr (D == 2)
     body.form = words.choice<Form>(
@@ -245,8 +245,8 @@ template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
                                     {"cylinder", Form::Cylinder},
                                     {"convex", Form::Convex}});
   if (body.form != Form::Convex) return;
-  auto &of_bodies = said.options.rigid_body_vertices;
-  of_bodies.resize(said.options.rigid_bodies.size());
+  auto &of_bodies = state.options.rigid_body_vertices;
+  of_bodies.resize(state.options.rigid_bodies.size());
   of_bodies.back().resize(words.whole("convex", D + 1, mpm::MOST_VERTICES));
   int number = 0;
   for (mpm::Vec<D> &vertex : of_bodies.back()) {
@@ -256,66 +256,66 @@ template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
   }
 }
 
-template <int D> void read_spin(ScriptWords &words, Said<D> &said)
+template <int D> void read_spin(ScriptWords &words, ParseState<D> &state)
 {
-  body_before(words, said);
-  said.needs_form.back() = "spin";
+  body_before(words, state);
+  state.needs_form.back() = "spin";
   for (int k = D; k < mpm::FREEDOMS<D>; k++)
-    read_rate(words, said, k, D == 2 ? SPINS[2] : SPINS[k - D]);
+    read_rate(words, state, k, D == 2 ? SPINS[2] : SPINS[k - D]);
 }
 
-template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
+template <int D> void read_pivot(ScriptWords &words, ParseState<D> &state)
 {
-  mpm::RigidBodyOptions &body = body_before(words, said);
-  said.needs_form.back() = "pivot";
+  mpm::RigidBodyOptions &body = body_before(words, state);
+  state.needs_form.back() = "pivot";
   body.has_pivot = true;
   for (int a = 0; a < D; a++) body.pivot[a] = words.number(AXES[a]);
 }
 
 /// In degrees, in the options in radian.
-template <int D> void read_turned(ScriptWords &words, Said<D> &said)
+template <int D> void read_turned(ScriptWords &words, ParseState<D> &state)
 {
   constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
-  mpm::RigidBodyOptions &body = body_before(words, said);
-  said.needs_form.back() = "turned";
+  mpm::RigidBodyOptions &body = body_before(words, state);
+  state.needs_form.back() = "turned";
   for (int k = 0; k < rve::Space<D>::spins; k++) {
     const double angle = words.number(D == 2 ? "angle" : AXES[k]);
     if (!(std::fabs(angle) <= MOST))
-      said.lmp->error->all(FLERR,
-                           "Fix mpm rigid {}: turned must be between {} and {} degrees, got {}",
-                           said.settings.bodies.back().group, -MOST, MOST, rve::number(angle));
+      words.owner()->error->all(
+          FLERR, "Fix mpm rigid {}: turned must be between {} and {} degrees, got {}",
+          state.settings.bodies.back().group, -MOST, MOST, rve::number(angle));
     body.turned[k] = DEGREE * angle;
   }
 }
 
-template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)
+template <int D> void check_forms(LAMMPS *lmp, const ParseState<D> &state)
 {
-  for (std::size_t b = 0; b < said.options.rigid_bodies.size(); b++) {
-    const bool has_face = said.options.rigid_bodies[b].form == mpm::BodyForm::Face;
-    const std::string &misplaced = has_face ? said.needs_form[b] : said.needs_face[b];
+  for (std::size_t b = 0; b < state.options.rigid_bodies.size(); b++) {
+    const bool has_face = state.options.rigid_bodies[b].form == mpm::BodyForm::Face;
+    const std::string &misplaced = has_face ? state.needs_form[b] : state.needs_face[b];
     if (misplaced.empty()) continue;
     lmp->error->all(FLERR, "Fix mpm rigid {}: {} is for a body of form {}",
-                    said.settings.bodies[b].group, misplaced,
+                    state.settings.bodies[b].group, misplaced,
                     has_face ? (D == 2 ? "box, ball or convex" : "box, ball, cylinder or convex")
                              : "face");
   }
 }
 
-template <int D> void read_round(ScriptWords &words, Said<D> &said)
+template <int D> void read_round(ScriptWords &words, ParseState<D> &state)
 {
-  body_before(words, said).round = words.logical();
-  said.needs_face.back() = "round";
+  body_before(words, state).round = words.logical();
+  state.needs_face.back() = "round";
 }
 
 /// Several loads may be on the same points.
-template <int D> void read_load(ScriptWords &words, Said<D> &said)
+template <int D> void read_load(ScriptWords &words, ParseState<D> &state)
 {
   const std::string keyword = words.keyword();
   MpmTraction<D> load;
   load.is_pressure = keyword == "pressure";
   load.id = words.peek();
-  const bool is_region =
-      said.lmp->domain->get_region_by_id(load.id) && said.lmp->group->find(load.id) < 0;
+  const LAMMPS *lmp = words.owner();
+  const bool is_region = lmp->domain->get_region_by_id(load.id) && lmp->group->find(load.id) < 0;
   if (is_region) words.next();
   load.groupbit = is_region ? 0 : words.groupbit("group");
   words.about(fmt::format("{} {}", keyword, load.id), true);
@@ -323,24 +323,24 @@ template <int D> void read_load(ScriptWords &words, Said<D> &said)
     load.traction[0] = words.value("p");
   else
     for (int a = 0; a < D; a++) load.traction[a] = words.value(TRACTIONS[a]);
-  said.settings.tractions.push_back(load);
-  said.face = &said.settings.tractions.back().face;
-  said.owner = fmt::format("{} {} number {}", keyword, load.id, said.settings.tractions.size());
+  state.settings.tractions.push_back(load);
+  state.face = &state.settings.tractions.back().face;
+  state.owner = fmt::format("{} {} number {}", keyword, load.id, state.settings.tractions.size());
 }
 
-template <int D> void read_face(ScriptWords &words, Said<D> &said)
+template <int D> void read_face(ScriptWords &words, ParseState<D> &state)
 {
-  if (!said.face) words.refuse("face must follow a traction, a pressure or a rigid body");
-  words.about(said.owner + " face");
-  *said.face = read_side<D>(words);
-  if (!said.options.rigid_bodies.empty() && said.face == &said.options.rigid_bodies.back().face)
-    said.needs_face.back() = "face";
+  if (!state.face) words.refuse("face must follow a traction, a pressure or a rigid body");
+  words.about(state.owner + " face");
+  *state.face = read_side<D>(words);
+  if (!state.options.rigid_bodies.empty() && state.face == &state.options.rigid_bodies.back().face)
+    state.needs_face.back() = "face";
 }
 
 /// In the order of LAMMPS.
-template <int D> void read_stress(ScriptWords &words, Said<D> &said)
+template <int D> void read_stress(ScriptWords &words, ParseState<D> &state)
 {
-  mpm::Tensor<D> &stress = said.settings.initial_stress;
+  mpm::Tensor<D> &stress = state.settings.initial_stress;
   constexpr const char *names[] = {"sxx", "syy", "szz"};
   for (int a = 0; a < D; a++) stress(a, a) = words.number(names[a]);
   constexpr const char *shears[] = {"sxy", "sxz", "syz"};
@@ -353,9 +353,9 @@ constexpr const char *IN_SITU_FORM = "gravity g k0 value | rest [surcharge q] [s
                                      "[tolerance stress]";
 
 /// Values may be variables of atoms: they are evaluated where points are made.
-template <int D> void read_in_situ(ScriptWords &words, Said<D> &said)
+template <int D> void read_in_situ(ScriptWords &words, ParseState<D> &state)
 {
-  MpmInSitu<D> &s = said.settings.in_situ;
+  MpmInSitu<D> &s = state.settings.in_situ;
   s.given = true;
   rve::Words given;
   const auto take = [&](const char *part) {
@@ -394,9 +394,9 @@ template <int D> void read_in_situ(ScriptWords &words, Said<D> &said)
         "insitu needs gravity and k0, or stress alone; it must read: insitu {}", IN_SITU_FORM));
 }
 
-template <int D> void read_cfl(ScriptWords &words, Said<D> &said)
+template <int D> void read_cfl(ScriptWords &words, ParseState<D> &state)
 {
-  MpmSettings<D> &s = said.settings;
+  MpmSettings<D> &s = state.settings;
   s.courant_warn = words.number("warn");
   s.courant_error = words.number("error");
   if (!(s.courant_warn > 0.0 && s.courant_error >= s.courant_warn &&
@@ -407,13 +407,13 @@ template <int D> void read_cfl(ScriptWords &words, Said<D> &said)
                              rve::number(s.courant_error)));
 }
 
-template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
+template <int D> void read_wave_speed(ScriptWords &words, ParseState<D> &state)
 {
   enum class Speed { Bound, Tangent };
   const auto speed =
       words.choice<Speed>("", {{"bound", Speed::Bound}, {"tangent", Speed::Tangent}});
-  said.settings.wave_tests = speed == Speed::Tangent ? words.integer("tangent", 1) : 0;
-  said.settings.wave_every =
+  state.settings.wave_tests = speed == Speed::Tangent ? words.integer("tangent", 1) : 0;
+  state.settings.wave_every =
       speed == Speed::Tangent && words.take("every") ? words.integer("tangent every", 1) : 0;
 }
 
@@ -421,7 +421,7 @@ template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
 template <int D, class Read, class T>
 auto option(const Read &read, T mpm::SolverOptions<D>::*member)
 {
-  return [=](ScriptWords &words, Said<D> &said) { said.options.*member = read(words); };
+  return [=](ScriptWords &words, ParseState<D> &state) { state.options.*member = read(words); };
 }
 
 using mpm::Scheme;
@@ -430,12 +430,12 @@ using mpm::SolverOptions;
 
 /// The last row is of spheres only.
 template <int D>
-const ScriptKeyword<Said<D>> KEYWORDS[] = {
+const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
     {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
-     [](ScriptWords &words, Said<D> &said) {
+     [](ScriptWords &words, ParseState<D> &state) {
        for (int a = 0; a < D; a++) {
-         said.options.lo[a] = words.number(SIDES[2 * a]);
-         said.options.hi[a] = words.number(SIDES[2 * a + 1]);
+         state.options.lo[a] = words.number(SIDES[2 * a]);
+         state.options.hi[a] = words.number(SIDES[2 * a + 1]);
        }
      }},
     {"shape", "linear | gimp | cpgimp",
@@ -457,9 +457,9 @@ const ScriptKeyword<Said<D>> KEYWORDS[] = {
      read_boundary<D>},
     {"model", "group-ID rve fix-ID | law ...", read_model<D>},
     {"column", "name",
-     [](ScriptWords &words, Said<D> &said) {
-       said.settings.columns.emplace_back(words.next());
-       words.about("column " + said.settings.columns.back());
+     [](ScriptWords &words, ParseState<D> &state) {
+       state.settings.columns.emplace_back(words.next());
+       words.about("column " + state.settings.columns.back());
      }},
     {"density", "value | rve", read_density<D>},
     {"stress", D == 2 ? "sxx syy sxy" : "sxx syy szz sxy sxz syz", read_stress<D>},
@@ -481,8 +481,8 @@ const ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"cfl", "warn error", read_cfl<D>},
     {"wave_speed", "bound | tangent N [every M]", read_wave_speed<D>},
     {"progress", "seconds",
-     [](ScriptWords &words, Said<D> &said) {
-       said.settings.progress_interval = read_progress(words);
+     [](ScriptWords &words, ParseState<D> &state) {
+       state.settings.progress_interval = read_progress(words);
      }},
     {"round", "yes | no", read_round<D>}};
 
@@ -510,11 +510,11 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
   if (D == 2) keywords.pop_back();
   words.set_keywords(std::move(keywords));
   collectively(lmp, "Fix mpm", [&] {
-    Said<D> said{lmp, settings};
-    while (words.next_keyword()) words.read(KEYWORDS<D>, said);
+    ParseState<D> state{settings};
+    while (words.next_keyword()) words.read(KEYWORDS<D>, state);
     if (settings.in_situ.given && words.has("stress"))
       lmp->error->all(FLERR, "Fix mpm: stress and insitu exclude each other");
-    check_forms(lmp, said);
+    check_forms(lmp, state);
   });
   const std::string only_density = share_density(words, settings);
   // easily taken for that of one model or body alone

@@ -6,7 +6,6 @@
 #include "lammps/mpm_models.h"
 #include "mpm/mpm_solver.h"
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>

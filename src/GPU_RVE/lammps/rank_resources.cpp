@@ -12,14 +12,10 @@
 
 using namespace LAMMPS_NS;
 
-namespace {
-
-bool threads_are_given()
+static bool threads_are_given()
 {
   return getenv("OMP_NUM_THREADS") != nullptr;
 }
-
-}    // namespace
 
 RankResources::RankResources(MPI_Comm world)
 {

@@ -16,35 +16,28 @@
 #include <cstddef>
 #include <iterator>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/// An entry of a table of columns.
-template <class Table>
-using EntryOf = std::remove_reference_t<decltype(*std::begin(std::declval<const Table &>()))>;
-
-/// The entry of that name, or none.
-template <class Table> EntryOf<Table> *find_column(const std::string &name, const Table &table)
+/// Returns the entry of that name, or null.
+template <class Table> auto find_column(const std::string &name, const Table &table)
 {
-  for (const auto &entry : table)
-    if (name == entry.name) return &entry;
-  return nullptr;
+  const auto found = std::find_if(std::begin(table), std::end(table),
+                                  [&](const auto &entry) { return name == entry.name; });
+  return found == std::end(table) ? nullptr : &*found;
 }
 
 /// Entries of `table`, which have a `name`, as the words from arg[first] on name them; *fix ID* among them sets `fix_id`, which stays empty
 /// without. An error, which begins with `style` and `id`, for other words, a fix given twice, and no column. `kind`: what one is called.
 template <class Table>
-std::vector<EntryOf<Table> *> read_columns(LAMMPS *lmp, const std::string &style, const char *id,
-                                           const char *kind, const Table &table, int first,
-                                           int narg, char **arg, std::string &fix_id)
+auto read_columns(LAMMPS *lmp, const std::string &style, const char *id, const char *kind,
+                  const Table &table, int first, int narg, char **arg, std::string &fix_id)
 {
   ScriptWords words(lmp, style + " " + id, narg, arg, first);
   rve::Words names = names_of(table);
   names.emplace_back("fix");
-  std::vector<EntryOf<Table> *> columns;
+  std::vector<decltype(find_column("", table))> columns;
   while (!words.empty()) {
     if (words.take("fix")) {
       const std::string given = words.next("fix");
@@ -55,7 +48,7 @@ std::vector<EntryOf<Table> *> read_columns(LAMMPS *lmp, const std::string &style
       continue;
     }
     const std::string word = words.next();
-    EntryOf<Table> *found = find_column(word, table);
+    const auto *found = find_column(word, table);
     if (!found)
       words.refuse(fmt::format("there is no {} '{}'{}", kind, word,
                                rve::did_you_mean(word, names, "there are")));

@@ -10,6 +10,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing_io.h"
+#include "utils.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -141,10 +142,7 @@ std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &p
   } catch (const rve::InputError &e) {
     words.refuse(e.what());
   }
-  for (const std::string &name : result->script_names()) {
-    s.values.emplace_back();
-    s.values.back().variable = name;
-  }
+  for (const std::string &name : result->script_names()) s.values.emplace_back().variable = name;
   return used;
 }
 
@@ -163,7 +161,7 @@ void read_path(ScriptWords &words, FixRveSettings &settings)
   if (words.take("none")) return;
   const bool in_script = std::string_view(words.peek()) == "stage";
   std::vector<macro::PathWord> path;
-  std::string said;
+  std::vector<std::string> texts;
   if (in_script) {
     for (int k = 0; *words.peek(k) != '\0'; ++k) path.push_back({words.peek(k), "path"});
   } else {
@@ -172,8 +170,8 @@ void read_path(ScriptWords &words, FixRveSettings &settings)
       try {
         const std::string text = text_of_file(words.owner(), file);
         for (macro::PathWord &word : macro::path_words(text, file)) path.push_back(std::move(word));
-        said += fmt::format("{}{} with checksum {:016x}", said.empty() ? "" : " ", file,
-                            rve::checksum_of(text.data(), text.size()));
+        texts.push_back(fmt::format("{} with checksum {:016x}", file,
+                                    rve::checksum_of(text.data(), text.size())));
       } catch (const rve::InputError &e) {
         words.refuse(e.what());
       }
@@ -182,9 +180,8 @@ void read_path(ScriptWords &words, FixRveSettings &settings)
   const std::size_t used = settings.dimension == 2
       ? read_paths<2>(words, path, in_script, s.of_disks, s)
       : read_paths<3>(words, path, in_script, s.of_spheres, s);
-  for (std::size_t k = 0; in_script && k < used; ++k)
-    said += fmt::format("{}{}", said.empty() ? "" : " ", words.next());
-  s.text = said;
+  for (std::size_t k = 0; in_script && k < used; ++k) texts.emplace_back(words.next());
+  s.text = utils::join_words(texts, " ");
 }
 
 void read_dt(ScriptWords &words, FixRveSettings &s)
