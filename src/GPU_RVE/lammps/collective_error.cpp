@@ -18,7 +18,7 @@ std::string LAMMPS_NS::first_message(LAMMPS *lmp, std::string message)
   return message;
 }
 
-/// The function error->all needs the same text on all ranks.
+// error->all needs the same text on all ranks.
 void LAMMPS_NS::error_if_any(LAMMPS *lmp, std::string message)
 {
   const std::string first = first_message(lmp, std::move(message));

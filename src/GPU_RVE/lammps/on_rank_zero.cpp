@@ -6,7 +6,7 @@
 #include <exception>
 #include <thread>
 
-/// The others do not wait in a collective call, which would keep their cores busy.
+// The other ranks poll and sleep, because a blocking collective call would keep their cores busy.
 std::string LAMMPS_NS::on_rank_zero(MPI_Comm world, const std::function<void()> &work)
 {
   int me, length = 0;
