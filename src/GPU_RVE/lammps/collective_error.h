@@ -17,7 +17,8 @@
 
 namespace LAMMPS_NS {
 
-/// Collects the atoms of all ranks that have a problem. The error names the atom with the lowest ID.
+/// Collects the atoms of all ranks that have a problem. The error names the atom with the lowest
+/// ID.
 class CollectiveError {
  public:
   /// Three numbers of an atom for the message.
@@ -65,10 +66,10 @@ void error_if_any(LAMMPS *lmp, std::string message);
 /// reads as a lack of memory.
 std::string problem_of(const std::exception &exception);
 
-/// Runs `body` on each rank. If it throws on any rank, all ranks end with error->all: "who: " and the
-/// problem of the lowest rank that failed. Collective, but `body` must not communicate: another rank
-/// may already have failed. Exceptions of LAMMPS pass through, because error->all in `body` has ended
-/// all ranks.
+/// Runs `body` on each rank. If it throws on any rank, all ranks end with error->all: "who: " and
+/// the problem of the lowest rank that failed. Collective, but `body` must not communicate: another
+/// rank may already have failed. Exceptions of LAMMPS pass through, because error->all in `body`
+/// has ended all ranks.
 template <class Body> void collectively(LAMMPS *lmp, const std::string &who, const Body &body)
 {
   std::string message;

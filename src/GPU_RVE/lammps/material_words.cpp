@@ -15,12 +15,14 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// ---- the contact law as a pair_coeff of pair_style granular has it, behind the types of atoms ----
+// ---- normal models of *contact*, with the syntax of pair_coeff of pair_style granular after the
+// types of atoms ----
 
 struct Contact {
   MaterialWords &material;
-  double eta_n = 0.0;    ///< of the normal model; the damping model says what it means
-  std::optional<double> youngs = {}, poisson = {};    ///< of a normal model that has them
+  double eta_n = 0.0;    ///< damping of the normal model; its unit depends on the damping model
+  std::optional<double> youngs = {};     ///< E of hertz/material and dmt [stress]
+  std::optional<double> poisson = {};    ///< nu of hertz/material and dmt [-]
 };
 
 void read_hooke(ScriptWords &words, Contact &contact)
@@ -43,7 +45,7 @@ void read_elastic_constants(ScriptWords &words, Contact &contact)
   if (!(nu > -1.0 && nu <= 0.5))
     words.refuse(fmt::format("contact nu is {} [-]; it must lie in (-1, 0.5]", rve::number(nu)));
   contact.poisson = nu;
-  // 4/3 E* of two bodies alike
+  // 4/3 E* of two equal bodies
   contact.material[&rve::Material::hertz_stiffness] =
       4.0 / 3.0 * *contact.youngs / (2.0 * (1.0 - nu * nu));
 }
@@ -101,7 +103,7 @@ void read_mindlin(ScriptWords &words, Contact &contact)
       words.refuse(
           "contact tangential k_t is NULL, which takes it from E and nu of hertz/material; "
           "with another normal model it must be a number [force/length^2]");
-    // 8 G* of two bodies alike
+    // 8 G* of two equal bodies
     const double nu = *contact.poisson;
     k_t = 8.0 * *contact.youngs / (4.0 * (2.0 - nu) * (1.0 + nu));
   }
@@ -119,7 +121,8 @@ void read_tangential(ScriptWords &words, Contact &contact)
 
 // ---- damping models ----
 
-/// c of a restitution coefficient, with which a dashpot c sqrt(m k_n a) slows down an impact by it: -sqrt(5) ln e / sqrt(pi^2 + ln^2 e).
+/// Returns c = -sqrt(5) ln e / sqrt(pi^2 + ln^2 e) [-]. A dashpot c sqrt(m k_n a) gives an impact
+/// the coefficient of restitution e.
 double damping_of_restitution(ScriptWords &words, double e)
 {
   if (!(e > 0.0 && e <= 1.0))
@@ -153,7 +156,7 @@ void read_damping(ScriptWords &words, Contact &contact)
     material[&rve::Material::restitution_damping] = damping_of_restitution(words, contact.eta_n);
 }
 
-/// What LAMMPS takes where no damping model is given: viscoelastic.
+/// Applies the default of pair_style granular without a damping model, which is viscoelastic.
 void take_default_damping(ScriptWords &words, Contact &contact)
 {
   if (*contact.material.law != rve::ContactLaw::Linear)
@@ -204,7 +207,7 @@ const ScriptKeyword<Contact> PARTS[] = {
     {"twisting", "sds k_twist gamma_twist mu_twist, or marshall", read_twisting},
     {"reach", "h, of dmt: how far apart grains attract each other", read_reach}};
 
-/// Gives all that *contact* can say: what it does not say is 0.
+/// Reads the values of *contact*. Parameters of contacts that it does not give become 0.
 void read_contact(ScriptWords &words, MaterialWords &material)
 {
   words.set_form(
@@ -235,7 +238,7 @@ void read_contact(ScriptWords &words, MaterialWords &material)
                                  words.next()));
     const auto part = std::find_if(std::begin(PARTS), std::end(PARTS),
                                    [&](const auto &row) { return word == row.name; });
-    // damping with a number is the local damping of all grains, and no part of the law
+    // damping with a number is the keyword of the local damping of grains, not a part of contact
     if (part == std::end(PARTS) || (word == "damping" && utils::is_double(words.peek(1)))) break;
     words.next();
     if (has(word)) words.refuse(fmt::format("contact has {} twice", part->name));
@@ -325,7 +328,7 @@ void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &wo
                                 double mass_scaling, double mass_scaling_before)
 {
   words.apply(material);
-  // of inertia only: density stays
+  // mass scaling changes the inertia through the mass depth and leaves the density as it is
   if (words[&rve::Material::mass_depth])
     material.mass_depth *= mass_scaling;
   else if (mass_scaling != mass_scaling_before)

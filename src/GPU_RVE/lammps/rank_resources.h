@@ -28,8 +28,9 @@ struct RankResources {
   int threads_beside_gpu() const;
 };
 
-/// Returns memory of `bytes` zeros that all ranks of `ranks` share. Returns null on all ranks if they
-/// are on several machines or if the memory cannot be allocated. Collective, as is its release.
+/// Returns memory of `bytes` zeros that all ranks of `ranks` share. Returns null on all ranks if
+/// they are on several machines or if the memory cannot be allocated. Collective, as is its
+/// release.
 std::shared_ptr<void> memory_in_common(MPI_Comm ranks, std::size_t bytes);
 
 }    // namespace LAMMPS_NS
