@@ -23,32 +23,35 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// In each direction a cell has 100 points in the plane, and 21 in space.
+// Upper limit of points in a cell: 100 in each direction in the plane, 21 in space.
 constexpr double MOST_POINTS_PER_CELL = 1e4;
 
-// the estimate for RVEs is an upper bound, if no larger one than that
+// Upper limit of the Courant numbers of *cfl*. The estimate of the wave speed of RVEs is an upper
+// bound, so that a script may allow numbers above 1.
 constexpr double MAX_COURANT = 10.0;
 
-/// What keywords refer to: *face* and *separation* to the load or body before them, *density* to the model or body.
+/// State of the parser. The keywords *face* and *separation* refer to the load or body before them,
+/// *density* to the model or body before it.
 template <int D> struct ParseState {
   MpmSettings<D> &settings;
   mpm::SolverOptions<D> &options = settings.options;
-  mpm::Face *face = nullptr;
-  std::string owner{};
-  /// Subject of *density*, and the value of the preceding model or body; null before the first one.
+  mpm::Face *face = nullptr;    ///< face of the last load or body; null before the first one
+  std::string owner{};          ///< subject of that load or body
+  /// Subject and density of the last model or body; the pointer is null before the first one.
   std::string density_owner{};
   std::optional<double> *density = nullptr;
-  /// Of each body, the last keyword that needs a face, or a form.
+  /// Last keyword of each body that requires a face, and last keyword that requires another form.
   std::vector<std::string> needs_face{}, needs_form{};
 };
 
-constexpr const char *SIDES[] = {"xlo", "xhi", "ylo", "yhi", "zlo", "zhi"};    // as mpm::Face
+// Names of sides in the order of mpm::Face.
+constexpr const char *SIDES[] = {"xlo", "xhi", "ylo", "yhi", "zlo", "zhi"};
 constexpr const char *VELOCITIES[] = {"vx", "vy", "vz"};
-constexpr const char *SPINS[] = {"wx", "wy", "wz"};    // in the plane the last one
+constexpr const char *SPINS[] = {"wx", "wy", "wz"};    // a body in the plane has the last one only
 constexpr const char *AXES[] = {"x", "y", "z"};
 constexpr const char *TRACTIONS[] = {"tx", "ty", "tz"};
 
-/// In the plane its area.
+/// Returns the volume of a cell, in the plane its area [length^D].
 template <int D> double volume_of_cell(const mpm::SolverOptions<D> &options)
 {
   const double h = options.cell_size;
@@ -114,7 +117,8 @@ template <int D> void read_density(ScriptWords &words, ParseState<D> &state)
     state.settings.density = density;
 }
 
-/// A density that is the only one applies to all points, wherever it stands; returns its subject, or "".
+/// Makes a density that is the only one of the script that of all points, whatever its position.
+/// Returns the subject of that density, or "" if there are several densities or none.
 template <int D> std::string share_density(const ScriptWords &words, MpmSettings<D> &settings)
 {
   std::string subject;
@@ -134,14 +138,15 @@ template <int D> std::string share_density(const ScriptWords &words, MpmSettings
   return subject;
 }
 
-/// The volume of a point, in the plane its area, or how many share a cell: two ways to say the same.
+/// Reads *volume*, the volume of a point (in the plane its area), or the equivalent
+/// *points_per_cell*.
 template <int D> void read_volume(ScriptWords &words, ParseState<D> &state)
 {
   const bool is_share = words.keyword() == "points_per_cell";
   words.about("volume");
   const double given = words.number();
   const double cell = volume_of_cell(state.options), number = is_share ? given : cell / given;
-  // the volume of a cell may have been rounded
+  // the tolerance allows for rounding in the script
   if (!(number >= 1.0 - 1e-6 && number <= MOST_POINTS_PER_CELL * (1.0 + 1e-6)))
     words.refuse(is_share
                      ? fmt::format("points_per_cell is {} [-]; it must be from 1 to {}",
@@ -159,7 +164,7 @@ template <int D> constexpr const char *rigid_form()
                 : "group-ID vx value vy value vz value rough | smooth | friction mu";
 }
 
-/// A rate that is prescribed, or the word `free`.
+/// Reads a prescribed rate, or the word *free*.
 template <int D>
 void read_rate(ScriptWords &words, ParseState<D> &state, int freedom, const char *part)
 {
@@ -215,7 +220,7 @@ template <int D> void read_rigid(ScriptWords &words, ParseState<D> &state)
   state.face = &how.face;
 }
 
-/// The body that a keyword is about.
+/// Returns the options of the last body. A keyword before the first body is an error.
 template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, ParseState<D> &state)
 {
   if (state.options.rigid_bodies.empty())
@@ -272,7 +277,7 @@ template <int D> void read_pivot(ScriptWords &words, ParseState<D> &state)
   for (int a = 0; a < D; a++) body.pivot[a] = words.number(AXES[a]);
 }
 
-/// In degrees, in the options in radian.
+/// Reads the rotation vector of a body in degrees. The options have it in radian.
 template <int D> void read_turned(ScriptWords &words, ParseState<D> &state)
 {
   constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
@@ -288,6 +293,7 @@ template <int D> void read_turned(ScriptWords &words, ParseState<D> &state)
   }
 }
 
+/// Ends with error->all if a body has a keyword that does not suit its form.
 template <int D> void check_forms(LAMMPS *lmp, const ParseState<D> &state)
 {
   for (std::size_t b = 0; b < state.options.rigid_bodies.size(); b++) {
@@ -307,7 +313,7 @@ template <int D> void read_round(ScriptWords &words, ParseState<D> &state)
   state.needs_face.back() = "round";
 }
 
-/// Several loads may be on the same points.
+/// Reads *traction* or *pressure*. Several loads may act on the same points.
 template <int D> void read_load(ScriptWords &words, ParseState<D> &state)
 {
   const std::string keyword = words.keyword();
@@ -337,7 +343,7 @@ template <int D> void read_face(ScriptWords &words, ParseState<D> &state)
     state.needs_face.back() = "face";
 }
 
-/// In the order of LAMMPS.
+/// Reads the components of *stress* in the order of LAMMPS.
 template <int D> void read_stress(ScriptWords &words, ParseState<D> &state)
 {
   mpm::Tensor<D> &stress = state.settings.initial_stress;
@@ -352,7 +358,7 @@ constexpr const char *IN_SITU_FORM = "gravity g k0 value | rest [surcharge q] [s
                                      "[tolerance stress], or stress component ... "
                                      "[tolerance stress]";
 
-/// Values may be variables of atoms: they are evaluated where points are made.
+/// Reads *insitu*. Its atom-style variables are evaluated later, when points are made.
 template <int D> void read_in_situ(ScriptWords &words, ParseState<D> &state)
 {
   MpmInSitu<D> &s = state.settings.in_situ;
@@ -365,7 +371,7 @@ template <int D> void read_in_situ(ScriptWords &words, ParseState<D> &state)
     given.emplace_back(part);
     return true;
   };
-  // a keyword too: here it is the first word
+  // stress is also a keyword of the command, so that it must be the first word here
   if (take("stress"))
     for (int k = 0; k < rve::Space<D>::strains; k++) s.components.push_back(words.value("stress"));
   while (!words.empty() && !words.at_keyword()) {
@@ -417,7 +423,7 @@ template <int D> void read_wave_speed(ScriptWords &words, ParseState<D> &state)
       speed == Speed::Tangent && words.take("every") ? words.integer("tangent every", 1) : 0;
 }
 
-/// Reads the value of a keyword into a member of the solver's options.
+/// Returns the function of a row that reads a value into a member of the solver's options.
 template <int D, class Read, class T>
 auto option(const Read &read, T mpm::SolverOptions<D>::*member)
 {
@@ -428,7 +434,7 @@ using mpm::Scheme;
 using mpm::ShapeFunction;
 using mpm::SolverOptions;
 
-/// The last row is of spheres only.
+/// Keywords of the command. The last one exists in three dimensions only.
 template <int D>
 const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
     {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
@@ -517,7 +523,7 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
     check_forms(lmp, state);
   });
   const std::string only_density = share_density(words, settings);
-  // easily taken for that of one model or body alone
+  // a user may take it for the density of one model or body alone
   const bool may_mislead = utils::strmatch(only_density, "^rigid ") ||
       (utils::strmatch(only_density, "^model ") && settings.models.size() > 1);
   if (may_mislead && lmp->comm->me == 0)
@@ -545,7 +551,7 @@ template <int D> double MpmSettings<D>::width_of_point() const
 
 template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const
 {
-  // the bit of a deleted group may be that of another one
+  // another group may have the bit of a deleted one
   const auto check_group = [lmp](const char *keyword, const std::string &name, int bit) {
     const int found = lmp->group->find(name);
     if (found < 0)

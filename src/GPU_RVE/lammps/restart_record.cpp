@@ -19,10 +19,11 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// of the box and of the coordinates: what positions may differ by when read_restart wraps an atom
+// Tolerance of positions, which change by rounding when read_restart wraps an atom, relative to the
+// box and the coordinates.
 constexpr double ROUNDING = 1e-9;
 
-/// Checksum of a header, as a whole number that a double holds exactly.
+/// Returns the checksum of a header as an integer that a double holds exactly.
 double header_sum(const double *header)
 {
   const std::size_t bytes = (RestartRecords::HEADER - 1) * sizeof(double);
@@ -42,13 +43,15 @@ bool is_damaged(const double *header)
                   whose, id);
 }
 
-/// Record number nth of a row, and where its part begins that cannot be right.
+/// A record within a row, or the first part of the row whose size is wrong.
 struct Part {
   RestartRecord record;
-  int bad = -1;    // number of the damaged part, from 0
-  double size, left;
+  int bad = -1;    ///< number of the part with a wrong size, from 0; -1: none
+  double size;     ///< size that the last part has according to its first value
+  double left;     ///< number of values from the begin of the last part to the end of the row
 };
 
+/// Returns record number nth of a row.
 Part part_of_row(const Atom *atom, int row, int nth)
 {
   Part part;
@@ -71,7 +74,7 @@ Part part_of_row(const Atom *atom, int row, int nth)
 
 void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
 {
-  buf[0] = size;    // how far other fixes skip
+  buf[0] = size;    // other fixes skip so many values
   buf[1] = static_cast<double>(lmp->update->ntimestep);
   buf[2] = static_cast<double>(lmp->atom->tag[i]);
   lmp->domain->unmap(lmp->atom->x[i], lmp->atom->image[i], buf + 3);
@@ -86,7 +89,7 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   if (num_rows < 0) count_rows(lmp);
   Part part;
   if (i < num_rows) part = part_of_row(atom, i, nth);
-  // not replaced by a search: memory after the rows may still have records of a file read before
+  // a search is no remedy: memory after the rows may still have records of an earlier file
   if (part.bad >= 0)
     error->one(
         FLERR,
@@ -129,8 +132,8 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   return part.record;
 }
 
-/// LAMMPS does not say how many rows there are, and arrays of atoms may have grown since. Rows
-/// follow each other in memory.
+// LAMMPS does not store the number of rows, and arrays of atoms may have grown since read_restart.
+// Rows are contiguous in memory.
 void RestartRecords::count_rows(LAMMPS *lmp)
 {
   const Atom *atom = lmp->atom;
@@ -140,8 +143,7 @@ void RestartRecords::count_rows(LAMMPS *lmp)
     num_rows++;
 }
 
-/// Rows behind those of the atoms that were read have no record, but memory that nobody has
-/// written.
+// Rows after those of the atoms that were read are uninitialized memory.
 void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
 {
   for (int row = 0; row < num_rows; row++) {
@@ -154,19 +156,16 @@ void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
   }
 }
 
-/// When LAMMPS is initialized it drops the records that no fix has taken, and does not keep whose
-/// they were.
+// The initialization of LAMMPS drops records that no fix has taken, and the names of their fixes.
 void LAMMPS_NS::warn_of_dropped_records(LAMMPS *lmp, const std::string &whose)
 {
   const bool is_initialized = lmp->neighbor->cutneighsq != nullptr;
   if (lmp->restart_ver < 0 || !is_initialized || lmp->comm->me) return;
   lmp->error->warning(FLERR,
                       "{} begins without records of a restart file: a run or another command that "
-                      "initializes LAMMPS "
-                      "(balance, velocity, reset_atoms, delete_atoms overlap, write_data) came "
-                      "between read_restart "
-                      "and this fix, and LAMMPS then drops all records that no fix has taken. If "
-                      "the file has records "
-                      "of this fix, define the fix directly after read_restart",
+                      "initializes LAMMPS (balance, velocity, reset_atoms, delete_atoms overlap, "
+                      "write_data) came between read_restart and this fix, and LAMMPS then drops "
+                      "all records that no fix has taken. If the file has records of this fix, "
+                      "define the fix directly after read_restart",
                       whose);
 }

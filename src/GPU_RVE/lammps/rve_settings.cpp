@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Behind the message that there is no such file.
+/// Returns the end of the message that there is no such packing file.
 std::string where_packings_come_from(const std::string &file)
 {
   const rve::Words near = rve::nearest_words(file, fix_rve_keywords());
@@ -36,7 +36,8 @@ std::string where_packings_come_from(const std::string &file)
       fs::absolute(file).lexically_normal().parent_path().string(), file);
 }
 
-/// Two doublings: one for each axis across which a stretched cell of spheres narrows.
+/// Default of *copies*: two doublings, one for each axis across which a stretched cell of spheres
+/// narrows.
 constexpr int MOST_COPIES = 4;
 
 constexpr const char *COMPONENTS[3][3] = {
@@ -50,7 +51,8 @@ bool find_component(const std::string &word, int dimension, int &row, int &colum
   return false;
 }
 
-/// Their names, those on the diagonal first and those below it last, or not at all in a symmetric tensor.
+/// Returns the names of the components of a tensor: the diagonal, the components above it, and
+/// those below it unless the tensor is symmetric.
 rve::Words component_names(int dimension, bool symmetric)
 {
   rve::Words names;
@@ -62,7 +64,7 @@ rve::Words component_names(int dimension, bool symmetric)
   return names;
 }
 
-/// Components of a tensor in so many dimensions with their values, at least one; `part` as in ScriptWords.
+/// Reads at least one component of a tensor with its value. Errors name `part` as in ScriptWords.
 std::vector<TensorComponent> read_components(ScriptWords &words, const std::string &part,
                                              int dimension, bool symmetric)
 {
@@ -97,10 +99,11 @@ std::vector<TensorComponent> read_components(ScriptWords &words, const std::stri
   return list;
 }
 
-// An RVE that is skipped longer than this answers from a stiffness that it has no more: contacts slide from a thousandth on.
+// Upper limit of the strain of *quiescent*. The stiffness that gives the stress of a skipped RVE is
+// not valid beyond it: contacts begin to slide at a strain of about 1e-3.
 constexpr double LARGEST_QUIESCENT_STRAIN = 1e-2;
 
-// Of adaptive substeps, unless the script says otherwise.
+// Default of the largest number of adaptive substeps.
 constexpr int MOST_SUBSTEPS = 100000;
 
 // ---- values of keywords ----
@@ -116,7 +119,7 @@ void read_drive(ScriptWords &words, FixRveSettings &s)
     s.velocity_gradient = read_components(words, "velocity_gradient", s.dimension, false);
 }
 
-/// Of a file, read by one rank. Throws InputError on all of them.
+/// Returns the text of a path file, which rank 0 reads. Throws InputError on all ranks. Collective.
 std::string text_of_file(LAMMPS *lmp, const std::string &file)
 {
   std::string text;
@@ -131,6 +134,8 @@ std::string text_of_file(LAMMPS *lmp, const std::string &file)
   return text;
 }
 
+/// Parses loading paths and adds their variables to `s`. Returns the number of words that belong to
+/// the paths. In a script other keywords may follow, in a file no other words.
 template <int D>
 std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &path, bool in_script,
                        std::shared_ptr<const macro::LoadPathsOf<D>> &result, PathSettings &s)
@@ -222,7 +227,7 @@ void read_stress(ScriptWords &words, FixRveSettings &s)
   s.macro_step.stress_spacing = words.integer("spacing", 1);
 }
 
-/// The values are those of doc/src/accuracy.rst; keywords that follow replace parts of them.
+/// Applies the values that doc/src/accuracy.rst recommends. Later keywords replace parts of them.
 void read_preset(ScriptWords &words, FixRveSettings &s)
 {
   if (!words.given().empty())
@@ -251,7 +256,7 @@ void read_dump(ScriptWords &words, FixRveSettings &s)
   while (words.starts_number());
 }
 
-// why fix_modify cannot change what a keyword says
+// Reasons why fix_modify cannot change the value of a keyword.
 constexpr const char *OF_ENGINE = "the engine that holds the RVEs is made with it; write a restart "
                                   "file and read it with another fix rve";
 constexpr const char *OF_PACKING = "RVEs that are there keep their grains; define another fix rve "
@@ -261,7 +266,7 @@ using Settings = FixRveSettings;
 using rve::Options;
 
 struct FixRveKeyword : ScriptKeyword<Settings> {
-  const char *fixed = nullptr;    ///< null if fix_modify can change it
+  const char *fixed = nullptr;    ///< reason why fix_modify cannot change it; null if it can
 };
 
 constexpr rve::Choice<RvePolicy> POLICIES[] = {
@@ -381,11 +386,13 @@ const char *LAMMPS_NS::rve_component_name(int row, int column)
 std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
 {
   const std::string message = e.what();
-  std::error_code unknown;    // a loop of links, for one
+  std::error_code unknown;    // set if the question fails, as for a loop of links
   if (!fs::exists(file, unknown) && !unknown) return message + where_packings_come_from(file);
   return (message.find(file) != std::string::npos ? "" : file + ": ") + message;
 }
 
+/// Returns the dimension of a packing file, which rank 0 reads. Ends with error->all if it cannot
+/// be read. Collective.
 static int dimension_of(LAMMPS *lmp, const std::string &file)
 {
   int dimension = 0;
