@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The entries of the C interface. No exception leaves them: a call ends with a code and a text.
+// Functions of the C interface. They turn exceptions into an error code and a text.
 
 #include "capi/librve.h"
 
@@ -30,25 +30,27 @@ namespace {
 
 thread_local std::string last_error = "";
 
-/// A pointer of a caller, and its name.
+/// A pointer of the caller and its name for error messages.
 struct Named {
   const void *pointer;
   const char *name;
 };
 
+/// Throws InputError if one of the pointers is null.
 void require_pointers(std::initializer_list<Named> needed)
 {
   for (const Named &one : needed) require(one.pointer != nullptr, one.name, " is a null pointer");
 }
 
-/// Runs `work`, for which these pointers are needed, and turns what it throws into a code and a text.
+/// Runs `work` if none of the pointers is null. Turns an exception into an error code, which it
+/// returns, and a text for rve_error().
 template <class Work> int guarded(std::initializer_list<Named> needed, const Work &work) noexcept
 {
   const auto failed = [](int code, const char *text) {
     try {
       last_error = text;
     } catch (...) {
-      last_error.clear();    // no memory for a text
+      last_error.clear();    // there is no memory for the text
     }
     return code;
   };
@@ -79,7 +81,7 @@ bool is_dimension(int dimension)
   return dimension == 2 || dimension == 3;
 }
 
-/// Gives a caller an array whose size it must know.
+/// Copies an array to the caller. Throws InputError unless `count` is its size.
 void copy_out(const std::vector<double> &from, double *values, std::size_t count)
 {
   require_pointers({{values, "values"}});
@@ -87,7 +89,8 @@ void copy_out(const std::vector<double> &from, double *values, std::size_t count
   std::copy(from.begin(), from.end(), values);
 }
 
-/// Gives a caller bytes, or only their number.
+/// Sets *size and copies the bytes to the caller unless `bytes` is null. Throws InputError if
+/// `capacity` is too small.
 void give_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacity,
                 std::size_t *size)
 {
@@ -98,7 +101,8 @@ void give_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacit
   std::memcpy(bytes, saved.data(), saved.size());
 }
 
-/// The number of the material of a packing that a keyword names.
+/// Returns the parameter with this keyword of the material of a packing. Throws InputError if there
+/// is none.
 rve::MaterialMember parameter_of(const rve_packing &packing, const char *keyword)
 {
   return std::visit(
@@ -109,7 +113,8 @@ rve::MaterialMember parameter_of(const rve_packing &packing, const char *keyword
       packing.state);
 }
 
-/// The numbers that a caller names: all, or `count` different ones of them.
+/// Returns the indices of RVEs in `which`, or those of all RVEs if it is null. Throws InputError if
+/// an index is out of range or occurs twice.
 capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size_t count)
 {
   const std::size_t size = batch.size();
@@ -132,14 +137,15 @@ capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size
 
 // ---- arrays of callers: on the host, or on the device of a batch ----
 
-/// Where the arrays of numbers of a call may be.
+/// Memory in which the arrays of a call may be: of the host, or of the host or the device.
 enum class Arrays { OnHost, OnEither };
 
-/// Numbers of a caller, which a batch reads and writes on the host: in place, or in a copy where they are on the device of the batch.
-/// Number is double or const double.
+/// Array of the caller, which the batch reads and writes on the host. An array on the device of the
+/// batch has a copy on the host. Number is const double for arguments that are read, else double.
 template <class Number> class CallerArray {
  public:
-  /// Throws InputError, which names the array, unless the batch can reach it.
+  /// Copies `count` values from the device if Number is const. Throws InputError, which names the
+  /// array, if it is in memory that the call does not allow.
   CallerArray(const rve_batch &batch, Arrays arrays, Number *array, const char *name,
               std::size_t count) :
       array_(array)
@@ -155,7 +161,7 @@ template <class Number> class CallerArray {
   }
 
   Number *values() { return device_ >= 0 ? copy_.data() : array_; }
-  /// After values have been written.
+  /// Copies the values to the device if the array is there.
   void deliver() const
   {
     if (device_ >= 0) rve::copy_numbers(copy_.data(), array_, copy_.size(), device_);
@@ -167,6 +173,7 @@ template <class Number> class CallerArray {
   std::vector<double> copy_;
 };
 
+/// Does a trial, or an advance with `keeps`.
 int move_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
                const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
                bool keeps, Arrays arrays)
@@ -253,7 +260,7 @@ int rve_library_read(const char *file, rve_packing **packings, size_t capacity, 
     if (!packings) return;
     require(states.size() <= capacity, "capacity is ", capacity, " packings; it must be at least ",
             states.size());
-    // a caller has all of them or none
+    // the caller gets all of them or none
     std::vector<std::unique_ptr<rve_packing>> all;
     for (capi::AnyState &state : states)
       all.push_back(std::make_unique<rve_packing>(rve_packing{std::move(state)}));

@@ -26,7 +26,8 @@ using rve::require;
 
 namespace {
 
-  /// Numbers of a table of doubles. Throws InputError if no memory can have it.
+  /// Returns the number of values of a table of doubles. Throws InputError if it exceeds any
+  /// memory.
   std::size_t size_of_table(std::size_t rows, std::size_t columns)
   {
     constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
@@ -35,7 +36,7 @@ namespace {
     return rows * columns;
   }
 
-  /// Text of a file that a loading path names.
+  /// Returns the text of a file of a loading path. Throws InputError if it cannot be read.
   std::string text_of(const std::string &file)
   {
     rve::require_readable(file, "file of a path");
@@ -50,7 +51,7 @@ namespace {
     return matrix;
   }
 
-  /// A drive of no step: it evaluates the configuration.
+  /// Returns a drive without steps, which evaluates the present configuration.
   template <int D> rve::DriveOf<D> resting()
   {
     rve::DriveOf<D> drive;
@@ -58,6 +59,7 @@ namespace {
     return drive;
   }
 
+  /// Throws InputError, which names RVE `which`, if the drive is out of range.
   template <int D> void check_drive(std::size_t which, const rve::DriveOf<D> &drive)
   {
     try {
@@ -73,7 +75,8 @@ namespace {
     }
   }
 
-  /// The paths of an order for so many RVEs.
+  /// Parses the paths of an order. Throws InputError unless there is one path for all or for each
+  /// RVE.
   template <int D> macro::LoadPathsOf<D> paths_of(const PathOrder &order, std::size_t num_rves)
   {
     require(order.dt > 0.0 && std::isfinite(order.dt), "dt is ", order.dt,
@@ -90,10 +93,10 @@ namespace {
     return paths;
   }
 
-  /// The largest DEM time step that an RVE is known to bear, from the last check of it. A default one allows no step.
+  /// Largest DEM time step that the last check of an RVE found stable. A new object allows no step.
   class StepBound {
    public:
-    /// True if a step of dt was found stable, and the RVE has not stiffened since then.
+    /// Returns true if a step of dt was found stable and the RVE has not stiffened since then.
     template <int D> bool allows(double dt, const rve::ResultOf<D> &now) const
     {
       return dt <= largest_dt_ && !limit_.is_exceeded(measures(now));
@@ -116,6 +119,7 @@ namespace {
     }
   };
 
+  /// A batch in D dimensions.
   template <int D> class Batch final : public rve_batch {
     using State = rve::RveStateOf<D>;
     using Result = rve::ResultOf<D>;
@@ -155,11 +159,11 @@ namespace {
         drives[k].deformation = matrix_at<D>(increments, k);
       }
       if (keeps) require_no_trial();
-      // a call that is refused leaves the trials before it as they are
+      // all checks come first, because a call with an error must keep the earlier trials
       for (std::size_t k = 0; k < which.size(); ++k) check_drive(which[k], drives[k]);
       require_stable_steps(which, drives);
       for (const std::size_t m : which) {
-        // what was kept for trials is not the committed state of an RVE that moves for good
+        // an advance changes the committed state, so that the copy for trials is no longer valid
         if (keeps)
           members[m].committed.reset();
         else
@@ -197,7 +201,7 @@ namespace {
       std::istringstream words(order.quantities);
       const std::vector<std::string> quantities{std::istream_iterator<std::string>(words), {}};
       const std::size_t row_size = size_of_table(which.size(), quantities.size());
-      // a caller has all of it or nothing
+      // the caller gets the whole table or nothing
       std::vector<double> found(size_of_table(order.calls + 1, row_size));
       require_no_trial();
       std::vector<Walker> walkers;
@@ -213,7 +217,7 @@ namespace {
                     paths.size() == 1 ? 0 : static_cast<int>(walkers.size()) - 1,
                     members[m].result.deformation);
       }
-      // a path may turn out to ask for what cannot be in one of its later stages
+      // a later stage of a path may be impossible: all RVEs then return to these states
       for (const std::size_t m : which) keep_committed(members[m]);
       try {
         write_row(quantities, which, found.data());
@@ -281,7 +285,7 @@ namespace {
 
     void set_state(std::size_t which, const AnyState &state) override
     {
-      const int number = engine->add(std::get<State>(state));    // may refuse it
+      const int number = engine->add(std::get<State>(state));    // may throw
       engine->remove(members[which].number);
       members[which] = Member{number};
       evaluate();
@@ -300,7 +304,7 @@ namespace {
               "; the batch has dimension ", D);
       require(header.count == members.size(), "there are ", header.count,
               " saved RVEs; the batch has ", members.size());
-      // all come in before any goes
+      // all saved RVEs are added before any RVE is removed, since adding one may throw
       std::vector<Member> restored;
       try {
         for (const State &state : states_in<D>(bytes, header))
@@ -315,26 +319,29 @@ namespace {
     }
 
    private:
+    /// A state and the result of its last evaluation.
     struct Version {
       State state;
       Result result;
     };
+    /// An RVE of the batch.
     struct Member {
-      int number;            ///< in the engine
-      bool tried = false;    ///< the engine has its trial
-      /// Kept from the first trial on that begins from it, until a commit.
+      int number;            ///< number of the RVE in the engine
+      bool tried = false;    ///< true if the RVE of the engine is a trial
+      /// Copy of the committed state, from the first trial until the commit.
       std::optional<Version> committed = {};
-      Result result = {};      ///< of what the engine has
-      StepBound bound = {};    ///< of the committed state
-      /// The same, when it was asked for: one quantity of contacts costs as much as all of them.
+      Result result = {};      ///< result of the RVE in the engine
+      StepBound bound = {};    ///< time-step bound of the committed state
+      /// Contact measures of the RVE in the engine, computed on request. One of them costs as much
+      /// as all.
       mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
 
-      /// What the engine would find if the member had no trial.
+      /// Returns the result of the committed state.
       const Result &committed_result() const { return tried ? committed->result : result; }
     };
-    /// An RVE on its path.
+    /// An RVE on its loading path.
     struct Walker {
-      std::size_t member;
+      std::size_t member;    ///< index of the RVE
       macro::PathState<D> state;
       macro::PathStep step;
       std::uint32_t status;
@@ -369,7 +376,7 @@ namespace {
               "an RVE has a trial, which must be committed or reverted before an advance");
     }
 
-    /// The quantities of each RVE, one RVE after the other.
+    /// Writes a row of the table of follow(): the quantities of one RVE after another.
     void write_row(const std::vector<std::string> &quantities, const Members &which,
                    double *row) const
     {
@@ -380,7 +387,7 @@ namespace {
       }
     }
 
-    /// A call of those whose path has not ended.
+    /// Advances the RVEs whose path has not ended by one call.
     void walk(const macro::LoadPathsOf<D> &paths, std::vector<Walker> &walkers)
     {
       std::vector<Walker *> walking;
@@ -408,11 +415,13 @@ namespace {
       return member.tried ? member.committed->state : engine->state(member.number);
     }
 
-    /// Throws InputError if a drive makes DEM steps that are too long for the committed state of its RVE. Determines bounds only
-    /// where StepBound does not have them: those of RVEs in the engine there, the exact ones of few RVEs on the host.
+    /// Throws InputError if the DEM steps of a drive are too long for the committed state of its
+    /// RVE. Bounds are determined only for RVEs whose StepBound does not allow the step: first by
+    /// the engine, then exactly on the host for trials and for RVEs whose bound of the engine is
+    /// too low.
     void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
     {
-      Members in_engine, exactly;    // places in `which`
+      Members in_engine, exactly;    // indices in `which`
       std::vector<int> numbers;
       double longest = 0.0;
       for (std::size_t k = 0; k < which.size(); ++k) {
@@ -439,6 +448,7 @@ namespace {
       for (const std::size_t k : exactly) require_stable_step(which[k], drives[k].dt);
     }
 
+    /// Throws InputError if dt exceeds the exact bound of the committed state.
     void require_stable_step(std::size_t which, double dt)
     {
       Member &member = members[which];
@@ -455,7 +465,7 @@ namespace {
                         engine->contacts().law == rve::ContactLaw::Linear);
     }
 
-    /// The answer of a call; false if the RVE failed, and stayed as it was.
+    /// Stores the result of a call. Returns false if the RVE failed and keeps its earlier state.
     static bool take(Member &member, const Result &result)
     {
       const bool failed = result.status & rve::status::Fatal;
@@ -465,13 +475,14 @@ namespace {
       return !failed;
     }
 
+    /// Copies the committed state from the engine unless there is a copy.
     void keep_committed(Member &member)
     {
       if (!member.committed)
         member.committed = Version{engine->state(member.number), member.result};
     }
 
-    /// Before a trial, and where one is forgotten.
+    /// Replaces a trial in the engine by the committed state.
     void return_to_committed(Member &member)
     {
       keep_committed(member);
@@ -484,7 +495,7 @@ namespace {
       member.tried = false;
     }
 
-    /// Results of RVEs that have just come in.
+    /// Evaluates the RVEs that have been added and stores their results.
     void evaluate()
     {
       Members fresh;

@@ -16,10 +16,10 @@ namespace capi {
 
 namespace {
 
-  /// A word and its value, or values.
+  /// A word and its value or values.
   struct Entry {
     std::string word, value;
-    std::vector<std::string> more = {};    ///< those after the first one
+    std::vector<std::string> more = {};    ///< values after the first one
 
     [[noreturn]] void refuse(const std::string &demand) const
     {
@@ -50,7 +50,7 @@ namespace {
   constexpr rve::Choice<macro::TangentKind> KINDS[] = {{"elastic", macro::TangentKind::Elastic},
                                                        {"loading", macro::TangentKind::Loading}};
 
-  /// Reads the value of a word, by the type of what it sets.
+  /// Reads the value of a word according to the type of the variable that it sets.
   template <class T> void read(const Entry &e, T &x)
   {
     if constexpr (std::is_same_v<T, rve::Format>)
@@ -69,13 +69,15 @@ namespace {
       x = e.number<double>("a number");
   }
 
+  /// Row of a table of words: the word and the function that reads its value into `Target`.
   template <class Target> struct Row {
     const char *word;
     std::function<void(const Entry &, Target &)> read;
   };
   template <class Target> using Table = std::vector<Row<Target>>;
 
-  /// A row whose value goes to a member of the target, or to a member of that member and so on.
+  /// Returns a row that stores the value in a member of the target, or in a member of that member:
+  /// `first` and `members` are the chain of pointers to members.
   template <class Target, class T, class... Members>
   Row<Target> row(const char *word, T Target::*first, Members... members)
   {
@@ -151,7 +153,7 @@ namespace {
     const auto of_options = [](const char *word, auto member) {
       return row(word, &TangentOrder::options, member);
     };
-    return {{"kind", [](const Entry &, TangentOrder &) {}},    // read before the others
+    return {{"kind", [](const Entry &, TangentOrder &) {}},    // kind and format are read before
             {"format", [](const Entry &, TangentOrder &) {}},
             of_options("probe", &Options::probe),
             of_options("lead", &Options::lead),
@@ -164,7 +166,8 @@ namespace {
             of_options("damping", &Options::damping)};
   }
 
-  /// Words with one value each; `triple` is a word that has three.
+  /// Splits a text into words with one value each. The word `triple` has three values. Throws
+  /// InputError if a value is missing or a word is given twice.
   std::vector<Entry> entries(const std::string &text, const std::string &triple = "")
   {
     std::vector<Entry> all;
@@ -181,6 +184,7 @@ namespace {
     return all;
   }
 
+  /// Reads all entries by a table. Throws InputError if it does not have a word.
   template <class Target>
   void read_all(const std::vector<Entry> &all, const Table<Target> &table, Target &target)
   {
@@ -243,7 +247,7 @@ Order read_recipe(const std::string &text)
         (needed != "kn" || is_linear))
       missing += (missing.empty() ? "" : ", ") + needed;
   rve::require(missing.empty(), "the recipe lacks ", missing);
-  // the rest is as create_rve has it
+  // the rules and defaults below are those of create_rve
   rve::require(!order.recipe.void_ratio || order.recipe.preparation_friction == 0.0,
                "void_ratio finds friction_prep itself; friction_prep is ",
                order.recipe.preparation_friction, ", give one of them");

@@ -386,7 +386,7 @@ const char *LAMMPS_NS::rve_component_name(int row, int column)
 std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
 {
   const std::string message = e.what();
-  std::error_code unknown;    // set if the question fails, as for a loop of links
+  std::error_code unknown;    // set if the file system gives no answer, as for a loop of links
   if (!fs::exists(file, unknown) && !unknown) return message + where_packings_come_from(file);
   return (message.find(file) != std::string::npos ? "" : file + ": ") + message;
 }
