@@ -51,14 +51,6 @@ namespace {
     return matrix;
   }
 
-  /// Returns a drive without steps, which evaluates the present configuration.
-  template <int D> rve::DriveOf<D> resting()
-  {
-    rve::DriveOf<D> drive;
-    drive.dt = 1.0;
-    return drive;
-  }
-
   /// Throws InputError, which names RVE `which`, if the drive is out of range.
   template <int D> void check_drive(std::size_t which, const rve::DriveOf<D> &drive)
   {
@@ -92,32 +84,6 @@ namespace {
             "; there are too many");
     return paths;
   }
-
-  /// Largest DEM time step that the last check of an RVE found stable. A new object allows no step.
-  class StepBound {
-   public:
-    /// Returns true if a step of dt was found stable and the RVE has not stiffened since then.
-    template <int D> bool allows(double dt, const rve::ResultOf<D> &now) const
-    {
-      return dt <= largest_dt_ && !limit_.is_exceeded(measures(now));
-    }
-
-    /// Records that dt is stable for an RVE with this result.
-    template <int D> void note(double dt, const rve::ResultOf<D> &now, bool has_constant_moduli)
-    {
-      largest_dt_ = dt;
-      limit_ = rve::stiffening_limit(measures(now), now.num_grains, has_constant_moduli);
-    }
-
-   private:
-    double largest_dt_ = 0.0;    ///< [time]
-    rve::StiffeningLimit limit_;
-
-    template <int D> static rve::StiffnessMeasures measures(const rve::ResultOf<D> &now)
-    {
-      return {now.num_contacts, now.peak_force, now.mean_stress()};
-    }
-  };
 
   /// A batch in D dimensions.
   template <int D> class Batch final : public rve_batch {
@@ -248,9 +214,7 @@ namespace {
 
     void affine_stiffness(const Members &which, double *stiffness) override
     {
-      std::vector<rve::ElasticResultOf<D>> answers;
-      engine->advance(numbers_of(which), std::vector<Drive>(which.size(), resting<D>()), answers);
-      for (const rve::ElasticResultOf<D> &answer : answers)
+      for (const auto &answer : evaluated<rve::ElasticResultOf<D>>(which))
         for (const auto &row : answer.stiffness.component)
           stiffness = std::copy(std::begin(row), std::end(row), stiffness);
     }
@@ -330,8 +294,11 @@ namespace {
       bool tried = false;    ///< true if the RVE of the engine is a trial
       /// Copy of the committed state, from the first trial until the commit.
       std::optional<Version> committed = {};
-      Result result = {};      ///< result of the RVE in the engine
-      StepBound bound = {};    ///< time-step bound of the committed state
+      Result result = {};    ///< result of the RVE in the engine
+      /// DEM time step that the last check of the committed state found stable [time], and the
+      /// stiffening beyond which that no longer holds. 0: not checked yet.
+      double stable_dt = 0.0;
+      rve::StiffeningLimit limit = {};
       /// Contact measures of the RVE in the engine, computed on request. One of them costs as much
       /// as all.
       mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
@@ -416,9 +383,9 @@ namespace {
     }
 
     /// Throws InputError if the DEM steps of a drive are too long for the committed state of its
-    /// RVE. Bounds are determined only for RVEs whose StepBound does not allow the step: first by
-    /// the engine, then exactly on the host for trials and for RVEs whose bound of the engine is
-    /// too low.
+    /// RVE. Bounds are determined only for RVEs whose last check does not cover the step: first by
+    /// the engine, then exactly on the host for trials and for RVEs whose bound of the engine is too
+    /// low.
     void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
     {
       Members in_engine, exactly;    // indices in `which`
@@ -426,8 +393,7 @@ namespace {
       double longest = 0.0;
       for (std::size_t k = 0; k < which.size(); ++k) {
         const Member &member = members[which[k]];
-        if (drives[k].substeps == 0 || member.bound.allows(drives[k].dt, member.committed_result()))
-          continue;
+        if (drives[k].substeps == 0 || is_known_stable(member, drives[k].dt)) continue;
         if (member.tried) {
           exactly.push_back(k);
           continue;
@@ -459,10 +425,25 @@ namespace {
       note_bound(member, bound);
     }
 
+    static rve::StiffnessMeasures measures(const Result &result)
+    {
+      return {result.num_contacts, result.peak_force, result.mean_stress()};
+    }
+
+    /// Returns true if the last check allows dt and the RVE has not stiffened since then.
+    static bool is_known_stable(const Member &member, double dt)
+    {
+      return dt <= member.stable_dt &&
+          !member.limit.is_exceeded(measures(member.committed_result()));
+    }
+
     void note_bound(Member &member, double bound) const
     {
-      member.bound.note(bound, member.committed_result(),
-                        engine->contacts().law == rve::ContactLaw::Linear);
+      const Result &result = member.committed_result();
+      const bool has_constant_moduli = engine->contacts().law == rve::ContactLaw::Linear;
+      member.stable_dt = bound;
+      member.limit =
+          rve::stiffening_limit(measures(result), result.num_grains, has_constant_moduli);
     }
 
     /// Stores the result of a call. Returns false if the RVE failed and keeps its earlier state.
@@ -495,14 +476,23 @@ namespace {
       member.tried = false;
     }
 
+    /// Returns the results of the present configurations, without a DEM step.
+    template <class Answer> std::vector<Answer> evaluated(const Members &which)
+    {
+      Drive drive;
+      drive.dt = 1.0;
+      std::vector<Answer> answers;
+      engine->advance(numbers_of(which), std::vector<Drive>(which.size(), drive), answers);
+      return answers;
+    }
+
     /// Evaluates the RVEs that have been added and stores their results.
     void evaluate()
     {
       Members fresh;
       for (std::size_t m = 0; m < members.size(); ++m)
         if (members[m].result.num_grains == 0) fresh.push_back(m);
-      std::vector<Result> results;
-      engine->advance(numbers_of(fresh), std::vector<Drive>(fresh.size(), resting<D>()), results);
+      const std::vector<Result> results = evaluated<Result>(fresh);
       for (std::size_t k = 0; k < fresh.size(); ++k) members[fresh[k]].result = results[k];
     }
   };

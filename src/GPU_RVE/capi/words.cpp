@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <functional>
 #include <sstream>
 #include <type_traits>
 #include <utility>
@@ -69,101 +68,104 @@ namespace {
       x = e.number<double>("a number");
   }
 
-  /// Row of a table of words: the word and the function that reads its value into `Target`.
-  template <class Target> struct Row {
-    const char *word;
-    std::function<void(const Entry &, Target &)> read;
+  /// Compares the word of an entry with the known words, one after another.
+  class Matcher {
+   public:
+    explicit Matcher(const Entry &one) : entry(one) {}
+
+    /// Returns true if the entry has this word.
+    bool is(const char *word)
+    {
+      known.emplace_back(word);
+      if (entry.word != word) return false;
+      found = true;
+      return true;
+    }
+    /// Reads the value of the entry into `x` if the entry has this word.
+    template <class T> void set(const char *word, T &x)
+    {
+      if (is(word)) read(entry, x);
+    }
+    /// Throws InputError with the known words if the entry has none of them.
+    void require_known() const
+    {
+      if (!found)
+        throw rve::InputError("there is no word '" + entry.word + "'" +
+                              rve::did_you_mean(entry.word, known, "there are"));
+    }
+
+   private:
+    const Entry &entry;
+    rve::Words known;
+    bool found = false;
   };
-  template <class Target> using Table = std::vector<Row<Target>>;
 
-  /// Returns a row that stores the value in a member of the target, or in a member of that member:
-  /// `first` and `members` are the chain of pointers to members.
-  template <class Target, class T, class... Members>
-  Row<Target> row(const char *word, T Target::*first, Members... members)
+  void set_option(const Entry &e, rve::Options &o)
   {
-    return {word,
-            [=](const Entry &e, Target &target) { read(e, ((target.*first).*....*members)); }};
+    Matcher m(e);
+    m.set("format", o.format);
+    m.set("arithmetic", o.arithmetic);
+    m.set("device", o.device);
+    m.set("device_number", o.device_number);
+    m.set("threads", o.threads);
+    m.set("block_size", o.block_size);
+    m.set("skin", o.skin);
+    m.set("arms", o.arms);
+    m.set("overlap_limit", o.overlap_limit);
+    m.set("energy", o.track_energy);
+    m.require_known();
+    if (o.device_number < 0) e.refuse("at least 0");
   }
 
-  Table<rve::Options> options_table()
+  void set_recipe(const Entry &e, Order &o)
   {
-    using Options = rve::Options;
-    return {row("format", &Options::format),
-            row("arithmetic", &Options::arithmetic),
-            row("device", &Options::device),
-            {"device_number",
-             [](const Entry &e, Options &o) {
-               read(e, o.device_number);
-               if (o.device_number < 0) e.refuse("at least 0");
-             }},
-            row("threads", &Options::threads),
-            row("block_size", &Options::block_size),
-            row("skin", &Options::skin),
-            row("arms", &Options::arms),
-            row("overlap_limit", &Options::overlap_limit),
-            row("energy", &Options::track_energy)};
-  }
-
-  Table<Order> recipe_table()
-  {
-    using Recipe = rve::PackingRecipe;
-    const auto of_recipe = [](const char *word, auto member) {
-      return row(word, &Order::recipe, member);
-    };
-    Table<Order> table = {
-        {"shape", [](const Entry &e, Order &o) { o.dimension = e.choice(SHAPES); }},
-        of_recipe("grains", &Recipe::num_grains),
-        of_recipe("seed", &Recipe::seed),
-        {"radius",
-         [](const Entry &e, Order &o) {
-           e.choice(DISTRIBUTIONS);
-           read({e.word, e.more[0]}, o.recipe.radius_min);
-           read({e.word, e.more[1]}, o.recipe.radius_max);
-         }},
-        of_recipe("radius_min", &Recipe::radius_min),
-        of_recipe("radius_max", &Recipe::radius_max),
-        of_recipe("pressure", &Recipe::pressure),
-        {"k0",
-         [](const Entry &e, Order &o) {
-           o.recipe.at_rest = e.value == "rest";
-           if (!o.recipe.at_rest) o.recipe.k0 = e.number<double>("a number or rest");
-         }},
-        of_recipe("void_ratio", &Recipe::void_ratio),
-        of_recipe("void_ratio_tolerance", &Recipe::void_ratio_tolerance),
-        of_recipe("friction_prep", &Recipe::preparation_friction),
-        of_recipe("damping_prep", &Recipe::preparation_damping),
-        {"tolerance",
-         [](const Entry &e, Order &o) {
-           read(e, o.recipe.stress_tolerance);
-           o.recipe.unbalanced_tolerance = o.recipe.stress_tolerance;
-         }},
-        {"contact",
-         [](const Entry &e, Order &o) { o.recipe.material.law = rve::contact_law_of(e.value); }},
-        row("device", &Order::options, &rve::Options::device),
-        row("threads", &Order::options, &rve::Options::threads),
-        row("format", &Order::options, &rve::Options::format)};
+    rve::PackingRecipe &r = o.recipe;
+    Matcher m(e);
+    if (m.is("shape")) o.dimension = e.choice(SHAPES);
+    m.set("grains", r.num_grains);
+    m.set("seed", r.seed);
+    if (m.is("radius")) {
+      e.choice(DISTRIBUTIONS);
+      read({e.word, e.more[0]}, r.radius_min);
+      read({e.word, e.more[1]}, r.radius_max);
+    }
+    m.set("radius_min", r.radius_min);
+    m.set("radius_max", r.radius_max);
+    m.set("pressure", r.pressure);
+    if (m.is("k0")) {
+      r.at_rest = e.value == "rest";
+      if (!r.at_rest) r.k0 = e.number<double>("a number or rest");
+    }
+    m.set("void_ratio", r.void_ratio);
+    m.set("void_ratio_tolerance", r.void_ratio_tolerance);
+    m.set("friction_prep", r.preparation_friction);
+    m.set("damping_prep", r.preparation_damping);
+    m.set("tolerance", r.stress_tolerance);
+    if (m.is("contact")) r.material.law = rve::contact_law_of(e.value);
+    m.set("device", o.options.device);
+    m.set("threads", o.options.threads);
+    m.set("format", o.options.format);
     for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
-      table.push_back(row(parameter.keyword, &Order::recipe, &Recipe::material, parameter.member));
-    return table;
+      m.set(parameter.keyword, r.material.*parameter.member);
+    m.require_known();
   }
 
-  Table<TangentOrder> tangent_table()
+  /// The words kind and format have been read before.
+  void set_tangent_option(const Entry &e, macro::TangentOptions &o)
   {
-    using Options = macro::TangentOptions;
-    const auto of_options = [](const char *word, auto member) {
-      return row(word, &TangentOrder::options, member);
-    };
-    return {{"kind", [](const Entry &, TangentOrder &) {}},    // kind and format are read before
-            {"format", [](const Entry &, TangentOrder &) {}},
-            of_options("probe", &Options::probe),
-            of_options("lead", &Options::lead),
-            of_options("spread", &Options::spread),
-            of_options("strain_steps", &Options::strain_steps),
-            of_options("lead_steps", &Options::lead_steps),
-            of_options("look_steps", &Options::look_steps),
-            of_options("most_steps", &Options::most_steps),
-            of_options("tolerance", &Options::tolerance),
-            of_options("damping", &Options::damping)};
+    Matcher m(e);
+    m.is("kind");
+    m.is("format");
+    m.set("probe", o.probe);
+    m.set("lead", o.lead);
+    m.set("spread", o.spread);
+    m.set("strain_steps", o.strain_steps);
+    m.set("lead_steps", o.lead_steps);
+    m.set("look_steps", o.look_steps);
+    m.set("most_steps", o.most_steps);
+    m.set("tolerance", o.tolerance);
+    m.set("damping", o.damping);
+    m.require_known();
   }
 
   /// Splits a text into words with one value each. The word `triple` has three values. Throws
@@ -184,29 +186,12 @@ namespace {
     return all;
   }
 
-  /// Reads all entries by a table. Throws InputError if it does not have a word.
-  template <class Target>
-  void read_all(const std::vector<Entry> &all, const Table<Target> &table, Target &target)
-  {
-    for (const Entry &entry : all) {
-      const auto found = std::find_if(table.begin(), table.end(),
-                                      [&](const auto &one) { return entry.word == one.word; });
-      if (found == table.end()) {
-        rve::Words known;
-        for (const auto &one : table) known.emplace_back(one.word);
-        throw rve::InputError("there is no word '" + entry.word + "'" +
-                              rve::did_you_mean(entry.word, known, "there are"));
-      }
-      found->read(entry, target);
-    }
-  }
-
 }    // namespace
 
 rve::Options read_options(const std::string &text)
 {
   rve::Options options;
-  read_all(entries(text), options_table(), options);
+  for (const Entry &entry : entries(text)) set_option(entry, options);
   return options;
 }
 
@@ -220,7 +205,7 @@ TangentOrder read_tangent_options(const std::string &text, rve::Format format)
     else if (entry.word == "format")
       read(entry, format);
   TangentOrder order{format, macro::TangentOptions::of(format, kind)};
-  read_all(all, tangent_table(), order);
+  for (const Entry &entry : all) set_tangent_option(entry, order.options);
   order.options.check("tangent");
   return order;
 }
@@ -231,10 +216,11 @@ Order read_recipe(const std::string &text)
   order.options.device = rve::Device::Cpu;
   order.options.threads = 1;
   const std::vector<Entry> all = entries(text, "radius");
-  read_all(all, recipe_table(), order);
+  for (const Entry &entry : all) set_recipe(entry, order);
   const auto has = [&](const std::string &word) {
     return std::any_of(all.begin(), all.end(), [&](const Entry &e) { return e.word == word; });
   };
+  if (has("tolerance")) order.recipe.unbalanced_tolerance = order.recipe.stress_tolerance;
   rve::Material &material = order.recipe.material;
   for (const std::string bound : {"radius_min", "radius_max"})
     rve::require(!has("radius") || !has(bound), "radius and ", bound,
