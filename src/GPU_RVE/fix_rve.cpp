@@ -23,7 +23,6 @@
 #include "group.h"
 #include "input.h"
 #include "lammps/collective_error.h"
-#include "lammps/lammps_version.h"
 #include "lammps/no_pairs.h"
 #include "lammps/restart_record.h"
 #include "lammps/state_readers.h"

@@ -463,7 +463,7 @@ namespace {
         member.committed = Version{engine->state(member.number), member.result};
     }
 
-    /// Replaces a trial in the engine by the committed state.
+    /// Copies the committed state, and puts it back into the engine if a trial is there.
     void return_to_committed(Member &member)
     {
       keep_committed(member);

@@ -2,8 +2,6 @@
 
 #include "lammps/plugin_host.h"
 
-#include "lammps/lammps_version.h"
-
 #include "library.h"
 #include "lmptype.h"
 
