@@ -200,12 +200,16 @@ void read_reach(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::adhesion_reach] = words.number("reach");
 }
 
-const ScriptKeyword<Contact> PARTS[] = {
-    {"tangential", "linear_history k_t x_gammat mu", read_tangential},
-    {"damping", "velocity", read_damping},
-    {"rolling", "sds k_roll gamma_roll mu_roll", read_rolling},
-    {"twisting", "sds k_twist gamma_twist mu_twist, or marshall", read_twisting},
-    {"reach", "h, of dmt: how far apart grains attract each other", read_reach}};
+struct Part {
+  const char *name;
+  void (*read)(ScriptWords &, Contact &);
+};
+
+constexpr Part PARTS[] = {{"tangential", read_tangential},
+                          {"damping", read_damping},
+                          {"rolling", read_rolling},
+                          {"twisting", read_twisting},
+                          {"reach", read_reach}};
 
 /// Reads the values of *contact*. Parameters of contacts that it does not give become 0.
 void read_contact(ScriptWords &words, MaterialWords &material)
