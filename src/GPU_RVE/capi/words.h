@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only Parser of options and recipes of the C interface. They are
-// texts of words and values as in a script, for example "format double threads 2".
+// SPDX-License-Identifier: GPL-2.0-only
+// Parser of options and recipes of the C interface. They are texts of words and values as in a
+// script, for example "format double threads 2".
 
 #pragma once
 

@@ -15,9 +15,10 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// ---- normal models of *contact*, with the syntax of pair_coeff of pair_style granular after the
-// types of atoms ----
+// ---- normal models ----
 
+/// Values of *contact*. Its syntax is that of pair_coeff of pair_style granular, after the types of
+/// atoms.
 struct Contact {
   MaterialWords &material;
   double eta_n = 0.0;    ///< damping of the normal model; its unit depends on the damping model

@@ -117,8 +117,8 @@ template <int D> void read_density(ScriptWords &words, ParseState<D> &state)
     state.settings.density = density;
 }
 
-/// Makes a density that is the only one of the script that of all points, whatever its position.
-/// Returns the subject of that density, or "" if there are several densities or none.
+/// Applies the density of the script to all points if it is the only one, whatever its position in
+/// the script. Returns its subject, or "" if there are several densities or none.
 template <int D> std::string share_density(const ScriptWords &words, MpmSettings<D> &settings)
 {
   std::string subject;
@@ -213,7 +213,7 @@ template <int D> void read_rigid(ScriptWords &words, ParseState<D> &state)
             state.owner, rve::number(how.friction), rve::number(rve::LARGEST_USUAL_FRICTION));
     } else {
       state.settings.bodies.back().friction = words.value("friction");
-      how.friction = 1.0;    // until the variable is evaluated
+      how.friction = 1.0;    // replaced when the variable is evaluated
     }
     state.needs_form.back() = "friction";
   }

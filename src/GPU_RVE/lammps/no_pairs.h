@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only Settings for scripts without a pair style. Material points
-// have no pair forces, and LAMMPS derives the settings of sorting and of communication from the
-// cutoff of the pair style.
+// SPDX-License-Identifier: GPL-2.0-only
+// Settings for scripts without a pair style. Material points have no pair forces, and LAMMPS
+// derives the settings of sorting and of communication from the cutoff of the pair style.
 
 #pragma once
 

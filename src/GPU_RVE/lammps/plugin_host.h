@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: GPL-2.0-only Check that the LAMMPS that loads the plugin has the
-// version, the integer sizes and the MPI library that the plugin was built for. LAMMPS and the
-// plugin share classes, and LAMMPS loads any plugin whose symbols it has: other layouts of classes
-// would give wrong numbers or a crash.
+// SPDX-License-Identifier: GPL-2.0-only
+// Check that the LAMMPS that loads the plugin has the version, the integer sizes and the MPI
+// library that the plugin was built for. LAMMPS and the plugin share classes, and LAMMPS loads any
+// plugin whose symbols it has: other layouts of classes would give wrong numbers or a crash.
 
 #pragma once
 

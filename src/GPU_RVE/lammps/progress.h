@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: GPL-2.0-only Progress lines in the log of a long run, and the end of a
-// run by a signal. SIGTERM and SIGINT end a run after its present step. A restart file is written
-// if the script has a restart command, and the script ends with an error. The same signal again
-// ends the program at once.
+// SPDX-License-Identifier: GPL-2.0-only
+// Progress lines in the log of a long run, and the end of a run by a signal. SIGTERM and SIGINT end
+// a run after its present step. A restart file is written if the script has a restart command, and
+// the script ends with an error. The same signal again ends the program at once.
 
 #pragma once
 

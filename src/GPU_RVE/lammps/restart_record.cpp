@@ -48,7 +48,7 @@ struct Part {
   RestartRecord record;
   int bad = -1;    ///< number of the part with a wrong size, from 0; -1: none
   double size;     ///< size that the last part has according to its first value
-  double left;     ///< number of values from the begin of the last part to the end of the row
+  double left;     ///< number of values from the start of the last part to the end of the row
 };
 
 /// Returns record number nth of a row.

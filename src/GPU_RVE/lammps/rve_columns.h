@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: GPL-2.0-only Columns of a compute or a dump that a script requests by
-// name, and the fix rve that provides them.
+// SPDX-License-Identifier: GPL-2.0-only
+// Columns of a compute or a dump that a script requests by name, and the fix rve that provides
+// them.
 
 #pragma once
 

@@ -104,8 +104,8 @@ class ScriptWords {
   /// Sets the form of the values of the present keyword for messages.
   void set_form(std::string values) { current.form = std::move(values); }
 
-  /// Sets the subject of the present keyword, for example "model upper" of the keyword model. Only
-  /// a keyword with the same subject may not be given twice, unless `may_repeat`.
+  /// Sets the subject of the present keyword, for example "model upper" of the keyword model. Two
+  /// keywords with the same subject are an error unless `may_repeat`.
   void about(const std::string &subject, bool may_repeat = false);
 
   /// Adds words that would also be accepted here to the suggestions of the next error message.
