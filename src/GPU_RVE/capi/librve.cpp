@@ -153,7 +153,7 @@ template <class Number> class CallerArray {
     if (arrays == Arrays::OnHost || !array) return;
     require(batch.cuda_device() >= 0, name,
             " may not be in the memory of a device: the batch is on ", batch.description(),
-            "; the function without _device serves it");
+            "; use the function without _device");
     if (!rve::is_on_device(array, name, batch.cuda_device())) return;
     device_ = batch.cuda_device();
     copy_.resize(count);

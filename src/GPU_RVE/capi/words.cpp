@@ -240,8 +240,8 @@ Order read_recipe(const std::string &text)
   if (is_linear && !has("kt")) material.tangential_stiffness = material.normal_stiffness;
   if (material.rolling_friction > 0.0 && !has("kr")) {
     rve::require(is_linear, "rolling_friction is ", material.rolling_friction,
-                 " [-] without a kr [force/length], which contact ", rve::word_of(material.law),
-                 " does not say as kt does for hooke; it must be given, or 0");
+                 " [-] without a kr [force/length], and contact ", rve::word_of(material.law),
+                 " has no kt to replace it; give kr, or rolling_friction 0");
     material.rolling_stiffness = material.tangential_stiffness;
   }
   order.options.contacts = rve::contacts_of(material);

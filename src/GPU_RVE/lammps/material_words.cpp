@@ -321,8 +321,8 @@ void MaterialWords::apply(rve::Material &material) const
       !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0) {
     rve::require(material.law == rve::ContactLaw::Linear, [&] {
       return fmt::format(
-          "rolling_friction is {} [-] without a kr [force/length], which the contact "
-          "law {} does not say as kt does for hooke; it must be given, or 0",
+          "rolling_friction is {} [-] without a kr [force/length], and the contact law {} has no "
+          "kt to replace it; give kr, or rolling_friction 0",
           rve::number(material.rolling_friction), rve::word_of(material.law));
     });
     material.rolling_stiffness = material.tangential_stiffness;

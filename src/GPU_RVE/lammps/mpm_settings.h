@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Parsed arguments of fix mpm as plain structs. Only this file reads them from the script.
+// Parsed arguments of fix mpm as plain structs. Only mpm_settings.cpp reads the words of the
+// script.
 
 #pragma once
 

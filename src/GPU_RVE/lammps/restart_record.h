@@ -28,8 +28,8 @@ class RestartRecords {
   /// Number of values in the header: size of the record, step, ID of the atom, its unwrapped
   /// position (3 values) and a checksum of these.
   static constexpr int HEADER = 7;
-  /// Writes the header of the record of local atom i to the first HEADER values of `buf`. The record
-  /// has `size` values with the header.
+  /// Writes the header of the record of local atom i to the first HEADER values of `buf`. The
+  /// record has `size` values with the header.
   static void write_header(LAMMPS *lmp, int i, int size, double *buf);
 
   /// Returns the record of local atom i for unpack_restart(i, nth) of a fix. Ends with error->one

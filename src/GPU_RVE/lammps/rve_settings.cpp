@@ -82,10 +82,9 @@ std::vector<TensorComponent> read_components(ScriptWords &words, const std::stri
     list.push_back({row, column, words.value(part.empty() ? name : part + " " + name)});
   }
   if (find_component(words.peek(), 3, row, column))
-    words.refuse(
-        fmt::format("{} has component {}, and the RVEs are of disks: only those of spheres "
-                    "have components of z",
-                    what, words.peek()));
+    words.refuse(fmt::format("{} has component {}, and the RVEs are of disks: only RVEs of spheres "
+                             "have components of z",
+                             what, words.peek()));
   if (list.empty()) {
     std::string names;
     for (const auto &name : component_names(dimension, symmetric))
@@ -316,7 +315,7 @@ const FixRveKeyword KEYWORDS[] = {
      },
      OF_ENGINE},
     {"preset", "draft | standard | reference", read_preset,
-     "it also says the number format; give dt and mass_scaling one by one"},
+     "it also sets the number format; give dt and mass_scaling one by one"},
     {"packings", "file ...",
      [](ScriptWords &words, Settings &s) {
        while (!words.empty() && !words.at_keyword()) s.packings.emplace_back(words.next());
@@ -480,14 +479,14 @@ void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
                     command);
   if (s.macro_step.quiescent_strain > 0.0 && has_servo)
     lmp->error->all(FLERR,
-                    "{}: quiescent and servo exclude each other: a servo has to feel the "
-                    "stress of the grains",
+                    "{}: quiescent and servo exclude each other: a servo needs the stress of "
+                    "the grains in each step",
                     command);
   if (s.macro_step.adaptive && s.macro_step.quiescent_strain > 0.0 &&
       s.macro_step.quiescent_strain < s.macro_step.adaptive->strain_per_step)
     lmp->error->warning(FLERR,
                         "fix rve: quiescent strain {} is less than the strain of one adaptive "
-                        "substep, {}: an RVE wakes for a single step",
+                        "substep, {}: an RVE is then active for a single step",
                         rve::number(s.macro_step.quiescent_strain),
                         rve::number(s.macro_step.adaptive->strain_per_step));
   for (const auto &goal : s.stress_goal)
