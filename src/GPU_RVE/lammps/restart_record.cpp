@@ -35,14 +35,6 @@ bool is_damaged(const double *header)
   return header[RestartRecords::HEADER - 1] != header_sum(header);
 }
 
-[[noreturn]] void throw_damaged(LAMMPS *lmp, const std::string &whose, tagint id)
-{
-  lmp->error->one(FLERR,
-                  "{}: the record of atom {} in the restart file is damaged: the checksum of its "
-                  "header does not match. Use an earlier file",
-                  whose, id);
-}
-
 /// A record within a row, or the first part of the row whose size is wrong.
 struct Part {
   RestartRecord record;
@@ -84,51 +76,51 @@ void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
 RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, int nth, double step)
 {
   const Atom *atom = lmp->atom;
-  Error *error = lmp->error;
   const tagint id = atom->tag[i];
+  const auto fail = [&](const std::string &problem) {
+    lmp->error->one(FLERR, "{}: the record of atom {} {}", whose, id, problem);
+  };
+  const auto require_sound = [&](const double *values) {
+    if (is_damaged(values))
+      fail("in the restart file is damaged: the checksum of its header does not match. Use an "
+           "earlier file");
+  };
   if (num_rows < 0) count_rows(lmp);
   Part part;
   if (i < num_rows) part = part_of_row(atom, i, nth);
   // a search is no remedy: memory after the rows may still have records of an earlier file
   if (part.bad >= 0)
-    error->one(
-        FLERR,
-        "{}: the record of atom {} in the restart file is damaged: part {} of it says that it "
-        "has {} numbers, and {} are left. Use an earlier file. If atoms were created since "
-        "read_restart, create them after this fix",
-        whose, id, part.bad + 1, part.size, part.left);
+    fail(fmt::format("in the restart file is damaged: part {} of it says that it has {} numbers, "
+                     "and {} are left. Use an earlier file. If atoms were created since "
+                     "read_restart, create them after this fix",
+                     part.bad + 1, part.size, part.left));
   if (i >= num_rows || part.record.values[2] != static_cast<double>(id)) {
-    if (i < num_rows && is_damaged(part.record.values)) throw_damaged(lmp, whose, id);
+    if (i < num_rows) require_sound(part.record.values);
     if (row_of_id.empty()) find_rows(lmp, nth, step);
     const auto found = row_of_id.find(id);
     if (found == row_of_id.end())
-      error->one(
-          FLERR,
-          "{}: the record of atom {} is not in the restart file, or on another MPI rank: the atom "
-          "was created or moved, or got another ID, since read_restart, or the file is "
-          "damaged. Define the fix directly after read_restart, and change atoms after it",
-          whose, id);
+      fail("is not in the restart file, or on another MPI rank: the atom was created or moved, or "
+           "got another ID, since read_restart, or the file is damaged. Define the fix directly "
+           "after read_restart, and change atoms after it");
     part = part_of_row(atom, found->second, nth);
   }
   const double *values = part.record.values;
-  if (is_damaged(values)) throw_damaged(lmp, whose, id);
+  require_sound(values);
   if (values[1] != step)
-    error->one(FLERR,
-               "{}: the record of atom {} is of step {}, the head of the restart files of step {}: "
-               "they were not written at once, or are damaged. Use those before",
-               whose, id, values[1], step);
+    fail(fmt::format("is of step {}, the head of the restart files of step {}: they were not "
+                     "written at once, or are damaged. Use those before",
+                     values[1], step));
   double now[3];
   lmp->domain->unmap(atom->x[i], atom->image[i], now);
   for (int a = 0; a < 3; a++)
     if (!(std::fabs(now[a] - values[3 + a]) <=
           ROUNDING * (lmp->domain->prd[a] + std::fabs(now[a]))))
-      error->one(FLERR,
-                 "{}: the record of atom {} in the restart file is of a point at {:g} {:g} {:g} "
-                 "[length], and the atom is at {:g} {:g} {:g}: atoms were moved or got other IDs "
-                 "since read_restart (delete_atoms renumbers unless it has compress no), or the "
-                 "file is damaged. Define the fix directly after read_restart, and change atoms "
-                 "after it",
-                 whose, id, values[3], values[4], values[5], now[0], now[1], now[2]);
+      fail(fmt::format("in the restart file is of a point at {:g} {:g} {:g} [length], and the atom "
+                       "is at {:g} {:g} {:g}: atoms were moved or got other IDs since read_restart "
+                       "(delete_atoms renumbers unless it has compress no), or the file is "
+                       "damaged. Define the fix directly after read_restart, and change atoms "
+                       "after it",
+                       values[3], values[4], values[5], now[0], now[1], now[2]));
   return part.record;
 }
 

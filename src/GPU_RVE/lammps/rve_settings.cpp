@@ -461,62 +461,56 @@ void FixRveSettings::read(ScriptWords &words, bool modifies)
 
 void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
 {
-  const FixRveSettings &s = *this;
-  if (s.driver == RveDriver::Mpm && !s.stress_goal.empty())
-    lmp->error->all(FLERR, "{}: servo and drive mpm exclude each other", command);
-  const bool has_servo = !s.stress_goal.empty() || s.path.has_servo();
-  if (s.path.any() && (s.driver != RveDriver::None || !s.stress_goal.empty()))
-    lmp->error->all(FLERR,
-                    "{}: path and {} exclude each other; a path has rates and stresses of its own",
-                    command, s.driver != RveDriver::None ? "drive" : "servo");
-  if (!s.path.any() && (s.path.number_given || s.path.halts))
-    lmp->error->all(FLERR, "{}: {} without a path", command,
-                    s.path.halts ? "path_end halt" : "path_variable");
-  if (s.macro_step.adaptive && has_servo)
-    lmp->error->all(FLERR,
-                    "{}: substeps adaptive needs a strain that is known beforehand and "
-                    "cannot be used with servo",
-                    command);
-  if (s.macro_step.quiescent_strain > 0.0 && has_servo)
-    lmp->error->all(FLERR,
-                    "{}: quiescent and servo exclude each other: a servo needs the stress of "
-                    "the grains in each step",
-                    command);
-  if (s.macro_step.adaptive && s.macro_step.quiescent_strain > 0.0 &&
-      s.macro_step.quiescent_strain < s.macro_step.adaptive->strain_per_step)
+  const auto refuse = [&](const std::string &message) {
+    lmp->error->all(FLERR, "{}: {}", command, message);
+  };
+  const bool has_drive = driver != RveDriver::None;
+  const bool has_servo = !stress_goal.empty() || path.has_servo();
+  const auto &adaptive = macro_step.adaptive;
+  const double quiescent = macro_step.quiescent_strain;
+  if (driver == RveDriver::Mpm && !stress_goal.empty())
+    refuse("servo and drive mpm exclude each other");
+  if (path.any() && (has_drive || !stress_goal.empty()))
+    refuse(fmt::format("path and {} exclude each other; a path has rates and stresses of its own",
+                       has_drive ? "drive" : "servo"));
+  if (!path.any() && (path.number_given || path.halts))
+    refuse(fmt::format("{} without a path", path.halts ? "path_end halt" : "path_variable"));
+  if (adaptive && has_servo)
+    refuse("substeps adaptive needs a strain that is known beforehand and cannot be used with "
+           "servo");
+  if (quiescent > 0.0 && has_servo)
+    refuse("quiescent and servo exclude each other: a servo needs the stress of the grains in each "
+           "step");
+  if (adaptive && quiescent > 0.0 && quiescent < adaptive->strain_per_step)
     lmp->error->warning(FLERR,
                         "fix rve: quiescent strain {} is less than the strain of one adaptive "
                         "substep, {}: an RVE is then active for a single step",
-                        rve::number(s.macro_step.quiescent_strain),
-                        rve::number(s.macro_step.adaptive->strain_per_step));
-  for (const auto &goal : s.stress_goal)
-    for (const auto &rate : s.velocity_gradient)
+                        rve::number(quiescent), rve::number(adaptive->strain_per_step));
+  for (const auto &goal : stress_goal)
+    for (const auto &rate : velocity_gradient)
       if (goal.row == rate.row && goal.column == rate.column)
-        lmp->error->all(FLERR, "{}: component {} is driven by both velocity_gradient and servo",
-                        command, rve_component_name(goal.row, goal.column));
-  if (!s.choice.number.variable.empty() && s.choice.is_by_property())
-    lmp->error->all(FLERR, "{}: packing_variable and {} exclude each other", command,
-                    s.choice.seed         ? "packing_random"
-                        : s.choice.stress ? "packing_stress"
-                                          : "packing_void_ratio");
-  for (const auto &goal : s.stress_goal)
+        refuse(fmt::format("component {} is driven by both velocity_gradient and servo",
+                           rve_component_name(goal.row, goal.column)));
+  if (!choice.number.variable.empty() && choice.is_by_property())
+    refuse(fmt::format("packing_variable and {} exclude each other",
+                       choice.seed         ? "packing_random"
+                           : choice.stress ? "packing_stress"
+                                           : "packing_void_ratio"));
+  for (const auto &goal : stress_goal)
     if (goal.row == goal.column && goal.value.variable.empty() && goal.value.constant > 0.0)
-      lmp->error->all(FLERR,
-                      "{}: the goal of servo {} is {} [stress], a tension, and grains without "
-                      "cohesion carry none; it must be at most 0, because stresses are negative in "
-                      "compression",
-                      command, rve_component_name(goal.row, goal.column),
-                      rve::number(goal.value.constant));
-  const auto &adaptive = s.macro_step.adaptive;
-  const double steps =
-      static_cast<double>(adaptive ? adaptive->most : s.substeps) * s.steps_per_step();
+      refuse(fmt::format("the goal of servo {} is {} [stress], a tension, and grains without "
+                         "cohesion carry none; it must be at most 0, because stresses are negative "
+                         "in compression",
+                         rve_component_name(goal.row, goal.column),
+                         rve::number(goal.value.constant)));
+  const int most = adaptive ? adaptive->most : substeps;
+  const double steps = static_cast<double>(most) * steps_per_step();
   if (steps > MAXSMALLINT)
-    lmp->error->all(FLERR,
-                    "{}: {} DEM steps per LAMMPS step{} times {} for each one of a shadow are {}; "
+    refuse(
+        fmt::format("{} DEM steps per LAMMPS step{} times {} for each one of a shadow are {}; "
                     "there can be {} at most: use fewer substeps or a lower refinement of shadow",
-                    command, adaptive ? adaptive->most : s.substeps,
-                    adaptive ? " (the most of substeps adaptive)" : "", s.steps_per_step(),
-                    rve::number(steps), MAXSMALLINT);
+                    most, adaptive ? " (the most of substeps adaptive)" : "", steps_per_step(),
+                    rve::number(steps), MAXSMALLINT));
 }
 
 std::map<std::string, std::string> FixRveSettings::account() const
