@@ -135,26 +135,23 @@ double damping_of_restitution(ScriptWords &words, double e)
 
 void read_damping(ScriptWords &words, Contact &contact)
 {
-  enum class Damping { Velocity, Viscoelastic, Restitution };
   MaterialWords &material = contact.material;
   if (*material.law == rve::ContactLaw::Linear) {
     words.choice<bool>("damping model", {{"velocity", true}});
     material[&rve::Material::normal_viscosity] = contact.eta_n;
     return;
   }
-  const auto damping = words.choice<Damping>("damping model",
-                                             {{"viscoelastic", Damping::Viscoelastic},
-                                              {"velocity", Damping::Velocity},
-                                              {"coeff_restitution", Damping::Restitution}});
-  if (damping == Damping::Velocity)
-    material[&rve::Material::normal_viscosity] = contact.eta_n;
-  else if (damping == Damping::Viscoelastic)
-    material[&rve::Material::viscoelastic_damping] = contact.eta_n;
-  else if (*material.law == rve::ContactLaw::Dmt)
+  constexpr rve::MaterialMember RESTITUTION = &rve::Material::restitution_damping;
+  const auto damping =
+      words.choice<rve::MaterialMember>("damping model",
+                                        {{"viscoelastic", &rve::Material::viscoelastic_damping},
+                                         {"velocity", &rve::Material::normal_viscosity},
+                                         {"coeff_restitution", RESTITUTION}});
+  if (damping == RESTITUTION && *material.law == rve::ContactLaw::Dmt)
     words.refuse("contact dmt has no damping coeff_restitution, as in pair_style granular: what an "
                  "impact loses depends on the attraction, too");
-  else
-    material[&rve::Material::restitution_damping] = damping_of_restitution(words, contact.eta_n);
+  material[damping] = damping == RESTITUTION ? damping_of_restitution(words, contact.eta_n)
+                                             : contact.eta_n;
 }
 
 /// Applies the default of pair_style granular without a damping model, which is viscoelastic.
