@@ -198,11 +198,10 @@ template <int D> void read_rigid(ScriptWords &words, ParseState<D> &state)
                                words.next(VELOCITIES[a]), VELOCITIES[a], rigid_form<D>()));
     read_rate(words, state, a, VELOCITIES[a]);
   }
-  enum { SMOOTH, ROUGH, FRICTION };
-  const int contact =
-      words.choice<int>("contact", {{"smooth", SMOOTH}, {"rough", ROUGH}, {"friction", FRICTION}});
-  how.rough = contact == ROUGH;
-  if (contact == FRICTION) {
+  const bool has_friction = std::string_view(words.peek()) == "friction";
+  how.rough =
+      words.choice<bool>("contact", {{"smooth", false}, {"rough", true}, {"friction", false}});
+  if (has_friction) {
     if (words.starts_number()) {
       how.friction = words.positive("friction", "[-]");
       if (how.friction > rve::LARGEST_USUAL_FRICTION && words.owner()->comm->me == 0)
@@ -415,12 +414,10 @@ template <int D> void read_cfl(ScriptWords &words, ParseState<D> &state)
 
 template <int D> void read_wave_speed(ScriptWords &words, ParseState<D> &state)
 {
-  enum class Speed { Bound, Tangent };
-  const auto speed =
-      words.choice<Speed>("", {{"bound", Speed::Bound}, {"tangent", Speed::Tangent}});
-  state.settings.wave_tests = speed == Speed::Tangent ? words.integer("tangent", 1) : 0;
-  state.settings.wave_every =
-      speed == Speed::Tangent && words.take("every") ? words.integer("tangent every", 1) : 0;
+  const bool measures = words.choice<bool>("", {{"bound", false}, {"tangent", true}});
+  state.settings.wave_tests = measures ? words.integer("tangent", 1) : 0;
+  state.settings.wave_every = measures && words.take("every") ? words.integer("tangent every", 1)
+                                                              : 0;
 }
 
 /// Returns the function of a row that reads a value into a member of the solver's options.
