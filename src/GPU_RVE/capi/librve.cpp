@@ -91,7 +91,7 @@ void copy_out(const std::vector<double> &from, double *values, std::size_t count
 
 /// Sets *size and copies the bytes to the caller unless `bytes` is null. Throws InputError if
 /// `capacity` is too small.
-void give_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacity,
+void copy_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacity,
                 std::size_t *size)
 {
   *size = saved.size();
@@ -162,7 +162,7 @@ template <class Number> class CallerArray {
 
   Number *values() { return device_ >= 0 ? copy_.data() : array_; }
   /// Copies the values to the device if the array is there.
-  void deliver() const
+  void copy_back() const
   {
     if (device_ >= 0) rve::copy_numbers(copy_.data(), array_, copy_.size(), device_);
   }
@@ -174,9 +174,9 @@ template <class Number> class CallerArray {
 };
 
 /// Does a trial, or an advance with `keeps`.
-int move_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
-               const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
-               bool keeps, Arrays arrays)
+int run_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
+              const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
+              bool keeps, Arrays arrays)
 {
   return guarded({{batch, "batch"}}, [&] {
     if (count > 0)
@@ -186,7 +186,7 @@ int move_batch(rve_batch *batch, const size_t *which, size_t count, const double
     CallerArray given(*batch, arrays, increments, "increments", numbers);
     CallerArray wanted(*batch, arrays, stresses, "stresses", numbers);
     batch->run(members, given.values(), dt, substeps, wanted.values(), statuses, keeps);
-    wanted.deliver();
+    wanted.copy_back();
   });
 }
 
@@ -197,7 +197,7 @@ int give_quantity(rve_batch *batch, const char *name, const size_t *which, size_
     const capi::Members members = chosen(*batch, which, count);
     CallerArray wanted(*batch, arrays, values, "values", count);
     batch->quantity(name, members, wanted.values());
-    wanted.deliver();
+    wanted.copy_back();
   });
 }
 
@@ -209,7 +209,7 @@ int give_affine_stiffness(rve_batch *batch, const size_t *which, size_t count, d
     const std::size_t d = batch->dimension(), strains = d * (d + 1) / 2;
     CallerArray wanted(*batch, arrays, stiffness, "stiffness", count * d * d * strains);
     batch->affine_stiffness(members, wanted.values());
-    wanted.deliver();
+    wanted.copy_back();
   });
 }
 
@@ -295,7 +295,7 @@ int rve_packing_save(const rve_packing *packing, void *bytes, size_t capacity, s
         std::visit([](const auto &state) { return rve::serialize(state); }, packing->state);
     const auto all =
         capi::saved(capi::dimension_of(packing->state), 1, [&](std::size_t) { return record; });
-    give_bytes(all, bytes, capacity, size);
+    copy_bytes(all, bytes, capacity, size);
   });
 }
 
@@ -412,15 +412,15 @@ int rve_time_steps(rve_batch *batch, const size_t *which, size_t count, double *
 int rve_trial(rve_batch *batch, const size_t *which, size_t count, const double *increments,
               const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
-                    Arrays::OnHost);
+  return run_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
+                   Arrays::OnHost);
 }
 
 int rve_advance(rve_batch *batch, const size_t *which, size_t count, const double *increments,
                 const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
-                    Arrays::OnHost);
+  return run_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
+                   Arrays::OnHost);
 }
 
 int rve_commit(rve_batch *batch)
@@ -497,16 +497,16 @@ int rve_trial_device(rve_batch *batch, const size_t *which, size_t count, const 
                      const double *dt, const int32_t *substeps, double *stresses,
                      uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
-                    Arrays::OnEither);
+  return run_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
+                   Arrays::OnEither);
 }
 
 int rve_advance_device(rve_batch *batch, const size_t *which, size_t count,
                        const double *increments, const double *dt, const int32_t *substeps,
                        double *stresses, uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
-                    Arrays::OnEither);
+  return run_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
+                   Arrays::OnEither);
 }
 
 int rve_quantity_device(rve_batch *batch, const char *name, const size_t *which, size_t count,
@@ -539,7 +539,7 @@ int rve_batch_set_packing(rve_batch *batch, size_t which, const rve_packing *pac
 int rve_save(rve_batch *batch, void *bytes, size_t capacity, size_t *size)
 {
   return guarded({{batch, "batch"}, {size, "size"}},
-                 [&] { give_bytes(batch->save(), bytes, capacity, size); });
+                 [&] { copy_bytes(batch->save(), bytes, capacity, size); });
 }
 
 int rve_restore(rve_batch *batch, const void *bytes, size_t size)

@@ -139,8 +139,8 @@ namespace {
       engine->advance(numbers_of(which), drives, results);
       for (std::size_t k = 0; k < which.size(); ++k) {
         Member &member = members[which[k]];
-        const bool took = take(member, results[k]);
-        if (!keeps) member.tried = took;
+        const bool succeeded = store_result(member, results[k]);
+        if (!keeps) member.has_trial = succeeded;
         if (stresses) std::copy_n(member.result.stress.component, D * D, stresses + k * D * D);
         if (statuses) statuses[k] = results[k].status;
       }
@@ -149,7 +149,7 @@ namespace {
     void commit() override
     {
       for (Member &member : members) {
-        member.tried = false;
+        member.has_trial = false;
         member.committed.reset();
       }
     }
@@ -157,7 +157,7 @@ namespace {
     void revert() override
     {
       for (Member &member : members)
-        if (member.tried) return_to_committed(member);
+        if (member.has_trial) return_to_committed(member);
     }
 
     void follow(const Members &which, const PathOrder &order, double *table,
@@ -170,17 +170,16 @@ namespace {
       // the caller gets the whole table or nothing
       std::vector<double> found(size_of_table(order.calls + 1, row_size));
       require_no_trial();
-      std::vector<Walker> walkers;
+      std::vector<PathRve> rves;
       for (const std::size_t m : which) {
         members[m].committed.reset();
-        walkers.push_back(
+        rves.push_back(
             {m,
              {},
              {order.dt, order.substeps, rve::default_servo_gain(engine->state(members[m].number)),
               macro::SERVO_STRAIN_PER_STEP / order.dt},
              0});
-        paths.begin(walkers.back().state,
-                    paths.size() == 1 ? 0 : static_cast<int>(walkers.size()) - 1,
+        paths.begin(rves.back().state, paths.size() == 1 ? 0 : static_cast<int>(rves.size()) - 1,
                     members[m].result.deformation);
       }
       // a later stage of a path may be impossible: all RVEs then return to these states
@@ -188,12 +187,12 @@ namespace {
       try {
         write_row(quantities, which, found.data());
         for (std::size_t call = 1; call <= order.calls; ++call) {
-          walk(paths, walkers);
+          advance_on_paths(paths, rves);
           write_row(quantities, which, found.data() + call * row_size);
         }
       } catch (...) {
         for (const std::size_t m : which) {
-          members[m].tried = true;
+          members[m].has_trial = true;
           return_to_committed(members[m]);
         }
         throw;
@@ -201,7 +200,7 @@ namespace {
       for (const std::size_t m : which) members[m].committed.reset();
       std::copy(found.begin(), found.end(), table);
       if (statuses)
-        for (const Walker &walker : walkers) *statuses++ = walker.status;
+        for (const PathRve &one : rves) *statuses++ = one.status;
     }
 
     void quantity(const std::string &name, const Members &which, double *values) const override
@@ -290,8 +289,8 @@ namespace {
     };
     /// An RVE of the batch.
     struct Member {
-      int number;            ///< number of the RVE in the engine
-      bool tried = false;    ///< true if the RVE of the engine is a trial
+      int number;                ///< number of the RVE in the engine
+      bool has_trial = false;    ///< true if the RVE of the engine is a trial
       /// Copy of the committed state, from the first trial until the commit.
       std::optional<Version> committed = {};
       Result result = {};    ///< result of the RVE in the engine
@@ -304,10 +303,10 @@ namespace {
       mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
 
       /// Returns the result of the committed state.
-      const Result &committed_result() const { return tried ? committed->result : result; }
+      const Result &committed_result() const { return has_trial ? committed->result : result; }
     };
     /// An RVE on its loading path.
-    struct Walker {
+    struct PathRve {
       std::size_t member;    ///< index of the RVE
       macro::PathState<D> state;
       macro::PathStep step;
@@ -339,7 +338,7 @@ namespace {
     void require_no_trial() const
     {
       require(std::none_of(members.begin(), members.end(),
-                           [](const Member &member) { return member.tried; }),
+                           [](const Member &member) { return member.has_trial; }),
               "an RVE has a trial, which must be committed or reverted before an advance");
     }
 
@@ -355,37 +354,37 @@ namespace {
     }
 
     /// Advances the RVEs whose path has not ended by one call.
-    void walk(const macro::LoadPathsOf<D> &paths, std::vector<Walker> &walkers)
+    void advance_on_paths(const macro::LoadPathsOf<D> &paths, std::vector<PathRve> &rves)
     {
-      std::vector<Walker *> walking;
+      std::vector<PathRve *> moving;
       Members moved;
       std::vector<Drive> drives;
-      for (Walker &walker : walkers) {
-        if (walker.state.ended || walker.status & rve::status::Fatal) continue;
-        walking.push_back(&walker);
-        moved.push_back(walker.member);
-        drives.push_back(paths.drive(walker.state, walker.step, nullptr,
-                                     members[walker.member].result.deformation));
+      for (PathRve &one : rves) {
+        if (one.state.ended || one.status & rve::status::Fatal) continue;
+        moving.push_back(&one);
+        moved.push_back(one.member);
+        drives.push_back(
+            paths.drive(one.state, one.step, nullptr, members[one.member].result.deformation));
       }
       require_stable_steps(moved, drives);
       std::vector<Result> results;
       engine->advance(numbers_of(moved), drives, results);
-      for (std::size_t j = 0; j < walking.size(); ++j) {
-        walking[j]->status = results[j].status;
-        if (take(members[moved[j]], results[j]))
-          paths.follow(walking[j]->state, walking[j]->step, results[j]);
+      for (std::size_t j = 0; j < moving.size(); ++j) {
+        moving[j]->status = results[j].status;
+        if (store_result(members[moved[j]], results[j]))
+          paths.follow(moving[j]->state, moving[j]->step, results[j]);
       }
     }
 
     State committed_state(const Member &member) const
     {
-      return member.tried ? member.committed->state : engine->state(member.number);
+      return member.has_trial ? member.committed->state : engine->state(member.number);
     }
 
     /// Throws InputError if the DEM steps of a drive are too long for the committed state of its
     /// RVE. Bounds are determined only for RVEs whose last check does not cover the step: first by
-    /// the engine, then exactly on the host for trials and for RVEs whose bound of the engine is too
-    /// low.
+    /// the engine, then exactly on the host for trials and for RVEs whose bound of the engine is
+    /// too low.
     void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
     {
       Members in_engine, exactly;    // indices in `which`
@@ -394,7 +393,7 @@ namespace {
       for (std::size_t k = 0; k < which.size(); ++k) {
         const Member &member = members[which[k]];
         if (drives[k].substeps == 0 || is_known_stable(member, drives[k].dt)) continue;
-        if (member.tried) {
+        if (member.has_trial) {
           exactly.push_back(k);
           continue;
         }
@@ -447,7 +446,7 @@ namespace {
     }
 
     /// Stores the result of a call. Returns false if the RVE failed and keeps its earlier state.
-    static bool take(Member &member, const Result &result)
+    static bool store_result(Member &member, const Result &result)
     {
       const bool failed = result.status & rve::status::Fatal;
       if (!failed) member.result = result;
@@ -467,13 +466,13 @@ namespace {
     void return_to_committed(Member &member)
     {
       keep_committed(member);
-      if (!member.tried) return;
+      if (!member.has_trial) return;
       const int number = engine->add(member.committed->state);
       engine->remove(member.number);
       member.number = number;
       member.result = member.committed->result;
       member.contacts.reset();
-      member.tried = false;
+      member.has_trial = false;
     }
 
     /// Returns the results of the present configurations, without a DEM step.
