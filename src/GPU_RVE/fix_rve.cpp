@@ -22,7 +22,7 @@
 #include "fix_rve_impl.h"
 #include "group.h"
 #include "input.h"
-#include "lammps/lammps_version.h"
+#include "lammps/collective_error.h"
 #include "lammps/no_pairs.h"
 #include "lammps/restart_record.h"
 #include "lammps/state_readers.h"

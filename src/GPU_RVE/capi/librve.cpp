@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The entries of the C interface. No exception leaves them: a call ends with a code and a text.
+// Functions of the C interface. They turn exceptions into an error code and a text.
 
 #include "capi/librve.h"
 
@@ -21,6 +21,7 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 using rve::require;
@@ -29,25 +30,27 @@ namespace {
 
 thread_local std::string last_error = "";
 
-/// A pointer of a caller, and its name.
+/// A pointer of the caller and its name for error messages.
 struct Named {
   const void *pointer;
   const char *name;
 };
 
+/// Throws InputError if one of the pointers is null.
 void require_pointers(std::initializer_list<Named> needed)
 {
   for (const Named &one : needed) require(one.pointer != nullptr, one.name, " is a null pointer");
 }
 
-/// Runs `work`, for which these pointers are needed, and turns what it throws into a code and a text.
+/// Runs `work` if none of the pointers is null. Turns an exception into an error code, which it
+/// returns, and a text for rve_error().
 template <class Work> int guarded(std::initializer_list<Named> needed, const Work &work) noexcept
 {
   const auto failed = [](int code, const char *text) {
     try {
       last_error = text;
     } catch (...) {
-      last_error.clear();    // no memory for a text
+      last_error.clear();    // there is no memory for the text
     }
     return code;
   };
@@ -78,7 +81,7 @@ bool is_dimension(int dimension)
   return dimension == 2 || dimension == 3;
 }
 
-/// Gives a caller an array whose size it must know.
+/// Copies an array to the caller. Throws InputError unless `count` is its size.
 void copy_out(const std::vector<double> &from, double *values, std::size_t count)
 {
   require_pointers({{values, "values"}});
@@ -86,8 +89,9 @@ void copy_out(const std::vector<double> &from, double *values, std::size_t count
   std::copy(from.begin(), from.end(), values);
 }
 
-/// Gives a caller bytes, or only their number.
-void give_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacity,
+/// Sets *size and copies the bytes to the caller unless `bytes` is null. Throws InputError if
+/// `capacity` is too small.
+void copy_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacity,
                 std::size_t *size)
 {
   *size = saved.size();
@@ -97,7 +101,8 @@ void give_bytes(const std::vector<char> &saved, void *bytes, std::size_t capacit
   std::memcpy(bytes, saved.data(), saved.size());
 }
 
-/// The number of the material of a packing that a keyword names.
+/// Returns the parameter with this keyword of the material of a packing. Throws InputError if there
+/// is none.
 rve::MaterialMember parameter_of(const rve_packing &packing, const char *keyword)
 {
   return std::visit(
@@ -108,7 +113,8 @@ rve::MaterialMember parameter_of(const rve_packing &packing, const char *keyword
       packing.state);
 }
 
-/// The numbers that a caller names: all, or `count` different ones of them.
+/// Returns the indices of RVEs in `which`, or those of all RVEs if it is null. Throws InputError if
+/// an index is out of range or occurs twice.
 capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size_t count)
 {
   const std::size_t size = batch.size();
@@ -131,14 +137,15 @@ capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size
 
 // ---- arrays of callers: on the host, or on the device of a batch ----
 
-/// Where the arrays of numbers of a call may be.
+/// Memory in which the arrays of a call may be: of the host, or of the host or the device.
 enum class Arrays { OnHost, OnEither };
 
-/// Numbers of a caller, which a batch reads and writes on the host: in place, or in a copy where they are on the device of the batch.
-/// Number is double or const double.
+/// Array of the caller, which the batch reads and writes on the host. An array on the device of the
+/// batch has a copy on the host. Number is const double for arguments that are read, else double.
 template <class Number> class CallerArray {
  public:
-  /// Throws InputError, which names the array, unless the batch can reach it.
+  /// Copies `count` values from the device if Number is const. Throws InputError, which names the
+  /// array, if it is in memory that the call does not allow.
   CallerArray(const rve_batch &batch, Arrays arrays, Number *array, const char *name,
               std::size_t count) :
       array_(array)
@@ -146,20 +153,16 @@ template <class Number> class CallerArray {
     if (arrays == Arrays::OnHost || !array) return;
     require(batch.cuda_device() >= 0, name,
             " may not be in the memory of a device: the batch is on ", batch.description(),
-            "; the function without _device serves it");
+            "; use the function without _device");
     if (!rve::is_on_device(array, name, batch.cuda_device())) return;
     device_ = batch.cuda_device();
     copy_.resize(count);
+    if (std::is_const_v<Number>) rve::copy_numbers(array_, copy_.data(), copy_.size(), device_);
   }
 
   Number *values() { return device_ >= 0 ? copy_.data() : array_; }
-  /// Before values that are given are read.
-  void fetch()
-  {
-    if (device_ >= 0) rve::copy_numbers(array_, copy_.data(), copy_.size(), device_);
-  }
-  /// After values have been written.
-  void deliver() const
+  /// Copies the values to the device if the array is there.
+  void copy_back() const
   {
     if (device_ >= 0) rve::copy_numbers(copy_.data(), array_, copy_.size(), device_);
   }
@@ -170,9 +173,10 @@ template <class Number> class CallerArray {
   std::vector<double> copy_;
 };
 
-int move_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
-               const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
-               bool keeps, Arrays arrays)
+/// Does a trial, or an advance with `keeps`.
+int run_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
+              const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
+              bool keeps, Arrays arrays)
 {
   return guarded({{batch, "batch"}}, [&] {
     if (count > 0)
@@ -180,10 +184,9 @@ int move_batch(rve_batch *batch, const size_t *which, size_t count, const double
     const capi::Members members = chosen(*batch, which, count);
     const std::size_t numbers = count * batch->dimension() * batch->dimension();
     CallerArray given(*batch, arrays, increments, "increments", numbers);
-    given.fetch();
     CallerArray wanted(*batch, arrays, stresses, "stresses", numbers);
     batch->run(members, given.values(), dt, substeps, wanted.values(), statuses, keeps);
-    wanted.deliver();
+    wanted.copy_back();
   });
 }
 
@@ -194,7 +197,7 @@ int give_quantity(rve_batch *batch, const char *name, const size_t *which, size_
     const capi::Members members = chosen(*batch, which, count);
     CallerArray wanted(*batch, arrays, values, "values", count);
     batch->quantity(name, members, wanted.values());
-    wanted.deliver();
+    wanted.copy_back();
   });
 }
 
@@ -206,7 +209,7 @@ int give_affine_stiffness(rve_batch *batch, const size_t *which, size_t count, d
     const std::size_t d = batch->dimension(), strains = d * (d + 1) / 2;
     CallerArray wanted(*batch, arrays, stiffness, "stiffness", count * d * d * strains);
     batch->affine_stiffness(members, wanted.values());
-    wanted.deliver();
+    wanted.copy_back();
   });
 }
 
@@ -257,7 +260,7 @@ int rve_library_read(const char *file, rve_packing **packings, size_t capacity, 
     if (!packings) return;
     require(states.size() <= capacity, "capacity is ", capacity, " packings; it must be at least ",
             states.size());
-    // a caller has all of them or none
+    // the caller gets all of them or none
     std::vector<std::unique_ptr<rve_packing>> all;
     for (capi::AnyState &state : states)
       all.push_back(std::make_unique<rve_packing>(rve_packing{std::move(state)}));
@@ -292,7 +295,7 @@ int rve_packing_save(const rve_packing *packing, void *bytes, size_t capacity, s
         std::visit([](const auto &state) { return rve::serialize(state); }, packing->state);
     const auto all =
         capi::saved(capi::dimension_of(packing->state), 1, [&](std::size_t) { return record; });
-    give_bytes(all, bytes, capacity, size);
+    copy_bytes(all, bytes, capacity, size);
   });
 }
 
@@ -409,15 +412,15 @@ int rve_time_steps(rve_batch *batch, const size_t *which, size_t count, double *
 int rve_trial(rve_batch *batch, const size_t *which, size_t count, const double *increments,
               const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
-                    Arrays::OnHost);
+  return run_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
+                   Arrays::OnHost);
 }
 
 int rve_advance(rve_batch *batch, const size_t *which, size_t count, const double *increments,
                 const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
-                    Arrays::OnHost);
+  return run_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
+                   Arrays::OnHost);
 }
 
 int rve_commit(rve_batch *batch)
@@ -494,16 +497,16 @@ int rve_trial_device(rve_batch *batch, const size_t *which, size_t count, const 
                      const double *dt, const int32_t *substeps, double *stresses,
                      uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
-                    Arrays::OnEither);
+  return run_batch(batch, which, count, increments, dt, substeps, stresses, statuses, false,
+                   Arrays::OnEither);
 }
 
 int rve_advance_device(rve_batch *batch, const size_t *which, size_t count,
                        const double *increments, const double *dt, const int32_t *substeps,
                        double *stresses, uint32_t *statuses)
 {
-  return move_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
-                    Arrays::OnEither);
+  return run_batch(batch, which, count, increments, dt, substeps, stresses, statuses, true,
+                   Arrays::OnEither);
 }
 
 int rve_quantity_device(rve_batch *batch, const char *name, const size_t *which, size_t count,
@@ -536,7 +539,7 @@ int rve_batch_set_packing(rve_batch *batch, size_t which, const rve_packing *pac
 int rve_save(rve_batch *batch, void *bytes, size_t capacity, size_t *size)
 {
   return guarded({{batch, "batch"}, {size, "size"}},
-                 [&] { give_bytes(batch->save(), bytes, capacity, size); });
+                 [&] { copy_bytes(batch->save(), bytes, capacity, size); });
 }
 
 int rve_restore(rve_batch *batch, const void *bytes, size_t size)

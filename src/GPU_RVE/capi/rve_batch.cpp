@@ -26,7 +26,8 @@ using rve::require;
 
 namespace {
 
-  /// Numbers of a table of doubles. Throws InputError if no memory can have it.
+  /// Returns the number of values of a table of doubles. Throws InputError if it exceeds any
+  /// memory.
   std::size_t size_of_table(std::size_t rows, std::size_t columns)
   {
     constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
@@ -35,7 +36,7 @@ namespace {
     return rows * columns;
   }
 
-  /// Text of a file that a loading path names.
+  /// Returns the text of a file of a loading path. Throws InputError if it cannot be read.
   std::string text_of(const std::string &file)
   {
     rve::require_readable(file, "file of a path");
@@ -50,14 +51,7 @@ namespace {
     return matrix;
   }
 
-  /// A drive of no step: it evaluates the configuration.
-  template <int D> rve::DriveOf<D> resting()
-  {
-    rve::DriveOf<D> drive;
-    drive.dt = 1.0;
-    return drive;
-  }
-
+  /// Throws InputError, which names RVE `which`, if the drive is out of range.
   template <int D> void check_drive(std::size_t which, const rve::DriveOf<D> &drive)
   {
     try {
@@ -73,7 +67,8 @@ namespace {
     }
   }
 
-  /// The paths of an order for so many RVEs.
+  /// Parses the paths of an order. Throws InputError unless there is one path for all or for each
+  /// RVE.
   template <int D> macro::LoadPathsOf<D> paths_of(const PathOrder &order, std::size_t num_rves)
   {
     require(order.dt > 0.0 && std::isfinite(order.dt), "dt is ", order.dt,
@@ -90,32 +85,7 @@ namespace {
     return paths;
   }
 
-  /// The largest DEM time step that an RVE is known to bear, from the last check of it. A default one allows no step.
-  class StepBound {
-   public:
-    /// True if a step of dt was found stable, and the RVE has not stiffened since then.
-    template <int D> bool allows(double dt, const rve::ResultOf<D> &now) const
-    {
-      return dt <= largest_dt_ && !limit_.is_exceeded(measures(now));
-    }
-
-    /// Records that dt is stable for an RVE with this result.
-    template <int D> void note(double dt, const rve::ResultOf<D> &now, bool has_constant_moduli)
-    {
-      largest_dt_ = dt;
-      limit_ = rve::stiffening_limit(measures(now), now.num_grains, has_constant_moduli);
-    }
-
-   private:
-    double largest_dt_ = 0.0;    ///< [time]
-    rve::StiffeningLimit limit_;
-
-    template <int D> static rve::StiffnessMeasures measures(const rve::ResultOf<D> &now)
-    {
-      return {now.num_contacts, now.peak_force, now.mean_stress()};
-    }
-  };
-
+  /// A batch in D dimensions.
   template <int D> class Batch final : public rve_batch {
     using State = rve::RveStateOf<D>;
     using Result = rve::ResultOf<D>;
@@ -155,11 +125,11 @@ namespace {
         drives[k].deformation = matrix_at<D>(increments, k);
       }
       if (keeps) require_no_trial();
-      // a call that is refused leaves the trials before it as they are
+      // all checks come first, because a call with an error must keep the earlier trials
       for (std::size_t k = 0; k < which.size(); ++k) check_drive(which[k], drives[k]);
       require_stable_steps(which, drives);
       for (const std::size_t m : which) {
-        // what was kept for trials is not the committed state of an RVE that moves for good
+        // an advance changes the committed state, so that the copy for trials is no longer valid
         if (keeps)
           members[m].committed.reset();
         else
@@ -169,8 +139,8 @@ namespace {
       engine->advance(numbers_of(which), drives, results);
       for (std::size_t k = 0; k < which.size(); ++k) {
         Member &member = members[which[k]];
-        const bool took = take(member, results[k]);
-        if (!keeps) member.tried = took;
+        const bool succeeded = store_result(member, results[k]);
+        if (!keeps) member.has_trial = succeeded;
         if (stresses) std::copy_n(member.result.stress.component, D * D, stresses + k * D * D);
         if (statuses) statuses[k] = results[k].status;
       }
@@ -179,7 +149,7 @@ namespace {
     void commit() override
     {
       for (Member &member : members) {
-        member.tried = false;
+        member.has_trial = false;
         member.committed.reset();
       }
     }
@@ -187,7 +157,7 @@ namespace {
     void revert() override
     {
       for (Member &member : members)
-        if (member.tried) return_to_committed(member);
+        if (member.has_trial) return_to_committed(member);
     }
 
     void follow(const Members &which, const PathOrder &order, double *table,
@@ -197,33 +167,32 @@ namespace {
       std::istringstream words(order.quantities);
       const std::vector<std::string> quantities{std::istream_iterator<std::string>(words), {}};
       const std::size_t row_size = size_of_table(which.size(), quantities.size());
-      // a caller has all of it or nothing
+      // the caller gets the whole table or nothing
       std::vector<double> found(size_of_table(order.calls + 1, row_size));
       require_no_trial();
-      std::vector<Walker> walkers;
+      std::vector<PathRve> rves;
       for (const std::size_t m : which) {
         members[m].committed.reset();
-        walkers.push_back(
+        rves.push_back(
             {m,
              {},
              {order.dt, order.substeps, rve::default_servo_gain(engine->state(members[m].number)),
               macro::SERVO_STRAIN_PER_STEP / order.dt},
              0});
-        paths.begin(walkers.back().state,
-                    paths.size() == 1 ? 0 : static_cast<int>(walkers.size()) - 1,
+        paths.begin(rves.back().state, paths.size() == 1 ? 0 : static_cast<int>(rves.size()) - 1,
                     members[m].result.deformation);
       }
-      // a path may turn out to ask for what cannot be in one of its later stages
+      // a later stage of a path may be impossible: all RVEs then return to these states
       for (const std::size_t m : which) keep_committed(members[m]);
       try {
         write_row(quantities, which, found.data());
         for (std::size_t call = 1; call <= order.calls; ++call) {
-          walk(paths, walkers);
+          advance_on_paths(paths, rves);
           write_row(quantities, which, found.data() + call * row_size);
         }
       } catch (...) {
         for (const std::size_t m : which) {
-          members[m].tried = true;
+          members[m].has_trial = true;
           return_to_committed(members[m]);
         }
         throw;
@@ -231,7 +200,7 @@ namespace {
       for (const std::size_t m : which) members[m].committed.reset();
       std::copy(found.begin(), found.end(), table);
       if (statuses)
-        for (const Walker &walker : walkers) *statuses++ = walker.status;
+        for (const PathRve &one : rves) *statuses++ = one.status;
     }
 
     void quantity(const std::string &name, const Members &which, double *values) const override
@@ -244,9 +213,7 @@ namespace {
 
     void affine_stiffness(const Members &which, double *stiffness) override
     {
-      std::vector<rve::ElasticResultOf<D>> answers;
-      engine->advance(numbers_of(which), std::vector<Drive>(which.size(), resting<D>()), answers);
-      for (const rve::ElasticResultOf<D> &answer : answers)
+      for (const auto &answer : evaluated<rve::ElasticResultOf<D>>(which))
         for (const auto &row : answer.stiffness.component)
           stiffness = std::copy(std::begin(row), std::end(row), stiffness);
     }
@@ -281,7 +248,7 @@ namespace {
 
     void set_state(std::size_t which, const AnyState &state) override
     {
-      const int number = engine->add(std::get<State>(state));    // may refuse it
+      const int number = engine->add(std::get<State>(state));    // may throw
       engine->remove(members[which].number);
       members[which] = Member{number};
       evaluate();
@@ -289,11 +256,8 @@ namespace {
 
     std::vector<char> save() const override
     {
-      return saved(D, members.size(), [&](std::size_t k) {
-        const Member &member = members[k];
-        return rve::serialize(member.tried ? member.committed->state
-                                           : engine->state(member.number));
-      });
+      return saved(D, members.size(),
+                   [&](std::size_t k) { return rve::serialize(committed_state(members[k])); });
     }
 
     void restore(const char *bytes, std::size_t size) override
@@ -303,7 +267,7 @@ namespace {
               "; the batch has dimension ", D);
       require(header.count == members.size(), "there are ", header.count,
               " saved RVEs; the batch has ", members.size());
-      // all come in before any goes
+      // all saved RVEs are added before any RVE is removed, since adding one may throw
       std::vector<Member> restored;
       try {
         for (const State &state : states_in<D>(bytes, header))
@@ -318,26 +282,32 @@ namespace {
     }
 
    private:
+    /// A state and the result of its last evaluation.
     struct Version {
       State state;
       Result result;
     };
+    /// An RVE of the batch.
     struct Member {
-      int number;            ///< in the engine
-      bool tried = false;    ///< the engine has its trial
-      /// Kept from the first trial on that begins from it, until a commit.
+      int number;                ///< number of the RVE in the engine
+      bool has_trial = false;    ///< true if the RVE of the engine is a trial
+      /// Copy of the committed state, from the first trial until the commit.
       std::optional<Version> committed = {};
-      Result result = {};      ///< of what the engine has
-      StepBound bound = {};    ///< of the committed state
-      /// The same, when it was asked for: one quantity of contacts costs as much as all of them.
+      Result result = {};    ///< result of the RVE in the engine
+      /// DEM time step that the last check of the committed state found stable [time], and the
+      /// stiffening beyond which that no longer holds. 0: not checked yet.
+      double stable_dt = 0.0;
+      rve::StiffeningLimit limit = {};
+      /// Contact measures of the RVE in the engine, computed on request. One of them costs as much
+      /// as all.
       mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
 
-      /// What the engine would find if the member had no trial.
-      const Result &committed_result() const { return tried ? committed->result : result; }
+      /// Returns the result of the committed state.
+      const Result &committed_result() const { return has_trial ? committed->result : result; }
     };
-    /// An RVE on its path.
-    struct Walker {
-      std::size_t member;
+    /// An RVE on its loading path.
+    struct PathRve {
+      std::size_t member;    ///< index of the RVE
       macro::PathState<D> state;
       macro::PathStep step;
       std::uint32_t status;
@@ -368,11 +338,11 @@ namespace {
     void require_no_trial() const
     {
       require(std::none_of(members.begin(), members.end(),
-                           [](const Member &member) { return member.tried; }),
+                           [](const Member &member) { return member.has_trial; }),
               "an RVE has a trial, which must be committed or reverted before an advance");
     }
 
-    /// The quantities of each RVE, one RVE after the other.
+    /// Writes a row of the table of follow(): the quantities of one RVE after another.
     void write_row(const std::vector<std::string> &quantities, const Members &which,
                    double *row) const
     {
@@ -383,41 +353,47 @@ namespace {
       }
     }
 
-    /// A call of those whose path has not ended.
-    void walk(const macro::LoadPathsOf<D> &paths, std::vector<Walker> &walkers)
+    /// Advances the RVEs whose path has not ended by one call.
+    void advance_on_paths(const macro::LoadPathsOf<D> &paths, std::vector<PathRve> &rves)
     {
-      std::vector<Walker *> walking;
+      std::vector<PathRve *> moving;
       Members moved;
       std::vector<Drive> drives;
-      for (Walker &walker : walkers) {
-        if (walker.state.ended || walker.status & rve::status::Fatal) continue;
-        walking.push_back(&walker);
-        moved.push_back(walker.member);
-        drives.push_back(paths.drive(walker.state, walker.step, nullptr,
-                                     members[walker.member].result.deformation));
+      for (PathRve &one : rves) {
+        if (one.state.ended || one.status & rve::status::Fatal) continue;
+        moving.push_back(&one);
+        moved.push_back(one.member);
+        drives.push_back(
+            paths.drive(one.state, one.step, nullptr, members[one.member].result.deformation));
       }
       require_stable_steps(moved, drives);
       std::vector<Result> results;
       engine->advance(numbers_of(moved), drives, results);
-      for (std::size_t j = 0; j < walking.size(); ++j) {
-        walking[j]->status = results[j].status;
-        if (take(members[moved[j]], results[j]))
-          paths.follow(walking[j]->state, walking[j]->step, results[j]);
+      for (std::size_t j = 0; j < moving.size(); ++j) {
+        moving[j]->status = results[j].status;
+        if (store_result(members[moved[j]], results[j]))
+          paths.follow(moving[j]->state, moving[j]->step, results[j]);
       }
     }
 
-    /// Throws InputError if a drive makes DEM steps that are too long for the committed state of its RVE. Determines bounds only
-    /// where StepBound does not have them: those of RVEs in the engine there, the exact ones of few RVEs on the host.
+    State committed_state(const Member &member) const
+    {
+      return member.has_trial ? member.committed->state : engine->state(member.number);
+    }
+
+    /// Throws InputError if the DEM steps of a drive are too long for the committed state of its
+    /// RVE. Bounds are determined only for RVEs whose last check does not cover the step: first by
+    /// the engine, then exactly on the host for trials and for RVEs whose bound of the engine is
+    /// too low.
     void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
     {
-      Members in_engine, exactly;    // places in `which`
+      Members in_engine, exactly;    // indices in `which`
       std::vector<int> numbers;
       double longest = 0.0;
       for (std::size_t k = 0; k < which.size(); ++k) {
         const Member &member = members[which[k]];
-        if (drives[k].substeps == 0 || member.bound.allows(drives[k].dt, member.committed_result()))
-          continue;
-        if (member.tried) {
+        if (drives[k].substeps == 0 || is_known_stable(member, drives[k].dt)) continue;
+        if (member.has_trial) {
           exactly.push_back(k);
           continue;
         }
@@ -437,25 +413,40 @@ namespace {
       for (const std::size_t k : exactly) require_stable_step(which[k], drives[k].dt);
     }
 
+    /// Throws InputError if dt exceeds the exact bound of the committed state.
     void require_stable_step(std::size_t which, double dt)
     {
       Member &member = members[which];
-      const double bound = rve::stable_time_step(member.tried ? member.committed->state
-                                                              : engine->state(member.number));
+      const double bound = rve::stable_time_step(committed_state(member));
       require(dt <= bound, "dt of RVE ", which, " is ", dt,
               " [time]; it must be at most the stability bound ", bound,
               " [time], and should be at most 0.9 of it (rve_time_steps)");
       note_bound(member, bound);
     }
 
-    void note_bound(Member &member, double bound) const
+    static rve::StiffnessMeasures measures(const Result &result)
     {
-      member.bound.note(bound, member.committed_result(),
-                        engine->contacts().law == rve::ContactLaw::Linear);
+      return {result.num_contacts, result.peak_force, result.mean_stress()};
     }
 
-    /// The answer of a call; false if the RVE failed, and stayed as it was.
-    static bool take(Member &member, const Result &result)
+    /// Returns true if the last check allows dt and the RVE has not stiffened since then.
+    static bool is_known_stable(const Member &member, double dt)
+    {
+      return dt <= member.stable_dt &&
+          !member.limit.is_exceeded(measures(member.committed_result()));
+    }
+
+    void note_bound(Member &member, double bound) const
+    {
+      const Result &result = member.committed_result();
+      const bool has_constant_moduli = engine->contacts().law == rve::ContactLaw::Linear;
+      member.stable_dt = bound;
+      member.limit =
+          rve::stiffening_limit(measures(result), result.num_grains, has_constant_moduli);
+    }
+
+    /// Stores the result of a call. Returns false if the RVE failed and keeps its earlier state.
+    static bool store_result(Member &member, const Result &result)
     {
       const bool failed = result.status & rve::status::Fatal;
       if (!failed) member.result = result;
@@ -464,33 +455,43 @@ namespace {
       return !failed;
     }
 
+    /// Copies the committed state from the engine unless there is a copy.
     void keep_committed(Member &member)
     {
       if (!member.committed)
         member.committed = Version{engine->state(member.number), member.result};
     }
 
-    /// Before a trial, and where one is forgotten.
+    /// Copies the committed state, and puts it back into the engine if a trial is there.
     void return_to_committed(Member &member)
     {
       keep_committed(member);
-      if (!member.tried) return;
+      if (!member.has_trial) return;
       const int number = engine->add(member.committed->state);
       engine->remove(member.number);
       member.number = number;
       member.result = member.committed->result;
       member.contacts.reset();
-      member.tried = false;
+      member.has_trial = false;
     }
 
-    /// Results of RVEs that have just come in.
+    /// Returns the results of the present configurations, without a DEM step.
+    template <class Answer> std::vector<Answer> evaluated(const Members &which)
+    {
+      Drive drive;
+      drive.dt = 1.0;
+      std::vector<Answer> answers;
+      engine->advance(numbers_of(which), std::vector<Drive>(which.size(), drive), answers);
+      return answers;
+    }
+
+    /// Evaluates the RVEs that have been added and stores their results.
     void evaluate()
     {
       Members fresh;
       for (std::size_t m = 0; m < members.size(); ++m)
         if (members[m].result.num_grains == 0) fresh.push_back(m);
-      std::vector<Result> results;
-      engine->advance(numbers_of(fresh), std::vector<Drive>(fresh.size(), resting<D>()), results);
+      const std::vector<Result> results = evaluated<Result>(fresh);
       for (std::size_t k = 0; k < fresh.size(); ++k) members[fresh[k]].result = results[k];
     }
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Batches of the C interface, of disks or of spheres: what librve.h says of the functions that have a batch.
+// Batches of the C interface, of disks or of spheres. librve.h describes the functions.
 
 #pragma once
 
@@ -14,10 +14,10 @@
 
 namespace capi {
 
-/// Numbers of different RVEs of a batch.
+/// Indices of different RVEs of a batch.
 using Members = std::vector<std::size_t>;
 
-/// What rve_follow_path() is told.
+/// Arguments of rve_follow_path().
 struct PathOrder {
   std::string path;
   double dt;
@@ -28,7 +28,8 @@ struct PathOrder {
 
 }    // namespace capi
 
-/// All functions throw InputError on wrong input, and change nothing then.
+/// Interface of a batch for both dimensions. All functions throw InputError on wrong input, and
+/// change nothing then.
 struct rve_batch {
   virtual ~rve_batch() = default;
   virtual int dimension() const = 0;
@@ -37,7 +38,7 @@ struct rve_batch {
   virtual int cuda_device() const = 0;
 
   virtual void time_steps(const capi::Members &which, double *dt) = 0;
-  /// A trial, or, if it `keeps` the states, an advance.
+  /// Does a trial, or an advance with `keeps`.
   virtual void run(const capi::Members &which, const double *increments, const double *dt,
                    const std::int32_t *substeps, double *stresses, std::uint32_t *statuses,
                    bool keeps) = 0;
@@ -53,7 +54,7 @@ struct rve_batch {
                         const double *strain_rates, double *tangents, int *measured) = 0;
 
   virtual capi::AnyState state(std::size_t which) const = 0;
-  /// The state has the dimension of the batch.
+  /// `state` must have the dimension of the batch.
   virtual void set_state(std::size_t which, const capi::AnyState &state) = 0;
   virtual std::vector<char> save() const = 0;
   virtual void restore(const char *bytes, std::size_t size) = 0;
@@ -61,7 +62,8 @@ struct rve_batch {
 
 namespace capi {
 
-/// A batch of RVEs that begin as copies of these packings, at least one.
+/// Makes a batch whose RVEs begin as copies of at least one packing. Throws InputError if packings
+/// have different dimensions or contact laws, or if the options do not suit them.
 std::unique_ptr<rve_batch> make_batch(const std::vector<const rve_packing *> &packings,
                                       const rve::Options &options);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packings of the C interface: the state of one RVE, of disks or of spheres.
+// Packings of the C interface. A packing is the state of one RVE of disks or of spheres.
 
 #pragma once
 
@@ -19,20 +19,22 @@ inline int dimension_of(const AnyState &state)
   return state.index() == 0 ? 2 : 3;
 }
 
-/// Reads a packing file. Throws InputError if it is broken, or if the grains drift.
+/// Reads a packing file. Throws InputError if it cannot be read or is invalid, or if the grains
+/// drift.
 AnyState read_state(const std::string &file);
 
-/// Reads all packings of a library, or the one of a packing file. Throws InputError as read_state().
+/// Reads all packings of a library, or the packing of a packing file. Throws InputError as
+/// read_state().
 std::vector<AnyState> read_states(const std::string &file);
 
 /// Prepares a packing. Throws InputError if that fails.
 AnyState prepare(const Order &order);
 
-/// Numbers of the array that rve_packing_array() calls by this name. Throws InputError if there is none.
-std::vector<double> array_named(const AnyState &state, const std::string &name);
+/// Returns the array of rve_packing_array() with this name. Throws InputError if there is none.
+std::vector<double> array_named(const AnyState &packing, const std::string &name);
 
-/// Rows of rve_packing_contact_table().
-std::vector<double> contact_table(const AnyState &state);
+/// Returns the table of rve_packing_contact_table().
+std::vector<double> contact_table(const AnyState &packing);
 
 }    // namespace capi
 

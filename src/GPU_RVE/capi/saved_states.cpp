@@ -16,7 +16,7 @@ namespace {
 
   static_assert(std::has_unique_object_representations_v<SavedHeader>, "it is copied as bytes");
   constexpr char MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '2'};
-  /// In the first version the checksum did not cover the header.
+  /// Bytes of the first version, whose checksum does not cover the header.
   constexpr char FIRST_MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '1'};
 
   bool has_magic(const SavedHeader &header, const char (&magic)[8])
@@ -24,7 +24,7 @@ namespace {
     return std::memcmp(header.magic, magic, sizeof(magic)) == 0;
   }
 
-  /// Checksum of the header, which counts with a checksum of zero, and of the records.
+  /// Returns the checksum of the header, with a checksum of 0, and of the records.
   std::uint64_t checksum_of(SavedHeader header, const char *records, std::size_t size)
   {
     if (has_magic(header, FIRST_MAGIC)) return rve::checksum_of(records, size);
@@ -62,10 +62,10 @@ std::vector<char> saved(int dimension, std::size_t count,
 SavedHeader header_of(const char *bytes, std::size_t size)
 {
   SavedHeader header{};
-  require(size >= sizeof(header), "these are no saved RVEs: there are too few bytes");
+  require(size >= sizeof(header), "these are not saved RVEs: there are too few bytes");
   std::memcpy(&header, bytes, sizeof(header));
   require(has_magic(header, MAGIC) || has_magic(header, FIRST_MAGIC),
-          "these are no bytes of rve_save, or of another machine's byte order");
+          "these are not bytes of rve_save, or they have the byte order of another machine");
   require(header.bytes == size &&
               header.checksum == checksum_of(header, bytes + sizeof(header), size - sizeof(header)),
           "the saved RVEs are damaged");
@@ -79,21 +79,21 @@ template <int D>
 std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &header)
 {
   std::vector<rve::RveStateOf<D>> states;
-  std::size_t place = sizeof(header);
+  std::size_t offset = sizeof(header);
   for (std::size_t k = 0; k < header.count; ++k) {
     std::uint64_t length = 0;
-    const bool has_length = header.bytes - place >= sizeof(length);
+    const bool has_length = header.bytes - offset >= sizeof(length);
     if (has_length) {
-      std::memcpy(&length, bytes + place, sizeof(length));
-      place += sizeof(length);
+      std::memcpy(&length, bytes + offset, sizeof(length));
+      offset += sizeof(length);
     }
-    require(has_length && length <= header.bytes - place,
+    require(has_length && length <= header.bytes - offset,
             "the saved RVEs are damaged: the bytes end in RVE ", k, " of ", header.count);
-    states.push_back(rve::deserialize<D>(bytes + place, length));
+    states.push_back(rve::deserialize<D>(bytes + offset, length));
     states.back().check();
-    place += length;
+    offset += length;
   }
-  require(place == header.bytes, "the saved RVEs are damaged: ", header.bytes - place,
+  require(offset == header.bytes, "the saved RVEs are damaged: ", header.bytes - offset,
           " bytes are left over after ", header.count, " RVEs");
   return states;
 }

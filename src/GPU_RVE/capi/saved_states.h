@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Bytes of rve_save and rve_packing_save: a header, then for each RVE the size of its record and the record (rve::serialize).
+// Bytes of rve_save and rve_packing_save: a header, and for each RVE the size of its record (8
+// bytes) and the record (rve::serialize).
 
 #pragma once
 
@@ -12,19 +13,23 @@
 
 namespace capi {
 
+/// `bytes` is the number of all bytes. The checksum covers the header, with a checksum of 0, and
+/// all records.
 struct SavedHeader {
   char magic[8];
   std::uint64_t dimension, count, bytes, checksum;
 };
 
-/// Bytes of `count` RVEs of this dimension, the k-th of which has the record record_of(k).
+/// Returns the bytes of `count` RVEs of this dimension, whose records are record_of(k).
 std::vector<char> saved(int dimension, std::size_t count,
                         const std::function<std::vector<char>(std::size_t k)> &record_of);
 
-/// Throws InputError unless these are whole bytes of RVEs of dimension 2 or 3.
+/// Returns the header. Throws InputError unless these are complete bytes of RVEs of dimension 2 or
+/// 3 with the right checksum.
 SavedHeader header_of(const char *bytes, std::size_t size);
 
-/// The states in bytes with this header. Throws InputError unless the records after it are exactly those of header.count sound states.
+/// Returns the states in bytes with this header. Throws InputError unless its records are exactly
+/// those of header.count sound states.
 template <int D>
 std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &header);
 

@@ -6,9 +6,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdint>
-#include <functional>
-#include <optional>
 #include <sstream>
 #include <type_traits>
 #include <utility>
@@ -18,10 +15,10 @@ namespace capi {
 
 namespace {
 
-  /// A word and its value, or values.
+  /// A word and its value or values.
   struct Entry {
     std::string word, value;
-    std::vector<std::string> more = {};    ///< those after the first one
+    std::vector<std::string> more = {};    ///< values after the first one
 
     [[noreturn]] void refuse(const std::string &demand) const
     {
@@ -52,7 +49,7 @@ namespace {
   constexpr rve::Choice<macro::TangentKind> KINDS[] = {{"elastic", macro::TangentKind::Elastic},
                                                        {"loading", macro::TangentKind::Loading}};
 
-  /// Reads the value of a word, by the type of what it sets.
+  /// Reads the value of a word according to the type of the variable that it sets.
   template <class T> void read(const Entry &e, T &x)
   {
     if constexpr (std::is_same_v<T, rve::Format>)
@@ -71,106 +68,108 @@ namespace {
       x = e.number<double>("a number");
   }
 
-  template <class Target> struct Row {
-    const char *word;
-    std::function<void(const Entry &, Target &)> read;
+  /// Compares the word of an entry with the known words, one after another.
+  class Matcher {
+   public:
+    explicit Matcher(const Entry &one) : entry(one) {}
+
+    /// Returns true if the entry has this word.
+    bool is(const char *word)
+    {
+      known.emplace_back(word);
+      if (entry.word != word) return false;
+      found = true;
+      return true;
+    }
+    /// Reads the value of the entry into `x` if the entry has this word.
+    template <class T> void set(const char *word, T &x)
+    {
+      if (is(word)) read(entry, x);
+    }
+    /// Throws InputError with the known words if the entry has none of them.
+    void require_known() const
+    {
+      if (!found)
+        throw rve::InputError("there is no word '" + entry.word + "'" +
+                              rve::did_you_mean(entry.word, known, "there are"));
+    }
+
+   private:
+    const Entry &entry;
+    rve::Words known;
+    bool found = false;
   };
-  template <class Target> using Table = std::vector<Row<Target>>;
 
-  template <class Target, class T> Row<Target> row(const char *word, T Target::*member)
+  void set_option(const Entry &e, rve::Options &o)
   {
-    return {word, [=](const Entry &e, Target &target) { read(e, target.*member); }};
-  }
-  template <class Target, class Part, class T>
-  Row<Target> row(const char *word, Part Target::*part, T Part::*member)
-  {
-    return {word, [=](const Entry &e, Target &target) { read(e, target.*part.*member); }};
-  }
-
-  Table<rve::Options> options_table()
-  {
-    using Options = rve::Options;
-    return {row("format", &Options::format),
-            row("arithmetic", &Options::arithmetic),
-            row("device", &Options::device),
-            {"device_number",
-             [](const Entry &e, Options &o) {
-               read(e, o.device_number);
-               if (o.device_number < 0) e.refuse("at least 0");
-             }},
-            row("threads", &Options::threads),
-            row("block_size", &Options::block_size),
-            row("skin", &Options::skin),
-            row("arms", &Options::arms),
-            row("overlap_limit", &Options::overlap_limit),
-            row("energy", &Options::track_energy)};
+    Matcher m(e);
+    m.set("format", o.format);
+    m.set("arithmetic", o.arithmetic);
+    m.set("device", o.device);
+    m.set("device_number", o.device_number);
+    m.set("threads", o.threads);
+    m.set("block_size", o.block_size);
+    m.set("skin", o.skin);
+    m.set("arms", o.arms);
+    m.set("overlap_limit", o.overlap_limit);
+    m.set("energy", o.track_energy);
+    m.require_known();
+    if (o.device_number < 0) e.refuse("at least 0");
   }
 
-  Table<Order> recipe_table()
+  void set_recipe(const Entry &e, Order &o)
   {
-    using Recipe = rve::PackingRecipe;
-    const auto of_recipe = [](const char *word, auto member) {
-      return row(word, &Order::recipe, member);
-    };
-    Table<Order> table = {
-        {"shape", [](const Entry &e, Order &o) { o.dimension = e.choice(SHAPES); }},
-        of_recipe("grains", &Recipe::num_grains),
-        of_recipe("seed", &Recipe::seed),
-        {"radius",
-         [](const Entry &e, Order &o) {
-           e.choice(DISTRIBUTIONS);
-           read({e.word, e.more[0]}, o.recipe.radius_min);
-           read({e.word, e.more[1]}, o.recipe.radius_max);
-         }},
-        of_recipe("radius_min", &Recipe::radius_min),
-        of_recipe("radius_max", &Recipe::radius_max),
-        of_recipe("pressure", &Recipe::pressure),
-        {"k0",
-         [](const Entry &e, Order &o) {
-           o.recipe.at_rest = e.value == "rest";
-           if (!o.recipe.at_rest) o.recipe.k0 = e.number<double>("a number or rest");
-         }},
-        of_recipe("void_ratio", &Recipe::void_ratio),
-        of_recipe("void_ratio_tolerance", &Recipe::void_ratio_tolerance),
-        of_recipe("friction_prep", &Recipe::preparation_friction),
-        of_recipe("damping_prep", &Recipe::preparation_damping),
-        {"tolerance",
-         [](const Entry &e, Order &o) {
-           read(e, o.recipe.stress_tolerance);
-           o.recipe.unbalanced_tolerance = o.recipe.stress_tolerance;
-         }},
-        {"contact",
-         [](const Entry &e, Order &o) { o.recipe.material.law = rve::contact_law_of(e.value); }},
-        row("device", &Order::options, &rve::Options::device),
-        row("threads", &Order::options, &rve::Options::threads),
-        row("format", &Order::options, &rve::Options::format)};
+    rve::PackingRecipe &r = o.recipe;
+    Matcher m(e);
+    if (m.is("shape")) o.dimension = e.choice(SHAPES);
+    m.set("grains", r.num_grains);
+    m.set("seed", r.seed);
+    if (m.is("radius")) {
+      e.choice(DISTRIBUTIONS);
+      read({e.word, e.more[0]}, r.radius_min);
+      read({e.word, e.more[1]}, r.radius_max);
+    }
+    m.set("radius_min", r.radius_min);
+    m.set("radius_max", r.radius_max);
+    m.set("pressure", r.pressure);
+    if (m.is("k0")) {
+      r.at_rest = e.value == "rest";
+      if (!r.at_rest) r.k0 = e.number<double>("a number or rest");
+    }
+    m.set("void_ratio", r.void_ratio);
+    m.set("void_ratio_tolerance", r.void_ratio_tolerance);
+    m.set("friction_prep", r.preparation_friction);
+    m.set("damping_prep", r.preparation_damping);
+    m.set("tolerance", r.stress_tolerance);
+    if (m.is("contact")) r.material.law = rve::contact_law_of(e.value);
+    m.set("device", o.options.device);
+    m.set("threads", o.options.threads);
+    m.set("format", o.options.format);
     for (const rve::MaterialParameter &parameter : rve::MATERIAL_PARAMETERS)
-      table.push_back({parameter.keyword, [member = parameter.member](const Entry &e, Order &o) {
-                         read(e, o.recipe.material.*member);
-                       }});
-    return table;
+      m.set(parameter.keyword, r.material.*parameter.member);
+    m.require_known();
   }
 
-  Table<TangentOrder> tangent_table()
+  /// The words kind and format have been read before.
+  void set_tangent_option(const Entry &e, macro::TangentOptions &o)
   {
-    using Options = macro::TangentOptions;
-    const auto of_options = [](const char *word, auto member) {
-      return row(word, &TangentOrder::options, member);
-    };
-    return {{"kind", [](const Entry &, TangentOrder &) {}},    // read before the others
-            {"format", [](const Entry &, TangentOrder &) {}},
-            of_options("probe", &Options::probe),
-            of_options("lead", &Options::lead),
-            of_options("spread", &Options::spread),
-            of_options("strain_steps", &Options::strain_steps),
-            of_options("lead_steps", &Options::lead_steps),
-            of_options("look_steps", &Options::look_steps),
-            of_options("most_steps", &Options::most_steps),
-            of_options("tolerance", &Options::tolerance),
-            of_options("damping", &Options::damping)};
+    Matcher m(e);
+    m.is("kind");
+    m.is("format");
+    m.set("probe", o.probe);
+    m.set("lead", o.lead);
+    m.set("spread", o.spread);
+    m.set("strain_steps", o.strain_steps);
+    m.set("lead_steps", o.lead_steps);
+    m.set("look_steps", o.look_steps);
+    m.set("most_steps", o.most_steps);
+    m.set("tolerance", o.tolerance);
+    m.set("damping", o.damping);
+    m.require_known();
   }
 
-  /// Words with one value each; `triple` is a word that has three.
+  /// Splits a text into words with one value each. The word `triple` has three values. Throws
+  /// InputError if a value is missing or a word is given twice.
   std::vector<Entry> entries(const std::string &text, const std::string &triple = "")
   {
     std::vector<Entry> all;
@@ -187,28 +186,12 @@ namespace {
     return all;
   }
 
-  template <class Target>
-  void read_all(const std::vector<Entry> &all, const Table<Target> &table, Target &target)
-  {
-    for (const Entry &entry : all) {
-      const auto found = std::find_if(table.begin(), table.end(),
-                                      [&](const auto &one) { return entry.word == one.word; });
-      if (found == table.end()) {
-        rve::Words known;
-        for (const auto &one : table) known.emplace_back(one.word);
-        throw rve::InputError("there is no word '" + entry.word + "'" +
-                              rve::did_you_mean(entry.word, known, "there are"));
-      }
-      found->read(entry, target);
-    }
-  }
-
 }    // namespace
 
 rve::Options read_options(const std::string &text)
 {
   rve::Options options;
-  read_all(entries(text), options_table(), options);
+  for (const Entry &entry : entries(text)) set_option(entry, options);
   return options;
 }
 
@@ -222,7 +205,7 @@ TangentOrder read_tangent_options(const std::string &text, rve::Format format)
     else if (entry.word == "format")
       read(entry, format);
   TangentOrder order{format, macro::TangentOptions::of(format, kind)};
-  read_all(all, tangent_table(), order);
+  for (const Entry &entry : all) set_tangent_option(entry, order.options);
   order.options.check("tangent");
   return order;
 }
@@ -233,10 +216,11 @@ Order read_recipe(const std::string &text)
   order.options.device = rve::Device::Cpu;
   order.options.threads = 1;
   const std::vector<Entry> all = entries(text, "radius");
-  read_all(all, recipe_table(), order);
+  for (const Entry &entry : all) set_recipe(entry, order);
   const auto has = [&](const std::string &word) {
     return std::any_of(all.begin(), all.end(), [&](const Entry &e) { return e.word == word; });
   };
+  if (has("tolerance")) order.recipe.unbalanced_tolerance = order.recipe.stress_tolerance;
   rve::Material &material = order.recipe.material;
   for (const std::string bound : {"radius_min", "radius_max"})
     rve::require(!has("radius") || !has(bound), "radius and ", bound,
@@ -249,15 +233,15 @@ Order read_recipe(const std::string &text)
         (needed != "kn" || is_linear))
       missing += (missing.empty() ? "" : ", ") + needed;
   rve::require(missing.empty(), "the recipe lacks ", missing);
-  // the rest is as create_rve has it
+  // the rules and defaults below are those of create_rve
   rve::require(!order.recipe.void_ratio || order.recipe.preparation_friction == 0.0,
                "void_ratio finds friction_prep itself; friction_prep is ",
                order.recipe.preparation_friction, ", give one of them");
   if (is_linear && !has("kt")) material.tangential_stiffness = material.normal_stiffness;
   if (material.rolling_friction > 0.0 && !has("kr")) {
     rve::require(is_linear, "rolling_friction is ", material.rolling_friction,
-                 " [-] without a kr [force/length], which contact ", rve::word_of(material.law),
-                 " does not say as kt does for hooke; it must be given, or 0");
+                 " [-] without a kr [force/length], and contact ", rve::word_of(material.law),
+                 " has no kt to replace it; give kr, or rolling_friction 0");
     material.rolling_stiffness = material.tangential_stiffness;
   }
   order.options.contacts = rve::contacts_of(material);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Words and values of the C interface: recipes and options are texts as in a script, "format double threads 2".
+// Parser of options and recipes of the C interface. They are texts of words and values as in a
+// script, for example "format double threads 2".
 
 #pragma once
 
@@ -11,25 +12,29 @@
 
 namespace capi {
 
-/// Throws InputError with the word that is wrong.
+/// Parses the options of a batch. Throws InputError with the word that is wrong.
 rve::Options read_options(const std::string &text);
 
+/// Parsed options of rve_tangents().
 struct TangentOrder {
-  rve::Format format;    ///< of the copies that are probed
+  rve::Format format;    ///< number format of the copies that are probed
   macro::TangentOptions options;
 };
-/// Of tangents by probing, with defaults for the number format, which is `format` unless the words say otherwise.
+/// Parses the options of tangents by probing. Defaults suit the number format, which is `format`
+/// unless the text gives one. Throws InputError with the word that is wrong.
 TangentOrder read_tangent_options(const std::string &text, rve::Format format);
 
+/// Parsed recipe of rve_packing_create().
 struct Order {
   int dimension = 2;
   rve::PackingRecipe recipe;
-  rve::Options options;    ///< of the engine that prepares the packing
+  rve::Options options;    ///< options of the engine that prepares the packing
 };
-/// Throws InputError with the word that is wrong, or those that are missing.
+/// Parses a recipe. Throws InputError with the word that is wrong, or with the missing words.
 Order read_recipe(const std::string &text);
 
-/// The member of a material that a keyword names, for grains of this dimension; throws InputError with those that there are.
+/// Returns the member of a material with this keyword for grains of this law and dimension. Throws
+/// InputError with the existing keywords if there is none.
 rve::MaterialMember parameter_named(const std::string &keyword, rve::ContactLaw law, int dimension);
 
 }    // namespace capi

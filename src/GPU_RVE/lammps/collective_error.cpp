@@ -2,6 +2,8 @@
 
 #include "lammps/collective_error.h"
 
+#include "lammps/on_rank_zero.h"
+
 #include "comm.h"
 
 #include <new>
@@ -12,14 +14,11 @@ std::string LAMMPS_NS::first_message(LAMMPS *lmp, std::string message)
   int lowest, candidate = message.empty() ? none : me;
   MPI_Allreduce(&candidate, &lowest, 1, MPI_INT, MPI_MIN, lmp->world);
   if (lowest == none) return "";
-  int length = static_cast<int>(message.size());
-  MPI_Bcast(&length, 1, MPI_INT, lowest, lmp->world);
-  message.resize(length);
-  MPI_Bcast(message.data(), length, MPI_CHAR, lowest, lmp->world);
+  broadcast(lmp->world, lowest, message);
   return message;
 }
 
-/// The function error->all needs the same text on all ranks.
+// error->all needs the same text on all ranks.
 void LAMMPS_NS::error_if_any(LAMMPS *lmp, std::string message)
 {
   const std::string first = first_message(lmp, std::move(message));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Errors that are the same on all ranks, whichever of them found something wrong.
+// Errors that all ranks raise together with the same text, whichever rank found the problem.
 
 #pragma once
 
@@ -17,9 +17,11 @@
 
 namespace LAMMPS_NS {
 
-/// What is wrong with atoms of any rank. The error names the atom with the lowest ID.
+/// Collects the atoms of all ranks that have a problem. The error names the atom with the lowest
+/// ID.
 class CollectiveError {
  public:
+  /// Three numbers of an atom for the message.
   using Values = std::array<double, 3>;
 
   void add(tagint id, const Values &values)
@@ -30,7 +32,8 @@ class CollectiveError {
     values_ = values;
   }
 
-  /// Ends with error->all if something is wrong on any rank: message(number of atoms, lowest ID, its values) is the text. Collective.
+  /// Ends with error->all if any rank has added an atom. The text is
+  /// message(number of atoms, lowest ID, values of that atom). Collective.
   template <class Message> void raise_if_any(LAMMPS *lmp, const Message &message)
   {
     bigint count, mine = count_;
@@ -51,19 +54,22 @@ class CollectiveError {
   Values values_{0.0, 0.0, 0.0};
 };
 
-/// Message of the lowest rank that has one, on all ranks; empty if none has. Collective.
+/// Returns the message of the lowest rank that has one, or an empty text. The result is the same on
+/// all ranks. Collective.
 std::string first_message(LAMMPS *lmp, std::string message);
 
-/// Ends with error->all if any rank has a message: that of the lowest such rank. Collective.
+/// Ends with error->all if any rank has a message. The text is that of the lowest such rank.
+/// Collective.
 void error_if_any(LAMMPS *lmp, std::string message);
 
-/// Text of an exception for an error message. It is never empty, and a lack of memory reads as such.
+/// Returns the text of an exception for an error message. It is never empty, and std::bad_alloc
+/// reads as a lack of memory.
 std::string problem_of(const std::exception &exception);
 
-/// Runs `body` on each rank. If it throws on any rank, all ranks end with error->all: "who: " and the
-/// problem of the lowest rank that failed. Collective, but `body` must not communicate: another rank
-/// may already have failed. Exceptions of LAMMPS pass through, because error->all in `body` has ended
-/// all ranks.
+/// Runs `body` on each rank. If it throws on any rank, all ranks end with error->all: "who: " and
+/// the problem of the lowest rank that failed. Collective, but `body` must not communicate: another
+/// rank may already have failed. Exceptions of LAMMPS pass through, because error->all in `body`
+/// has ended all ranks.
 template <class Body> void collectively(LAMMPS *lmp, const std::string &who, const Body &body)
 {
   std::string message;
@@ -78,8 +84,8 @@ template <class Body> void collectively(LAMMPS *lmp, const std::string &who, con
 }
 
 /// Returns body(). If it throws on this rank, the rank ends with error->one: who() + ": " and the
-/// problem. For work within a run, where the other ranks may be in a collective call that this rank
-/// does not reach: LAMMPS then aborts all of them.
+/// problem. This is for work within a run, where the other ranks may be in a collective call that
+/// this rank does not reach: LAMMPS then aborts all ranks.
 template <class Who, class Body>
 std::invoke_result_t<const Body &> on_this_rank(LAMMPS *lmp, const Who &who, const Body &body)
 {

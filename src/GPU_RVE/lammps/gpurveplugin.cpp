@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The package as a plugin: tells a LAMMPS that has the PLUGIN package how to make each of our styles. Nothing else happens here.
+// The package as a plugin: it registers all styles of the package with a LAMMPS that has the PLUGIN
+// package.
 
 #include "lammpsplugin.h"
 #include "version.h"
@@ -20,7 +21,7 @@
 
 using namespace LAMMPS_NS;
 
-/// Fixes and computes are made from their arguments, commands from the LAMMPS instance alone.
+/// Makes a fix or a compute.
 template <class Style> static void *make_style(void *lmp, int narg, char **arg)
 {
   return new Style(static_cast<LAMMPS *>(lmp), narg, arg);
@@ -67,6 +68,6 @@ extern "C" void lammpsplugin_init(void *lmp, void *handle, void *regfunc)
   plugin.creator.v1 = &make_command<WriteRve>;
   add("command", "write_rve", "export of an RVE as a data file v0.1");
 
-  // plugins cannot register dumps: LAMMPS' own list of them takes this one
+  // LAMMPS has no registration of dumps by plugins, so the dump is added to the list of LAMMPS
   (*static_cast<LAMMPS *>(lmp)->output->dump_map)["rve/grain"] = &make_dump;
 }

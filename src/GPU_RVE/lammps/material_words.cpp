@@ -15,12 +15,15 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// ---- the contact law as a pair_coeff of pair_style granular has it, behind the types of atoms ----
+// ---- normal models ----
 
+/// Values of *contact*. Its syntax is that of pair_coeff of pair_style granular, after the types of
+/// atoms.
 struct Contact {
   MaterialWords &material;
-  double eta_n = 0.0;    ///< of the normal model; the damping model says what it means
-  std::optional<double> youngs = {}, poisson = {};    ///< of a normal model that has them
+  double eta_n = 0.0;    ///< damping of the normal model; its unit depends on the damping model
+  std::optional<double> youngs = {};     ///< E of hertz/material and dmt [stress]
+  std::optional<double> poisson = {};    ///< nu of hertz/material and dmt [-]
 };
 
 void read_hooke(ScriptWords &words, Contact &contact)
@@ -43,7 +46,7 @@ void read_elastic_constants(ScriptWords &words, Contact &contact)
   if (!(nu > -1.0 && nu <= 0.5))
     words.refuse(fmt::format("contact nu is {} [-]; it must lie in (-1, 0.5]", rve::number(nu)));
   contact.poisson = nu;
-  // 4/3 E* of two bodies alike
+  // 4/3 E* of two equal bodies
   contact.material[&rve::Material::hertz_stiffness] =
       4.0 / 3.0 * *contact.youngs / (2.0 * (1.0 - nu * nu));
 }
@@ -101,7 +104,7 @@ void read_mindlin(ScriptWords &words, Contact &contact)
       words.refuse(
           "contact tangential k_t is NULL, which takes it from E and nu of hertz/material; "
           "with another normal model it must be a number [force/length^2]");
-    // 8 G* of two bodies alike
+    // 8 G* of two equal bodies
     const double nu = *contact.poisson;
     k_t = 8.0 * *contact.youngs / (4.0 * (2.0 - nu) * (1.0 + nu));
   }
@@ -119,7 +122,8 @@ void read_tangential(ScriptWords &words, Contact &contact)
 
 // ---- damping models ----
 
-/// c of a restitution coefficient, with which a dashpot c sqrt(m k_n a) slows down an impact by it: -sqrt(5) ln e / sqrt(pi^2 + ln^2 e).
+/// Returns c = -sqrt(5) ln e / sqrt(pi^2 + ln^2 e) [-]. A dashpot c sqrt(m k_n a) gives an impact
+/// the coefficient of restitution e.
 double damping_of_restitution(ScriptWords &words, double e)
 {
   if (!(e > 0.0 && e <= 1.0))
@@ -131,29 +135,26 @@ double damping_of_restitution(ScriptWords &words, double e)
 
 void read_damping(ScriptWords &words, Contact &contact)
 {
-  enum class Damping { Velocity, Viscoelastic, Restitution };
   MaterialWords &material = contact.material;
   if (*material.law == rve::ContactLaw::Linear) {
     words.choice<bool>("damping model", {{"velocity", true}});
     material[&rve::Material::normal_viscosity] = contact.eta_n;
     return;
   }
-  const auto damping = words.choice<Damping>("damping model",
-                                             {{"viscoelastic", Damping::Viscoelastic},
-                                              {"velocity", Damping::Velocity},
-                                              {"coeff_restitution", Damping::Restitution}});
-  if (damping == Damping::Velocity)
-    material[&rve::Material::normal_viscosity] = contact.eta_n;
-  else if (damping == Damping::Viscoelastic)
-    material[&rve::Material::viscoelastic_damping] = contact.eta_n;
-  else if (*material.law == rve::ContactLaw::Dmt)
+  constexpr rve::MaterialMember RESTITUTION = &rve::Material::restitution_damping;
+  const auto damping =
+      words.choice<rve::MaterialMember>("damping model",
+                                        {{"viscoelastic", &rve::Material::viscoelastic_damping},
+                                         {"velocity", &rve::Material::normal_viscosity},
+                                         {"coeff_restitution", RESTITUTION}});
+  if (damping == RESTITUTION && *material.law == rve::ContactLaw::Dmt)
     words.refuse("contact dmt has no damping coeff_restitution, as in pair_style granular: what an "
                  "impact loses depends on the attraction, too");
-  else
-    material[&rve::Material::restitution_damping] = damping_of_restitution(words, contact.eta_n);
+  material[damping] = damping == RESTITUTION ? damping_of_restitution(words, contact.eta_n)
+                                             : contact.eta_n;
 }
 
-/// What LAMMPS takes where no damping model is given: viscoelastic.
+/// Applies the default of pair_style granular without a damping model, which is viscoelastic.
 void take_default_damping(ScriptWords &words, Contact &contact)
 {
   if (*contact.material.law != rve::ContactLaw::Linear)
@@ -197,14 +198,18 @@ void read_reach(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::adhesion_reach] = words.number("reach");
 }
 
-const ScriptKeyword<Contact> PARTS[] = {
-    {"tangential", "linear_history k_t x_gammat mu", read_tangential},
-    {"damping", "velocity", read_damping},
-    {"rolling", "sds k_roll gamma_roll mu_roll", read_rolling},
-    {"twisting", "sds k_twist gamma_twist mu_twist, or marshall", read_twisting},
-    {"reach", "h, of dmt: how far apart grains attract each other", read_reach}};
+struct Part {
+  const char *name;
+  void (*read)(ScriptWords &, Contact &);
+};
 
-/// Gives all that *contact* can say: what it does not say is 0.
+constexpr Part PARTS[] = {{"tangential", read_tangential},
+                          {"damping", read_damping},
+                          {"rolling", read_rolling},
+                          {"twisting", read_twisting},
+                          {"reach", read_reach}};
+
+/// Reads the values of *contact*. Parameters of contacts that it does not give become 0.
 void read_contact(ScriptWords &words, MaterialWords &material)
 {
   words.set_form(
@@ -235,7 +240,7 @@ void read_contact(ScriptWords &words, MaterialWords &material)
                                  words.next()));
     const auto part = std::find_if(std::begin(PARTS), std::end(PARTS),
                                    [&](const auto &row) { return word == row.name; });
-    // damping with a number is the local damping of all grains, and no part of the law
+    // damping with a number is the keyword of the local damping of grains, not a part of contact
     if (part == std::end(PARTS) || (word == "damping" && utils::is_double(words.peek(1)))) break;
     words.next();
     if (has(word)) words.refuse(fmt::format("contact has {} twice", part->name));
@@ -277,14 +282,14 @@ bool MaterialWords::read(ScriptWords &words)
   return is_contact;
 }
 
-const std::optional<double> &MaterialWords::operator[](MaterialMember member) const
+const std::optional<double> &MaterialWords::operator[](rve::MaterialMember member) const
 {
   std::size_t k = 0;
   while (rve::MATERIAL_PARAMETERS[k].member != member) ++k;
   return values[k];
 }
 
-std::optional<double> &MaterialWords::operator[](MaterialMember member)
+std::optional<double> &MaterialWords::operator[](rve::MaterialMember member)
 {
   return const_cast<std::optional<double> &>(std::as_const(*this)[member]);
 }
@@ -313,8 +318,8 @@ void MaterialWords::apply(rve::Material &material) const
       !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0) {
     rve::require(material.law == rve::ContactLaw::Linear, [&] {
       return fmt::format(
-          "rolling_friction is {} [-] without a kr [force/length], which the contact "
-          "law {} does not say as kt does for hooke; it must be given, or 0",
+          "rolling_friction is {} [-] without a kr [force/length], and the contact law {} has no "
+          "kt to replace it; give kr, or rolling_friction 0",
           rve::number(material.rolling_friction), rve::word_of(material.law));
     });
     material.rolling_stiffness = material.tangential_stiffness;
@@ -325,7 +330,7 @@ void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &wo
                                 double mass_scaling, double mass_scaling_before)
 {
   words.apply(material);
-  // of inertia only: density stays
+  // mass scaling changes the inertia through the mass depth and leaves the density as it is
   if (words[&rve::Material::mass_depth])
     material.mass_depth *= mass_scaling;
   else if (mass_scaling != mass_scaling_before)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The material of grains as scripts give it to fix rve and create_rve.
+// Keywords of fix rve and create_rve for the material of grains.
 
 #pragma once
 
@@ -11,36 +11,39 @@
 
 namespace LAMMPS_NS {
 
-using MaterialMember = double rve::MaterialNumbers::*;
-
-/// The keywords of rve::MATERIAL_PARAMETERS, and *contact*, which gives the contact law in the words of LAMMPS.
+/// Returns the keywords of rve::MATERIAL_PARAMETERS and *contact*, which gives the contact law in
+/// the syntax of LAMMPS' pair_style granular.
 rve::Words material_keywords();
 
-/// Properties of the material that the script gives.
+/// Parameters of the material that a script gives. The others have no value.
 class MaterialWords {
  public:
-  /// Reads the value of the keyword that the words are at, and says whether it is one of the material.
+  /// Reads the values of the current keyword. Returns false if it is no keyword of the material.
+  /// An error ends in error->all.
   bool read(ScriptWords &words);
 
-  std::optional<double> &operator[](MaterialMember member);
-  const std::optional<double> &operator[](MaterialMember member) const;
+  std::optional<double> &operator[](rve::MaterialMember member);
+  const std::optional<double> &operator[](rve::MaterialMember member) const;
 
-  /// A rolling friction without a rolling stiffness, here or in the material, gets the tangential one; throws InputError where the
-  /// contact law has none.
+  /// Overwrites the parameters of `material` that have values here. A rolling friction without a
+  /// rolling stiffness gets the tangential stiffness as rolling stiffness. Throws InputError if the
+  /// contact law has no tangential stiffness.
   void apply(rve::Material &material) const;
 
+  /// Returns true if any parameter or the contact law has a value.
   bool any() const;
-  /// What is said later counts.
+  /// Overwrites values with those that `later` has.
   void add(const MaterialWords &later);
 
-  /// That of *contact*, which gives all parameters of it.
+  /// Contact law of the keyword *contact*, which also gives all parameters of the contact.
   std::optional<rve::ContactLaw> law;
 
  private:
   std::optional<double> values[std::size(rve::MATERIAL_PARAMETERS)];
 };
 
-/// Changes a material as the words say, and its inertia from one mass scaling to another.
+/// Applies `words` to a material whose inertia has the mass scaling `mass_scaling_before`, and
+/// gives it the inertia of `mass_scaling`. The mass depth carries the mass scaling.
 void change_material(rve::Material &material, const MaterialWords &words, double mass_scaling,
                      double mass_scaling_before);
 

@@ -48,7 +48,7 @@ mpm::Communication LAMMPS_NS::mpm_communication(LAMMPS *lmp)
   communication.raise_on_all = [lmp](const std::string &problem) {
     error_if_any(lmp, problem.empty() ? "" : "Fix mpm: " + problem);
   };
-  // ranks of several partitions may use the same devices, which then cannot wait for each other
+  // ranks of several partitions may use the same devices, whose kernels then cannot synchronise
   if (lmp->universe->nworlds == 1)
     communication.shared_memory = [ranks](std::size_t bytes) {
       return memory_in_common(ranks, bytes);

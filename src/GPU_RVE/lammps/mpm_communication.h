@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sums, largest values and messages of the material point method over the ranks of LAMMPS.
+// Sums, maxima and messages of the material point method over the ranks of LAMMPS.
 
 #pragma once
 
@@ -9,6 +9,7 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
+/// Returns the communication between the ranks of the world of `lmp`.
 mpm::Communication mpm_communication(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS

@@ -21,7 +21,7 @@ template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
                        [&](const mpm::LawEntry<D> &entry) { return entry.word == model.word; });
 }
 
-/// The arguments of the law of a model, in which its strength is reduced.
+/// Returns the arguments of the law of a model with its strength reduction.
 template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
 {
   std::vector<double> arguments = model.arguments;
@@ -40,7 +40,7 @@ template <int D> void read_parameters(ScriptWords &words, MpmModel<D> &model)
   model.law = entry.make(model.arguments.data());
 }
 
-/// The model of a group that fix_modify names; an error if fix_modify cannot change it.
+/// Reads the group of fix_modify and returns its model. A model of RVEs is an error.
 template <int D> MpmModel<D> &model_to_modify(ScriptWords &words, std::vector<MpmModel<D>> &models)
 {
   const std::string group = words.next("group");
@@ -74,7 +74,7 @@ template <int D> void modify_model(ScriptWords &words, std::vector<MpmModel<D>> 
   read_parameters(words, model);
 }
 
-// factors of safety are near 1
+// Limits of the factor of *strength_reduction*. Usual factors of safety are near 1.
 constexpr double LEAST_REDUCTION = 0.01, MOST_REDUCTION = 100.0;
 
 template <int D> void modify_strength(ScriptWords &words, std::vector<MpmModel<D>> &models)

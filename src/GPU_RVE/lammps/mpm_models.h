@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The constitutive models of fix mpm in the words of a script, and what fix_modify changes of them.
+// Constitutive models of fix mpm: the keyword *model* and the changes by fix_modify.
 
 #pragma once
 
@@ -15,30 +15,32 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// Largest number that fix mpm takes: products of two, and sums of many, are still numbers.
+/// Largest number that fix mpm accepts. Products of two such numbers, and sums of many, are finite.
 constexpr double LARGEST_MPM_NUMBER = 1e30;
 
 /// A constitutive model of the points of a group.
 template <int D> struct MpmModel {
   std::string group;
   int groupbit;
-  std::string word;                             ///< rve, or that of an analytic law
-  std::string fix_rve;                          ///< whose RVEs are the model, or
-  std::shared_ptr<mpm::Constitutive<D>> law;    ///< an analytic one
-  std::vector<double> arguments;                ///< of the law, without strength_reduction
+  std::string word;       ///< rve, or the name of an analytic law
+  std::string fix_rve;    ///< ID of the fix rve whose RVEs are the model; empty for an analytic law
+  std::shared_ptr<mpm::Constitutive<D>> law;    ///< analytic law; null for RVEs
+  std::vector<double> arguments;                ///< of the law, without strength reduction
   double strength_reduction = 1.0;              ///< factor by which the strength is divided [-]
-  bool is_modified = false;                     ///< by fix_modify
-  std::optional<double> density;                ///< [mass/length^3]; 0 or none: of the RVEs
+  bool is_modified = false;                     ///< true after a change by fix_modify
+  /// Density [mass/length^3]. 0 or no value: the density of the RVEs.
+  std::optional<double> density;
 
-  /// Reads the values of the keyword *model*.
+  /// Reads the values of the keyword *model*. An error ends in error->all.
   static MpmModel read(ScriptWords &words);
-  /// These models with what `fix_modify ID ...` says; errors end in error->all.
+  /// Returns `models` with the changes of `fix_modify ID ...`. An error ends in error->all.
   static std::vector<MpmModel> modified(LAMMPS *lmp, std::vector<MpmModel> models, int narg,
                                         char **arg);
-  /// Words of a fix_modify that gives a model that is defined by the fix what this one has, or "" if
-  /// it has no other.
+  /// Returns the words of a fix_modify that turns the model as the fix defines it into this one, or
+  /// "" if fix_modify has not changed it.
   std::string modification() const;
-  /// "c 1000 -> 800, phi 30 -> 24.79" for the parameters of the law that were others before, or "".
+  /// Returns the parameters of the law that differ from `before`, for example
+  /// "c 1000 -> 800, phi 30 -> 24.79", or "".
   std::string changes_since(const MpmModel &before) const;
 };
 

@@ -17,38 +17,41 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 using namespace LAMMPS_NS;
 
 namespace {
 
-// In each direction a cell has 100 points in the plane, and 21 in space.
+// Upper limit of points in a cell: 100 in each direction in the plane, 21 in space.
 constexpr double MOST_POINTS_PER_CELL = 1e4;
 
-// the estimate for RVEs is an upper bound, if no larger one than that
+// Upper limit of the Courant numbers of *cfl*. The estimate of the wave speed of RVEs is an upper
+// bound, so that a script may allow numbers above 1.
 constexpr double MAX_COURANT = 10.0;
 
-/// What keywords refer to: *face* and *separation* to the load or body before them, *density* to the model or body.
-template <int D> struct Said {
-  LAMMPS *lmp;
+/// State of the parser. The keywords *face* and *separation* refer to the load or body before them,
+/// *density* to the model or body before it.
+template <int D> struct ParseState {
   MpmSettings<D> &settings;
   mpm::SolverOptions<D> &options = settings.options;
-  mpm::Face *face = nullptr;
-  std::string owner{};
-  /// Subject of *density*, and the value of the preceding model or body; null before the first one.
+  mpm::Face *face = nullptr;    ///< face of the last load or body; null before the first one
+  std::string owner{};          ///< subject of that load or body
+  /// Subject and density of the last model or body; the pointer is null before the first one.
   std::string density_owner{};
   std::optional<double> *density = nullptr;
-  /// Of each body, the last keyword that needs a face, or a form.
+  /// Last keyword of each body that requires a face, and last keyword that requires another form.
   std::vector<std::string> needs_face{}, needs_form{};
 };
 
-constexpr const char *SIDES[] = {"xlo", "xhi", "ylo", "yhi", "zlo", "zhi"};    // as mpm::Face
+// Names of sides in the order of mpm::Face.
+constexpr const char *SIDES[] = {"xlo", "xhi", "ylo", "yhi", "zlo", "zhi"};
 constexpr const char *VELOCITIES[] = {"vx", "vy", "vz"};
-constexpr const char *SPINS[] = {"wx", "wy", "wz"};    // in the plane the last one
+constexpr const char *SPINS[] = {"wx", "wy", "wz"};    // a body in the plane has the last one only
 constexpr const char *AXES[] = {"x", "y", "z"};
 constexpr const char *TRACTIONS[] = {"tx", "ty", "tz"};
 
-/// In the plane its area.
+/// Returns the volume of a cell, in the plane its area [length^D].
 template <int D> double volume_of_cell(const mpm::SolverOptions<D> &options)
 {
   const double h = options.cell_size;
@@ -60,24 +63,25 @@ template <int D> mpm::Face read_side(ScriptWords &words)
   return static_cast<mpm::Face>(words.choice("", rve::Words(SIDES, SIDES + mpm::FACES<D>)));
 }
 
-template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
+template <int D> void read_boundary(ScriptWords &words, ParseState<D> &state)
 {
   const std::string side = words.peek();
   const int index = (int) read_side<D>(words);
-  mpm::SideKind &kind = said.options.sides[index];
+  mpm::SideKind &kind = state.options.sides[index];
   words.about("boundary " + side);
-  enum { FREE, ROLLER, FIXED, ABSORBING };
-  const int choice = words.choice<int>(
-      side, {{"free", FREE}, {"roller", ROLLER}, {"fixed", FIXED}, {"absorbing", ABSORBING}});
-  kind = choice == ROLLER ? mpm::SideKind::Roller
-      : choice == FIXED   ? mpm::SideKind::Fixed
-                          : mpm::SideKind::Free;
-  if (choice != ABSORBING) return;
+  const bool absorbs = std::string_view(words.peek()) == "absorbing";
+  using Kind = mpm::SideKind;
+  kind = words.choice<Kind>(side,
+                            {{"free", Kind::Free},
+                             {"roller", Kind::Roller},
+                             {"fixed", Kind::Fixed},
+                             {"absorbing", Kind::Free}});
+  if (!absorbs) return;
 
-  mpm::Dashpots &dashpots = said.options.dashpots[index];
+  mpm::Dashpots &dashpots = state.options.dashpots[index];
   const std::string what = side + " absorbing";
   if (words.take("roller")) {
-    kind = mpm::SideKind::Roller;
+    kind = Kind::Roller;
     dashpots.tangential = words.positive(what + " cs", "[length/time]");
     return;
   }
@@ -89,16 +93,16 @@ template <int D> void read_boundary(ScriptWords &words, Said<D> &said)
                              what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
 }
 
-template <int D> void read_model(ScriptWords &words, Said<D> &said)
+template <int D> void read_model(ScriptWords &words, ParseState<D> &state)
 {
-  said.settings.models.push_back(MpmModel<D>::read(words));
-  said.density_owner = "model " + said.settings.models.back().group;
-  said.density = &said.settings.models.back().density;
+  state.settings.models.push_back(MpmModel<D>::read(words));
+  state.density_owner = "model " + state.settings.models.back().group;
+  state.density = &state.settings.models.back().density;
 }
 
-template <int D> void read_density(ScriptWords &words, Said<D> &said)
+template <int D> void read_density(ScriptWords &words, ParseState<D> &state)
 {
-  const std::string subject = said.density ? said.density_owner + " density" : "density";
+  const std::string subject = state.density ? state.density_owner + " density" : "density";
   words.about(subject);
   double density = 0.0;
   if (!words.take("rve")) {
@@ -107,13 +111,14 @@ template <int D> void read_density(ScriptWords &words, Said<D> &said)
       words.refuse(fmt::format("{} is {} [mass/length^3]; it must be greater than 0, or rve",
                                subject, rve::number(density)));
   }
-  if (said.density)
-    *said.density = density;
+  if (state.density)
+    *state.density = density;
   else
-    said.settings.density = density;
+    state.settings.density = density;
 }
 
-/// A density that is the only one applies to all points, wherever it stands; returns its subject, or "".
+/// Applies the density of the script to all points if it is the only one, whatever its position in
+/// the script. Returns its subject, or "" if there are several densities or none.
 template <int D> std::string share_density(const ScriptWords &words, MpmSettings<D> &settings)
 {
   std::string subject;
@@ -133,14 +138,15 @@ template <int D> std::string share_density(const ScriptWords &words, MpmSettings
   return subject;
 }
 
-/// The volume of a point, in the plane its area, or how many share a cell: two ways to say the same.
-template <int D> void read_volume(ScriptWords &words, Said<D> &said)
+/// Reads *volume*, the volume of a point (in the plane its area), or the equivalent
+/// *points_per_cell*.
+template <int D> void read_volume(ScriptWords &words, ParseState<D> &state)
 {
   const bool is_share = words.keyword() == "points_per_cell";
   words.about("volume");
   const double given = words.number();
-  const double cell = volume_of_cell(said.options), number = is_share ? given : cell / given;
-  // the volume of a cell may have been rounded
+  const double cell = volume_of_cell(state.options), number = is_share ? given : cell / given;
+  // the tolerance allows for rounding in the script
   if (!(number >= 1.0 - 1e-6 && number <= MOST_POINTS_PER_CELL * (1.0 + 1e-6)))
     words.refuse(is_share
                      ? fmt::format("points_per_cell is {} [-]; it must be from 1 to {}",
@@ -149,7 +155,7 @@ template <int D> void read_volume(ScriptWords &words, Said<D> &said)
                                    "cell, since a cell has at most {} points",
                                    rve::number(given), D, rve::number(cell / MOST_POINTS_PER_CELL),
                                    rve::number(cell), rve::number(MOST_POINTS_PER_CELL)));
-  said.settings.initial_volume = is_share ? cell / given : given;
+  state.settings.initial_volume = is_share ? cell / given : given;
 }
 
 template <int D> constexpr const char *rigid_form()
@@ -158,44 +164,44 @@ template <int D> constexpr const char *rigid_form()
                 : "group-ID vx value vy value vz value rough | smooth | friction mu";
 }
 
-/// A rate that is prescribed, or the word `free`.
-template <int D> void read_rate(ScriptWords &words, Said<D> &said, int freedom, const char *part)
+/// Reads a prescribed rate, or the word *free*.
+template <int D>
+void read_rate(ScriptWords &words, ParseState<D> &state, int freedom, const char *part)
 {
   if (words.take("free")) {
-    said.options.rigid_bodies.back().free |= 1 << freedom;
-    said.needs_form.back() = "free";
+    state.options.rigid_bodies.back().free |= 1 << freedom;
+    state.needs_form.back() = "free";
   } else {
-    said.settings.bodies.back().rates[freedom] = words.value(part);
+    state.settings.bodies.back().rates[freedom] = words.value(part);
   }
 }
 
-template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
+template <int D> void read_rigid(ScriptWords &words, ParseState<D> &state)
 {
   MpmRigidBody<D> body;
   body.group = words.peek();
   body.groupbit = words.groupbit("group");
-  said.owner = "rigid " + body.group;
-  words.about(said.owner);
-  said.settings.bodies.push_back(body);
-  said.density_owner = said.owner;
-  said.density = &said.settings.bodies.back().density;
-  said.options.rigid_bodies.emplace_back();
-  said.options.rigid_body_names.push_back(body.group);
-  said.needs_face.emplace_back();
-  said.needs_form.emplace_back();
-  mpm::RigidBodyOptions &how = said.options.rigid_bodies.back();
+  state.owner = "rigid " + body.group;
+  words.about(state.owner);
+  state.settings.bodies.push_back(body);
+  state.density_owner = state.owner;
+  state.density = &state.settings.bodies.back().density;
+  state.options.rigid_bodies.emplace_back();
+  state.options.rigid_body_names.push_back(body.group);
+  state.needs_face.emplace_back();
+  state.needs_form.emplace_back();
+  mpm::RigidBodyOptions &how = state.options.rigid_bodies.back();
   if (D == 3) how.face = mpm::Face::ZLo;
   for (int a = 0; a < D; a++) {
     if (!words.take(VELOCITIES[a]))
       words.refuse(fmt::format("rigid has '{}' where {} must be; it must read: rigid {}",
                                words.next(VELOCITIES[a]), VELOCITIES[a], rigid_form<D>()));
-    read_rate(words, said, a, VELOCITIES[a]);
+    read_rate(words, state, a, VELOCITIES[a]);
   }
-  enum { SMOOTH, ROUGH, FRICTION };
-  const int contact =
-      words.choice<int>("contact", {{"smooth", SMOOTH}, {"rough", ROUGH}, {"friction", FRICTION}});
-  how.rough = contact == ROUGH;
-  if (contact == FRICTION) {
+  const bool has_friction = std::string_view(words.peek()) == "friction";
+  how.rough =
+      words.choice<bool>("contact", {{"smooth", false}, {"rough", true}, {"friction", false}});
+  if (has_friction) {
     if (words.starts_number()) {
       how.friction = words.positive("friction", "[-]");
       if (how.friction > rve::LARGEST_USUAL_FRICTION && words.owner()->comm->me == 0)
@@ -203,33 +209,33 @@ template <int D> void read_rigid(ScriptWords &words, Said<D> &said)
             FLERR,
             "Fix mpm {}: the friction coefficient is {} [-], above {}; if that is an angle in "
             "degrees, use its tangent",
-            said.owner, rve::number(how.friction), rve::number(rve::LARGEST_USUAL_FRICTION));
+            state.owner, rve::number(how.friction), rve::number(rve::LARGEST_USUAL_FRICTION));
     } else {
-      said.settings.bodies.back().friction = words.value("friction");
-      how.friction = 1.0;    // until the variable is evaluated
+      state.settings.bodies.back().friction = words.value("friction");
+      how.friction = 1.0;    // replaced when the variable is evaluated
     }
-    said.needs_form.back() = "friction";
+    state.needs_form.back() = "friction";
   }
-  said.face = &how.face;
+  state.face = &how.face;
 }
 
-/// The body that a keyword is about.
-template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, Said<D> &said)
+/// Returns the options of the last body. A keyword before the first body is an error.
+template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, ParseState<D> &state)
 {
-  if (said.options.rigid_bodies.empty())
+  if (state.options.rigid_bodies.empty())
     words.refuse(words.keyword() + " must follow a rigid body");
-  words.about(said.owner + " " + words.keyword());
-  return said.options.rigid_bodies.back();
+  words.about(state.owner + " " + words.keyword());
+  return state.options.rigid_bodies.back();
 }
 
-template <int D> void read_separation(ScriptWords &words, Said<D> &said)
+template <int D> void read_separation(ScriptWords &words, ParseState<D> &state)
 {
-  body_before(words, said).separation = words.logical();
+  body_before(words, state).separation = words.logical();
 }
 
-template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
+template <int D> void read_body_form(ScriptWords &words, ParseState<D> &state)
 {
-  mpm::RigidBodyOptions &body = body_before(words, said);
+  mpm::RigidBodyOptions &body = body_before(words, state);
   using Form = mpm::BodyForm;
   if constexpr (D == 2)
     body.form = words.choice<Form>(
@@ -243,8 +249,8 @@ template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
                                     {"cylinder", Form::Cylinder},
                                     {"convex", Form::Convex}});
   if (body.form != Form::Convex) return;
-  auto &of_bodies = said.options.rigid_body_vertices;
-  of_bodies.resize(said.options.rigid_bodies.size());
+  auto &of_bodies = state.options.rigid_body_vertices;
+  of_bodies.resize(state.options.rigid_bodies.size());
   of_bodies.back().resize(words.whole("convex", D + 1, mpm::MOST_VERTICES));
   int number = 0;
   for (mpm::Vec<D> &vertex : of_bodies.back()) {
@@ -254,66 +260,67 @@ template <int D> void read_body_form(ScriptWords &words, Said<D> &said)
   }
 }
 
-template <int D> void read_spin(ScriptWords &words, Said<D> &said)
+template <int D> void read_spin(ScriptWords &words, ParseState<D> &state)
 {
-  body_before(words, said);
-  said.needs_form.back() = "spin";
+  body_before(words, state);
+  state.needs_form.back() = "spin";
   for (int k = D; k < mpm::FREEDOMS<D>; k++)
-    read_rate(words, said, k, D == 2 ? SPINS[2] : SPINS[k - D]);
+    read_rate(words, state, k, D == 2 ? SPINS[2] : SPINS[k - D]);
 }
 
-template <int D> void read_pivot(ScriptWords &words, Said<D> &said)
+template <int D> void read_pivot(ScriptWords &words, ParseState<D> &state)
 {
-  mpm::RigidBodyOptions &body = body_before(words, said);
-  said.needs_form.back() = "pivot";
+  mpm::RigidBodyOptions &body = body_before(words, state);
+  state.needs_form.back() = "pivot";
   body.has_pivot = true;
   for (int a = 0; a < D; a++) body.pivot[a] = words.number(AXES[a]);
 }
 
-/// In degrees, in the options in radian.
-template <int D> void read_turned(ScriptWords &words, Said<D> &said)
+/// Reads the rotation vector of a body in degrees. The options have it in radian.
+template <int D> void read_turned(ScriptWords &words, ParseState<D> &state)
 {
   constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
-  mpm::RigidBodyOptions &body = body_before(words, said);
-  said.needs_form.back() = "turned";
+  mpm::RigidBodyOptions &body = body_before(words, state);
+  state.needs_form.back() = "turned";
   for (int k = 0; k < rve::Space<D>::spins; k++) {
     const double angle = words.number(D == 2 ? "angle" : AXES[k]);
     if (!(std::fabs(angle) <= MOST))
-      said.lmp->error->all(FLERR,
-                           "Fix mpm rigid {}: turned must be between {} and {} degrees, got {}",
-                           said.settings.bodies.back().group, -MOST, MOST, rve::number(angle));
+      words.owner()->error->all(
+          FLERR, "Fix mpm rigid {}: turned must be between {} and {} degrees, got {}",
+          state.settings.bodies.back().group, -MOST, MOST, rve::number(angle));
     body.turned[k] = DEGREE * angle;
   }
 }
 
-template <int D> void check_forms(LAMMPS *lmp, const Said<D> &said)
+/// Ends with error->all if a body has a keyword that does not suit its form.
+template <int D> void check_forms(LAMMPS *lmp, const ParseState<D> &state)
 {
-  for (std::size_t b = 0; b < said.options.rigid_bodies.size(); b++) {
-    const bool has_face = said.options.rigid_bodies[b].form == mpm::BodyForm::Face;
-    const std::string &misplaced = has_face ? said.needs_form[b] : said.needs_face[b];
+  for (std::size_t b = 0; b < state.options.rigid_bodies.size(); b++) {
+    const bool has_face = state.options.rigid_bodies[b].form == mpm::BodyForm::Face;
+    const std::string &misplaced = has_face ? state.needs_form[b] : state.needs_face[b];
     if (misplaced.empty()) continue;
     lmp->error->all(FLERR, "Fix mpm rigid {}: {} is for a body of form {}",
-                    said.settings.bodies[b].group, misplaced,
+                    state.settings.bodies[b].group, misplaced,
                     has_face ? (D == 2 ? "box, ball or convex" : "box, ball, cylinder or convex")
                              : "face");
   }
 }
 
-void read_round(ScriptWords &words, Said<3> &said)
+template <int D> void read_round(ScriptWords &words, ParseState<D> &state)
 {
-  body_before(words, said).round = words.logical();
-  said.needs_face.back() = "round";
+  body_before(words, state).round = words.logical();
+  state.needs_face.back() = "round";
 }
 
-/// Several loads may be on the same points.
-template <int D> void read_load(ScriptWords &words, Said<D> &said)
+/// Reads *traction* or *pressure*. Several loads may act on the same points.
+template <int D> void read_load(ScriptWords &words, ParseState<D> &state)
 {
   const std::string keyword = words.keyword();
   MpmTraction<D> load;
   load.is_pressure = keyword == "pressure";
   load.id = words.peek();
-  const bool is_region =
-      said.lmp->domain->get_region_by_id(load.id) && said.lmp->group->find(load.id) < 0;
+  const LAMMPS *lmp = words.owner();
+  const bool is_region = lmp->domain->get_region_by_id(load.id) && lmp->group->find(load.id) < 0;
   if (is_region) words.next();
   load.groupbit = is_region ? 0 : words.groupbit("group");
   words.about(fmt::format("{} {}", keyword, load.id), true);
@@ -321,24 +328,24 @@ template <int D> void read_load(ScriptWords &words, Said<D> &said)
     load.traction[0] = words.value("p");
   else
     for (int a = 0; a < D; a++) load.traction[a] = words.value(TRACTIONS[a]);
-  said.settings.tractions.push_back(load);
-  said.face = &said.settings.tractions.back().face;
-  said.owner = fmt::format("{} {} number {}", keyword, load.id, said.settings.tractions.size());
+  state.settings.tractions.push_back(load);
+  state.face = &state.settings.tractions.back().face;
+  state.owner = fmt::format("{} {} number {}", keyword, load.id, state.settings.tractions.size());
 }
 
-template <int D> void read_face(ScriptWords &words, Said<D> &said)
+template <int D> void read_face(ScriptWords &words, ParseState<D> &state)
 {
-  if (!said.face) words.refuse("face must follow a traction, a pressure or a rigid body");
-  words.about(said.owner + " face");
-  *said.face = read_side<D>(words);
-  if (!said.options.rigid_bodies.empty() && said.face == &said.options.rigid_bodies.back().face)
-    said.needs_face.back() = "face";
+  if (!state.face) words.refuse("face must follow a traction, a pressure or a rigid body");
+  words.about(state.owner + " face");
+  *state.face = read_side<D>(words);
+  if (!state.options.rigid_bodies.empty() && state.face == &state.options.rigid_bodies.back().face)
+    state.needs_face.back() = "face";
 }
 
-/// In the order of LAMMPS.
-template <int D> void read_stress(ScriptWords &words, Said<D> &said)
+/// Reads the components of *stress* in the order of LAMMPS.
+template <int D> void read_stress(ScriptWords &words, ParseState<D> &state)
 {
-  mpm::Tensor<D> &stress = said.settings.initial_stress;
+  mpm::Tensor<D> &stress = state.settings.initial_stress;
   constexpr const char *names[] = {"sxx", "syy", "szz"};
   for (int a = 0; a < D; a++) stress(a, a) = words.number(names[a]);
   constexpr const char *shears[] = {"sxy", "sxz", "syz"};
@@ -350,10 +357,10 @@ constexpr const char *IN_SITU_FORM = "gravity g k0 value | rest [surcharge q] [s
                                      "[tolerance stress], or stress component ... "
                                      "[tolerance stress]";
 
-/// Values may be variables of atoms: they are evaluated where points are made.
-template <int D> void read_in_situ(ScriptWords &words, Said<D> &said)
+/// Reads *insitu*. Its atom-style variables are evaluated later, when points are made.
+template <int D> void read_in_situ(ScriptWords &words, ParseState<D> &state)
 {
-  MpmInSitu<D> &s = said.settings.in_situ;
+  MpmInSitu<D> &s = state.settings.in_situ;
   s.given = true;
   rve::Words given;
   const auto take = [&](const char *part) {
@@ -363,7 +370,7 @@ template <int D> void read_in_situ(ScriptWords &words, Said<D> &said)
     given.emplace_back(part);
     return true;
   };
-  // a keyword too: here it is the first word
+  // stress is also a keyword of the command, so that it must be the first word here
   if (take("stress"))
     for (int k = 0; k < rve::Space<D>::strains; k++) s.components.push_back(words.value("stress"));
   while (!words.empty() && !words.at_keyword()) {
@@ -392,9 +399,9 @@ template <int D> void read_in_situ(ScriptWords &words, Said<D> &said)
         "insitu needs gravity and k0, or stress alone; it must read: insitu {}", IN_SITU_FORM));
 }
 
-template <int D> void read_cfl(ScriptWords &words, Said<D> &said)
+template <int D> void read_cfl(ScriptWords &words, ParseState<D> &state)
 {
-  MpmSettings<D> &s = said.settings;
+  MpmSettings<D> &s = state.settings;
   s.courant_warn = words.number("warn");
   s.courant_error = words.number("error");
   if (!(s.courant_warn > 0.0 && s.courant_error >= s.courant_warn &&
@@ -405,57 +412,57 @@ template <int D> void read_cfl(ScriptWords &words, Said<D> &said)
                              rve::number(s.courant_error)));
 }
 
-template <int D> void read_wave_speed(ScriptWords &words, Said<D> &said)
+template <int D> void read_wave_speed(ScriptWords &words, ParseState<D> &state)
 {
-  enum class Speed { Bound, Tangent };
-  const auto speed =
-      words.choice<Speed>("", {{"bound", Speed::Bound}, {"tangent", Speed::Tangent}});
-  said.settings.wave_tests = speed == Speed::Tangent ? words.integer("tangent", 1) : 0;
-  said.settings.wave_every =
-      speed == Speed::Tangent && words.take("every") ? words.integer("tangent every", 1) : 0;
+  const bool measures = words.choice<bool>("", {{"bound", false}, {"tangent", true}});
+  state.settings.wave_tests = measures ? words.integer("tangent", 1) : 0;
+  state.settings.wave_every = measures && words.take("every") ? words.integer("tangent every", 1)
+                                                              : 0;
 }
 
+/// Returns the function of a row that reads a value into a member of the solver's options.
+template <int D, class Read, class T>
+auto option(const Read &read, T mpm::SolverOptions<D>::*member)
+{
+  return [=](ScriptWords &words, ParseState<D> &state) { state.options.*member = read(words); };
+}
+
+using mpm::Scheme;
+using mpm::ShapeFunction;
+using mpm::SolverOptions;
+
+/// Keywords of the command. The last one exists in three dimensions only.
 template <int D>
-const ScriptKeyword<Said<D>> KEYWORDS[] = {
+const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
     {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
-     [](ScriptWords &words, Said<D> &said) {
+     [](ScriptWords &words, ParseState<D> &state) {
        for (int a = 0; a < D; a++) {
-         said.options.lo[a] = words.number(SIDES[2 * a]);
-         said.options.hi[a] = words.number(SIDES[2 * a + 1]);
+         state.options.lo[a] = words.number(SIDES[2 * a]);
+         state.options.hi[a] = words.number(SIDES[2 * a + 1]);
        }
      }},
     {"shape", "linear | gimp | cpgimp",
-     [](ScriptWords &words, Said<D> &said) {
-       using Shape = mpm::ShapeFunction;
-       said.options.shape = words.choice<Shape>(
-           "", {{"linear", Shape::Linear}, {"gimp", Shape::Gimp}, {"cpgimp", Shape::Cpgimp}});
-     }},
+     option(one_of<ShapeFunction>({{"linear", ShapeFunction::Linear},
+                                   {"gimp", ShapeFunction::Gimp},
+                                   {"cpgimp", ShapeFunction::Cpgimp}}),
+            &SolverOptions<D>::shape)},
     {"dilation", "point | cell",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.mean_dilation = words.choice<bool>("", {{"point", false}, {"cell", true}});
-     }},
+     option(one_of<bool>({{"point", false}, {"cell", true}}), &SolverOptions<D>::mean_dilation)},
     {"scheme", "musl | usavg",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.scheme = words.choice<mpm::Scheme>(
-           "", {{"musl", mpm::Scheme::Musl}, {"usavg", mpm::Scheme::Usavg}});
-     }},
-    {"flip", "share",
-     [](ScriptWords &words, Said<D> &said) { said.options.flip = words.number(); }},
-    {"damping", "value",
-     [](ScriptWords &words, Said<D> &said) { said.options.damping = words.number(); }},
-    {"device", "auto | cpu | cuda",
-     [](ScriptWords &words, Said<D> &said) {
-       said.options.device = words.choice("", rve::DEVICE_CHOICES);
-     }},
+     option(one_of<Scheme>({{"musl", Scheme::Musl}, {"usavg", Scheme::Usavg}}),
+            &SolverOptions<D>::scheme)},
+    {"flip", "share", option(any_number, &SolverOptions<D>::flip)},
+    {"damping", "value", option(any_number, &SolverOptions<D>::damping)},
+    {"device", "auto | cpu | cuda", option(one_of(rve::DEVICE_CHOICES), &SolverOptions<D>::device)},
     {"boundary",
      D == 2 ? "xlo | xhi | ylo | yhi free | roller | fixed | absorbing cp cs"
             : "xlo | xhi | ylo | yhi | zlo | zhi free | roller | fixed | absorbing cp cs",
      read_boundary<D>},
     {"model", "group-ID rve fix-ID | law ...", read_model<D>},
     {"column", "name",
-     [](ScriptWords &words, Said<D> &said) {
-       said.settings.columns.emplace_back(words.next());
-       words.about("column " + said.settings.columns.back());
+     [](ScriptWords &words, ParseState<D> &state) {
+       state.settings.columns.emplace_back(words.next());
+       words.about("column " + state.settings.columns.back());
      }},
     {"density", "value | rve", read_density<D>},
     {"stress", D == 2 ? "sxx syy sxy" : "sxx syy szz sxy sxz syz", read_stress<D>},
@@ -476,17 +483,11 @@ const ScriptKeyword<Said<D>> KEYWORDS[] = {
     {"face", D == 2 ? "xlo | xhi | ylo | yhi" : "xlo | xhi | ylo | yhi | zlo | zhi", read_face<D>},
     {"cfl", "warn error", read_cfl<D>},
     {"wave_speed", "bound | tangent N [every M]", read_wave_speed<D>},
-    {"progress", "seconds", [](ScriptWords &words, Said<D> &said) {
-       said.settings.progress_interval = read_progress(words);
-     }}};
-
-const ScriptKeyword<Said<3>> KEYWORDS_OF_SPACE[] = {{"round", "yes | no", read_round}};
-
-void read_of_space(ScriptWords &, Said<2> &) {}
-void read_of_space(ScriptWords &words, Said<3> &said)
-{
-  words.read(KEYWORDS_OF_SPACE, said);
-}
+    {"progress", "seconds",
+     [](ScriptWords &words, ParseState<D> &state) {
+       state.settings.progress_interval = read_progress(words);
+     }},
+    {"round", "yes | no", read_round<D>}};
 
 }    // namespace
 
@@ -508,18 +509,18 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
   options.device = mpm::Device::Auto;
   options.device_number = share.rank;
 
-  words.set_keywords(names_of(KEYWORDS<D>));
-  if (D == 3) words.add_keywords(names_of(KEYWORDS_OF_SPACE));
+  rve::Words keywords = names_of(KEYWORDS<D>);
+  if (D == 2) keywords.pop_back();
+  words.set_keywords(std::move(keywords));
   collectively(lmp, "Fix mpm", [&] {
-    Said<D> said{lmp, settings};
-    while (words.next_keyword())
-      if (!words.read(KEYWORDS<D>, said)) read_of_space(words, said);
+    ParseState<D> state{settings};
+    while (words.next_keyword()) words.read(KEYWORDS<D>, state);
     if (settings.in_situ.given && words.has("stress"))
       lmp->error->all(FLERR, "Fix mpm: stress and insitu exclude each other");
-    check_forms(lmp, said);
+    check_forms(lmp, state);
   });
   const std::string only_density = share_density(words, settings);
-  // easily taken for that of one model or body alone
+  // a user may take it for the density of one model or body alone
   const bool may_mislead = utils::strmatch(only_density, "^rigid ") ||
       (utils::strmatch(only_density, "^model ") && settings.models.size() > 1);
   if (may_mislead && lmp->comm->me == 0)
@@ -547,7 +548,7 @@ template <int D> double MpmSettings<D>::width_of_point() const
 
 template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const
 {
-  // the bit of a deleted group may be that of another one
+  // another group may have the bit of a deleted one
   const auto check_group = [lmp](const char *keyword, const std::string &name, int bit) {
     const int found = lmp->group->find(name);
     if (found < 0)

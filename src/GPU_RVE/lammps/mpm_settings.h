@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a script says to fix mpm, as plain structs: the words are read here and nowhere else.
+// Parsed arguments of fix mpm as plain structs. Only mpm_settings.cpp reads the words of the
+// script.
 
 #pragma once
 
 #include "lammps/mpm_models.h"
 #include "mpm/mpm_solver.h"
 
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,80 +16,90 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
+/// A rigid body: the keyword *rigid* and its *density*. Its other properties are in the options of
+/// the solver.
 template <int D> struct MpmRigidBody {
   std::string group;
   int groupbit;
-  /// Velocity, then spin; those that forces drive are in the options.
-  ScriptValue friction;    ///< used where it is a variable [-]
+  ScriptValue friction;    ///< coefficient of friction if it is a variable [-]
+  /// Prescribed velocity [length/time], then spin [1/time]. Free components are not used.
   ScriptValue rates[mpm::FREEDOMS<D>];
-  std::optional<double> density;    ///< [mass/length^3]; 0 or none: of the atoms
+  std::optional<double> density;    ///< [mass/length^3]; 0 or no value: that of the atoms
 };
 
+/// A load: the keyword *traction* or *pressure* and its *face*.
 template <int D> struct MpmTraction {
-  int groupbit;      // 0: a region
-  std::string id;    // of group or region
-  ScriptValue traction[D];
-  bool is_pressure;    // in traction[0], along the inward normal of the face
+  int groupbit;               ///< 0: the points of a region
+  std::string id;             ///< ID of the group or region
+  ScriptValue traction[D];    ///< [stress]
+  bool is_pressure;           ///< traction[0] is a pressure along the inward normal of the face
   mpm::Face face = D == 2 ? mpm::Face::YHi : mpm::Face::ZHi;
 
   const char *keyword() const { return is_pressure ? "pressure" : "traction"; }
 };
 
-/// The stress in which ground is found: what its weight and a surcharge demand at rest, or the components of the stress at each point.
+/// In-situ stress of the keyword *insitu*: equilibrium with the weight and a surcharge, or the
+/// components of the stress at each point.
 template <int D> struct MpmInSitu {
   bool given = false;
   double gravity = 0.0;       ///< [length/time^2]
   ScriptValue k0;             ///< lateral over vertical stress [-]
-  bool is_at_rest = false;    ///< in place of k0: RVEs find it without lateral strain
-  ScriptValue surcharge;      ///< on the surface, compression positive [stress]
-  /// Its height above a point [length]; the top of the points.
+  bool is_at_rest = false;    ///< k0 rest: the RVEs find k0 without lateral strain
+  ScriptValue surcharge;      ///< pressure on the surface, compression positive [stress]
+  /// Height of the surface above a point [length]. No value: the top of the points.
   std::optional<ScriptValue> surface;
-  std::vector<ScriptValue> components;    ///< in the order of *stress*, or none
-  std::optional<double> tolerance;        ///< of the stress of RVEs [stress]
+  /// Components of the stress in the order of the keyword *stress* [stress], or none.
+  std::vector<ScriptValue> components;
+  std::optional<double> tolerance;    ///< tolerance of the stress of RVEs [stress]
 
   bool is_by_components() const { return !components.empty(); }
 };
 
-/// What a script says: keywords, with what they are about where they may occur again ("boundary xlo"), and their values.
+/// Subjects and values of the keywords of a script. The subject is the keyword, with an ID if the
+/// keyword may be given several times ("boundary xlo").
 using MpmWords = std::vector<std::pair<std::string, std::string>>;
 
-/// In D dimensions.
+/// Parsed arguments of a fix mpm in D dimensions.
 template <int D> struct MpmSettings {
   mpm::SolverOptions<D> options;
-  std::vector<MpmRigidBody<D>> bodies;    ///< their contact is in options.rigid_bodies
+  std::vector<MpmRigidBody<D>> bodies;    ///< contact properties are in options.rigid_bodies
   std::vector<MpmTraction<D>> tractions;
   std::vector<MpmModel<D>> models;
-  std::vector<std::string> columns;    ///< state variables in the output
-  /// Density of models and bodies that have none of their own [mass/length^3]; 0: of the RVEs.
+  std::vector<std::string> columns;    ///< names of state variables in the output
+  /// Density of models and bodies without an own density [mass/length^3]. 0: that of the RVEs.
   double density = 0.0;
-  double initial_volume = 0.0;    ///< of a point, in the plane its area [length^D]
-  mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();    ///< of points without RVEs
+  double initial_volume = 0.0;    ///< volume of a point, in the plane its area [length^D]
+  /// Initial stress of points without RVEs [stress].
+  mpm::Tensor<D> initial_stress = mpm::Tensor<D>::zero();
   MpmInSitu<D> in_situ;
-  double courant_warn = 0.9, courant_error = 1.0;
-  /// RVEs whose tangents give the wave speed at the beginning of a run; 0: the bound.
+  double courant_warn = 0.9, courant_error = 1.0;    ///< Courant numbers of the keyword *cfl* [-]
+  /// Number of RVEs whose tangents give the wave speed at the start of a run. 0: the upper bound
+  /// gives it.
   int wave_tests = 0;
-  int wave_every = 0;    ///< steps after which they are measured again; 0: not in this run
-  /// Wall time between lines about the progress [seconds]; 0: none.
+  int wave_every = 0;    ///< steps between measurements of the wave speed; 0: only at the start
+  /// Wall time between progress lines [seconds]. 0: no lines.
   double progress_interval = 60.0;
   MpmWords words;
 
-  /// Reads `fix ID group mpm ...`; errors end in error->all.
+  /// Parses `fix ID group mpm ...`. An error ends in error->all. Collective.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);
 
-  /// As the keyword *boundary* has it, in the order of mpm::Face.
+  /// Returns the name of a side in the keyword *boundary*, in the order of mpm::Face.
   static const char *name_of_side(int side);
 
-  /// Of a new point, which is a square or a cube [length].
+  /// Returns the width of a new point, which is a square or a cube [length].
   double width_of_point() const;
 
-  /// Density that the script gives the points of a model or body [mass/length^3]; 0: none.
+  /// Returns the density that the script gives the points of a model or body [mass/length^3]; 0 if
+  /// it gives none.
   double density_of(const MpmModel<D> &model) const { return model.density.value_or(density); }
   double density_of(const MpmRigidBody<D> &body) const { return body.density.value_or(density); }
 
-  /// Looks up the variables, groups and regions, which may change between runs.
+  /// Looks up the variables, groups and regions, which may change between runs. Ends with
+  /// error->all if one does not exist.
   void find(LAMMPS *lmp);
-  /// Ends with an error if a group or a region of the fix has been deleted. Runs with pre no do not
-  /// initialize the fix.
+  /// Ends with error->all if a group or a region of the fix has been deleted. This check is
+  /// separate because runs with *pre no* do not initialize the fix.
   void check_groups(LAMMPS *lmp) const;
 };
 

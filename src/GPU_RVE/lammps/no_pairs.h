@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Material points do not act on each other, so a script needs no pair style. What LAMMPS derives from its cutoff must then come from
-// elsewhere, or LAMMPS warns of it in every run.
+// Settings for scripts without a pair style. Material points have no pair forces, and LAMMPS
+// derives the settings of sorting and of communication from the cutoff of the pair style.
 
 #pragma once
 
@@ -8,8 +8,9 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// Without a pair style, a bond style and a word of the script: atoms are not sorted, as they would not be after LAMMPS' warning, and the cutoff
-/// of the communication is the skin of the neighbor list. From init() of a fix.
+/// Switches the sorting of atoms off and sets the communication cutoff to the skin of the neighbor
+/// list, each unless the script sets it. LAMMPS would otherwise warn in every run. Does nothing
+/// with a pair style or a bond style. A fix calls this function in its init().
 void settle_without_pairs(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS

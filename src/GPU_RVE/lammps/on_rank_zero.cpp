@@ -6,7 +6,7 @@
 #include <exception>
 #include <thread>
 
-/// The others do not wait in a collective call, which would keep their cores busy.
+// The other ranks poll and sleep, because a blocking collective call would keep their cores busy.
 std::string LAMMPS_NS::on_rank_zero(MPI_Comm world, const std::function<void()> &work)
 {
   int me, length = 0;
@@ -29,4 +29,12 @@ std::string LAMMPS_NS::on_rank_zero(MPI_Comm world, const std::function<void()> 
   failure.resize(length);
   MPI_Bcast(failure.data(), length, MPI_CHAR, 0, world);
   return failure;
+}
+
+void LAMMPS_NS::broadcast(MPI_Comm world, int root, std::string &text)
+{
+  int length = static_cast<int>(text.size());
+  MPI_Bcast(&length, 1, MPI_INT, root, world);
+  text.resize(length);
+  MPI_Bcast(text.data(), length, MPI_CHAR, root, world);
 }

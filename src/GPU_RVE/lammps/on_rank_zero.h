@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Work that one rank does while the others sleep, so that its result is the same on any number of ranks and costs its memory once.
+// Work of rank 0 alone. Its result does not depend on the number of ranks, and its memory is
+// allocated once.
 
 #pragma once
 
@@ -9,7 +10,11 @@
 
 namespace LAMMPS_NS {
 
-/// Rank 0 does `work`; all ranks return what its exception said, or "" if there was none.
+/// Runs `work` on rank 0. All ranks return the text of the exception that it threw, or "" without
+/// an exception. The other ranks sleep meanwhile. Collective.
 std::string on_rank_zero(MPI_Comm world, const std::function<void()> &work);
+
+/// Copies `text` of the rank `root` to all ranks. Collective.
+void broadcast(MPI_Comm world, int root, std::string &text);
 
 }    // namespace LAMMPS_NS

@@ -2,15 +2,14 @@
 
 #include "lammps/plugin_host.h"
 
-#include "lammps/lammps_version.h"
-
 #include "library.h"
 #include "lmptype.h"
 
 #include <fmt/format.h>
 #include <mpi.h>
 
-// The C interface, whose functions are the same in all versions. It need not be in a program that links LAMMPS as a static library.
+// These functions of the C interface are the same in all versions of LAMMPS. A program that links
+// LAMMPS as a static library may lack them.
 #pragma weak lammps_version
 #pragma weak lammps_extract_setting
 #pragma weak lammps_config_has_mpi_support

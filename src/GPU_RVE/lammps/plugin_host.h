@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Whether the LAMMPS that loads the plugin is of the kind that the plugin was built for. Its classes are shared by both, and LAMMPS itself
-// loads any plugin whose symbols it has: with other layouts of classes that ends in wrong numbers or a crash.
+// Check that the LAMMPS that loads the plugin has the version, the integer sizes and the MPI
+// library that the plugin was built for. LAMMPS and the plugin share classes, and LAMMPS loads any
+// plugin whose symbols it has: other layouts of classes would give wrong numbers or a crash.
 
 #pragma once
 
@@ -8,23 +9,23 @@
 
 namespace LAMMPS_NS {
 
-/// What plugin and LAMMPS must agree on.
+/// Properties that must be the same in the plugin and in LAMMPS.
 struct LammpsKind {
   int version;        ///< yyyymmdd
   int atom_id;        ///< size of atom IDs: 4, or 8 with LAMMPS_SIZES bigbig [bytes]
   int step_number;    ///< size of step numbers: 8, or 4 with LAMMPS_SIZES smallsmall [bytes]
-  /// Size of a communicator, by which the families of MPI libraries differ: 8 Open MPI, 4 MPICH; 0 without MPI [bytes].
+  /// Size of a communicator: 8 for Open MPI, 4 for MPICH, 0 without MPI [bytes].
   int mpi;
 };
 
-/// The LAMMPS that this code is compiled for.
+/// Returns the properties of the LAMMPS that this code is compiled for.
 LammpsKind kind_compiled_for();
 
-/// What is wrong, and what helps; empty if the two agree.
+/// Returns an error message with the first difference and its remedy, or "" if the two agree.
 std::string complaint_about_host(const LammpsKind &plugin, const LammpsKind &host);
 
-/// Ends with LAMMPS' error if the LAMMPS that loads a plugin is not of its kind. A program that has no C interface of LAMMPS in it cannot
-/// be asked, and is trusted.
+/// Ends with an error of LAMMPS if the LAMMPS instance `lmp` differs from `plugin`. The check is
+/// skipped in a program that does not contain the C interface of LAMMPS.
 void require_host(void *lmp, const LammpsKind &plugin);
 
 }    // namespace LAMMPS_NS

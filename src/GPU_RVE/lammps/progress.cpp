@@ -25,37 +25,37 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// between two questions of several ranks, if steps take as long as those before
+// Limits of the interval between two communications of ranks, if steps take as long as before.
 constexpr double LONGEST_WAIT = 0.05;    // seconds
 constexpr int MOST_STEPS = 16;
 
 constexpr int SIGNALS[] = {SIGTERM, SIGINT};
 constexpr int COUNT = 2;
 
-// signals belong to the program, and so does this
-volatile std::sig_atomic_t noted = 0;    // the last one, or 0
+// The handlers of signals are global to the program, and so is their state.
+volatile std::sig_atomic_t recorded = 0;    // the last signal, or 0
 bool watching = false;
-bool taken[COUNT];
-struct sigaction before[COUNT];
+bool taken[COUNT];                 // true for signals that have our handler while watching
+struct sigaction before[COUNT];    // actions of the program
 
-extern "C" void note(int signal)
+extern "C" void record(int signal)
 {
-  noted = signal;
+  recorded = signal;
 }
 
 void watch()
 {
   if (watching) return;
   watching = true;
-  noted = 0;
+  recorded = 0;
   struct sigaction action = {};
-  action.sa_handler = note;
-  // the same signal again does what it does without a handler; calls of the system go on
+  action.sa_handler = record;
+  // the same signal again has its default action; interrupted system calls are restarted
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   sigemptyset(&action.sa_mask);
   for (int k = 0; k < COUNT; ++k) {
     sigaction(SIGNALS[k], nullptr, &before[k]);
-    // ignored by nohup, or by a shell for what it runs in the background
+    // nohup, or a shell for a process in the background, may have the signal ignored
     taken[k] = (before[k].sa_flags & SA_SIGINFO) || before[k].sa_handler != SIG_IGN;
     if (taken[k]) sigaction(SIGNALS[k], &action, nullptr);
   }
@@ -69,7 +69,8 @@ void stop_watching()
     if (taken[k]) sigaction(SIGNALS[k], &before[k], nullptr);
 }
 
-/// Names of the files that hold the present step, " and " between them.
+/// Writes restart files of the present step unless they are written. Returns their names with
+/// " and " between them.
 std::string write_restart_files(LAMMPS *lmp)
 {
   Output *output = lmp->output;
@@ -81,7 +82,7 @@ std::string write_restart_files(LAMMPS *lmp)
     const std::size_t star = names.find('*');
     if (star != std::string::npos) names.replace(star, 1, std::to_string(step));
   }
-  // the toggle names the next one
+  // the toggle gives the file of the next restart
   if (output->restart_flag_double)
     names += (names.empty() ? "" : " and ") +
         std::string(output->restart_toggle ? output->restart2a : output->restart2b);
@@ -95,7 +96,7 @@ double sum_over_ranks(LAMMPS *lmp, const Progress::RveSteps &rve_steps)
   return steps;
 }
 
-/// "2:03:04" of seconds: hours, minutes, seconds.
+/// Returns a time in seconds as hours, minutes and seconds, for example "2:03:04".
 std::string hours_minutes_seconds(double seconds)
 {
   const auto whole = static_cast<bigint>(std::llround(seconds));
@@ -119,7 +120,7 @@ Progress::Progress(LAMMPS *_lmp, std::string _who, double _interval) :
 {
 }
 
-/// The run may have ended in an error.
+// The run may have ended in an error, without end().
 Progress::~Progress()
 {
   stop_watching();
@@ -129,46 +130,47 @@ void Progress::begin(const RveSteps &rve_steps)
 {
   steps_between = steps_left = 1;
   watch();
-  utils::flush_buffers(lmp);    // what has been said before the first step
+  utils::flush_buffers(lmp);    // lines before the first step appear in the log
   if (interval == 0.0) return;
   first_step = lmp->update->ntimestep;
   steps_then = sum_over_ranks(lmp, rve_steps);
   start = time_then = platform::walltime();
 }
 
-/// Returns what rank 0 says, so that its question costs no communication of its own.
-bool Progress::ask_ranks(bool rank_zero_says)
+// Gives all ranks the last recorded signal. The same communication returns `line_is_due` of rank 0.
+bool Progress::exchange_signals(bool line_is_due)
 {
   watch();    // runs with `pre no` have no setup
   const bool alone = lmp->comm->nprocs == 1;
   if (!alone && --steps_left > 0) return false;
   const double now = platform::walltime();
-  const auto waited = static_cast<int>(std::min(1e6 * (now - asked), 1e9));    // microseconds
-  asked = now;
-  int said[] = {lmp->comm->me == 0 && rank_zero_says ? 1 : 0, noted, waited};
-  if (!alone) MPI_Allreduce(MPI_IN_PLACE, said, 3, MPI_INT, MPI_MAX, lmp->world);
-  const double steps_in_time = steps_between * (1e6 * LONGEST_WAIT) / std::max(said[2], 1);
+  const auto waited = static_cast<int>(std::min(1e6 * (now - last_exchange), 1e9));
+  last_exchange = now;
+  // line of rank 0, signal, time since the last communication [microseconds]
+  int values[] = {lmp->comm->me == 0 && line_is_due ? 1 : 0, recorded, waited};
+  if (!alone) MPI_Allreduce(MPI_IN_PLACE, values, 3, MPI_INT, MPI_MAX, lmp->world);
+  const double steps_in_time = steps_between * (1e6 * LONGEST_WAIT) / std::max(values[2], 1);
   const double most = std::min(steps_in_time, 2.0 * steps_between);
   steps_left = steps_between = std::clamp(static_cast<int>(most), 1, MOST_STEPS);
-  // noted on all ranks, for the end: this one may have got none
-  noted = said[1];
-  if (said[1]) lmp->timer->force_timeout();
-  return said[0] != 0;
+  // end() needs the signal on all ranks, and this one may have received none
+  recorded = values[1];
+  if (values[1]) lmp->timer->force_timeout();
+  return values[0] != 0;
 }
 
-/// Rank 0 looks at its clock: those of other ranks may differ.
+// The clock of rank 0 counts, because clocks of other ranks may differ.
 void Progress::step_done(const RveSteps &rve_steps)
 {
   const double now = platform::walltime();
-  if (!ask_ranks(interval > 0.0 && now - last_line >= interval)) return;
+  if (!exchange_signals(interval > 0.0 && now - last_line >= interval)) return;
   const double steps = sum_over_ranks(lmp, rve_steps);
   if (lmp->comm->me == 0) print(now, steps, rve_steps != nullptr);
   steps_then = steps;
   last_line = time_then = now;
 }
 
-/// What is left takes as long per step as the run has so far. Start and stop of the run command say
-/// what the run is part of.
+// The estimate assumes that the remaining steps take as long as those of this run so far. The share
+// refers to the steps between start and stop of the run command.
 void Progress::print(double now, double steps, bool has_rves) const
 {
   const Update &update = *lmp->update;
@@ -179,22 +181,21 @@ void Progress::print(double now, double steps, bool has_rves) const
   const double left = per_step * static_cast<double>(update.endstep - update.ntimestep);
   std::string line = fmt::format("{}: step {}, {:.1f} % of the run, {} left", who, update.ntimestep,
                                  100.0 * share, hours_minutes_seconds(left));
-  // fewer than before: atoms have been deleted, and their RVEs with them
+  // the number of steps decreases if atoms and their RVEs have been deleted
   if (has_rves)
     line += fmt::format(", {:.3g} million RVE-steps per second",
                         1e-6 * std::max(steps - steps_then, 0.0) / (now - time_then));
   utils::logmesg(lmp, line + "\n");
-  utils::flush_buffers(lmp);    // who follows the log sees it, and a signal cannot lose it
+  utils::flush_buffers(lmp);    // the line appears at once, and a signal cannot lose it
 }
 
-/// A signal that came after the last step, or where there was none, counts as well: nobody else has
-/// seen it.
+// A signal after the last step, or in a run without steps, counts as well.
 void Progress::end()
 {
   if (!watching) return;
   stop_watching();
-  int signal = noted;
-  noted = 0;
+  int signal = recorded;
+  recorded = 0;
   MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, lmp->world);
   if (!signal) return;
   lmp->timer->reset_timeout();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Lines in the log about a long run: how far it is and when it will end. SIGTERM and SIGINT end a
-// run when its present step is done, with a restart file where the script asks for restart files;
-// the script then ends with an error. The same signal again ends the program at once.
+// Progress lines in the log of a long run, and the end of a run by a signal. SIGTERM and SIGINT end
+// a run after its present step. A restart file is written if the script has a restart command, and
+// the script ends with an error. The same signal again ends the program at once.
 
 #pragma once
 
@@ -15,50 +15,53 @@ namespace LAMMPS_NS {
 class LAMMPS;
 class ScriptWords;
 
-/// The progress of the runs of a style. Several styles may watch the same run. Changes no result.
+/// Progress of the runs of a style. Several styles may have an object in the same run. Results do
+/// not depend on it.
 class Progress {
  public:
-  /// `_who` begins the lines; at least `_interval` seconds of wall time between two of them, 0:
-  /// none.
+  /// Lines begin with `_who`. At least `_interval` seconds of wall time lie between two lines; 0
+  /// switches them off.
   Progress(LAMMPS *_lmp, std::string _who, double _interval);
   ~Progress();
   Progress(const Progress &) = delete;
   Progress &operator=(const Progress &) = delete;
 
-  /// As the constructor's.
+  /// Sets the interval of lines as in the constructor [seconds].
   void set_interval(double seconds) { interval = seconds; }
 
-  /// DEM steps of the RVEs of this rank since they were made, or nothing where there are none.
+  /// Returns the number of DEM steps of the RVEs of this rank since they were made. Null for a
+  /// style without RVEs.
   using RveSteps = std::function<double()>;
 
-  /// A run begins: from now on signals are noted. Those that the program ignores stay ignored.
+  /// Begins a run: signals are recorded from now on. Signals that the program ignores stay ignored.
   /// Collective.
   void begin(const RveSteps &rve_steps = nullptr);
-  /// A step has been done: it is the last one if a rank has noted a signal; collective.
+  /// Ends a step: prints a line if one is due, and makes the step the last one if a rank has
+  /// recorded a signal. Collective.
   void step_done(const RveSteps &rve_steps = nullptr);
-  /// The run is over: signals are again what they were. Ends with a restart file and error->all if
-  /// one was noted; collective.
+  /// Ends the run: restores the handlers of signals. If a signal was recorded, writes a restart
+  /// file and ends with error->all. Collective.
   void end();
 
  private:
   LAMMPS *lmp;
   std::string who;
-  double interval, last_line;
-  // of the run that has begun
-  bigint first_step = 0;
-  double start = 0.0;
-  // at the last line, or at the begin of the run if that was later
+  double interval;          ///< between two lines [seconds]
+  double last_line;         ///< wall time of the last line [seconds]
+  bigint first_step = 0;    ///< step at the start of the run
+  double start = 0.0;       ///< wall time at the start of the run [seconds]
+  // DEM steps and wall time at the last line, or at the start of the run if that was later
   double steps_then = 0.0, time_then = 0.0;
-  // Several ranks ask each other in some steps only, the oftener the longer steps take.
-  int steps_between = 1,
-      steps_left = 1;    ///< from one question to the next; the same on all ranks
-  double asked = 0.0;    ///< wall time of the last one, this rank's
+  // Several ranks communicate in some steps only. The longer steps take, the shorter the interval.
+  int steps_between = 1;         ///< steps from one communication to the next; equal on all ranks
+  int steps_left = 1;            ///< steps until the next communication; equal on all ranks
+  double last_exchange = 0.0;    ///< wall time of the last communication of this rank [seconds]
 
-  bool ask_ranks(bool rank_zero_says);
+  bool exchange_signals(bool line_is_due);
   void print(double now, double steps, bool has_rves) const;
 };
 
-/// Value of the keyword *progress*, the interval of lines.
+/// Reads the value of the keyword *progress*, the interval of lines [seconds].
 double read_progress(ScriptWords &words);
 
 }    // namespace LAMMPS_NS

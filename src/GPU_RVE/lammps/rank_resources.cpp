@@ -12,14 +12,10 @@
 
 using namespace LAMMPS_NS;
 
-namespace {
-
-bool threads_are_given()
+static bool threads_are_given()
 {
   return getenv("OMP_NUM_THREADS") != nullptr;
 }
-
-}    // namespace
 
 RankResources::RankResources(MPI_Comm world)
 {
@@ -28,7 +24,7 @@ RankResources::RankResources(MPI_Comm world)
   MPI_Comm_rank(node, &rank);
   MPI_Comm_size(node, &ranks);
 
-  // mpirun may have bound ranks to cores: those that may use the same ones share them
+  // mpirun may have bound ranks to cores: ranks that may use the same cores share them
   cpu_set_t mine;
   CPU_ZERO(&mine);
   const long machine = sysconf(_SC_NPROCESSORS_ONLN);
@@ -72,7 +68,7 @@ std::shared_ptr<void> LAMMPS_NS::memory_in_common(MPI_Comm ranks, std::size_t by
     MPI_Comm_free(&neighbours);
     return {};
   }
-  // a container may have little of it
+  // a container may have little shared memory: a failure is no error
   MPI_Comm_set_errhandler(neighbours, MPI_ERRORS_RETURN);
   MPI_Win window;
   void *memory = nullptr;

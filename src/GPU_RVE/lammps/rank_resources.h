@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// This rank among those that share its machine, the threads that are its own, and memory that all have in common.
+// Cores and threads of a rank on its machine, and memory that all ranks of a machine share.
 
 #pragma once
 
@@ -10,22 +10,27 @@
 namespace LAMMPS_NS {
 
 struct RankResources {
-  int rank, ranks;    ///< on this machine
-  int cores;          ///< that this rank may use, shared with no other rank
-  /// Of this machine that may use one core only, where there are several for each rank; 0 with OMP_NUM_THREADS.
+  int rank;     ///< number of this rank on its machine
+  int ranks;    ///< number of ranks on this machine
+  int cores;    ///< number of cores for this rank: cores that several ranks may use are divided
+  /// Number of ranks of this machine that are bound to a single core, although the machine has at
+  /// least two cores for each rank. 0 if OMP_NUM_THREADS is set.
   int bound_ranks;
 
   /// Collective.
   explicit RankResources(MPI_Comm world);
 
-  /// What OMP_NUM_THREADS says, or the own cores. (LAMMPS itself takes one thread where the environment says nothing.)
+  /// Returns the number of threads that OMP_NUM_THREADS gives, or else `cores`. (LAMMPS takes one
+  /// thread if OMP_NUM_THREADS is not set.)
   int threads() const;
-  /// For what is left to the host where a GPU advances RVEs: what OMP_NUM_THREADS says, or half of the own cores.
+  /// Returns the number of threads for work of the host while a GPU advances RVEs: that of
+  /// OMP_NUM_THREADS, or else half of `cores`.
   int threads_beside_gpu() const;
 };
 
-/// Of all these ranks, so many bytes, zeros at first; null on all of them if they are on several machines, or there is no room. Collective, and they
-/// free it together.
+/// Returns memory of `bytes` zeros that all ranks of `ranks` share. Returns null on all ranks if
+/// they are on several machines or if the memory cannot be allocated. Collective, as is its
+/// release.
 std::shared_ptr<void> memory_in_common(MPI_Comm ranks, std::size_t bytes);
 
 }    // namespace LAMMPS_NS

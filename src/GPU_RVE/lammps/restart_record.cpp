@@ -19,10 +19,11 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// of the box and of the coordinates: what positions may differ by when read_restart wraps an atom
+// Tolerance of positions, which change by rounding when read_restart wraps an atom, relative to the
+// box and the coordinates.
 constexpr double ROUNDING = 1e-9;
 
-/// Checksum of a header, as a whole number that a double holds exactly.
+/// Returns the checksum of a header as an integer that a double holds exactly.
 double header_sum(const double *header)
 {
   const std::size_t bytes = (RestartRecords::HEADER - 1) * sizeof(double);
@@ -34,21 +35,15 @@ bool is_damaged(const double *header)
   return header[RestartRecords::HEADER - 1] != header_sum(header);
 }
 
-[[noreturn]] void throw_damaged(LAMMPS *lmp, const std::string &whose, tagint id)
-{
-  lmp->error->one(FLERR,
-                  "{}: the record of atom {} in the restart file is damaged: the checksum of its "
-                  "header does not match. Use an earlier file",
-                  whose, id);
-}
-
-/// Record number nth of a row, and where its part begins that cannot be right.
+/// A record within a row, or the first part of the row whose size is wrong.
 struct Part {
   RestartRecord record;
-  int bad = -1;    // number of the damaged part, from 0
-  double size, left;
+  int bad = -1;    ///< number of the part with a wrong size, from 0; -1: none
+  double size;     ///< size that the last part has according to its first value
+  double left;     ///< number of values from the start of the last part to the end of the row
 };
 
+/// Returns record number nth of a row.
 Part part_of_row(const Atom *atom, int row, int nth)
 {
   Part part;
@@ -71,7 +66,7 @@ Part part_of_row(const Atom *atom, int row, int nth)
 
 void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
 {
-  buf[0] = size;    // how far other fixes skip
+  buf[0] = size;    // other fixes skip so many values
   buf[1] = static_cast<double>(lmp->update->ntimestep);
   buf[2] = static_cast<double>(lmp->atom->tag[i]);
   lmp->domain->unmap(lmp->atom->x[i], lmp->atom->image[i], buf + 3);
@@ -81,56 +76,56 @@ void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
 RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, int nth, double step)
 {
   const Atom *atom = lmp->atom;
-  Error *error = lmp->error;
   const tagint id = atom->tag[i];
+  const auto fail = [&](const std::string &problem) {
+    lmp->error->one(FLERR, "{}: the record of atom {} {}", whose, id, problem);
+  };
+  const auto require_sound = [&](const double *values) {
+    if (is_damaged(values))
+      fail("in the restart file is damaged: the checksum of its header does not match. Use an "
+           "earlier file");
+  };
   if (num_rows < 0) count_rows(lmp);
   Part part;
   if (i < num_rows) part = part_of_row(atom, i, nth);
-  // not replaced by a search: memory after the rows may still have records of a file read before
+  // a search is no remedy: memory after the rows may still have records of an earlier file
   if (part.bad >= 0)
-    error->one(
-        FLERR,
-        "{}: the record of atom {} in the restart file is damaged: part {} of it says that it "
-        "has {} numbers, and {} are left. Use an earlier file. If atoms were created since "
-        "read_restart, create them after this fix",
-        whose, id, part.bad + 1, part.size, part.left);
+    fail(fmt::format("in the restart file is damaged: part {} of it says that it has {} numbers, "
+                     "and {} are left. Use an earlier file. If atoms were created since "
+                     "read_restart, create them after this fix",
+                     part.bad + 1, part.size, part.left));
   if (i >= num_rows || part.record.values[2] != static_cast<double>(id)) {
-    if (i < num_rows && is_damaged(part.record.values)) throw_damaged(lmp, whose, id);
+    if (i < num_rows) require_sound(part.record.values);
     if (row_of_id.empty()) find_rows(lmp, nth, step);
     const auto found = row_of_id.find(id);
     if (found == row_of_id.end())
-      error->one(
-          FLERR,
-          "{}: the record of atom {} is not in the restart file, or on another MPI rank: the atom "
-          "was created or moved, or got another ID, since read_restart, or the file is "
-          "damaged. Define the fix directly after read_restart, and change atoms after it",
-          whose, id);
+      fail("is not in the restart file, or on another MPI rank: the atom was created or moved, or "
+           "got another ID, since read_restart, or the file is damaged. Define the fix directly "
+           "after read_restart, and change atoms after it");
     part = part_of_row(atom, found->second, nth);
   }
   const double *values = part.record.values;
-  if (is_damaged(values)) throw_damaged(lmp, whose, id);
+  require_sound(values);
   if (values[1] != step)
-    error->one(FLERR,
-               "{}: the record of atom {} is of step {}, the head of the restart files of step {}: "
-               "they were not written at once, or are damaged. Use those before",
-               whose, id, values[1], step);
+    fail(fmt::format("is of step {}, the head of the restart files of step {}: they were not "
+                     "written at once, or are damaged. Use those before",
+                     values[1], step));
   double now[3];
   lmp->domain->unmap(atom->x[i], atom->image[i], now);
   for (int a = 0; a < 3; a++)
     if (!(std::fabs(now[a] - values[3 + a]) <=
           ROUNDING * (lmp->domain->prd[a] + std::fabs(now[a]))))
-      error->one(FLERR,
-                 "{}: the record of atom {} in the restart file is of a point at {:g} {:g} {:g} "
-                 "[length], and the atom is at {:g} {:g} {:g}: atoms were moved or got other IDs "
-                 "since read_restart (delete_atoms renumbers unless it has compress no), or the "
-                 "file is damaged. Define the fix directly after read_restart, and change atoms "
-                 "after it",
-                 whose, id, values[3], values[4], values[5], now[0], now[1], now[2]);
+      fail(fmt::format("in the restart file is of a point at {:g} {:g} {:g} [length], and the atom "
+                       "is at {:g} {:g} {:g}: atoms were moved or got other IDs since read_restart "
+                       "(delete_atoms renumbers unless it has compress no), or the file is "
+                       "damaged. Define the fix directly after read_restart, and change atoms "
+                       "after it",
+                       values[3], values[4], values[5], now[0], now[1], now[2]));
   return part.record;
 }
 
-/// LAMMPS does not say how many rows there are, and arrays of atoms may have grown since. Rows
-/// follow each other in memory.
+// LAMMPS does not store the number of rows, and arrays of atoms may have grown since read_restart.
+// Rows are contiguous in memory.
 void RestartRecords::count_rows(LAMMPS *lmp)
 {
   const Atom *atom = lmp->atom;
@@ -140,8 +135,7 @@ void RestartRecords::count_rows(LAMMPS *lmp)
     num_rows++;
 }
 
-/// Rows behind those of the atoms that were read have no record, but memory that nobody has
-/// written.
+// Rows after those of the atoms that were read are uninitialized memory.
 void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
 {
   for (int row = 0; row < num_rows; row++) {
@@ -154,19 +148,16 @@ void RestartRecords::find_rows(LAMMPS *lmp, int nth, double step)
   }
 }
 
-/// When LAMMPS is initialized it drops the records that no fix has taken, and does not keep whose
-/// they were.
+// The initialization of LAMMPS drops records that no fix has taken, and the names of their fixes.
 void LAMMPS_NS::warn_of_dropped_records(LAMMPS *lmp, const std::string &whose)
 {
   const bool is_initialized = lmp->neighbor->cutneighsq != nullptr;
   if (lmp->restart_ver < 0 || !is_initialized || lmp->comm->me) return;
   lmp->error->warning(FLERR,
                       "{} begins without records of a restart file: a run or another command that "
-                      "initializes LAMMPS "
-                      "(balance, velocity, reset_atoms, delete_atoms overlap, write_data) came "
-                      "between read_restart "
-                      "and this fix, and LAMMPS then drops all records that no fix has taken. If "
-                      "the file has records "
-                      "of this fix, define the fix directly after read_restart",
+                      "initializes LAMMPS (balance, velocity, reset_atoms, delete_atoms overlap, "
+                      "write_data) came between read_restart and this fix, and LAMMPS then drops "
+                      "all records that no fix has taken. If the file has records of this fix, "
+                      "define the fix directly after read_restart",
                       whose);
 }

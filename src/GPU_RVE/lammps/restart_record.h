@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Per-atom records of a fix in a restart file, which are found by the IDs of their atoms.
+// Per-atom records of a fix in a restart file. They are found by the IDs of their atoms.
 //
-// LAMMPS keeps the records in rows of atom->extra, one for each local atom as read_restart left them, and moves no row when a later
-// command deletes, sorts or exchanges atoms. A record therefore begins with a header that says whose it is.
+// LAMMPS keeps the records in rows of atom->extra, one row for each local atom of read_restart, and
+// moves no row when a later command deletes, sorts or exchanges atoms. A record therefore begins
+// with a header that has the ID of its atom.
 
 #pragma once
 
@@ -15,25 +16,31 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
+/// The record of an atom.
 struct RestartRecord {
-  const double *values;    ///< the header and what follows it
-  int size;                ///< number of all values
+  const double *values;    ///< the header and the values of the fix after it
+  int size;                ///< number of values, with the header
 };
 
+/// Finds the records of the local atoms of a fix.
 class RestartRecords {
  public:
-  /// Numbers of the header: size of the record, step, ID and unwrapped position of the atom, and a
-  /// checksum of these.
+  /// Number of values in the header: size of the record, step, ID of the atom, its unwrapped
+  /// position (3 values) and a checksum of these.
   static constexpr int HEADER = 7;
+  /// Writes the header of the record of local atom i to the first HEADER values of `buf`. The
+  /// record has `size` values with the header.
   static void write_header(LAMMPS *lmp, int i, int size, double *buf);
 
-  /// Returns the record of local atom i for unpack_restart(i, nth) of a fix. Ends with an error, which begins with `whose`, if there is
-  /// none, if it is damaged, of another step, or if the atom is not where it was when the file was written.
+  /// Returns the record of local atom i for unpack_restart(i, nth) of a fix. Ends with error->one
+  /// if there is no record, if it is damaged or of a step other than `step`, or if the atom has
+  /// moved since the file was written. The message begins with `whose`.
   RestartRecord of(LAMMPS *lmp, const std::string &whose, int i, int nth, double step);
 
  private:
-  int num_rows = -1;                            // of atom->extra
-  std::unordered_map<tagint, int> row_of_id;    // filled when a row is not that of its atom
+  int num_rows = -1;    ///< number of rows of atom->extra; -1: not counted yet
+  /// Rows by IDs of atoms, filled when the row of a local atom belongs to another atom.
+  std::unordered_map<tagint, int> row_of_id;
 
   void count_rows(LAMMPS *lmp);
   void find_rows(LAMMPS *lmp, int nth, double step);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The columns that a command is asked for by name, and the fix rve that they are of.
+// Columns of a compute or a dump that a script requests by name, and the fix rve that provides
+// them.
 
 #pragma once
 
@@ -16,35 +17,30 @@
 #include <cstddef>
 #include <iterator>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace LAMMPS_NS {
 
-/// An entry of a table of columns.
-template <class Table>
-using EntryOf = std::remove_reference_t<decltype(*std::begin(std::declval<const Table &>()))>;
-
-/// The entry of that name, or none.
-template <class Table> EntryOf<Table> *find_column(const std::string &name, const Table &table)
+/// Returns the entry of `table` with this name, or null.
+template <class Table> auto find_column(const std::string &name, const Table &table)
 {
-  for (const auto &entry : table)
-    if (name == entry.name) return &entry;
-  return nullptr;
+  const auto found = std::find_if(std::begin(table), std::end(table),
+                                  [&](const auto &entry) { return name == entry.name; });
+  return found == std::end(table) ? nullptr : &*found;
 }
 
-/// Entries of `table`, which have a `name`, as the words from arg[first] on name them; *fix ID* among them sets `fix_id`, which stays empty
-/// without. An error, which begins with `style` and `id`, for other words, a fix given twice, and no column. `kind`: what one is called.
+/// Reads names of entries of `table` from the words after arg[first - 1] and returns pointers to
+/// the entries. The words *fix ID* among them set `fix_id`, which otherwise stays empty. Other
+/// words, a second fix and no column at all are errors, which begin with `style` and `id`. Messages
+/// call a column `kind`.
 template <class Table>
-std::vector<EntryOf<Table> *> read_columns(LAMMPS *lmp, const std::string &style, const char *id,
-                                           const char *kind, const Table &table, int first,
-                                           int narg, char **arg, std::string &fix_id)
+auto read_columns(LAMMPS *lmp, const std::string &style, const char *id, const char *kind,
+                  const Table &table, int first, int narg, char **arg, std::string &fix_id)
 {
   ScriptWords words(lmp, style + " " + id, narg, arg, first);
   rve::Words names = names_of(table);
   names.emplace_back("fix");
-  std::vector<EntryOf<Table> *> columns;
+  std::vector<decltype(find_column("", table))> columns;
   while (!words.empty()) {
     if (words.take("fix")) {
       const std::string given = words.next("fix");
@@ -55,7 +51,7 @@ std::vector<EntryOf<Table> *> read_columns(LAMMPS *lmp, const std::string &style
       continue;
     }
     const std::string word = words.next();
-    EntryOf<Table> *found = find_column(word, table);
+    const auto *found = find_column(word, table);
     if (!found)
       words.refuse(fmt::format("there is no {} '{}'{}", kind, word,
                                rve::did_you_mean(word, names, "there are")));
@@ -65,17 +61,19 @@ std::vector<EntryOf<Table> *> read_columns(LAMMPS *lmp, const std::string &style
   return columns;
 }
 
-/// A column of a table, by what is known of its row in each dimension; null where there is none.
+/// A column of a table, computed from `Row<D>` of the row in D dimensions; null in a dimension that
+/// does not have the column.
 template <template <int> class Row> using ColumnOf = macro::QuantityOf<Row>;
 
-/// work(rves) with the RVEs of a fix, which are of 2 or 3 dimensions.
+/// Returns work(rves), where `rves` are the RVEs of a fix in 2 or 3 dimensions.
 template <class Work> auto with_rves(const FixRve &fix, const Work &work)
 {
   return fix.rves().dimension == 3 ? work(fix.rves_of<3>()) : work(fix.rves_of<2>());
 }
 
-/// The fix of the RVEs that `columns` are of: that of `fix_id`, or the only one if that is empty. Ends with an error, which begins with
-/// `style` and `id`, if there is none or its RVEs do not have all these; entries say it of a dimension by is_of().
+/// Returns the fix rve with the ID `fix_id`, or the only fix rve if `fix_id` is empty. Ends with
+/// error->all if there is none, or if is_of() of a column excludes the dimension of its RVEs. The
+/// message begins with `style` and `id`.
 template <class Entry>
 FixRve *fix_of_columns(LAMMPS *lmp, const std::string &style, const char *id,
                        const std::string &fix_id, const std::vector<const Entry *> &columns)
@@ -90,17 +88,17 @@ FixRve *fix_of_columns(LAMMPS *lmp, const std::string &style, const char *id,
   return fix;
 }
 
-/// Values of a compute, row by row. LAMMPS reads them as a vector if there is one column, else as an array.
+/// Values of a compute, row by row. LAMMPS reads one column as a vector and several as an array.
 class ColumnValues {
  public:
   explicit ColumnValues(std::size_t columns = 1) : columns_(columns) {}
 
-  /// Number of columns as LAMMPS counts: 0 for a vector.
+  /// Returns the number of columns in the convention of LAMMPS: 0 for a vector.
   int num_columns() const { return columns_ == 1 ? 0 : static_cast<int>(columns_); }
   double *row(std::size_t i) { return values_.data() + i * columns_; }
   double bytes() const { return static_cast<double>(values_.size() * sizeof(double)); }
 
-  /// Makes room for `rows` rows, where LAMMPS finds them by `vector` or `array`.
+  /// Allocates `rows` rows and sets `vector` or `array` of a compute to them.
   void resize(std::size_t rows, double *&vector, double **&array)
   {
     values_.resize(rows * columns_);

@@ -10,11 +10,12 @@
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
 #include "rve/engine/packing_io.h"
+#include "utils.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
+#include <iterator>
 #include <string_view>
 
 using namespace LAMMPS_NS;
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Behind the message that there is no such file.
+/// Returns the end of the message that there is no such packing file.
 std::string where_packings_come_from(const std::string &file)
 {
   const rve::Words near = rve::nearest_words(file, fix_rve_keywords());
@@ -35,7 +36,8 @@ std::string where_packings_come_from(const std::string &file)
       fs::absolute(file).lexically_normal().parent_path().string(), file);
 }
 
-/// Two doublings: one for each axis across which a stretched cell of spheres narrows.
+/// Default of *copies*: two doublings, one for each axis across which a stretched cell of spheres
+/// narrows.
 constexpr int MOST_COPIES = 4;
 
 constexpr const char *COMPONENTS[3][3] = {
@@ -49,7 +51,8 @@ bool find_component(const std::string &word, int dimension, int &row, int &colum
   return false;
 }
 
-/// Their names, those on the diagonal first and those below it last, or not at all in a symmetric tensor.
+/// Returns the names of the components of a tensor: the diagonal, the components above it, and
+/// those below it unless the tensor is symmetric.
 rve::Words component_names(int dimension, bool symmetric)
 {
   rve::Words names;
@@ -61,7 +64,7 @@ rve::Words component_names(int dimension, bool symmetric)
   return names;
 }
 
-/// Components of a tensor in so many dimensions with their values, at least one; `part` as in ScriptWords.
+/// Reads at least one component of a tensor with its value. Errors name `part` as in ScriptWords.
 std::vector<TensorComponent> read_components(ScriptWords &words, const std::string &part,
                                              int dimension, bool symmetric)
 {
@@ -79,10 +82,9 @@ std::vector<TensorComponent> read_components(ScriptWords &words, const std::stri
     list.push_back({row, column, words.value(part.empty() ? name : part + " " + name)});
   }
   if (find_component(words.peek(), 3, row, column))
-    words.refuse(
-        fmt::format("{} has component {}, and the RVEs are of disks: only those of spheres "
-                    "have components of z",
-                    what, words.peek()));
+    words.refuse(fmt::format("{} has component {}, and the RVEs are of disks: only RVEs of spheres "
+                             "have components of z",
+                             what, words.peek()));
   if (list.empty()) {
     std::string names;
     for (const auto &name : component_names(dimension, symmetric))
@@ -96,35 +98,12 @@ std::vector<TensorComponent> read_components(ScriptWords &words, const std::stri
   return list;
 }
 
-// An RVE that is skipped longer than this answers from a stiffness that it has no more: contacts slide from a thousandth on.
+// Upper limit of the strain of *quiescent*. The stiffness that gives the stress of a skipped RVE is
+// not valid beyond it: contacts begin to slide at a strain of about 1e-3.
 constexpr double LARGEST_QUIESCENT_STRAIN = 1e-2;
 
-// Of adaptive substeps, unless the script says otherwise.
+// Default of the largest number of adaptive substeps.
 constexpr int MOST_SUBSTEPS = 100000;
-
-enum class Preset { Draft, Standard, Reference };
-
-/// What doc/src/accuracy.rst recommends; keywords that follow replace parts of it.
-void apply(Preset preset, FixRveSettings &s)
-{
-  s.dt_auto = s.dt_given = true;
-  s.mass_scaling = 1.0;
-  switch (preset) {
-    case Preset::Draft:
-      s.options.format = rve::Format::Fast;
-      s.dt_fraction = 0.9;
-      s.mass_scaling = 4.0;
-      break;
-    case Preset::Standard:
-      s.options.format = rve::Format::Mixed;
-      s.dt_fraction = 0.9;
-      break;
-    case Preset::Reference:
-      s.options.format = rve::Format::Double;
-      s.dt_fraction = 0.1;
-      break;
-  }
-}
 
 // ---- values of keywords ----
 
@@ -139,26 +118,23 @@ void read_drive(ScriptWords &words, FixRveSettings &s)
     s.velocity_gradient = read_components(words, "velocity_gradient", s.dimension, false);
 }
 
-/// Of a file, read by one rank. Throws InputError on all of them.
+/// Returns the text of a path file, which rank 0 reads. Throws InputError on all ranks. Collective.
 std::string text_of_file(LAMMPS *lmp, const std::string &file)
 {
   std::string text;
   const std::string failure = on_rank_zero(lmp->world, [&] {
     rve::require_readable(file, "path file");
     std::ifstream in(file);
-    std::ostringstream all;
-    all << in.rdbuf();
-    text = all.str();
+    text.assign(std::istreambuf_iterator<char>(in), {});
     rve::require(text.size() <= MAXSMALLINT, file + " is too large for a path file");
   });
   if (!failure.empty()) throw rve::InputError(failure);
-  int size = static_cast<int>(text.size());
-  MPI_Bcast(&size, 1, MPI_INT, 0, lmp->world);
-  text.resize(size);
-  MPI_Bcast(text.data(), size, MPI_CHAR, 0, lmp->world);
+  broadcast(lmp->world, 0, text);
   return text;
 }
 
+/// Parses loading paths and adds their variables to `s`. Returns the number of words that belong to
+/// the paths. In a script other keywords may follow, in a file no other words.
 template <int D>
 std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &path, bool in_script,
                        std::shared_ptr<const macro::LoadPathsOf<D>> &result, PathSettings &s)
@@ -170,10 +146,7 @@ std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &p
   } catch (const rve::InputError &e) {
     words.refuse(e.what());
   }
-  for (const std::string &name : result->script_names()) {
-    s.values.emplace_back();
-    s.values.back().variable = name;
-  }
+  for (const std::string &name : result->script_names()) s.values.emplace_back().variable = name;
   return used;
 }
 
@@ -192,7 +165,7 @@ void read_path(ScriptWords &words, FixRveSettings &settings)
   if (words.take("none")) return;
   const bool in_script = std::string_view(words.peek()) == "stage";
   std::vector<macro::PathWord> path;
-  std::string said;
+  std::vector<std::string> texts;
   if (in_script) {
     for (int k = 0; *words.peek(k) != '\0'; ++k) path.push_back({words.peek(k), "path"});
   } else {
@@ -201,8 +174,8 @@ void read_path(ScriptWords &words, FixRveSettings &settings)
       try {
         const std::string text = text_of_file(words.owner(), file);
         for (macro::PathWord &word : macro::path_words(text, file)) path.push_back(std::move(word));
-        said += fmt::format("{}{} with checksum {:016x}", said.empty() ? "" : " ", file,
-                            rve::checksum_of(text.data(), text.size()));
+        texts.push_back(fmt::format("{} with checksum {:016x}", file,
+                                    rve::checksum_of(text.data(), text.size())));
       } catch (const rve::InputError &e) {
         words.refuse(e.what());
       }
@@ -211,9 +184,8 @@ void read_path(ScriptWords &words, FixRveSettings &settings)
   const std::size_t used = settings.dimension == 2
       ? read_paths<2>(words, path, in_script, s.of_disks, s)
       : read_paths<3>(words, path, in_script, s.of_spheres, s);
-  for (std::size_t k = 0; in_script && k < used; ++k)
-    said += fmt::format("{}{}", said.empty() ? "" : " ", words.next());
-  s.text = said;
+  for (std::size_t k = 0; in_script && k < used; ++k) texts.emplace_back(words.next());
+  s.text = utils::join_words(texts, " ");
 }
 
 void read_dt(ScriptWords &words, FixRveSettings &s)
@@ -242,26 +214,35 @@ void read_substeps(ScriptWords &words, FixRveSettings &s)
   s.macro_step.adaptive = adaptive;
 }
 
+constexpr rve::Choice<StressFrom> STRESS_CHOICES[] = {{"end", StressFrom::End},
+                                                      {"average", StressFrom::Average},
+                                                      {"regression", StressFrom::Regression}};
+
 void read_stress(ScriptWords &words, FixRveSettings &s)
 {
-  s.macro_step.stress_from = words.choice<StressFrom>("",
-                                                      {{"end", StressFrom::End},
-                                                       {"average", StressFrom::Average},
-                                                       {"regression", StressFrom::Regression}});
+  s.macro_step.stress_from = words.choice("", STRESS_CHOICES);
   if (s.macro_step.stress_from == StressFrom::End) return;
   s.macro_step.stress_samples = words.integer("samples", 2);
   s.macro_step.stress_spacing = words.integer("spacing", 1);
 }
 
+/// Applies the values that doc/src/accuracy.rst recommends. Later keywords replace parts of them.
 void read_preset(ScriptWords &words, FixRveSettings &s)
 {
   if (!words.given().empty())
     words.refuse("preset must be the first keyword: those that follow replace parts of it");
-  apply(words.choice<Preset>("",
-                             {{"draft", Preset::Draft},
-                              {"standard", Preset::Standard},
-                              {"reference", Preset::Reference}}),
-        s);
+  struct Preset {
+    rve::Format format;
+    double dt_fraction, mass_scaling;
+  };
+  const auto preset = words.choice<Preset>("",
+                                           {{"draft", {rve::Format::Fast, 0.9, 4.0}},
+                                            {"standard", {rve::Format::Mixed, 0.9, 1.0}},
+                                            {"reference", {rve::Format::Double, 0.1, 1.0}}});
+  s.dt_auto = s.dt_given = true;
+  s.options.format = preset.format;
+  s.dt_fraction = preset.dt_fraction;
+  s.mass_scaling = preset.mass_scaling;
 }
 
 void read_dump(ScriptWords &words, FixRveSettings &s)
@@ -274,7 +255,7 @@ void read_dump(ScriptWords &words, FixRveSettings &s)
   while (words.starts_number());
 }
 
-// why fix_modify cannot change what a keyword says
+// Reasons why fix_modify cannot change the value of a keyword.
 constexpr const char *OF_ENGINE = "the engine that holds the RVEs is made with it; write a restart "
                                   "file and read it with another fix rve";
 constexpr const char *OF_PACKING = "RVEs that are there keep their grains; define another fix rve "
@@ -284,7 +265,7 @@ using Settings = FixRveSettings;
 using rve::Options;
 
 struct FixRveKeyword : ScriptKeyword<Settings> {
-  const char *fixed = nullptr;    ///< null if fix_modify can change it
+  const char *fixed = nullptr;    ///< reason why fix_modify cannot change it; null if it can
 };
 
 constexpr rve::Choice<RvePolicy> POLICIES[] = {
@@ -334,7 +315,7 @@ const FixRveKeyword KEYWORDS[] = {
      },
      OF_ENGINE},
     {"preset", "draft | standard | reference", read_preset,
-     "it also says the number format; give dt and mass_scaling one by one"},
+     "it also sets the number format; give dt and mass_scaling one by one"},
     {"packings", "file ...",
      [](ScriptWords &words, Settings &s) {
        while (!words.empty() && !words.at_keyword()) s.packings.emplace_back(words.next());
@@ -390,9 +371,10 @@ const FixRveKeyword KEYWORDS[] = {
 
 rve::Words LAMMPS_NS::fix_rve_keywords()
 {
-  rve::Words words = material_keywords();
-  for (const auto &name : names_of(KEYWORDS)) words.push_back(name);
-  return words;
+  rve::Words keywords = material_keywords();
+  const rve::Words others = names_of(KEYWORDS);
+  keywords.insert(keywords.end(), others.begin(), others.end());
+  return keywords;
 }
 
 const char *LAMMPS_NS::rve_component_name(int row, int column)
@@ -403,11 +385,13 @@ const char *LAMMPS_NS::rve_component_name(int row, int column)
 std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::InputError &e)
 {
   const std::string message = e.what();
-  std::error_code unknown;    // a loop of links, for one
+  std::error_code unknown;    // set if the file system gives no answer, as for a loop of links
   if (!fs::exists(file, unknown) && !unknown) return message + where_packings_come_from(file);
   return (message.find(file) != std::string::npos ? "" : file + ": ") + message;
 }
 
+/// Returns the dimension of a packing file, which rank 0 reads. Ends with error->all if it cannot
+/// be read. Collective.
 static int dimension_of(LAMMPS *lmp, const std::string &file)
 {
   int dimension = 0;
@@ -477,62 +461,56 @@ void FixRveSettings::read(ScriptWords &words, bool modifies)
 
 void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
 {
-  const FixRveSettings &s = *this;
-  if (s.driver == RveDriver::Mpm && !s.stress_goal.empty())
-    lmp->error->all(FLERR, "{}: servo and drive mpm exclude each other", command);
-  const bool has_servo = !s.stress_goal.empty() || s.path.has_servo();
-  if (s.path.any() && (s.driver != RveDriver::None || !s.stress_goal.empty()))
-    lmp->error->all(FLERR,
-                    "{}: path and {} exclude each other; a path has rates and stresses of its own",
-                    command, s.driver != RveDriver::None ? "drive" : "servo");
-  if (!s.path.any() && (s.path.number_given || s.path.halts))
-    lmp->error->all(FLERR, "{}: {} without a path", command,
-                    s.path.halts ? "path_end halt" : "path_variable");
-  if (s.macro_step.adaptive && has_servo)
-    lmp->error->all(FLERR,
-                    "{}: substeps adaptive needs a strain that is known beforehand and "
-                    "cannot be used with servo",
-                    command);
-  if (s.macro_step.quiescent_strain > 0.0 && has_servo)
-    lmp->error->all(FLERR,
-                    "{}: quiescent and servo exclude each other: a servo has to feel the "
-                    "stress of the grains",
-                    command);
-  if (s.macro_step.adaptive && s.macro_step.quiescent_strain > 0.0 &&
-      s.macro_step.quiescent_strain < s.macro_step.adaptive->strain_per_step)
+  const auto refuse = [&](const std::string &message) {
+    lmp->error->all(FLERR, "{}: {}", command, message);
+  };
+  const bool has_drive = driver != RveDriver::None;
+  const bool has_servo = !stress_goal.empty() || path.has_servo();
+  const auto &adaptive = macro_step.adaptive;
+  const double quiescent = macro_step.quiescent_strain;
+  if (driver == RveDriver::Mpm && !stress_goal.empty())
+    refuse("servo and drive mpm exclude each other");
+  if (path.any() && (has_drive || !stress_goal.empty()))
+    refuse(fmt::format("path and {} exclude each other; a path has rates and stresses of its own",
+                       has_drive ? "drive" : "servo"));
+  if (!path.any() && (path.number_given || path.halts))
+    refuse(fmt::format("{} without a path", path.halts ? "path_end halt" : "path_variable"));
+  if (adaptive && has_servo)
+    refuse("substeps adaptive needs a strain that is known beforehand and cannot be used with "
+           "servo");
+  if (quiescent > 0.0 && has_servo)
+    refuse("quiescent and servo exclude each other: a servo needs the stress of the grains in each "
+           "step");
+  if (adaptive && quiescent > 0.0 && quiescent < adaptive->strain_per_step)
     lmp->error->warning(FLERR,
                         "fix rve: quiescent strain {} is less than the strain of one adaptive "
-                        "substep, {}: an RVE wakes for a single step",
-                        rve::number(s.macro_step.quiescent_strain),
-                        rve::number(s.macro_step.adaptive->strain_per_step));
-  for (const auto &goal : s.stress_goal)
-    for (const auto &rate : s.velocity_gradient)
+                        "substep, {}: an RVE is then active for a single step",
+                        rve::number(quiescent), rve::number(adaptive->strain_per_step));
+  for (const auto &goal : stress_goal)
+    for (const auto &rate : velocity_gradient)
       if (goal.row == rate.row && goal.column == rate.column)
-        lmp->error->all(FLERR, "{}: component {} is driven by both velocity_gradient and servo",
-                        command, rve_component_name(goal.row, goal.column));
-  if (!s.choice.number.variable.empty() && s.choice.is_by_property())
-    lmp->error->all(FLERR, "{}: packing_variable and {} exclude each other", command,
-                    s.choice.seed         ? "packing_random"
-                        : s.choice.stress ? "packing_stress"
-                                          : "packing_void_ratio");
-  for (const auto &goal : s.stress_goal)
+        refuse(fmt::format("component {} is driven by both velocity_gradient and servo",
+                           rve_component_name(goal.row, goal.column)));
+  if (!choice.number.variable.empty() && choice.is_by_property())
+    refuse(fmt::format("packing_variable and {} exclude each other",
+                       choice.seed         ? "packing_random"
+                           : choice.stress ? "packing_stress"
+                                           : "packing_void_ratio"));
+  for (const auto &goal : stress_goal)
     if (goal.row == goal.column && goal.value.variable.empty() && goal.value.constant > 0.0)
-      lmp->error->all(FLERR,
-                      "{}: the goal of servo {} is {} [stress], a tension, and grains without "
-                      "cohesion carry none; it must be at most 0, because stresses are negative in "
-                      "compression",
-                      command, rve_component_name(goal.row, goal.column),
-                      rve::number(goal.value.constant));
-  const auto &adaptive = s.macro_step.adaptive;
-  const double steps =
-      static_cast<double>(adaptive ? adaptive->most : s.substeps) * s.steps_per_step();
+      refuse(fmt::format("the goal of servo {} is {} [stress], a tension, and grains without "
+                         "cohesion carry none; it must be at most 0, because stresses are negative "
+                         "in compression",
+                         rve_component_name(goal.row, goal.column),
+                         rve::number(goal.value.constant)));
+  const int most = adaptive ? adaptive->most : substeps;
+  const double steps = static_cast<double>(most) * steps_per_step();
   if (steps > MAXSMALLINT)
-    lmp->error->all(FLERR,
-                    "{}: {} DEM steps per LAMMPS step{} times {} for each one of a shadow are {}; "
+    refuse(
+        fmt::format("{} DEM steps per LAMMPS step{} times {} for each one of a shadow are {}; "
                     "there can be {} at most: use fewer substeps or a lower refinement of shadow",
-                    command, adaptive ? adaptive->most : s.substeps,
-                    adaptive ? " (the most of substeps adaptive)" : "", s.steps_per_step(),
-                    rve::number(steps), MAXSMALLINT);
+                    most, adaptive ? " (the most of substeps adaptive)" : "", steps_per_step(),
+                    rve::number(steps), MAXSMALLINT));
 }
 
 std::map<std::string, std::string> FixRveSettings::account() const
@@ -554,12 +532,9 @@ std::map<std::string, std::string> FixRveSettings::account() const
                      : "match";
   account["quiescent"] = steps.quiescent_strain > 0.0 ? rve::number(steps.quiescent_strain)
                                                       : "none";
-  const auto samples = [&](const char *word) {
-    return fmt::format("{} {} {}", word, steps.stress_samples, steps.stress_spacing);
-  };
-  account["stress"] = steps.stress_from == StressFrom::End ? "end"
-      : steps.stress_from == StressFrom::Average           ? samples("average")
-                                                           : samples("regression");
+  account["stress"] = word_of(STRESS_CHOICES, steps.stress_from);
+  if (steps.stress_from != StressFrom::End)
+    account["stress"] += fmt::format(" {} {}", steps.stress_samples, steps.stress_spacing);
   account["shadow"] = num_shadows > 0 ? fmt::format("{} {}", num_shadows, steps.shadow_refinement)
                                       : "none";
   account["dt_check"] = std::to_string(dt_check_interval);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a script says to fix rve and create_rve, as plain structs: the words are read here and nowhere else.
+// Parsed arguments of fix rve as plain structs. Only rve_settings.cpp reads the words of the
+// script.
 
 #pragma once
 
@@ -19,10 +20,11 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// The keywords of fix rve.
+/// Returns the keywords of fix rve, those of the material first.
 rve::Words fix_rve_keywords();
 
-/// What to say of a packing file that could not be read: with its name, and where packings come from if there is none.
+/// Returns the error message for a packing file that cannot be read. It contains the name of the
+/// file and, if there is no such file, how to make one.
 std::string packing_failure(const std::string &file, const rve::InputError &e);
 
 /// A script value for one component of a tensor.
@@ -33,32 +35,34 @@ struct TensorComponent {
 
 enum class RveDriver { None, VelocityGradient, Mpm };
 
-/// What happens when an RVE fails: the run ends, or the RVE is frozen and flagged, or a fresh one takes its place.
+/// Action when an RVE fails: end the run, freeze and flag the RVE, or replace it by a fresh one.
 enum class RvePolicy { Stop, Freeze, Fresh };
 
-/// Which packing an atom gets: by number, or, by one or several of these, by stress, by void ratio and by a random draw; and which image of it.
+/// Choice of the packing of an atom and of its image, which is a mirror image or a rotation. The
+/// packing is chosen by its number, or by one or several of stress, void ratio and a random draw.
 struct PackingChoice {
   ScriptValue number;
-  /// Of a random draw, among those of the stress and of the void ratio if they are given.
+  /// Seed of a random draw among the packings with the given stress and void ratio.
   std::optional<int> seed;
-  std::optional<ScriptValue> stress;    ///< vertical, compression positive [stress]
-  std::optional<ScriptValue> void_ratio;
-  double tolerance = 0.0;    ///< of the void ratio [-]
-  ScriptValue image;
-  std::optional<int> image_seed;    ///< of a random draw
+  std::optional<ScriptValue> stress;        ///< vertical, compression positive [stress]
+  std::optional<ScriptValue> void_ratio;    ///< [-]
+  double tolerance = 0.0;                   ///< tolerance of the void ratio [-]
+  ScriptValue image;                        ///< number of the image
+  std::optional<int> image_seed;            ///< seed of a random draw of the image
 
   bool is_by_property() const { return seed || stress || void_ratio; }
 };
 
-/// Loading paths, in place of drive and servo.
+/// Loading paths, which exclude drive and servo.
 struct PathSettings {
+  // at most one of the two is not null
   std::shared_ptr<const macro::LoadPathsOf<2>> of_disks;
-  std::shared_ptr<const macro::LoadPathsOf<3>> of_spheres;    ///< one of them, or none
-  std::vector<ScriptValue> values;                            ///< of the variables that they name
-  std::string text = "none";                                  ///< what the script says
-  ScriptValue number;                                         ///< of an atom's path, from 1
+  std::shared_ptr<const macro::LoadPathsOf<3>> of_spheres;
+  std::vector<ScriptValue> values;    ///< the variables of script_names() of the paths
+  std::string text = "none";          ///< words of the script, or path files and their checksums
+  ScriptValue number;                 ///< number of the path of an atom, from 1
   bool number_given = false;
-  bool halts = false;    ///< the run ends when all paths have
+  bool halts = false;    ///< the run ends when all paths have ended
 
   bool any() const { return of_disks || of_spheres; }
   bool has_servo() const
@@ -74,8 +78,9 @@ struct PathSettings {
   }
 };
 
+/// Parsed arguments of a fix rve.
 struct FixRveSettings {
-  int dimension = 2;    ///< of the RVEs, as the packings say: 2 for disks, 3 for spheres
+  int dimension = 2;    ///< dimension of the packings: 2 for disks, 3 for spheres
   std::vector<std::string> packings;
   PackingChoice choice;
   MaterialWords material;
@@ -86,13 +91,13 @@ struct FixRveSettings {
   std::optional<double> servo_gain, servo_max_rate;
   PathSettings path;
 
-  double dt = 0.0;    ///< DEM time step; used unless dt_auto
+  double dt = 0.0;    ///< DEM time step, used unless dt_auto [time]
   bool dt_auto = true;
-  double dt_fraction = 0.9;       ///< of the stability bound, for dt auto
-  bool dt_given = false;          ///< by dt or by a preset
-  int dt_check_interval = 100;    ///< LAMMPS steps between checks of the bound
+  double dt_fraction = 0.9;       ///< DEM time step over the stability bound with dt_auto [-]
+  bool dt_given = false;          ///< true if dt or a preset sets the time step
+  int dt_check_interval = 100;    ///< LAMMPS steps between checks of the stability bound; 0: none
   int substeps = 0;    ///< DEM steps per LAMMPS step; 0: as many as cover the LAMMPS time step
-  std::optional<double> mass_scaling;    ///< factor of the mass of all grains [-]; 1 unless given
+  std::optional<double> mass_scaling;    ///< factor of the mass of all grains [-]; no value: 1
   macro::MacroStepOptions macro_step;
   int num_shadows = 0;
 
@@ -100,23 +105,26 @@ struct FixRveSettings {
   bool threads_given = false;
   RvePolicy policy = RvePolicy::Stop;
 
-  /// Wall time between lines about the progress [seconds]; 0: none.
+  /// Wall time between progress lines [seconds]. 0: no lines.
   double progress_interval = 60.0;
 
   int dump_interval = 0;
   std::string dump_prefix;
   std::vector<long long> dump_atoms;
 
-  /// Reads `fix ID group rve ...`; errors end in error->all.
+  /// Parses `fix ID group rve ...`. An error ends in error->all. Collective.
   static FixRveSettings parse(LAMMPS *lmp, int narg, char **arg);
 
-  /// These settings with what `fix_modify ID ...` says; its material and mass scaling are what it says alone.
+  /// Returns these settings with the changes of `fix_modify ID ...`. The material and the mass
+  /// scaling of the result are those of fix_modify alone. An error ends in error->all.
   FixRveSettings modified(LAMMPS *lmp, int narg, char **arg) const;
 
-  /// DEM steps that a shadow does for one of its RVE; 1 without shadows.
+  /// Returns the number of DEM steps of a shadow for each step of its RVE; 1 without shadows.
   int steps_per_step() const { return num_shadows > 0 ? macro_step.shadow_refinement : 1; }
 
-  /// What a continued run may have otherwise than the one before it, in words, by keyword. Not the material: RVEs have theirs.
+  /// Returns the values of the keywords that may differ between a run and its continuation from a
+  /// restart file, by keyword. The material is left out because restart files have that of each
+  /// RVE.
   std::map<std::string, std::string> account() const;
 
  private:
@@ -125,7 +133,7 @@ struct FixRveSettings {
   void check(LAMMPS *lmp, const std::string &command) const;
 };
 
-/// "xx", "xy", ..., "zz"
+/// Returns the name of a component of a tensor: "xx", "xy", ..., "zz".
 const char *rve_component_name(int row, int column);
 
 }    // namespace LAMMPS_NS

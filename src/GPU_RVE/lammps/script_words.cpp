@@ -63,7 +63,7 @@ ScriptWords::ScriptWords(LAMMPS *_lmp, std::string _command, int _narg, char **_
 {
 }
 
-/// LAMMPS shows the command and marks the word that was read last.
+// LAMMPS prints the command and marks the word that was read last.
 void ScriptWords::refuse(const std::string &message) const
 {
   const Input *input = lmp->input;
@@ -73,7 +73,8 @@ void ScriptWords::refuse(const std::string &message) const
   lmp->error->all(FLERR, marked, "{}: {}", command, message);
 }
 
-/// "stress samples" of part "samples"; a value before the keywords is its part alone.
+// Returns "stress samples" for the part "samples". A value before the keywords is named by its part
+// alone.
 std::string ScriptWords::label(const std::string &part) const
 {
   return current.keyword + (current.keyword.empty() || part.empty() ? "" : " ") + part;
@@ -109,7 +110,7 @@ void ScriptWords::about(const std::string &subject, bool may_repeat)
   values_at = position;
 }
 
-/// What has been read is what the script gives; an error if it did before.
+// Adds the present keyword to those before it. A subject that is there already is an error.
 void ScriptWords::end_keyword()
 {
   if (current.keyword.empty()) return;
@@ -151,8 +152,9 @@ bool ScriptWords::take(const char *word)
 
 bool ScriptWords::starts_number() const
 {
-  const char letter = peek()[0];
-  return letter && (isdigit(static_cast<unsigned char>(letter)) || strchr("+-.", letter));
+  const char first_char = peek()[0];
+  return first_char &&
+      (isdigit(static_cast<unsigned char>(first_char)) || strchr("+-.", first_char));
 }
 
 const char *ScriptWords::next(const std::string &part)
@@ -266,7 +268,7 @@ int ScriptWords::groupbit(const std::string &part)
   const int found = lmp->group->find(word);
   if (found < 0) {
     rve::Words groups;
-    for (int g = 0; g < 32; ++g)    // as many as a mask has bits
+    for (int g = 0; g < 32; ++g)    // a mask has 32 bits
       if (lmp->group->names[g]) groups.emplace_back(lmp->group->names[g]);
     refuse(fmt::format("{} '{}' does not exist{}", label(part), word,
                        rve::did_you_mean(word, groups, "there are")));

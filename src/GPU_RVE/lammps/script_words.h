@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The words of a command of a script: read one after the other, keywords by tables, with the errors
-// that all commands have in common.
+// Parser of the arguments of a command: it reads words one after another, keywords by tables, and
+// raises the errors that all commands share.
 
 #pragma once
 
 #include "rve/core/suggestion.h"
 #include "rve/engine/options.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -26,31 +25,33 @@ struct ScriptValue {
   std::string variable;    ///< name without v_, empty for a constant
   bool per_atom = false;
 
-  /// Looks the variable up; an error names it.
+  /// Looks the variable up. Ends in error->all if it does not exist or has another style. The
+  /// errors begin with `command`. Does nothing for a constant.
   void find(LAMMPS *lmp, const std::string &command, bool may_be_per_atom = true);
 
-  /// Of a constant or an equal-style variable.
+  /// Returns the value of a constant or an equal-style variable.
   double evaluate(LAMMPS *lmp) const;
 
-  /// One value per local atom of the group.
+  /// Fills `values` with one value per local atom. Atoms outside of the group get 0 from an
+  /// atom-style variable.
   void evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values) const;
 
  private:
-  std::string owner;    // the command, for errors
-  /// Index of the variable as it is now: LAMMPS renumbers variables when one before them is deleted
-  /// or ends.
+  std::string owner;    ///< name of the command for error messages
+  /// Returns the present index of the variable. LAMMPS renumbers variables when a variable before
+  /// them is deleted or ends.
   int index(LAMMPS *lmp) const;
 };
 
-/// A keyword of a command: how its values are written, for messages, and what reads them into
-/// `Target`.
+/// Row of a table of keywords: the keyword, the form of its values for messages, and the function
+/// that reads them into `Target`.
 template <class Target> struct ScriptKeyword {
   const char *name;
-  const char *values;    ///< ends in "..." if there may be any number of them
+  const char *values;    ///< form of the values; "..." at the end allows any number of them
   std::function<void(ScriptWords &, Target &)> read;
 };
 
-/// The word of a value.
+/// Returns the word of `value`, which must be among `choices`.
 template <class T, std::size_t N>
 const char *word_of(const rve::Choice<T> (&choices)[N], const T &value)
 {
@@ -59,7 +60,7 @@ const char *word_of(const rve::Choice<T> (&choices)[N], const T &value)
   return choices[k].word;
 }
 
-/// Names of the keywords of a table, whatever else its rows have.
+/// Returns the members `name` of the rows of a table.
 template <class Table> rve::Words names_of(const Table &table)
 {
   rve::Words names;
@@ -67,26 +68,28 @@ template <class Table> rve::Words names_of(const Table &table)
   return names;
 }
 
-/// A cursor over the words of a command. Errors end in error->all and call a value by its keyword
-/// and `part`, as in "stress samples".
+/// A cursor over the words of a command. Errors end in error->all. They name a value by its keyword
+/// and its `part`, as in "stress samples".
 class ScriptWords {
  public:
-  /// `command`: how errors call it. The words begin at arg[begin].
+  /// Errors begin with `command`. The words begin at arg[begin].
   ScriptWords(LAMMPS *lmp, std::string command, int narg, char **arg, int begin);
 
   // ---- keywords ----
 
-  /// What next_keyword() knows, in the order of messages.
+  /// Sets the keywords that next_keyword() accepts, in the order of messages.
   void set_keywords(rve::Words keywords) { known = std::move(keywords); }
   void add_keywords(const rve::Words &keywords);
 
-  /// Ends the keyword before, and takes the next one; false at the end of the command. Errors: an
-  /// unknown keyword, and one that is given twice.
+  /// Ends the present keyword and takes the next one. Returns false at the end of the command. An
+  /// unknown keyword and a keyword that is given twice are errors.
   bool next_keyword();
   const std::string &keyword() const { return current.keyword; }
+  /// Returns true if the next word is a keyword.
   bool at_keyword() const;
 
-  /// Reads the values of the keyword by its row of the table; false if it is in another one.
+  /// Reads the values of the present keyword by its row of the table. Returns false if the table
+  /// does not have the keyword.
   template <class Table, class Target> bool read(const Table &table, Target &target)
   {
     for (const auto &row : table)
@@ -98,53 +101,61 @@ class ScriptWords {
     return false;
   }
 
-  /// How the values of this keyword are written.
+  /// Sets the form of the values of the present keyword for messages.
   void set_form(std::string values) { current.form = std::move(values); }
 
-  /// What follows is about `subject`, not about the keyword alone, and only this must not be given
-  /// twice; or it may.
+  /// Sets the subject of the present keyword, for example "model upper" of the keyword model. Two
+  /// keywords with the same subject are an error unless `may_repeat`.
   void about(const std::string &subject, bool may_repeat = false);
 
-  /// These words would also be possible here, for the message that names similar ones.
+  /// Adds words that would also be accepted here to the suggestions of the next error message.
   void suggest(const rve::Words &words) { suggested = words; }
 
+  /// A keyword of the command and its words.
   struct Given {
     std::string keyword;
-    std::string subject;    ///< the keyword, or what about() said
-    std::string values;     ///< that follow the subject
-    std::string text;       ///< all words, from the keyword on
+    std::string subject;    ///< the keyword, or the argument of about()
+    std::string values;     ///< words after the subject
+    std::string text;       ///< all words from the keyword on
     std::string form = "value";
     bool may_repeat = false;
   };
-  /// The keywords before this one.
+  /// Returns the keywords before the present one.
   const std::vector<Given> &given() const { return before; }
+  /// Returns true if `keyword` is among the keywords before the present one.
   bool has(std::string_view keyword) const;
 
   // ---- values ----
 
   bool empty() const { return position >= narg; }
-  /// The next word, or one behind it; "" behind the end.
+  /// Returns the next word, or the word `ahead` places after it; "" after the end.
   const char *peek(int ahead = 0) const
   {
     return position + ahead < narg ? arg[position + ahead] : "";
   }
-  /// Takes the next word if it is this one.
+  /// Takes the next word if it equals `word`. Returns true if it did.
   bool take(const char *word);
+  /// Returns true if the next word begins with a digit, a sign or a point.
   bool starts_number() const;
 
+  // Each function below takes the next word, or several words, and returns the value. A missing
+  // word or a value out of range is an error.
   const char *next(const std::string &part = "");
   double number(const std::string &part = "");
   double positive(const std::string &part, const char *unit);
+  /// Returns a number greater than `above` and at most `most`.
   double within(const std::string &part, const char *unit, double above, double most);
-  std::vector<double> numbers();    ///< at least one
+  std::vector<double> numbers();    ///< returns at least one number
   int integer(const std::string &part, int least);
+  /// Returns an integer from `least` to `most`.
   long long whole(const std::string &part, long long least, long long most);
   bool logical(const std::string &part = "");
   ScriptValue value(const std::string &part = "");
   int groupbit(const std::string &part = "");
 
-  /// Which of the choices it is.
+  /// Returns the index of the next word among `choices`.
   int choice(const std::string &part, const rve::Words &choices);
+  /// Returns the value of the next word among `choices`.
   template <class T, std::size_t N>
   T choice(const std::string &part, const rve::Choice<T> (&choices)[N])
   {
@@ -153,12 +164,12 @@ class ScriptWords {
     return choices[choice(part, names)].value;
   }
 
-  /// Numbers beyond +-largest are errors from here on.
+  /// Makes numbers beyond +-largest an error from now on.
   void limit_numbers(double largest) { largest_number = largest; }
 
   LAMMPS *owner() const { return lmp; }
 
-  /// An error of the command.
+  /// Ends in error->all with the command and the message.
   [[noreturn]] void refuse(const std::string &message) const;
 
  private:
@@ -171,20 +182,21 @@ class ScriptWords {
 
   rve::Words known, suggested;
   std::vector<Given> before;
-  Given current;                   // its keyword is empty before the first one
-  int first = 0, values_at = 0;    // word of the keyword, and of its values
+  Given current;        ///< the keyword is empty before the first keyword
+  int first = 0;        ///< index of the word of the present keyword
+  int values_at = 0;    ///< index of the first value of the present keyword
 
   std::string label(const std::string &part) const;
-  // what a message ends with: how the keyword must read, always or where a word may stand in place
-  // of a number
+  /// Returns the end of a message with the form of the present keyword.
   std::string form_in_words() const;
+  /// Returns form_in_words() if the form has alternatives, else "".
   std::string alternatives_in_words() const;
   double limited(const std::string &part, const char *word) const;
   std::string text_from(int begin) const;
   void end_keyword();
 };
 
-// ---- readers of one value, for rows of tables ----
+// ---- functions that read one value, for rows of tables ----
 
 inline double any_number(ScriptWords &words)
 {
@@ -208,15 +220,11 @@ inline auto integer(int least)
 }
 template <class T, std::size_t N> auto one_of(const rve::Choice<T> (&choices)[N])
 {
-  struct Table {
-    rve::Choice<T> rows[N];
-  } table;
-  std::copy_n(choices, N, table.rows);
-  return [table](ScriptWords &words) { return words.choice("", table.rows); };
+  return [choices](ScriptWords &words) { return words.choice("", choices); };
 }
 
-/// Has the value go where the pointers to members lead, the first one of which is a member of the
-/// target of the table.
+/// Returns the function of a row that stores the value of `read` in a member of the target, or in a
+/// member of that member: `members` is the chain of pointers to members.
 template <class Read, class... Members> auto into(const Read &read, Members... members)
 {
   return [=](ScriptWords &words, auto &target) { (target.*....*members) = read(words); };

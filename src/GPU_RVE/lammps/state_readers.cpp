@@ -25,9 +25,9 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// Words of formulas that follow from time, positions and velocities. Not among them: thermo
-/// keywords that are computes (ke, temp, press ...), functions of groups and regions, whose members
-/// may follow from variables, and special functions of fixes and computes.
+/// Returns true for a word of a formula that follows from time, positions and velocities. Thermo
+/// keywords that are computes (ke, temp, press ...) do not, nor do functions of groups and regions,
+/// whose members may follow from variables, and special functions of fixes and computes.
 bool is_plain(const std::string &word)
 {
   static const std::set<std::string> PLAIN = {
@@ -44,64 +44,52 @@ bool is_plain(const std::string &word)
   return PLAIN.count(word) > 0;
 }
 
-class Formulas {
- public:
-  explicit Formulas(LAMMPS *lmp) : lmp_(lmp), variables_(lmp->input->variable) {}
+/// Returns the formula of a variable. LAMMPS gives it only in the text of `info variables`, as
+/// "... def = formula", followed by the last value for an equal-style variable.
+std::string formula_of(LAMMPS *lmp, int index)
+{
+  std::string info = Info(lmp).get_variable_info(index);
+  // utils::trim uses regular expressions, which are too slow for a call in each step
+  info.erase(info.find_last_not_of(" \t\r\n") + 1);
+  const std::size_t begin = info.find("def =");
+  if (begin == std::string::npos) return "unknown";
+  const bool has_value = lmp->input->variable->equalstyle(index);
+  return info.substr(begin + 5, has_value ? info.find_last_of(' ') - begin - 5 : std::string::npos);
+}
 
-  bool may_read_results(const std::string &name)
-  {
-    if (!seen_.insert(name).second) return false;    // LAMMPS refuses circles
-    const int index = variables_->find(name.c_str());
-    if (index < 0) return true;
-    if (variables_->internalstyle(index)) return false;
-    const bool is_formula = variables_->equalstyle(index) || variables_->atomstyle(index) ||
-        variables_->vectorstyle(index);
-    // neither python, nor numbers from a file that a step may read on
-    if (!is_formula) return true;
-    return reads(text(index));
+/// Implements may_read_results(). `seen` has the variables that are or have been searched.
+bool depends_on_results(LAMMPS *lmp, const std::string &name, std::set<std::string> &seen)
+{
+  if (!seen.insert(name).second) return false;    // LAMMPS rejects circular variables itself
+  Variable *variables = lmp->input->variable;
+  const int index = variables->find(name.c_str());
+  if (index < 0) return true;
+  if (variables->internalstyle(index)) return false;
+  // a variable of another style may run Python code or read the next number of a file
+  if (!variables->equalstyle(index) && !variables->atomstyle(index) &&
+      !variables->vectorstyle(index))
+    return true;
+  const std::string formula = formula_of(lmp, index);
+  const auto in_word = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.'; };
+  for (auto end = formula.begin(); end != formula.end();) {
+    const auto begin = std::find_if(end, formula.end(), in_word);
+    end = std::find_if_not(begin, formula.end(), in_word);
+    const std::string word(begin, end);
+    // numbers, and the digits after the sign of an exponent
+    if (word.empty() || std::isdigit((unsigned char) word[0]) || word[0] == '.') continue;
+    if (word.compare(0, 2, "v_") == 0 ? depends_on_results(lmp, word.substr(2), seen)
+                                      : !is_plain(word))
+      return true;
   }
+  return false;
+}
 
- private:
-  /// The formula itself. LAMMPS shows it to nobody but readers of `info variables`: "... def =
-  /// formula", where the last value follows if the variable has one.
-  std::string text(int index)
-  {
-    std::string info = Info(lmp_).get_variable_info(index);
-    // utils::trim looks for patterns, and this is asked in each step
-    info.erase(info.find_last_not_of(" \t\r\n") + 1);
-    const std::size_t begin = info.find("def =");
-    if (begin == std::string::npos) return "unknown";
-    const bool has_value = variables_->equalstyle(index);
-    return info.substr(begin + 5,
-                       has_value ? info.find_last_of(' ') - begin - 5 : std::string::npos);
-  }
-
-  bool reads(const std::string &formula)
-  {
-    const auto in_word = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.'; };
-    for (auto end = formula.begin(); end != formula.end();) {
-      const auto begin = std::find_if(end, formula.end(), in_word);
-      end = std::find_if_not(begin, formula.end(), in_word);
-      const std::string word(begin, end);
-      // a number, or the digits behind the sign of an exponent
-      if (word.empty() || std::isdigit((unsigned char) word[0]) || word[0] == '.') continue;
-      if (word.compare(0, 2, "v_") == 0 ? may_read_results(word.substr(2)) : !is_plain(word))
-        return true;
-    }
-    return false;
-  }
-
-  LAMMPS *lmp_;
-  Variable *variables_;
-  std::set<std::string> seen_;
-};
-
-/// The variables of a fix gravity, which it keeps for its descendants.
+/// Access to the variables of a fix gravity, which are protected members.
 struct Gravity : FixGravity {
   static bool reads_results(const Fix *fix, LAMMPS *lmp)
   {
     const auto *gravity = dynamic_cast<const FixGravity *>(fix);
-    if (!gravity) return true;    // of another make
+    if (!gravity) return true;    // another class whose style begins with gravity
     for (char *FixGravity::*variable :
          {&Gravity::mstr, &Gravity::vstr, &Gravity::pstr, &Gravity::tstr, &Gravity::xstr,
           &Gravity::ystr, &Gravity::zstr})
@@ -110,8 +98,8 @@ struct Gravity : FixGravity {
   }
 };
 
-/// Whether a fix that needs nothing but positions and masses of atoms besides reads a variable in
-/// each step that needs more.
+/// Returns true if a fix mpm, rve or gravity reads a variable in each step that may depend on
+/// results. Apart from variables, these fixes need positions and masses of atoms only.
 bool reads_by_variables(const Fix *fix, LAMMPS *lmp)
 {
   if (const auto *mpm = dynamic_cast<const FixMpm *>(fix)) return mpm->reads_results();
@@ -123,7 +111,8 @@ bool reads_by_variables(const Fix *fix, LAMMPS *lmp)
 
 bool LAMMPS_NS::may_read_results(LAMMPS *lmp, const std::string &variable)
 {
-  return Formulas(lmp).may_read_results(variable);
+  std::set<std::string> seen;
+  return depends_on_results(lmp, variable, seen);
 }
 
 bool LAMMPS_NS::state_may_be_read(LAMMPS *lmp)
@@ -131,7 +120,7 @@ bool LAMMPS_NS::state_may_be_read(LAMMPS *lmp)
   const bigint step = lmp->update->ntimestep;
   if (step == lmp->update->laststep || step == lmp->output->next) return true;
   for (const Fix *fix : lmp->modify->get_fix_list()) {
-    // not by patterns, which LAMMPS reads anew each time: this is asked in each step
+    // utils::strmatch would compile its pattern again in each step
     const auto begins = [fix](const char *word) {
       return std::strncmp(fix->style, word, std::strlen(word)) == 0;
     };
@@ -140,7 +129,7 @@ bool LAMMPS_NS::state_may_be_read(LAMMPS *lmp)
       if (reads_by_variables(fix, lmp)) return true;
       continue;
     }
-    // weighs atoms before it deals them out, in the beginning of a step
+    // fix balance weighs atoms before it distributes them, at the start of a step
     if (begins("balance")) {
       if (fix->force_reneighbor && step + 1 >= fix->next_reneighbor) return true;
       continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Who may read the state that a fix keeps up to date for others only, in a step or by the formulas
-// of variables. LAMMPS reads arrays of fixes without asking first.
+// Conditions under which other parts of LAMMPS may read the state of points or RVEs. A fix updates
+// that state only if it may be read, because LAMMPS reads arrays of fixes without a request.
 
 #pragma once
 
@@ -10,14 +10,14 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// Whether the value of a variable may depend on a fix, a compute or anything else that is not
-/// known to follow from time, positions and velocities alone. Says yes where it does not know: a
-/// formula with any other word than those known, or a variable without a formula that runs code.
+/// Returns false if the value of a variable is known to follow from time, positions and velocities
+/// alone. Returns true if it may depend on a fix, a compute or anything else: for a formula with an
+/// unknown word, and for a variable without a formula.
 bool may_read_results(LAMMPS *lmp, const std::string &variable);
 
-/// Whether anything may read the state of points or RVEs after this step and before the next one:
-/// an output that is due, the end of the run, or a fix that works then or reads variables in each
-/// step. A fix that works at the ends of some steps reads in those only.
+/// Returns true if anything may read the state of points or RVEs after this step and before the
+/// next one: an output that is due, the end of the run, or a fix that works in this step or reads
+/// variables in each step.
 bool state_may_be_read(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS

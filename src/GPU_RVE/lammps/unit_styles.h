@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which unit styles of LAMMPS suit styles of mechanics.
+// Check of the unit style of LAMMPS.
 
 #pragma once
 
@@ -9,7 +9,8 @@ namespace LAMMPS_NS {
 
 class LAMMPS;
 
-/// Ends with error->all unless forces are masses times accelerations, without factors; `command` begins the message.
+/// Ends with error->all unless a force is a mass times an acceleration in the unit style of the
+/// script, without a conversion factor. The message begins with `command`.
 void require_mechanical_units(LAMMPS *lmp, const std::string &command);
 
 }    // namespace LAMMPS_NS
