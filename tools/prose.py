@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
 """Measures the comments of C++ and CUDA code, folder by folder.
 
-    python3 tools/prose.py [folder...]                           one line of figures per folder (default: src)
-    python3 tools/prose.py --worst 40 src                        also lists 40 comments that open with a fragment
-    python3 tools/prose.py --max-fragments 2 --max-wide 0 src    exit status 1 if a folder exceeds a limit
+    python3 tools/prose.py [folder...]               prints one line of figures for each folder
+    python3 tools/prose.py --worst 40 src            also lists 40 fragments
+    python3 tools/prose.py --max-fragments 2 --max-wide 0 src unittest
+                                                     exits with 1 if a folder exceeds a limit
 
 A fragment is a comment that opens with a word which seldom begins a sentence with a subject ("Of",
 "Whether", "What"; see OPENERS). Its share is taken over blocks: consecutive comment lines count
@@ -86,7 +87,7 @@ def main():
                   "fragment; --worst N lists them")
             within_limits = False
         if arguments.max_wide is not None and figures.wide > arguments.max_wide:
-            print(f"{folder}: more than {arguments.max_wide} lines have more than {COLUMNS} columns")
+            print(f"{folder}: more than {arguments.max_wide} lines exceed {COLUMNS} columns")
             within_limits = False
     return 0 if within_limits else 1
 
