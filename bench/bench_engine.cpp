@@ -202,7 +202,7 @@ struct Measured {
   double median = 0.0, best = 0.0, mean = 0.0;    // RVE-steps per second
   long calls = 0;                                 // number of calls in a repeat
   double rebuilds = 0.0;                          // per 1000 steps of the first RVE
-  double pressure = 0.0;    // pressure of the first RVE at the end, which all formats must agree in
+  double pressure = 0.0;    // final pressure of the first RVE; equal in all formats
 };
 
 /// Returns the number of calls in a repeat for which all repeats take about `seconds` and strain

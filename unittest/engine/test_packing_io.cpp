@@ -78,7 +78,8 @@ const char *const TWO_SPHERES = "gpu_rve_packing 2\n"                           
                                 "checksum none\n"                                          // 20
                                 "end\n";
 
-/// Of TWO_GRAINS, by a Python program of its own: FNV-1a over its statements with one blank between two words.
+/// Checksum of TWO_GRAINS from an independent Python program: FNV-1a over its statements with one
+/// blank between two words.
 const char *const CHECKSUM_OF_TWO_GRAINS = "965fc029eee52717";
 
 struct LammpsData {
@@ -147,7 +148,7 @@ TEST(PackingFile, StateReturnsToTheLastBit)
   EXPECT_TRUE(copy.list_fractional.empty());
 }
 
-// Files of packings without rolling resistance are those of the time before it.
+// Packings without rolling resistance are written in the file format without it.
 TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
 {
   const std::string path = temporary_path("rolling.rve");
@@ -161,7 +162,7 @@ TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
   };
 
   const std::string without = text_of();
-  state.pairs[3].tangential_force = 0.0;    // a contact that only rolls
+  state.pairs[3].tangential_force = 0.0;    // the contact has only a rolling force
   state.pairs[3].rolling_force = 0.125;
   const std::string with_force = text_of();
   const RveState copy = read_packing(path);
@@ -174,7 +175,7 @@ TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
   EXPECT_NE(with_material.find("  rolling_stiffness 3    # [force/length]\n"
                                "  rolling_friction 0    # [-]\n"),
             std::string::npos);
-  // what came later is there where it is not zero
+  // parameters of newer versions are written only if they are not zero
   EXPECT_EQ(with_material.find("rolling_viscosity"), std::string::npos);
   state.material.rolling_viscosity = 0.5;
   EXPECT_NE(text_of().find("  rolling_viscosity 0.5    # [force time/length]\n"),
@@ -330,7 +331,7 @@ TEST(PackingFile, SaysItsDimension)
   EXPECT_EQ(message_after<3>(disks, "", ""),
             ":1: the packing is of plane disks (dimension 2); one of spheres (dimension 3) was "
             "expected");
-  // disks may say so
+  // The dimension is optional for disks.
   EXPECT_EQ(message_after(disks, "packing 1", "packing 2\ndimension 2"), "no error");
 
   RveStateOf<3> thick = state;
@@ -386,7 +387,7 @@ TEST(PackingFile, TextBehindTheEndIsRefused)
   EXPECT_EQ(message_after(two, "end\n", "end\n \n# a comment\n"), "no error");
 }
 
-// A digit that a disk or a mail program changed is one that the reader finds, wherever it is; FNV-1a cannot miss a single byte.
+// The reader finds a changed digit wherever it is; FNV-1a detects every change of a single byte.
 TEST(PackingFile, EveryChangedDigitIsFound)
 {
   const std::string path = temporary_path("digits.rve");
@@ -516,7 +517,7 @@ TEST(LammpsData, PositionsAreThePackingTurnedToTheXAxis)
         state.radius[i] * state.radius[i];
     EXPECT_NEAR(lammps_mass, mass, 1e-14 * mass);
 
-    // the same place modulo the lattice of LAMMPS' box
+    // the same position modulo the lattice of LAMMPS' box
     const double x = rotation(0, 0) * xy[2 * i] + rotation(1, 0) * xy[2 * i + 1] - atom[4];
     const double y = rotation(0, 1) * xy[2 * i] + rotation(1, 1) * xy[2 * i + 1] - atom[5];
     const double s_y = y / data.ly, s_x = (x - data.xy * s_y) / data.lx;
@@ -535,7 +536,7 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
 {
   RveState state = two_disks(1e-4);
   state.pairs.push_back(
-      {1, 0, 7.0});    // owned by the other grain: the tangential number is the same
+      {1, 0, 7.0});    // the other grain owns the pair: the tangential number is the same
   const std::string path = temporary_path("data.lmp");
 
   write_lammps_data(path, state);
@@ -573,7 +574,7 @@ TEST(LammpsData, SpheresAreTurnedAsAWhole)
   };
   add(1, 0, 2);
   add(2, 1, -1);
-  // seen by an observer who is turned
+  // the state in a rotated frame
   const Tensor3 turn = spatial_rotation(Vec<double, 3>{{0.4, -1.1, 0.7}});
   state.cell = turn * state.cell;
   for (std::vector<double> *vectors : {&state.velocity, &state.spin})
@@ -595,7 +596,7 @@ TEST(LammpsData, SpheresAreTurnedAsAWhole)
   EXPECT_LE(std::fabs(data.xz), 0.5 * data.lx);
   EXPECT_LE(std::fabs(data.yz), 0.5 * data.ly);
   ASSERT_EQ(data.atoms.size(), 7u * state.num_grains());
-  // the lattices are the same but for a rotation
+  // The lattices are the same except for a rotation.
   const Vec<double, 3> a = column(state.cell, 0), b = column(state.cell, 1);
   Tensor3 rotation;
   const auto set_row = [&](int row, const Vec<double, 3> &v) {
@@ -626,7 +627,7 @@ TEST(LammpsData, SpheresAreTurnedAsAWhole)
     }
   }
 
-  // forces on branches of the table give the stress of the springs, turned
+  // Forces and branches of the table give the rotated stress of the springs.
   std::istringstream table(text_of(path + ".contacts"));
   std::string line;
   std::getline(table, line);
@@ -649,7 +650,7 @@ TEST(LammpsData, SpheresAreTurnedAsAWhole)
                 1e-11 * std::fabs(trace(expected)));
 }
 
-// otherwise write_rve to /dev/null would make a file /dev/null.contacts
+// Otherwise write_rve to /dev/null would make a file /dev/null.contacts.
 TEST(LammpsData, ADeviceGetsNoContactTable)
 {
   const std::string link = temporary_path("null");
@@ -680,7 +681,7 @@ TEST(LammpsData, ContactTableHasRollingForcesAsTheFirstGrainSeesThem)
   };
 
   EXPECT_EQ(last_column({0, 1, 7.0, 2.5}), "f_r 2.5");
-  EXPECT_EQ(last_column({1, 0, 7.0, 2.5}), "f_r -2.5");    // owned by the other grain
+  EXPECT_EQ(last_column({1, 0, 7.0, 2.5}), "f_r -2.5");    // the other grain owns the pair
   EXPECT_EQ(last_column({0, 1, 7.0, 0.0}).substr(0, 7), "force_y");
 }
 
@@ -709,7 +710,7 @@ TEST(ContactNetwork, BinsFindWhatAllPairsFind)
 TEST(Drift, IsTheMeanVelocityWhereItIsMostOfTheMotion)
 {
   RveState state = crowded_state(40, 7);
-  EXPECT_EQ(describe_drift(drift_of(state)), "");    // fluctuations alone
+  EXPECT_EQ(describe_drift(drift_of(state)), "");    // fluctuations only
   const Vec<double, 2> more{{10.0, -5.0}};
   remove_drift(state, -1.0 * more);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The line of the table of programs that serves RVEs and a call.
+// Choice of the line of the table of programs for RVEs and a call.
 
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"
@@ -76,7 +76,7 @@ TEST(ProgramChoice, IsTheLeanestProgramThatHasWhatACallNeeds)
   }
 }
 
-/// What holds for every line that is added.
+/// Every line of the table must satisfy these conditions, also new ones.
 TEST(ProgramChoice, ServesAllNeedsOfTheContactLawsThatThereAre)
 {
   for (int k = 0; k < kNumPrograms; ++k) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time: all of the table of programs can be, without a GPU, and one that has been is found the next time.
-// Skipped where there is no libnvrtc.
+// Kernels that are compiled at run time: all lines of the table of programs compile without a GPU,
+// and a compiled kernel is found again. Skipped without libnvrtc.
 
 #include "rve/engine/kernel_text.h"
 #include "rve/engine/runtime_kernels.h"
@@ -22,7 +22,7 @@ using namespace rve_test;
 namespace {
 
 constexpr int NEWER_THAN_THE_COMPILER =
-    999;    ///< a card of this capability gets text, which is quick
+    999;    ///< GPUs of this capability get text (PTX), which compiles fast
 
 struct Line {
   Program program;
@@ -30,7 +30,8 @@ struct Line {
   Arithmetic arithmetic;
 };
 
-/// Every program in one number format, a law and its numbers being independent of each other, and one program in all of them.
+/// Returns every program in one number format, since laws and numbers are independent, and one
+/// program in all formats.
 std::vector<Line> lines_to_compile()
 {
   const Line formats[] = {{Program::General, Format::Fast, Arithmetic::Strict},
@@ -93,7 +94,7 @@ void expect_compiled(const char *kernel, const Line &line)
   const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
   EXPECT_EQ(relaxed, line.arithmetic == Arithmetic::Relaxed);
   if (relaxed) return;
-  // an operation without its rounding is one that may be contracted
+  // The compiler may contract an operation without a rounding mode.
   for (const char *loose :
        {"\tadd.f32", "\tmul.f32", "\tadd.f64", "\tmul.f64", "sqrt.approx.f32", "div.approx.f32"})
     EXPECT_EQ(compiled.code.find(loose), std::string::npos) << loose;
@@ -137,7 +138,7 @@ TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
   EXPECT_TRUE(first.code == second.code);
   EXPECT_EQ(first.kernel, second.kernel);
 
-  // neither for another card nor with other arithmetic
+  // Other devices and other arithmetic have other kernels.
   compile(SMALL, 80, next);
   KernelName relaxed = SMALL;
   relaxed.arithmetic = Arithmetic::Relaxed;
@@ -172,7 +173,7 @@ TEST_F(RuntimeKernels, SayWhatIsCompiledToWhoAsksForThem)
     runtime_kernel(other, NEWER_THAN_THE_COMPILER,
                    [this](const std::string &line) { log.push_back(line); });
   } catch (const std::exception &) {
-    // where there is no card, or an older one, it cannot be loaded
+    // The kernel cannot be loaded without a GPU or on an older one.
   }
   ASSERT_FALSE(log.empty());
   EXPECT_EQ(

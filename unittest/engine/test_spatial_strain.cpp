@@ -60,7 +60,7 @@ TEST(SpatialRotation, TurnsAboutItsVectorByItsLength)
     const Tensor3 r = spatial_rotation(turn);
     EXPECT_LT(distance(transpose(r) * r, Tensor3::identity()), 2e-15);
     EXPECT_NEAR(determinant(r), 1.0, 2e-15);
-    EXPECT_LT(distance(r * turn, turn), 1e-14);    // its axis stays
+    EXPECT_LT(distance(r * turn, turn), 1e-14);    // the axis does not change
   }
 }
 
@@ -72,7 +72,7 @@ TEST(SpatialRotation, HasItsVectorBackFromNoneToHalfATurn)
       const Vector turn = of_length(random_vector(random, 1.0), angle);
       EXPECT_LT(distance(rotation_vector(spatial_rotation(turn)), turn), 1e-14 + 4e-16) << angle;
     }
-  // beyond half a turn it is that of the other way round
+  // A rotation beyond half a turn is one in the opposite direction.
   const Vector far{{0.0, 0.0, kPi + 0.5}};
   EXPECT_LT(distance(rotation_vector(spatial_rotation(far)), {{0.0, 0.0, 0.5 - kPi}}), 1e-14);
 }
