@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a misspelt word may have meant.
+// Suggestions for misspelt words.
 
 #include "rve/core/suggestion.h"
 
@@ -17,7 +17,8 @@ TEST(EditDistance, CountsInsertedDeletedReplacedAndSwappedLetters)
   EXPECT_EQ(edit_distance("frriction", "friction"), 1u);
   EXPECT_EQ(edit_distance("frictiom", "friction"), 1u);
   EXPECT_EQ(edit_distance("frictoin", "friction"), 1u);
-  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);    // Levenshtein's, of the textbooks
+  // the textbook example of Levenshtein's distance
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
   EXPECT_EQ(edit_distance("", "dt"), 2u);
   EXPECT_EQ(edit_distance("dt", ""), 2u);
   EXPECT_EQ(edit_distance("Servo", "servo"), 0u);

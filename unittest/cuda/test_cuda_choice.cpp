@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which card serves and what is said where none can: decided without a card, so tested on any machine.
+// The choice of a GPU and the messages if none can run. The decision needs no GPU, so that any
+// machine can test it.
 
 #include "cuda/cuda_choice.h"
 
@@ -25,7 +26,7 @@ CardCode code_of(const std::string &list, const CudaCard &card)
 
 TEST(CudaChoice, BinariesServeLaterCardsOfTheirGenerationAndTextAllLaterCards)
 {
-  // code for one kind of card only, as the default was once
+  // code for one kind of GPU only
   EXPECT_EQ(code_of("90", A100), CardCode::None);
   EXPECT_EQ(code_of("90", RTX4090), CardCode::None);
   EXPECT_EQ(code_of("90", H200), CardCode::Binary);

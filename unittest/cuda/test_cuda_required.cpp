@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the environment may say of a CUDA device.
+// Values of the environment variable that requires a CUDA device.
 
 #include "cuda/cuda_required.h"
 #include "support/environment.h"

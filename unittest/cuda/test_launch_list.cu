@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are handed over together do what they would do one by one, whether the list is new, the same again, or another one.
+// Kernels that are launched as a list give the results of single launches, for a new list, the same
+// list again, and another list.
 
 #include "cuda/launch_list.cuh"
 #include "support/block_runner.h"
@@ -8,7 +9,8 @@
 
 namespace {
 
-/// Does not commute with itself for other numbers: the order shows.
+/// The operation does not commute with itself for other numbers, so that the result shows the
+/// order.
 __global__ void scale_and_add(long long *number, long long factor, long long term)
 {
   rve::follow();
