@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What fix rve says of numbers that are far from what grains have: nothing wrong comes out of them without a word. Through LAMMPS
-// scripts, alone and on several ranks.
+// Messages of fix rve for numbers far from those of grains: no wrong result comes without a
+// message. The tests use LAMMPS scripts, on one and on several ranks.
 
 #include "rve/engine/packing_io.h"
 #include "script.h"
@@ -100,7 +100,8 @@ TEST(ExtremeInput, GainsOfTheServoHaveARange)
             message_of(fix(PACKING, servo + "1 servo_max_rate 1e300") + "run 1"));
 }
 
-// A file may say that forces of 1e9 were there: the scale of forces would have no digit for those that are.
+// A file may name a largest force of 1e9 that no contact has. The scale of forces would then have
+// no digits for the actual ones.
 TEST(ExtremeInput, ForceOfAFileThatIsNotThereSetsNoScale)
 {
   rve::RveState state = rve::read_packing(PACKING);
@@ -115,7 +116,7 @@ TEST(ExtremeInput, ForceOfAFileThatIsNotThereSetsNoScale)
   }
 }
 
-// A packing that a run has left continues with the scale of that run.
+// A packing that a run has written continues with the force scale of that run.
 TEST(ExtremeInput, ForceThatARunHasLeftSetsTheScaleOfTheNext)
 {
   const std::string path = file_of_rank("continued.rve");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that cannot go on as they are, through LAMMPS scripts: what becomes of them, what is said and what is counted, on any number of ranks.
+// Failed RVEs through LAMMPS scripts: policies, messages and counts, on any number of ranks.
 
 #include "grains_script.h"
 
@@ -14,7 +14,8 @@ using namespace grains_script;
 
 namespace {
 
-/// Atoms 1 and 2 are stretched at constant area, 2 a little faster, the others stay. A DEM step is 5e-5 of time.
+/// Returns a script that stretches atoms 1 and 2 at constant area, atom 2 a little faster, and
+/// leaves the others at rest. A DEM step is 5e-5 of time.
 std::string stretched(const std::string &words)
 {
   return FOUR_ATOMS + "variable pull atom 5*(id<3)+0.5*(id==2)\nvariable push atom -v_pull\n" +
@@ -64,7 +65,7 @@ TEST(NarrowCell, CanBeChangedBetweenRuns)
   EXPECT_EQ(message_of(stretched("copies 1") + "run 20\nfix_modify grains copies 2\nrun 100"), "");
 }
 
-// Atom 2 is crushed at once, again and again; the others are sheared.
+// Atom 2 exceeds the overlap limit in each step; the others are sheared.
 TEST(PolicyFresh, GoesOnWithFreshRvesWhichAreCountedAndSaid)
 {
   const std::string script = FOUR_ATOMS + "variable crush atom -400*(id==2)*(step%10==5)\n" + FIX +
@@ -91,7 +92,7 @@ TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
   const std::string settings = "variable crush atom -400*(id==2)*(step==8||step==15)\n" + FIX +
       "dt 1e-4 policy fresh overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\n";
   const auto states = [](Script &script) {
-    // of the rank's own atoms
+    // states of the rank's own atoms
     std::string all;
     for (int id = 1; id <= 4; ++id) {
       const std::string path = rve_test::temporary_path("state.rve");
@@ -132,7 +133,7 @@ TEST(PackingFiles, ThatAreALoopOfLinksAreNamed)
   std::remove(link.c_str());
 }
 
-// LAMMPS moves no record of a restart file when it deletes atoms
+// LAMMPS does not move records of a restart file when it deletes atoms.
 TEST(RestartRecords, FollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
 {
   const std::string file = rve_test::temporary_path("restart");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs of spheres through LAMMPS scripts: in dimension 3 and, in plane strain, in dimension 2. Runs under mpirun as well.
+// RVEs of spheres through LAMMPS scripts: in dimension 3 and, in plane strain, in dimension 2. Also
+// runs under mpirun.
 
 #include "comm.h"
 #include "grains_script.h"
@@ -32,7 +33,7 @@ rve::Material lattice_material()
   return material;
 }
 
-/// A packing file of this rank.
+/// Writes a packing file of this rank and returns its path.
 std::string file_of(const std::string &name, const rve_test::Spheres &state)
 {
   const std::string path = file_of_rank(name);
@@ -40,7 +41,7 @@ std::string file_of(const std::string &name, const rve_test::Spheres &state)
   return path;
 }
 
-/// A face-centred cubic array of 32 spheres.
+/// Returns a face-centred cubic array of 32 spheres.
 std::string lattice()
 {
   return file_of("lattice.rve",
@@ -57,13 +58,13 @@ rve_test::CubicConstants lattice_constants()
   return rve_test::face_centred_constants(lattice_material(), RADIUS);
 }
 
-/// 125 spheres in motion.
+/// Returns 125 moving spheres.
 std::string disorder()
 {
   return file_of("disorder.rve", rve_test::disordered_spheres(rve_test::spheres_material(), 5, 7));
 }
 
-/// Four atoms in a box of this dimension.
+/// Returns four atoms in a box of this dimension.
 std::string atoms_in(int dimension)
 {
   const bool flat = dimension == 2;
@@ -100,7 +101,7 @@ TEST(SpheresOfFixRve, StrainedAlongAnAxisOfTheirLatticeHaveItsElasticConstants)
   const rve_test::CubicConstants c = lattice_constants();
   const double error = 5e-3 * c.c11 * strain;
   for (const int dimension : {2, 3}) {
-    // 0.1 s at a rate; then at rest
+    // The RVEs strain at a rate for 0.1 s and are then at rest.
     const std::string axis = dimension == 2 ? "yy" : "zz";
     GrainsScript script;
     script << atoms_in(dimension) + fix_with(lattice()) + "drive velocity_gradient " + axis + " " +
@@ -171,7 +172,7 @@ TEST(SpheresOfFixRve, SleepWakeAndHaveShadowsThroughARestart)
   for (const char *component : {"xx", "yy", "zz", "xy", "xz", "yz"})
     EXPECT_EQ(whole.compute(std::string("s") + component).at(2),
               second.compute(std::string("s") + component).at(2));
-  EXPECT_LT(whole.fix_value(3), 4 * 40 * 2.0);    // skipped for most of the time
+  EXPECT_LT(whole.fix_value(3), 4 * 40 * 2.0);    // skipped in most steps
   EXPECT_LT(whole.fix_value(12), 0.05);           // deviation from the shadow
 }
 
@@ -207,7 +208,7 @@ TEST(SpheresOfFixRve, AreSeenByOtherCommands)
   EXPECT_NEAR(script.compute("fabric").at(1), 1.0 / 3.0, 1e-6);
   Compute *contacts = script.lmp->modify->get_compute_by_id("c");
   contacts->compute_local();
-  // only the rank of the atom has them
+  // Only the rank of the atom has rows.
   ASSERT_TRUE(contacts->size_local_rows == 6 * 32 || contacts->size_local_rows == 0);
   for (int k = 0; k < contacts->size_local_rows; ++k) {
     const double *row = contacts->array_local[k];
@@ -240,8 +241,9 @@ TEST(SpheresOfFixRve, ShowTheirResistanceToRollingAndTwisting)
     const double fn = row[0], overlap = row[1], fr = row[5], mt = row[9];
     EXPECT_NEAR(fr * fr, row[6] * row[6] + row[7] * row[7] + row[8] * row[8], 1e-12 * fn * fn);
     EXPECT_NEAR(row[2] * row[6] + row[3] * row[7] + row[4] * row[8], 0.0, 1e-5 * fn);
-    // springs and dashpots together are within the limit of rolling; without a dashpot, of friction over the area of contact, with
-    // reduced radii up to half of the largest radius
+    // Springs and dashpots together are within the rolling limit. Without a dashpot, twisting is
+    // within the friction over the area of contact, with reduced radii of up to half of the largest
+    // radius.
     EXPECT_LE(std::fabs(mt),
               1.001 * 2.0 / 3.0 * 0.4 * std::sqrt(0.5 * RADIUS * overlap) * fn + 1e-15);
     rolls += fr > 1e-3 * fn;
@@ -274,11 +276,11 @@ TEST(SpheresOfFixRve, WarnOfWhatGoesBeyondALimitInWordsOfSpheres)
   EXPECT_IN("of its width along x", log);
 }
 
-// ---- under a plane continuum ------------------------------------------------------------------------------------------------
+// ---- under a plane continuum --------------------------------------------------------------------
 
 namespace {
 
-/// A column of 2 by 2 points on rollers, with RVEs of spheres, under this surcharge [Pa].
+/// Returns a column of 2 by 2 points on rollers, with RVEs of spheres, under this surcharge [Pa].
 std::string column(const std::string &packing, double surcharge)
 {
   return "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array\n"
@@ -299,7 +301,8 @@ std::string column(const std::string &packing, double surcharge)
 
 TEST(SpheresUnderFixMpm, BalanceASurchargeInPlaneStrainWithAStressAcrossIt)
 {
-  // the initial stress of the lattice and a hundredth more of it: an oedometer, whose lateral stress grows by C12/C11
+  // The surcharge exceeds the initial stress of the lattice by a hundredth: an oedometer test,
+  // whose lateral stress increases by C12/C11.
   const double more = 0.01 * lattice_pressure();
   const rve_test::CubicConstants c = lattice_constants();
   Script script;
@@ -326,7 +329,7 @@ TEST(SpheresUnderFixMpm, HaveTheSameBitsOnAnyNumberOfRanks)
     EXPECT_EQ(together.compute(component), alone.compute(component)) << component;
 }
 
-// ---- wrong input ------------------------------------------------------------------------------------------------------------
+// ---- wrong input --------------------------------------------------------------------------------
 
 TEST(SpheresMessage, OfAMixtureNamesTwoFiles)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Failures on one rank only, which must end all ranks with one message and never hang, and warnings of
-// ranks that have no log file. The tests hold on any number of ranks and are run on two.
+// Failures on one rank, which must end all ranks with one message and without hanging, and warnings
+// of ranks without a log file. The tests hold on any number of ranks and run on two.
 
 #include "grains_script.h"
 #include "lammps/collective_error.h"
@@ -31,7 +31,7 @@ int last_rank()
   return ranks - 1;
 }
 
-/// Sets a variable in the environment of the last rank while it exists.
+/// Sets an environment variable of the last rank while it exists.
 class EnvironmentOfLastRank {
  public:
   EnvironmentOfLastRank(const char *name, const char *value) : name_(name)
@@ -47,7 +47,8 @@ class EnvironmentOfLastRank {
   const char *name_;
 };
 
-/// The error that the lines end in on this rank, run by all ranks together; empty if they run.
+/// Returns the error in which the lines end on this rank; empty if they run. All ranks run them
+/// together.
 std::string message_on_all_ranks(Script &script, const std::string &lines)
 {
   try {
@@ -63,7 +64,7 @@ std::string message_on_all_ranks(const std::string &lines)
   return message_on_all_ranks(script, lines);
 }
 
-/// Of fix mpm, with a point in each of four cells.
+/// A scene of fix mpm with a point in each of four cells.
 const std::string GROUND = R"(units si
 dimension 2
 boundary f f p
@@ -76,7 +77,7 @@ create_atoms 1 single 3.5 0.5 0
 set group all diameter 1.0 density 1000
 )";
 
-/// The number of times that `part` occurs in `whole`.
+/// Returns the number of occurrences of `part` in `whole`.
 int count_of(const std::string &part, const std::string &whole)
 {
   int count = 0;
@@ -85,7 +86,7 @@ int count_of(const std::string &part, const std::string &whole)
   return count;
 }
 
-/// States of all atoms, every rank with all of them.
+/// Returns the states of all atoms on every rank.
 std::string states_of(Script &script)
 {
   std::string all;
@@ -184,7 +185,7 @@ TEST(OneRankFails, InTheProbesOfATangent)
   EXPECT_IN("compute rve/tangent c: GPU_RVE_REQUIRE_CUDA", message_on_all_ranks(script, "run 0"));
 }
 
-// atom 4 is on the last of two ranks
+// Atom 4 is on the last of two ranks.
 TEST(OneRankFails, InAFileOfTheRankThatHasTheAtom)
 {
   EXPECT_IN("fix rve grains: dump:",
@@ -194,7 +195,7 @@ TEST(OneRankFails, InAFileOfTheRankThatHasTheAtom)
                                  "run 0\nwrite_rve grains atom 4 file /no/such/folder/rve"));
 }
 
-// ---- warnings of any rank are in the log file, once ----
+// ---- warnings of any rank appear once in the log file ----
 
 TEST(WarningsOfAllRanks, OfFrozenRvesAreInTheLog)
 {
@@ -279,7 +280,7 @@ TEST(RefusedFixModify, OnOneRankIsRefusedOnAll)
   plain << begin + end;
   script << begin;
   {
-    // an engine with rolling resistance is made on each rank
+    // Each rank makes an engine with rolling resistance.
     const EnvironmentOfLastRank limit("GPU_RVE_MEMORY_LIMIT", "abc");
     EXPECT_IN(
         "GPU_RVE_MEMORY_LIMIT",

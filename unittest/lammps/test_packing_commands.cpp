@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// create_rve and write_rve: what they refuse before anything runs, where they write, and what they warn of; and the images of packings
-// that fix rve makes. Runs under mpirun as well: every rank then runs the scripts alone.
+// create_rve and write_rve: errors before anything runs, output paths, and warnings; and the images
+// of packings that fix rve makes. Also runs under mpirun: every rank then runs the scripts alone.
 
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_io.h"
@@ -48,7 +48,7 @@ create_atoms 1 single 2.5 2.5 0
 const std::string FIX = "fix grains all rve " EXAMPLE_PACKINGS
                         "/A_h0075.rve threads 1 device cpu dt 5e-5 ";
 
-/// The log of the lines, which must run.
+/// Returns the log of the lines, which must run.
 std::string log_of(const std::string &lines)
 {
   const std::string path = file_of_rank("log");
@@ -133,7 +133,7 @@ TEST(CreateRve, ACellThatIsTooNarrowForItsGrainsHasARemedy)
   EXPECT_NOT_IN("policy freeze", message) << "which create_rve does not have";
 }
 
-// before anything runs: the recipes alone would fill the memory of most machines
+// The error comes before anything runs: the recipes alone would fill the memory of most machines.
 TEST(CreateRve, ALibraryThatNoMemoryHoldsIsRefused)
 {
   EXPECT_IN("create_rve: a library of 2000000000 packings with 40 grains each is too large; it can "
@@ -178,7 +178,7 @@ TEST(CreateRve, MoreThreadsThanAnyMachineHasAreRefused)
 
 // ---- where they write ----
 
-// found out before the preparation: its lines would be in the log
+// The error comes before the preparation, whose lines would be in the log.
 TEST(CreateRve, AFileThatCannotBeWrittenIsFoundOutBeforeTheWork)
 {
   const std::string log = file_of_rank("early.log"), path = file_of_rank("none") + "/p.rve";
@@ -251,7 +251,8 @@ TEST(FixRve, APackingThatIsMissingSaysWhereItWasLookedForAndWhatMakesOne)
 
 // ---- what they warn of ----
 
-// the default thickness of 1 m, and numbers in SI: mean overlap 6 % of the diameter, void ratio below 0
+// With the default thickness of 1 m and numbers in SI units, the mean overlap is 6 % of the
+// diameter and the void ratio negative.
 TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
 {
   const std::string message =
@@ -280,7 +281,8 @@ TEST(CreateRve, GrainsThatAreSoftAreWarnedOf)
   EXPECT_NOT_IN("will overlap", log_of("create_rve " + path + RECIPE));
 }
 
-// a packing that was sheared before, turned by 90 degrees: the ground has the other one's horizontal stress
+// The packing was sheared and is rotated by 90 degrees: the vertical stress becomes the horizontal
+// one.
 TEST(PackingImage, OfAPackingThatIsNotIsotropicIsWarnedOf)
 {
   const std::string path = file_of_rank("pressed.rve");
@@ -319,7 +321,7 @@ TEST(CreateRve, PackingsOfSpheresAreMadeAndWritten)
              "write_rve grains atom 1 file " + data);
 
   EXPECT_IN("anisotropic load", log);
-  EXPECT_IN("its image", log);    // others have another direction of the vertical stress
+  EXPECT_IN("its image", log);    // the others have another direction of the vertical stress
   const rve::RveStateOf<3> packing = rve::read_packing<3>(path);
   EXPECT_EQ(packing.num_grains(), 80);
   const rve::Tensor3 stress = rve::spring_stress(packing);
@@ -336,7 +338,7 @@ TEST(CreateRve, SpheresHaveNoThickness)
             message_of("create_rve none.rve shape cube" + RECIPE));
 }
 
-// LAMMPS reads what write_rve wrote, and finds the stress of the springs with its own contacts.
+// LAMMPS reads the file of write_rve and computes the stress of the springs from its own contacts.
 TEST(WriteRve, LammpsFindsTheStressOfSpheres)
 {
   const std::string path = file_of_rank("read.rve"), data = file_of_rank("read.data");

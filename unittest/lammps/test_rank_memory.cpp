@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Memory that the ranks of one machine have in common.
+// Memory that the ranks of one machine share.
 
 #include "lammps/rank_resources.h"
 

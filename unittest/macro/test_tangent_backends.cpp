@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The tangent of an RVE has the same bits whatever else is probed with it, by any number of threads, and on a GPU as on a CPU.
+// The tangent of an RVE has the same bits with any other RVEs in the call, any number of threads,
+// on a GPU and on a CPU.
 
 #include "macro/tangent_probes.h"
 #include "support/lattice.h"
