@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What points carry: their fields, and what laws remember, in rows as the layout says, begun by the
-// law, and advanced where they are.
+// Data of points: their fields, and the state variables of laws in rows of the layout, which the
+// law initialises and advances in place.
 
 #include "mpm/law_table.h"
 #include "mpm/memory_layout.h"
@@ -68,7 +68,8 @@ TEST(MemoryLayout, RowsBeginWithTheStateVariablesOfTheLaw)
 
 TEST(MemoryRows, ALawTouchesTheRowsOfItsPointsAndInThemItsOwnVariables)
 {
-  // rows wider than the law needs, with a number beyond and rows of other points that must stay
+  // The rows are wider than the law needs, with an additional number and rows of other points that
+  // must not change.
   const double other = 17.0;
   for (const mpm::LawEntry<2> &entry : mpm::law_table<2>()) {
     if (entry.word != "mohr_coulomb") continue;

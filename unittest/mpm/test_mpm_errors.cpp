@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Wrong input and trouble in a run: an exception that says what, where, and what is allowed.
+// Errors of input and of a run: an exception names the value, its position, and the allowed range.
 
 #include "mpm/mohr_coulomb.h"
 #include "scene.h"
