@@ -406,7 +406,7 @@ TEST_F(Block, PhasesAreSeparatedByABarrier)
   });
 }
 
-TEST_F(Block, WhatIsDoneAsideIsDoneOnceAndSeenAfterThePhase)
+TEST_F(Block, AsideWorkRunsOnceAndIsVisibleAfterThePhase)
 {
   for_sizes([](int threads, int count) {
     BlockArray<int> visits(std::vector<int>(count, 0)), calls(std::vector<int>(5, 0));
@@ -419,7 +419,7 @@ TEST_F(Block, WhatIsDoneAsideIsDoneOnceAndSeenAfterThePhase)
   });
 }
 
-TEST_F(Block, OnceIsDoneOnce)
+TEST_F(Block, OnceRunsOnce)
 {
   for (const int threads : block_sizes()) {
     BlockArray<int> calls(std::vector<int>{0});
@@ -430,7 +430,7 @@ TEST_F(Block, OnceIsDoneOnce)
   }
 }
 
-TEST_F(Block, AnyTellsEveryThreadOfASingleItem)
+TEST_F(Block, AnyIsTrueOnEveryThreadForASingleItem)
 {
   for_sizes([](int threads, int count) {
     for (const int set : {-1, 0, count / 2, count - 1}) {
@@ -560,7 +560,7 @@ TEST_F(Block, ItemsAreOrderedByAKeyWithAllArraysAndKeepTheirOrderWithinIt)
   });
 }
 
-TEST_F(Block, AddsAreExactWhereManyItemsMeet)
+TEST_F(Block, ConcurrentAdditionsAreExact)
 {
   for_sizes([](int threads, int count) {
     std::vector<std::int32_t> numbers(count), counters(AddToCounters::COUNTERS, -5);
@@ -650,7 +650,7 @@ TEST_F(Block, FetchAddGivesEachItemItsOwnTicketAndFetchMinTheSmallest)
   });
 }
 
-TEST_F(Block, ResidentNumbersLiveAcrossPhasesAndArePublishedAndSaved)
+TEST_F(Block, ResidentNumbersPersistAcrossPhasesAndArePublishedAndSaved)
 {
   for_resident_sizes([](int threads, int count, bool in_registers) {
     std::vector<ItemState> expected = item_states(count);
@@ -702,7 +702,7 @@ TEST_F(Block, PlacesAreThoseOfAllItemsAndOfThreadsWithoutOne)
   });
 }
 
-TEST_F(Block, CollectivesOverResidentItemsTellEveryThreadTheSame)
+TEST_F(Block, CollectivesOverResidentItemsAgreeOnAllThreads)
 {
   for_resident_sizes([](int threads, int count, bool in_registers) {
     // index of the item above 1e3; -1: none

@@ -80,7 +80,7 @@ TYPED_TEST(VerletList, HoldsAllPairsWithinTheSkinAndNoOther)
 
 /// The grains overlap ninefold, so that some own more pairs than their share of the scratch memory
 /// holds.
-TYPED_TEST(VerletList, HoldsAllPairsOfGrainsThatOwnMoreThanMostDo)
+TYPED_TEST(VerletList, HoldsAllPairsOfGrainsWithManyPairs)
 {
   const int n = 257, room = rve::kScratch<2> * sizeof(double) / sizeof(std::int32_t);
   const auto grains = throw_grains(SHAPES[1].cell, n, 3.0, 9.0, 0.4, 11);
@@ -114,7 +114,7 @@ TYPED_TEST(VerletList, FollowsGrainsAndCellFromBuildToBuild)
   }
 }
 
-TYPED_TEST(VerletList, LeavesTheOldListAloneWhenTheNewOneDoesNotFit)
+TYPED_TEST(VerletList, KeepsTheOldListIfTheNewOneDoesNotFit)
 {
   auto grains = throw_grains(SHAPES[0].cell, 100, 2.0, 0.8, 0.3, 7);
   ListHarness<TypeParam> list(grains.cell, grains.radius, grains.fractional, 0.3);

@@ -145,7 +145,7 @@ TEST(Librve, AdvancesDisksAndSpheresToTheBitsOfTheEngine)
   expect_the_bits_of_the_engine<3>(SPHERES);
 }
 
-TEST(Librve, TrialsLeaveNoTrace)
+TEST(Librve, TrialsChangeNoState)
 {
   for (const std::string &file : {DISKS, SPHERES}) {
     const Batch tried = batch_of(file, 2), plain = batch_of(file, 2);
@@ -171,7 +171,7 @@ TEST(Librve, TrialsLeaveNoTrace)
   }
 }
 
-TEST(Librve, TrialsBeginFromWhatAnAdvanceHasLeft)
+TEST(Librve, TrialsBeginFromTheStateOfAnAdvance)
 {
   for (const std::string &file : {DISKS, SPHERES}) {
     const Batch batch = batch_of(file, 1), plain = batch_of(file, 1);
@@ -187,7 +187,7 @@ TEST(Librve, TrialsBeginFromWhatAnAdvanceHasLeft)
   }
 }
 
-TEST(Librve, AnRveDoesNotKnowItsBatch)
+TEST(Librve, ResultsDoNotDependOnTheBatch)
 {
   const Packing packing = read(DISKS);
   const Batch four = batch_of({packing.get(), packing.get(), packing.get(), packing.get()},
@@ -355,7 +355,7 @@ TEST(Librve, AnswersHaveTheSameBitsOnAGpu)
   expect_the_same_answers(options);
 }
 
-TEST(Librve, APathHoldsAStressAndEndsWhereItSays)
+TEST(Librve, PathHoldsAStressAndEndsAtItsCondition)
 {
   const Batch batch = batch_of(DISKS, 2);
   const std::size_t calls = 60;
@@ -371,7 +371,7 @@ TEST(Librve, APathHoldsAStressAndEndsWhereItSays)
   EXPECT_NE(last[3], last[3 - 6]);
 }
 
-TEST(Librve, APathThatCannotBeChangesNothing)
+TEST(Librve, InvalidPathChangesNothing)
 {
   const Batch batch = batch_of(DISKS, 2);
   const std::vector<char> state = saved(batch.get());
@@ -670,7 +670,7 @@ TEST(Librve, AFailureHasAStatusAndKeepsTheState)
   EXPECT_EQ(saved(batch.get()), state);
 }
 
-TEST(Librve, BatchesWorkInThreadsOfTheirOwn)
+TEST(Librve, BatchesUseTheirOwnThreads)
 {
   const Batch one = batch_of(DISKS, 2), other = batch_of(DISKS, 2), alone = batch_of(DISKS, 2);
   const auto work = [](rve_batch *batch) {
@@ -713,7 +713,7 @@ TEST(Librve, ThreadsShareNothing)
   EXPECT_EQ(together, alone);
 }
 
-TEST(Librve, AffineStiffnessBoundsTheFirstStepOfARest)
+TEST(Librve, AffineStiffnessIsTheFirstStepFromRest)
 {
   // The stiffness is defined as the change of stress of one small step without relaxation.
   const Batch batch = batch_of(DISKS, 1);
@@ -789,7 +789,7 @@ TEST(Librve, GrainsFindTheirEarthPressureAtRest)
   EXPECT_LT(cell[3], first[3]);
 }
 
-TEST(Librve, WordsOfAScriptGiveItsPacking)
+TEST(Librve, ArgumentsOfAScriptGiveItsPacking)
 {
   const Packing by_script = created(GROUND + "pressure 1e4");
   std::string bounds = GROUND;
@@ -847,7 +847,7 @@ TEST(Librve, ReadsLibrariesAndImagesOfTheirPackings)
   EXPECT_NEAR(quantity(batch.get(), "sxy", 1), -quantity(batch.get(), "sxy", 0), 1e-9 * p);
 }
 
-TEST(Librve, TangentsAreProbedInTheFormatThatIsAskedFor)
+TEST(Librve, TangentsAreProbedInTheRequestedFormat)
 {
   const Batch fast = batch_of(DISKS, 1, "format fast device cpu threads 1"),
               exact = batch_of(DISKS, 1, OPTIONS);

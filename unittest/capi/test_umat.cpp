@@ -137,7 +137,7 @@ class Direct {
   std::unique_ptr<rve_batch, void (*)(rve_batch *)> batch{nullptr, rve_batch_free};
 };
 
-TEST(Umat, AnswersWithTheBitsOfTheLibrary)
+TEST(Umat, HasTheBitsOfTheLibrary)
 {
   const Point point = new_point();
   Direct direct;
@@ -151,7 +151,7 @@ TEST(Umat, AnswersWithTheBitsOfTheLibrary)
   }
 }
 
-TEST(Umat, IterationsLeaveNoTrace)
+TEST(Umat, IterationsChangeNoState)
 {
   Point point = new_point();
   point.probe = 1e-5;
@@ -167,7 +167,7 @@ TEST(Umat, IterationsLeaveNoTrace)
   }
 }
 
-TEST(Umat, TheHostMayAcceptATrialThatIsNotTheLast)
+TEST(Umat, EarlierTrialMayBeAccepted)
 {
   const Point point = new_point();
   Direct direct;
@@ -180,7 +180,7 @@ TEST(Umat, TheHostMayAcceptATrialThatIsNotTheLast)
   EXPECT_EQ(next.stress, direct.advance(stretched(strain_of(2))));
 }
 
-TEST(Umat, PointsKnowNothingOfEachOther)
+TEST(Umat, PointsAreIndependent)
 {
   const Point one = new_point(), other = new_point();
 
@@ -193,7 +193,7 @@ TEST(Umat, PointsKnowNothingOfEachOther)
             other.call(there.state, strain_of(1)).stress);
 }
 
-TEST(Umat, AFirstIncrementThatIsTriedAgainHasTheSameRve)
+TEST(Umat, RepeatedFirstIncrementHasTheSameRve)
 {
   const Point point = new_point();
 
@@ -274,7 +274,7 @@ TEST(Umat, TheTangentOfFiniteStrainHasTheChangeOfVolume)
   }
 }
 
-TEST(Umat, DisksServeInPlaneStrain)
+TEST(Umat, DisksWorkInPlaneStrain)
 {
   const Point space = new_disks();
   Point plane = new_disks();
@@ -291,7 +291,7 @@ TEST(Umat, DisksServeInPlaneStrain)
       EXPECT_EQ(four.tangent[row + 4 * column], six.tangent[row + 6 * column]);
 }
 
-TEST(Umat, AnRveThatDoesNotBearAnIncrementAsksForASmallerOne)
+TEST(Umat, FailedIncrementRequestsASmallerOne)
 {
   const Point point = new_point();
   const Answer before = point.call({}, strain_of(0));
@@ -306,7 +306,7 @@ TEST(Umat, AnRveThatDoesNotBearAnIncrementAsksForASmallerOne)
   EXPECT_EQ(point.call(before.state, strain_of(1)).stress, direct.advance(stretched(strain_of(1))));
 }
 
-TEST(UmatDeathTest, SaysWhatIsWrong)
+TEST(UmatDeathTest, ReportsErrors)
 {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   const auto end = testing::ExitedWithCode(1);

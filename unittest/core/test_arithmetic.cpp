@@ -218,7 +218,7 @@ TEST_F(Arithmetic, QuotientsInFp64AreThoseOfTheHost)
   expect_quotients_of_the_host<double>(300);
 }
 
-TEST_F(Arithmetic, SmallerAndLargerPickOneOfTheTwo)
+TEST_F(Arithmetic, MinimumAndMaximumReturnOneOfTheOperands)
 {
   for (const float x : {-2.0f, 0.0f, 1e-30f, 3.0f})
     for (const float y : {-2.0f, 0.0f, 1e-30f, 3.0f}) {

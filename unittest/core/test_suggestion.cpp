@@ -24,14 +24,14 @@ TEST(EditDistance, CountsInsertedDeletedReplacedAndSwappedLetters)
   EXPECT_EQ(edit_distance("Servo", "servo"), 0u);
 }
 
-TEST(EditDistance, IsTheSameFromBothSides)
+TEST(EditDistance, IsSymmetric)
 {
   for (const char *a : {"quiescent", "quiet", "servo_gain", "", "x"})
     for (const char *b : {"servo", "device", "dt_check", "xx", ""})
       EXPECT_EQ(edit_distance(a, b), edit_distance(b, a)) << a << " " << b;
 }
 
-TEST(NearestWords, TheMostAlikeComeFirstAndNoMoreThanThree)
+TEST(NearestWords, MostSimilarComeFirstAndAtMostThree)
 {
   const Words known = {"servo_gain", "device", "servo", "drive", "servo_max_rate", "serves"};
 
@@ -41,7 +41,7 @@ TEST(NearestWords, TheMostAlikeComeFirstAndNoMoreThanThree)
   EXPECT_EQ(nearest_words("packings", known), Words{});
 }
 
-TEST(NearestWords, AShortWordIsLikeNoOtherShortOne)
+TEST(NearestWords, ShortWordsAreNotSimilar)
 {
   const Words known = {"kn", "kt", "dt", "friction"};
 
@@ -49,7 +49,7 @@ TEST(NearestWords, AShortWordIsLikeNoOtherShortOne)
   EXPECT_EQ(nearest_words("kN", known), (Words{"kn", "kt"}));
 }
 
-TEST(DidYouMean, NamesWhatIsNearOrElseAll)
+TEST(DidYouMean, NamesSimilarWordsOrElseAll)
 {
   const Words known = {"friction", "density"};
 

@@ -53,7 +53,7 @@ double busy(bool alone, rve_test::Random &random, double share)
   return alone ? ALONE : ALONE / 2 + (random.uniform(0.0, 1.0) < share ? 4e-3 : 2e-6);
 }
 
-TEST(TeamChoice, KeepsTheTeamWhereCoresAreFree)
+TEST(TeamChoice, KeepsTheTeamOnFreeCores)
 {
   for (const int threads : {2, 4, 16, 64}) {
     rve::TeamChoice choice;
@@ -65,7 +65,7 @@ TEST(TeamChoice, KeepsTheTeamWhereCoresAreFree)
   }
 }
 
-TEST(TeamChoice, OneThreadWorksWhereTheTeamWaits)
+TEST(TeamChoice, UsesOneThreadIfTheTeamWaits)
 {
   for (const double share : {0.05, 0.3, 1.0}) {
     rve::TeamChoice choice;
@@ -82,7 +82,7 @@ TEST(TeamChoice, OneThreadWorksWhereTheTeamWaits)
 
 /// A thread that does not run for 8 ms once in a thousand loops of a team costs less than the use
 /// of one thread, although the windows with such a delay are slower.
-TEST(TeamChoice, KeepsTheTeamWhereWaitsAreRare)
+TEST(TeamChoice, KeepsTheTeamIfWaitsAreRare)
 {
   for (const double share : {1e-4, 1e-3}) {
     double seconds = 0.0, best = 0.0;
@@ -101,7 +101,7 @@ TEST(TeamChoice, KeepsTheTeamWhereWaitsAreRare)
   }
 }
 
-TEST(TeamChoice, OneThreadWorksWhereATeamIsAlwaysSlower)
+TEST(TeamChoice, UsesOneThreadIfATeamIsAlwaysSlower)
 {
   rve::TeamChoice choice;
   const auto loop = [](bool alone) { return alone ? 5e-6 : 9e-6; };
@@ -110,7 +110,7 @@ TEST(TeamChoice, OneThreadWorksWhereATeamIsAlwaysSlower)
   EXPECT_LT(outcome.seconds, 1.02 * outcome.loops * 5e-6);
 }
 
-TEST(TeamChoice, FollowsWhatOthersDo)
+TEST(TeamChoice, FollowsTheLoadOfOtherPrograms)
 {
   rve::TeamChoice choice;
   rve_test::Random random(2);
@@ -128,7 +128,7 @@ TEST(TeamChoice, FollowsWhatOthersDo)
   EXPECT_LT(gone.seconds, 1.02 * gone.loops * quiet(false, 2));
 }
 
-TEST(LightWork, FewItemsAreForOneThread)
+TEST(LightWork, FewItemsUseOneThread)
 {
   for (int loop = 0; loop < 1000; ++loop) {
     const rve::LightWork work(511, 4);
@@ -142,7 +142,7 @@ TEST(LightWork, FewItemsAreForOneThread)
   EXPECT_EQ(rve::LightWork(512, 1).team, 1);
 }
 
-TEST(LightWork, HasNoMoreThreadsThanATeamMayHaveBesideAGpu)
+TEST(LightWork, ThreadsAreLimitedWithAGpu)
 {
   const int before = rve::most_in_a_team().exchange(3);
   EXPECT_EQ(rve::team_for(512, 8), 3);

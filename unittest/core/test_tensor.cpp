@@ -71,7 +71,7 @@ TEST(Tensor, IdentityAndTransposeInThreeDimensions)
   expect_same(transpose(a * b), transpose(b) * transpose(a));
 }
 
-TEST(Tensor, InverseUndoesTheTensor)
+TEST(Tensor, InverseTimesTheTensorIsTheIdentity)
 {
   Random random(2);
   for (int sample = 0; sample < 1000; ++sample) {
@@ -129,7 +129,7 @@ TEST(Tensor, IsFiniteIfAllComponentsAre)
     }
 }
 
-TEST(Vec, ProductsKeepTheirBitsWhenBothVectorsTurnAround)
+TEST(Vec, ProductsKeepTheirBitsWhenBothVectorsChangeSign)
 {
   // The force of a contact must not depend on which of the two grains owns the pair.
   Random random(4);

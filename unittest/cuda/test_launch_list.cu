@@ -47,7 +47,7 @@ class LaunchListTest : public rve_test::BlockTest {
   long long expected = 0;
 };
 
-TEST_F(LaunchListTest, SameListAgainAndAgainIsAGraphAndDoesTheSame)
+TEST_F(LaunchListTest, RepeatedListIsAGraphWithTheSameResults)
 {
   for (int round = 0; round < 5; ++round) {
     for (int k = 0; k < 6; ++k) add(2 + k % 2, k);
@@ -56,7 +56,7 @@ TEST_F(LaunchListTest, SameListAgainAndAgainIsAGraphAndDoesTheSame)
   }
 }
 
-TEST_F(LaunchListTest, ListsThatTakeTurnsKeepTheirGraphs)
+TEST_F(LaunchListTest, AlternatingListsKeepTheirGraphs)
 {
   for (int round = 0; round < 4; ++round)
     for (int which = 0; which < 3; ++which) {
@@ -66,7 +66,7 @@ TEST_F(LaunchListTest, ListsThatTakeTurnsKeepTheirGraphs)
   EXPECT_EQ(list.graphs(), 9);
 }
 
-TEST_F(LaunchListTest, OtherArgumentsAreOtherLists)
+TEST_F(LaunchListTest, OtherArgumentsMakeAnotherList)
 {
   for (int round = 0; round < 6; ++round) {
     for (int k = 0; k < 5; ++k) add(3, k < 4 ? k : round);
@@ -75,7 +75,7 @@ TEST_F(LaunchListTest, OtherArgumentsAreOtherLists)
   EXPECT_EQ(list.graphs(), 0);
 }
 
-TEST_F(LaunchListTest, ShortListsAndForgottenOnes)
+TEST_F(LaunchListTest, ShortListsHaveNoGraphAndDiscardedListsDoNotRun)
 {
   for (int round = 0; round < 3; ++round) {
     add(3, 1);

@@ -96,7 +96,7 @@ double escape_velocity(const Material &material)
 
 }    // namespace
 
-TEST(AdhesionAtADistance, FallsToZeroInALine)
+TEST(AdhesionAtADistance, DecreasesLinearlyToZero)
 {
   const Material material = sticky();
   for (const Format format : {Format::Double, Format::Mixed, Format::Fast})
@@ -146,7 +146,7 @@ TEST(AdhesionAtADistance, SoftensAnArray)
                   1e-6 * std::fabs(c11));
 }
 
-TEST(AdhesionAtADistance, LetsGoAfterItsWork)
+TEST(AdhesionAtADistance, GrainsSeparateAfterTheWorkOfAdhesion)
 {
   // Over a gap g the adhesion takes the work f_a (g - g^2/2h).
   const Material material = sticky();
@@ -176,7 +176,7 @@ TEST(AdhesionAtADistance, LetsGoAfterItsWork)
   }
 }
 
-TEST(AdhesionAtADistance, DrawsGrainsIntoContact)
+TEST(AdhesionAtADistance, PullsGrainsIntoContact)
 {
   const Material material = sticky();
   const double share = 0.9, dt = REACH / escape_velocity(material) / 4000;
@@ -195,7 +195,7 @@ TEST(AdhesionAtADistance, DrawsGrainsIntoContact)
   EXPECT_NEAR(-before, expected, 5e-3 * expected);
 }
 
-TEST(AdhesionAtADistance, RemembersNothing)
+TEST(AdhesionAtADistance, HasNoHistory)
 {
   // The energy in tangential springs dissipates when pairs separate, and enters the bookkeeping.
   Material material = sticky_with_everything();
@@ -284,7 +284,7 @@ TEST(AdhesionAtADistance, DoesNotDependOnTheListOfNeighbours)
   EXPECT_EQ(ends[0].spin, ends[1].spin);
 }
 
-TEST(AdhesionAtADistance, IsFoundWhenALivingRveGetsIt)
+TEST(AdhesionAtADistance, ExistingRveFindsItsNewContacts)
 {
   // The list of this state was built for contacts without a reach.
   Material without = sticky_with_everything();
@@ -337,7 +337,7 @@ TEST(ListOfARecord, IsNotTrustedWithALargerSkinThanItWasBuiltFor)
   EXPECT_EQ(same, record);
 }
 
-TEST(AdhesionAtADistance, BoundsNoTimeStep)
+TEST(AdhesionAtADistance, DoesNotLimitTheTimeStep)
 {
   // Grains are in reach of each other but do not touch. Only contacts that may form count, as if
   // all grains were apart.
@@ -346,7 +346,7 @@ TEST(AdhesionAtADistance, BoundsNoTimeStep)
   EXPECT_EQ(stable_time_step(near), stable_time_step(far));
 }
 
-TEST(AdhesionAtADistance, ErrorNamesTheReachThatIsNone)
+TEST(AdhesionAtADistance, InvalidReachIsAnError)
 {
   for (const double share : {1e-7, 1.1}) {
     Material material = sticky();
@@ -361,7 +361,7 @@ TEST(AdhesionAtADistance, ErrorNamesTheReachThatIsNone)
   }
 }
 
-TEST(AdhesionAtADistance, ErrorNamesTheCellThatItIsTooLongFor)
+TEST(AdhesionAtADistance, TooLongAReachForTheCellIsAnError)
 {
   // The cell is slightly wider than two contact distances without the reach.
   Material material = sticky();

@@ -30,7 +30,7 @@ void expect_near(const Tensor2 &a, const Tensor2 &b, double tolerance, const std
 
 }    // namespace
 
-TEST(AffineMotion, FreeGrainsKeepTheirFractionalCoordinatesAndTheCellEndsExactly)
+TEST(AffineMotion, FreeGrainsKeepFractionalCoordinatesAndTheFinalCellIsExact)
 {
   const RveState before = paper_gas();
   for (const Format format : ALL_FORMATS)
@@ -106,7 +106,7 @@ TEST(AffineMotion, JumpOfTheVelocityGradientGivesNoImpulse)
   EXPECT_EQ(rig.state().fractional, before.fractional);
 }
 
-TEST(AffineMotion, PeculiarVelocityCarriesGrainsAcrossTheBoundaryWithoutAJump)
+TEST(AffineMotion, PeculiarVelocityIsContinuousAcrossTheBoundary)
 {
   // One disk crosses a sheared cell many times: s = s0 + H^-1 c t, wrapped.
   RveState state = state_of(paper_material(), Tensor2{{0.1, 0.03, 0.0, 0.08}}, {0.004, 0.004},

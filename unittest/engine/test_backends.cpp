@@ -533,7 +533,7 @@ TEST_P(Backends, SceneOfSpheresGoesThroughRebuildsReductionsGrowthAndSliding)
   expect_eventful(outcome, actors);
 }
 
-TEST_P(Backends, ShortAnswerIsThatOfTheResultAndTheMotionIsTheSame)
+TEST_P(Backends, ShortAndLongAnswersAndStatesAgree)
 {
   // general: with servos and dashpots; plain: without them; rolling: with rolling resistance
   for (const char *scene : {"plain", "general", "rolling"}) {
@@ -552,7 +552,7 @@ TEST_P(Backends, ShortAnswerIsThatOfTheResultAndTheMotionIsTheSame)
 
 // The forces of a packing without contacts are unknown before its first collision. If they exceed
 // the range of the sums, the call is repeated, and the overlap limit is not reported as exceeded.
-TEST_P(Backends, GasWhoseFirstForcesAreBeyondTheRangeIsRepeatedAndGoesOn)
+TEST_P(Backends, FirstContactsBeyondTheForceRangeRepeatTheCall)
 {
   RveState gas = triangular_packing(dry_material(), 6, 8, 0.0037, 1);
   gas.cell = 1.7 * gas.cell;
@@ -571,7 +571,7 @@ TEST_P(Backends, GasWhoseFirstForcesAreBeyondTheRangeIsRepeatedAndGoesOn)
   EXPECT_GT(end.counters.repeats, 0);
 }
 
-TEST_P(Backends, RvesThatNeedMoreDoNotChangeABitOfTheOthers)
+TEST_P(Backends, RvesWithMoreFeaturesDoNotChangeABitOfTheOthers)
 {
   // A servo or a dashpot in the batch selects another build of the block program, and a rotation
   // another path.
@@ -704,7 +704,7 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresOfAllSizes)
   }
 }
 
-TEST_P(CpuAndCuda, TurnRvesToTheSameBits)
+TEST_P(CpuAndCuda, RotateRvesToTheSameBits)
 {
   const auto turned_scene = [&](const std::vector<Actor> &actors, Device device) {
     const auto engine =
@@ -771,7 +771,7 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithRollingResistance)
 }
 
 // The batch moves to another engine half-way.
-TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceComesLate)
+TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceIsAddedLater)
 {
   const auto actors = short_scene();
   Outcome outcomes[2];
@@ -873,7 +873,7 @@ TEST_P(CpuAndCuda, GiveTheSameBitsForEveryBlockSize)
   }
 }
 
-TEST_P(CpuAndCuda, TakeOverFromEachOtherBitForBit)
+TEST_P(CpuAndCuda, ContinueEachOthersStatesBitForBit)
 {
   const auto actors = short_scene();
   const auto cpu = make_engine(options_for(GetParam(), Device::Cpu));
@@ -900,7 +900,7 @@ double estimate(Engine &engine, int num_rves)
       static_cast<double>(engine.bytes_of_call(num_rves, 400));
 }
 
-TEST_P(Backends, TellTheMemoryThatIsFreeAndWhatCallsTake)
+TEST_P(Backends, ReportFreeMemoryAndTheMemoryOfCalls)
 {
   const auto engine = make_engine(options_for(GetParam(), Device::Cpu));
 
@@ -917,7 +917,7 @@ TEST_P(Backends, TellTheMemoryThatIsFreeAndWhatCallsTake)
 
 /// An estimate that is too low ends a run in its set-up; one that is too high forbids runs that
 /// would fit.
-TEST_P(CpuAndCuda, EstimateOfMemoryCoversWhatTheDeviceGivesAway)
+TEST_P(CpuAndCuda, MemoryEstimateCoversTheDeviceAllocation)
 {
   const int count = 20000;
   const auto engine = make_engine(options_for(GetParam(), Device::Cuda));

@@ -72,7 +72,7 @@ TEST_F(TwoDiskCollision, WithoutDampingReturnsTheSpeedAfterHalfAPeriod)
   EXPECT_NEAR(collision.duration, M_PI / contact_frequency(), 2.0 * dt);
 }
 
-TEST_F(TwoDiskCollision, CundallDampingScalesTheForceOnTheWayInAndOut)
+TEST_F(TwoDiskCollision, CundallDampingScalesTheForceOnApproachAndRebound)
 {
   for (const double alpha : {0.1, 0.3, 0.7}) {
     Material material = without_losses();
@@ -121,7 +121,7 @@ TEST_F(TwoDiskCollision, ErrorOfTheDashpotHalvesWithTheTimeStep)
   EXPECT_LT(std::fabs(fine), 0.25 * std::fabs(coarse));
 }
 
-TEST_F(TwoDiskCollision, EveryFormatKnowsTheRestitution)
+TEST_F(TwoDiskCollision, EveryFormatHasTheRestitution)
 {
   Material material = without_losses();
   material.local_damping = 0.3;

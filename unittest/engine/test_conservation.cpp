@@ -180,7 +180,7 @@ TEST(Energy, ResidualFallsWithTheTimeStep)
   EXPECT_LT(std::fabs(fine.residual()), 0.7 * std::fabs(coarse.residual()));
 }
 
-TEST(Energy, DashpotsTakeWhatTheBalanceLeaves)
+TEST(Energy, DashpotsDissipateTheRestOfTheBalance)
 {
   RveState packing = paper_packing();
   packing.material.local_damping = 0.0;

@@ -438,7 +438,7 @@ ObliqueErrors oblique_errors(const ObliqueCase &c, int steps, const Frame &frame
 
 }    // namespace
 
-TEST(ObliqueImpact, SticksAndSlidesAsTheLinearSpringsDo)
+TEST(ObliqueImpact, SticksAndSlidesAsTheLinearOscillators)
 {
   Worst worst;
   for (const ObliqueCase &c : OBLIQUE_CASES)
@@ -448,7 +448,7 @@ TEST(ObliqueImpact, SticksAndSlidesAsTheLinearSpringsDo)
           << c.friction << " " << c.stiffness_ratio << " " << surface.first;
 }
 
-TEST(ObliqueImpact, KnowsNoDirectionsAndNoBoundary)
+TEST(ObliqueImpact, DoesNotDependOnDirectionsAndBoundaries)
 {
   Worst worst;
   for (const Frame &frame : all_frames())
@@ -488,7 +488,7 @@ TEST(ObliqueImpact, DistanceToTheClosedFormFallsWithTheSpeed)
 // `mixed` has the gap and the history in double precision and all else in single precision: a
 // thousand steps have an error of 2e-6. `fast` has the gap in single precision, 1e-9 m for these
 // radii; at 1 cm/s the overlaps are 1e-6 m (radii 1 and 10 mm) to 3e-6 m.
-TEST(ObliqueImpact, EveryFormatAtTheOverlapThatItHolds)
+TEST(ObliqueImpact, EveryFormatIsAccurateAtItsOverlaps)
 {
   struct {
     Format format;
@@ -508,7 +508,7 @@ TEST(ObliqueImpact, EveryFormatAtTheOverlapThatItHolds)
 
 // ---- 6, 7, 8: normal impact of spinning disks
 
-TEST(SpinningImpact, SpinTurnsIntoTangentialVelocity)
+TEST(SpinningImpact, SpinIsConvertedIntoTangentialVelocity)
 {
   Worst worst;
   for (const DiskPair &pair : {disks(), disks(0.003, 0.006), disks(0.001, 0.01)})
@@ -703,7 +703,7 @@ TEST(RollingTransition, DashpotEndsInRollingForEveryFormat)
   }
 }
 
-TEST(RollingTransition, RollingUnderLoadGoesOnForever)
+TEST(RollingTransition, RollingUnderLoadContinuesWithoutLoss)
 {
   const Column column{1e-6};
   const double spin[2] = {10.0, -10.0 * column.arm(0) / column.arm(1)};

@@ -75,7 +75,7 @@ TEST(Fabric, OfRectanglesHasTheContrastOfForcesAndBranchesAlongTheAxes)
   EXPECT_NEAR(measures.mean_normal_force, 20.0, 1e-8);
 }
 
-TEST(Fabric, OfColumnsPointsAlongThem)
+TEST(Fabric, OfColumnsIsAlongThem)
 {
   // Only contacts along x exist: <n n> is xx, C = 4 (xx - 1/2).
   const auto measures = contact_measures(rectangles(2.0 * RADIUS - 1e-5, 2.1 * RADIUS));
@@ -114,7 +114,7 @@ TEST(Fabric, TangentialForcesAreComparedWithNormalOnes)
   EXPECT_NEAR(measures.elastic_normal, 32 * 0.5 * 1e6 * 4e-10, 1e-12);
 }
 
-TEST(Fabric, TurnsWithTheRve)
+TEST(Fabric, RotatesWithTheRve)
 {
   // A sheared packing is compared with the same one rotated by 90 degrees, where x y become y -x.
   RveRig rig(paper_packing());
@@ -213,7 +213,7 @@ TEST(ElasticEnergy, OfRollingIsThatOfItsSprings)
   EXPECT_EQ(measures.elastic_tangential, 0.0);
 }
 
-TEST(ElasticEnergy, OfTurningSpheresIsThatOfTheirSprings)
+TEST(ElasticEnergy, OfRollingAndTwistingSpheresIsThatOfTheirSprings)
 {
   // The 64 contacts along x of an array have 20 N. Their rolling forces of 1.5 N across the normal
   // store f_r^2 / (2 k_r), and their moments of 1 mN m store m^2 / (2 k_q). After Marshall, k_q =

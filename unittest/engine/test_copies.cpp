@@ -95,7 +95,7 @@ TYPED_TEST_SUITE(Copies, Dimensions);
 
 }    // namespace
 
-TYPED_TEST(Copies, HaveTheForcesOfTheMediumWhateverFaceAContactGoesThrough)
+TYPED_TEST(Copies, HaveTheSameForcesForContactsThroughAnyFace)
 {
   constexpr int D = TypeParam::value;
   for (const Format format : ALL_FORMATS) {
@@ -117,7 +117,7 @@ TYPED_TEST(Copies, HaveTheForcesOfTheMediumWhateverFaceAContactGoesThrough)
 }
 
 // The copies agree only while their difference has not grown, since a sheared packing is chaotic.
-TYPED_TEST(Copies, MoveAsTheMediumDoes)
+TYPED_TEST(Copies, MoveAsTheOriginal)
 {
   constexpr int D = TypeParam::value;
   const RveStateOf<D> state = sheared_packing<D>(Format::Double);
@@ -137,7 +137,7 @@ TYPED_TEST(Copies, MoveAsTheMediumDoes)
   EXPECT_NE(end.velocity[0], end.velocity[D * n]);
 }
 
-TYPED_TEST(Copies, StandWhereTheCellIsNarrowest)
+TYPED_TEST(Copies, DoubleTheNarrowestDirection)
 {
   constexpr int D = TypeParam::value;
   const RveStateOf<D> state = small_packing<D>();
@@ -150,7 +150,7 @@ TYPED_TEST(Copies, StandWhereTheCellIsNarrowest)
     EXPECT_DOUBLE_EQ(wide(a, a), (a == D - 1 ? 2.0 : 1.0) * flat.cell(a, a));
 }
 
-TYPED_TEST(Copies, AreOneGrainAcrossOnceTheyAreNearAndStillAlike)
+TYPED_TEST(Copies, CountAsOneGrainWideWhenTheyAreCloseAndEqual)
 {
   constexpr int D = TypeParam::value;
   RveStateOf<D> state = small_packing<D>();

@@ -33,7 +33,7 @@ Options options_for(Device device)
 
 }    // namespace
 
-TEST(CudaDrivers, AutoTakesTheCpuAndSaysWhy)
+TEST(CudaDrivers, AutoSelectsTheCpuAndReportsWhy)
 {
   const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
   std::string notice;
@@ -44,7 +44,7 @@ TEST(CudaDrivers, AutoTakesTheCpuAndSaysWhy)
   EXPECT_EQ(notice.find(expected()), 0u) << notice;
 }
 
-TEST(CudaDrivers, AnExplicitChoiceAndADemandAreErrors)
+TEST(CudaDrivers, ExplicitAndRequiredDevicesAreErrors)
 {
   {
     const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);

@@ -47,7 +47,7 @@ TYPED_TEST_SUITE(DriveOfDimension, Dimensions);
 
 // The sizes include rotations that are too large for one segment and deformations that invert the
 // volume.
-TYPED_TEST(DriveOfDimension, IsSimpleWhereNothingIsWrongAndNothingSteered)
+TYPED_TEST(DriveOfDimension, IsSimpleWithoutErrorsAndSteering)
 {
   constexpr int D = TestFixture::D;
   Random random(7);
@@ -66,7 +66,7 @@ TYPED_TEST(DriveOfDimension, IsSimpleWhereNothingIsWrongAndNothingSteered)
   EXPECT_GT(others, 1000);
 }
 
-TYPED_TEST(DriveOfDimension, IsNotSimpleWithAnythingElse)
+TYPED_TEST(DriveOfDimension, IsNotSimpleWithOtherFeatures)
 {
   constexpr int D = TestFixture::D;
   const double infinite = std::numeric_limits<double>::infinity();

@@ -26,7 +26,7 @@ bool contains(const std::string &text, const std::string &part)
 
 }    // namespace
 
-TEST(Failure, OverlapBeyondTheLimitIsNamedAndTheStateKept)
+TEST(Failure, OverlapBeyondTheLimitIsReportedAndTheStateKept)
 {
   Options options = cpu_options();
   options.overlap_limit = 0.15;
@@ -47,7 +47,7 @@ TEST(Failure, OverlapBeyondTheLimitIsNamedAndTheStateKept)
   EXPECT_EQ(rig.result().status, status::Ok);
 }
 
-TEST(Failure, CellThatBecomesTooNarrowIsNamed)
+TEST(Failure, CellThatBecomesTooNarrowIsReported)
 {
   // Two small disks in a cell that is flattened have no overlap, but images come within the cutoff.
   RveState state = state_of(paper_material(), 0.04 * Tensor2::identity(), {0.004, 0.004},
@@ -124,7 +124,7 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
       contains(message_of([&] { rig.owner().advance({0}, {}, results); }), "1 RVEs, 0 drives"));
 }
 
-TEST(Failure, GrainsOfSizesTooDifferentAreRefusedHoweverDifferent)
+TEST(Failure, GrainsOfTooDifferentSizesAreRefused)
 {
   // A quotient that underflows would request infinitely many neighbours.
   for (const double small : {4e-5, 1e-12, 1e-30, 1e-300, 4.9e-324}) {
@@ -140,7 +140,7 @@ TEST(Failure, GrainsOfSizesTooDifferentAreRefusedHoweverDifferent)
   }
 }
 
-TEST(Failure, SpheresAreOfLessDifferentSizesThanDisks)
+TEST(Failure, SizesOfSpheresMayDifferLessThanThoseOfDisks)
 {
   const auto message_with = [](double ratio) {
     return message_of([&] {
@@ -161,7 +161,7 @@ TEST(Failure, HalfATurnInOneCallIsRefused)
   EXPECT_THROW(Drive::constant_velocity_gradient(spin, 1e-3, 3100), InputError);
 }
 
-TEST(Failure, TimeStepBeyondTheBoundNeverStaysSilent)
+TEST(Failure, TimeStepBeyondTheBoundIsReported)
 {
   const RveState packing = paper_packing();
   const double bound = stable_time_step(packing);
@@ -182,7 +182,7 @@ TEST(Failure, TimeStepBeyondTheBoundNeverStaysSilent)
   }
 }
 
-TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsNamed)
+TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsReported)
 {
   // One of two disks that never touch moves along x. Wrapped coordinates do not show motion by
   // whole cells in a step.
@@ -204,7 +204,7 @@ TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsNamed)
     }
 }
 
-TEST(Failure, CoincidingCentresAreNeverSilent)
+TEST(Failure, CoincidingCentresAreReported)
 {
   // The contact has no normal, and its overlap exceeds the limit of every format. The steps suffice
   // for the disks to separate if a force resulted.
@@ -224,7 +224,7 @@ TEST(Failure, CoincidingCentresAreNeverSilent)
     }
 }
 
-TEST(Failure, OneRveFailsAndTheBatchGoesOn)
+TEST(Failure, BatchContinuesWhenAnRveFails)
 {
   Options options = cpu_options(Format::Mixed, 2);
   options.overlap_limit = 0.15;
@@ -250,7 +250,7 @@ TEST(Failure, OneRveFailsAndTheBatchGoesOn)
   EXPECT_TRUE(same_answer(results[0], alone.result()));
 }
 
-TEST(Gas, CarriesNoStressAndIsOnlyANotice)
+TEST(Gas, HasNoStressAndANotice)
 {
   RveRig rig(paper_gas());
 
@@ -339,7 +339,7 @@ TEST(Evaluation, WithoutSubstepsChangesNothing)
     }
 }
 
-TEST(Evaluation, OfAFreshPackingTellsItsPressure)
+TEST(Evaluation, OfAFreshPackingGivesItsPressure)
 {
   RveRig rig(paper_packing());
 

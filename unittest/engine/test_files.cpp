@@ -56,7 +56,7 @@ TEST(OutputFile, WritesANewFileAndReplacesAnOldOne)
   EXPECT_EQ(num_entries(folder), 1u);
 }
 
-TEST(OutputFile, LeavesTheOldFileUntilTheNewOneIsWhole)
+TEST(OutputFile, KeepsTheOldFileUntilTheNewOneIsComplete)
 {
   const fs::path folder = new_folder(), path = folder / "file";
   std::ofstream(path) << "old";
@@ -183,7 +183,7 @@ TEST(OutputFile, AWriteProtectedFileIsKept)
   EXPECT_EQ(text_of(path.string()), "old");
 }
 
-TEST(RequireWritable, FindsOutBeforeThereIsAnythingToWrite)
+TEST(RequireWritable, ChecksBeforeThereIsAnythingToWrite)
 {
   const fs::path folder = new_folder();
 

@@ -86,13 +86,13 @@ TEST_P(Frictionless, GrainsMoveAsWithACoefficientOfZero)
   EXPECT_GT(alone.end.counters.rebuilds, 100);
 }
 
-TEST_P(Frictionless, NoForceTurnsAGrain)
+TEST_P(Frictionless, NoForceRotatesAGrain)
 {
   EXPECT_TRUE(untouched_by_friction(run(GetParam(), false).end));
 }
 
 // Initial spins do not change.
-TEST_P(Frictionless, SpinsLastAsTheyAre)
+TEST_P(Frictionless, InitialSpinsStayConstant)
 {
   RveState state = without_friction();
   for (int i = 0; i < state.num_grains(); ++i) state.spin[i] = 0.5 * (i % 7) - 1.0;

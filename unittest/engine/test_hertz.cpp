@@ -207,7 +207,7 @@ TEST(HertzImpact, HasTheOverlapAndTheDurationOfTheClosedForm)
   }
 }
 
-TEST(HertzImpact, RestitutionDependsOnNoVelocity)
+TEST(HertzImpact, RestitutionDoesNotDependOnTheVelocity)
 {
   for (const double e : {0.3, 0.6, 0.9})
     for (const double v : {0.001, 0.01, 0.1}) {
@@ -222,7 +222,7 @@ TEST(HertzImpact, RestitutionDependsOnNoVelocity)
     }
 }
 
-TEST(HertzImpact, OtherDashpotsLoseLessOrMoreWhereVelocitiesAreHigh)
+TEST(HertzImpact, OtherDashpotsHaveVelocityDependentRestitution)
 {
   const auto restitution_at = [](const Damping &damping, double v) {
     Material material = hertz();
@@ -313,7 +313,7 @@ TEST(HertzTimeStep, FallsWithTheQuarterPowerOfTheOverlap)
   EXPECT_NEAR(step_at(1e-5) / step_at(16e-5), 2.0, 1e-9);
 }
 
-TEST(HertzTimeStep, IsThatOfTheMatrixOfAllMotionsAndTheEngineIsBelowIt)
+TEST(HertzTimeStep, FollowsFromTheMatrixOfAllMotionsAndBoundsTheEngine)
 {
   RveState state = packing();
   state.material.local_damping = state.material.restitution_damping = 0.0;
@@ -338,7 +338,7 @@ TEST(HertzTimeStep, OfTheEngineIsBelowThatOfAStateWithEveryDamping)
 
 // ---- packings ----
 
-TEST(HertzPacking, ReachesItsPressureAndIsPressedAsHertzSays)
+TEST(HertzPacking, ReachesItsPressureAndCompressesByHertzLaw)
 {
   const auto result_at = [](double pressure) {
     RveRig rig(packing_at(pressure));
@@ -379,7 +379,7 @@ TEST(HertzPacking, ContinuesToTheSameBitsFromImagesAndFiles)
 }
 
 /// On CPUs with AVX2, the program without dashpots and energy bookkeeping computes grains in packs.
-TEST(HertzPacking, WithoutDashpotsAndBooksGivesTheBitsOfTheProgramThatHasThem)
+TEST(HertzPacking, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   RveState state = sheared(packing());
   state.material.restitution_damping = 0.0;
@@ -399,7 +399,7 @@ TEST(HertzPacking, WithoutDashpotsAndBooksGivesTheBitsOfTheProgramThatHasThem)
     }
 }
 
-TEST(HertzPacking, AnswersAlikeInAllFormats)
+TEST(HertzPacking, HasTheSameResponseInAllFormats)
 {
   const RveState state = sheared(packing());
   const auto stress_in = [&](Format format) {
@@ -416,7 +416,7 @@ TEST(HertzPacking, AnswersAlikeInAllFormats)
   EXPECT_LT(error_of(Format::Fast), 1e-2 * p);
 }
 
-TEST(HertzPacking, RigidRotationTurnsItsStress)
+TEST(HertzPacking, RigidRotationRotatesItsStress)
 {
   for (const double keeps_displacement : {0.0, 1.0}) {
     RveState state = sheared(packing());

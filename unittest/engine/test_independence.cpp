@@ -154,7 +154,7 @@ TEST_P(EveryFormat, RestartContinuesBitForBit)
   EXPECT_EQ(serialize(continued.state()), serialize(uninterrupted.state()));
 }
 
-TEST_P(EveryFormat, RestartWithoutTheTangentialHistoryIsNoticed)
+TEST_P(EveryFormat, RestartWithoutTheTangentialHistoryDiffers)
 {
   RveRig uninterrupted(paper_packing(), cpu_options(GetParam()));
   work_out(uninterrupted, 10);
@@ -274,7 +274,7 @@ TEST_P(EveryFormat, ThreadsAndOrderInTheBatchDoNotChangeABit)
     }
 }
 
-TEST(Batch, CompanyDoesNotChangeABit)
+TEST(Batch, OtherRvesDoNotChangeABit)
 {
   const std::vector<Job> jobs = mixed_batch();
   const auto together = run_batch(jobs, {0, 1, 2, 3, 4, 5, 6, 7}, Format::Mixed, 2);

@@ -135,7 +135,7 @@ template <class Work> bool end_well(int processes, const Work &work)
 
 }    // namespace
 
-// ---- what is kept -------------------------------------------------------------------------------
+// ---- stored kernels ----
 
 TEST_F(KernelCacheFile, IsFoundByItsKeyAndByNoOther)
 {
@@ -145,7 +145,7 @@ TEST_F(KernelCacheFile, IsFoundByItsKeyAndByNoOther)
   EXPECT_FALSE(finds(nullptr, KEY + "-fmad=true\n"));
 }
 
-TEST_F(KernelCacheFolder, IsForNobodyElse)
+TEST_F(KernelCacheFolder, IsAccessibleToItsOwnerOnly)
 {
   const mode_t before = umask(0);
   keep();
@@ -155,7 +155,7 @@ TEST_F(KernelCacheFolder, IsForNobodyElse)
   EXPECT_EQ(status.st_mode & 0777, 0700u);
 }
 
-TEST_F(KernelCacheFile, OfAnotherKeyWithTheSameHashIsNotTaken)
+TEST_F(KernelCacheFile, FileOfAnotherKeyWithTheSameHashIsNotUsed)
 {
   keep();
   const std::string other = "another key";
@@ -163,7 +163,7 @@ TEST_F(KernelCacheFile, OfAnotherKeyWithTheSameHashIsNotTaken)
   EXPECT_FALSE(finds(nullptr, other));
 }
 
-TEST_F(KernelCacheFile, ThatIsDamagedAnywhereIsCompiledAgain)
+TEST_F(KernelCacheFile, DamagedFileIsCompiledAgain)
 {
   keep();
   const std::string sound = text_of(file());
@@ -177,7 +177,7 @@ TEST_F(KernelCacheFile, ThatIsDamagedAnywhereIsCompiledAgain)
   }
 }
 
-TEST_F(KernelCacheFile, ThatIsCutOffOrTooLongIsCompiledAgain)
+TEST_F(KernelCacheFile, TruncatedOrTooLongFileIsCompiledAgain)
 {
   keep();
   const std::string sound = text_of(file());
@@ -192,7 +192,7 @@ TEST_F(KernelCacheFile, ThatIsCutOffOrTooLongIsCompiledAgain)
 
 // ---- the folder ----
 
-TEST_F(KernelCacheFolder, ThatOthersCanEnterIsRefused)
+TEST_F(KernelCacheFolder, FolderOpenToOthersIsRefused)
 {
   for (const mode_t mode : {0755, 0701, 0710, 0777, 0750, 0500}) {
     keep();
@@ -210,21 +210,21 @@ TEST_F(KernelCacheFolder, OfAnotherUserIsRefused)
   expect_folder_refused("belongs to the user with the number 12345");
 }
 
-TEST_F(KernelCacheFolder, ThatCannotBeMadeIsSaid)
+TEST_F(KernelCacheFolder, FailureToCreateItIsReported)
 {
   write(folder, "a file");
   expect_folder_refused("Not a directory");
   fs::remove(folder);
 }
 
-TEST_F(KernelCacheFolder, IsMadeWithThoseAboveIt)
+TEST_F(KernelCacheFolder, IsCreatedWithItsParents)
 {
   KernelCache cache(folder + "/a/b/");
   EXPECT_EQ(cache.obstacle(), "");
   EXPECT_TRUE(fs::is_directory(folder + "/a/b"));
 }
 
-TEST(KernelCache, IsWhereTheEnvironmentSays)
+TEST(KernelCache, IsInTheFolderOfTheEnvironmentVariable)
 {
   const auto chosen = [](const char *own, const char *xdg, const char *home) {
     const Environment a("GPU_RVE_KERNEL_CACHE", own), b("XDG_CACHE_HOME", xdg), c("HOME", home);
@@ -245,7 +245,7 @@ TEST(KernelCache, IsWhereTheEnvironmentSays)
       "with /, or 0, false, no, off or empty");
 }
 
-TEST(KernelCache, ThatIsSwitchedOffKeepsNothingAndDoesNotComplain)
+TEST(KernelCache, SwitchedOffCacheStoresNothingWithoutAMessage)
 {
   KernelCache cache("");
   cache.store(KEY, some_kernel());
@@ -258,7 +258,7 @@ TEST(KernelCache, ThatIsSwitchedOffKeepsNothingAndDoesNotComplain)
 // ---- many processes -----------------------------------------------------------------------------
 
 /// Each process reads a whole kernel or none while others write, and no temporary files remain.
-TEST_F(KernelCacheProcesses, NeverSeeHalfAFile)
+TEST_F(KernelCacheProcesses, NeverReadAPartialFile)
 {
   constexpr int rounds = 10;    // each round writes to the disk
   EXPECT_TRUE(end_well(8, [&] {
@@ -300,7 +300,7 @@ TEST_F(KernelCacheProcesses, CompileOneAfterTheOther)
   fs::remove(compilations);
 }
 
-TEST_F(KernelCacheProcesses, ThatAreKilledOrHangHoldNobodyForever)
+TEST_F(KernelCacheProcesses, KilledOrHangingProcessesDoNotBlockOthersForever)
 {
   int ready[2];
   ASSERT_EQ(pipe(ready), 0);

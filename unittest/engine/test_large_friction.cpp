@@ -60,7 +60,7 @@ class LargeFriction : public OnDevice {
 
 }    // namespace
 
-TEST_P(LargeFriction, PressureIsThereAtOnce)
+TEST_P(LargeFriction, FirstPressureIsCorrect)
 {
   for (const bool rolling : {false, true})
     for (const double friction : COEFFICIENTS) {
@@ -98,7 +98,7 @@ TEST_P(LargeFriction, PressureAfterShearIsThatOfDouble)
 }
 
 // Beyond some coefficient no contact slides, and results do not depend on the coefficient.
-TEST_P(LargeFriction, GrainsThatNeverSlideDoNotKnowTheCoefficient)
+TEST_P(LargeFriction, WithoutSlidingTheCoefficientHasNoEffect)
 {
   const double dt = 0.5 * stable_time_step(rough_packing(1e6, true));
   RveRig some = rig(rough_packing(1e6, true)), more = rig(rough_packing(1e10, true));
@@ -111,7 +111,7 @@ TEST_P(LargeFriction, GrainsThatNeverSlideDoNotKnowTheCoefficient)
 
 // Tangential forces of a state may be much larger than the normal ones, from which the first force
 // scale is estimated.
-TEST_P(LargeFriction, TangentialForcesOfAStateFindRoom)
+TEST_P(LargeFriction, LargeTangentialForcesOfAStateFitTheScale)
 {
   RveState state = two_disks(1e-6);
   state.material.friction = 1e8;
@@ -138,7 +138,7 @@ TEST_P(LargeFriction, TangentialForcesOfAStateFindRoom)
 }
 
 // The overlap limit does not apply to tangential springs that are stretched beyond it.
-TEST_P(LargeFriction, TangentialForcesCrushNoGrain)
+TEST_P(LargeFriction, TangentialForcesDoNotExceedTheOverlapLimit)
 {
   RveState state = two_disks(1e-6);
   state.material.friction = 1e8;
@@ -153,7 +153,7 @@ TEST_P(LargeFriction, TangentialForcesCrushNoGrain)
   EXPECT_EQ(result.status, status::Ok) << describe_status(result.status);
 }
 
-TEST_P(LargeFriction, IsRaisedOnALivingRve)
+TEST_P(LargeFriction, CanBeRaisedOnAnExistingRve)
 {
   RveRig living = rig(paper_packing("A20_h0075.rve"));
   Material rough = living.state().material;

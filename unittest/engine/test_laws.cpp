@@ -439,7 +439,7 @@ template <template <class> class Law> void check_in_all_formats()
 
 }    // namespace
 
-TEST(LawsOfThePrograms, HaveTheirParametersAndAreTheSameFromBothGrains){
+TEST(LawsOfThePrograms, HaveTheirParametersAndAreSymmetricInBothGrains){
 #define RVE_CHECK(name, law, books, prepared) \
   {                                           \
     SCOPED_TRACE(#name);                      \
@@ -480,7 +480,7 @@ TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){
 #undef RVE_CHECK
 }
 
-TEST(LawsOfThePrograms, ProgramsThatArePreparedAlikeHaveTheSameMemory)
+TEST(LawsOfThePrograms, ProgramsWithTheSamePreparationHaveTheSameMemory)
 {
 #define RVE_CHECK(name, law, books, prepared)                                                  \
   {                                                                                            \

@@ -54,7 +54,7 @@ Difference after_ten_milliseconds(const RveState &packing, double dt)
 
 }    // namespace
 
-TEST(LiteralUpdateOfThePaper, ConvergesToOursWithTheFirstOrderOfTheTimeStep)
+TEST(LiteralUpdateOfThePaper, ConvergesToOursAtFirstOrderInTheTimeStep)
 {
   RveState packing = paper_packing();
   packing.material.local_damping = 0.0;

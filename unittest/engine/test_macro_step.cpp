@@ -62,7 +62,7 @@ bool has(const std::vector<Advice> &list, AdviceKind kind)
 
 }    // namespace
 
-TEST(FiniteStrain, RotationAndStretchComeBack)
+TEST(FiniteStrain, RotationAndStretchAreRecovered)
 {
   const Tensor2 stretch = Tensor2::identity() + 0.1 * SOME_STRAIN;
   for (const double angle : {0.0, 1e-9, 0.3, -2.0, 3.1}) {
@@ -119,7 +119,7 @@ TEST(FiniteStrain, SizeOfTheStrainAndBoundOfTheRotationNeedNoDecomposition)
   expect_sizes_of_increments<3>();
 }
 
-TEST(FiniteStrain, AnglesNeedNoFunctionsOfALibrary)
+TEST(FiniteStrain, AnglesAgreeWithTheLibraryFunctions)
 {
   for (int k = 0; k <= 1000; ++k) {
     const double angle = 0.001 * k * rve::kPi;
@@ -151,13 +151,13 @@ template <int D> void expect_that_rotations_are_taken()
 }
 }    // namespace
 
-TEST(FiniteStrain, TakingTheRotationLeavesTheStretch)
+TEST(FiniteStrain, RemovingTheRotationLeavesTheStretch)
 {
   expect_that_rotations_are_taken<2>();
   expect_that_rotations_are_taken<3>();
 }
 
-TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
+TEST(FiniteStrain, PartsOfAnIncrementFollowThePathOfTheEngine)
 {
   // A packing without contacts keeps its fractional coordinates, so that the cell alone shows the
   // path.
@@ -182,7 +182,7 @@ TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
     EXPECT_NEAR(parts.result().cell.component[k], whole.result().cell.component[k], 1e-15);
 }
 
-TEST(RigidTurn, TurnedRveHasTheTurnedStressAndGoesOnAlike)
+TEST(RigidTurn, RotatedRveHasTheRotatedStressAndResponse)
 {
   RveState state = sheared_packing();
   state.material.local_damping =
@@ -202,7 +202,7 @@ TEST(RigidTurn, TurnedRveHasTheTurnedStressAndGoesOnAlike)
   EXPECT_EQ(second.result().num_contacts, first.result().num_contacts);
 }
 
-TEST(RigidTurn, IsThatOfTheStateToTheBitAndOfNobodyElse)
+TEST(RigidTurn, RotatesTheStateToTheBitAndNoOther)
 {
   for (const Format format : ALL_FORMATS) {
     SCOPED_TRACE(to_string(format));
@@ -226,7 +226,7 @@ TEST(RigidTurn, IsThatOfTheStateToTheBitAndOfNobodyElse)
   }
 }
 
-TEST(RigidTurn, RefusesWhatIsNoRotation)
+TEST(RigidTurn, RefusesTensorsOtherThanRotations)
 {
   RveRig rig(paper_packing());
   const auto before = serialize(rig.state());
@@ -238,7 +238,7 @@ TEST(RigidTurn, RefusesWhatIsNoRotation)
   EXPECT_EQ(serialize(rig.state()), before);
 }
 
-TEST(Engine, NextRveTakesTheNumberThatWasRemoved)
+TEST(Engine, NextRveTakesTheIndexOfARemovedOne)
 {
   const auto engine = make_engine(cpu_options());
   std::vector<int> numbers;
@@ -340,7 +340,7 @@ bool same_bits(const AffineStiffness &a, const AffineStiffness &b)
 
 }    // namespace
 
-TEST(AffineStiffness, OfTheEngineIsThatOfTheState)
+TEST(AffineStiffness, EngineAgreesWithTheState)
 {
   for (const StiffnessCase &one : stiffness_cases())
     for (const Format format : {Format::Double, Format::Mixed, Format::Fast, Format::Single}) {
@@ -365,7 +365,7 @@ TEST(AffineStiffness, OfTheEngineIsThatOfTheState)
     }
 }
 
-TEST(AffineStiffness, OfTheEngineHasTheBitsOfTheConfigurationWhicheverCallAsks)
+TEST(AffineStiffness, HasTheSameBitsInEveryCallForAConfiguration)
 {
   const RveState state = stiffness_cases()[0].state;
   const Drive shear = Drive::constant_velocity_gradient(gradient(0, 1, 0.5), DT, 30);
@@ -390,7 +390,7 @@ TEST(AffineStiffness, OfTheEngineHasTheBitsOfTheConfigurationWhicheverCallAsks)
   }
 }
 
-TEST(AffineStiffness, SpringsThatAreStretchedByManyGrainsAreCutAndNoSumOverflows)
+TEST(AffineStiffness, HugeSpringsAreLimitedAndNoSumOverflows)
 {
   // Such springs are not physical, but a file may have them: 8 K L, with L up to four times the
   // largest radius.
@@ -416,7 +416,7 @@ TEST(AffineStiffness, SpringsThatAreStretchedByManyGrainsAreCutAndNoSumOverflows
   }
 }
 
-TEST(AffineStiffness, AskingForItChangesNothingElse)
+TEST(AffineStiffness, RequestDoesNotChangeOtherResults)
 {
   for (const StiffnessCase &one : stiffness_cases()) {
     SCOPED_TRACE(one.name);
@@ -431,7 +431,7 @@ TEST(AffineStiffness, AskingForItChangesNothingElse)
   }
 }
 
-TEST(AffineStiffness, OfAGasIsZeroAndOfAFailedCallItIsNoNumberOfAnybody)
+TEST(AffineStiffness, IsZeroWithoutContactsAndNanAfterAFailedCall)
 {
   const auto engine = make_engine(cpu_options());
   const int gas = engine->add(paper_gas()), crushed = engine->add(paper_packing());
@@ -483,7 +483,7 @@ TEST(AdaptiveSubsteps, InertialNumberIsThatOfTheFormula)
               2.0 * 0.01 * std::sqrt(2650.0 / (result.mean_stress() * 0.075)), 1e-12);
 }
 
-TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
+TEST(Advice, NamesOnlyQuantitiesBeyondTheirLimits)
 {
   const RveState state = paper_packing();
   RveRig rig(state);
@@ -535,7 +535,7 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
   }
 }
 
-TEST(Advice, TellsAFrictionThatLooksLikeAnAngle)
+TEST(Advice, NamesAFrictionThatLooksLikeAnAngle)
 {
   Material material = paper_material();
   EXPECT_TRUE(advice_on_friction(material).empty());
@@ -546,7 +546,7 @@ TEST(Advice, TellsAFrictionThatLooksLikeAnAngle)
   EXPECT_NE(list[0].message.find("0.577"), std::string::npos) << list[0].message;
 }
 
-TEST(Advice, TellsAServoThatComesNoNearer)
+TEST(Advice, NamesAServoThatDoesNotConverge)
 {
   Drive drive;
   drive.controlled[0][0] = true;

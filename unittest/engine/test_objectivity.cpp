@@ -52,7 +52,7 @@ Tensor2 rotated(const Tensor2 &stress, int quarters)
 
 class RigidRotation : public ::testing::TestWithParam<int> {};
 
-TEST_P(RigidRotation, TurnsTheStressAndLeavesItsInvariants)
+TEST_P(RigidRotation, RotatesTheStressAndKeepsItsInvariants)
 {
   static_assert(STEPS_PER_QUARTER % 13 == 0, "calls make whole quarters");
   const int quarters = GetParam();
@@ -82,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(Turns, RigidRotation, ::testing::Values(1, 4, 40), [](c
 
 // The work equals the dissipation by drag on the grains. If each half of the work of a step used
 // the cell after the step, a rotation by w T would add the work -p V w^2 dt T, 1.3e-3 of p V here.
-TEST(SteadyRotation, DoesNoWorkButThatOfTheLosses)
+TEST(SteadyRotation, DoesOnlyTheWorkOfTheDissipation)
 {
   Options options = cpu_options(Format::Double);
   options.track_energy = true;
@@ -103,7 +103,7 @@ TEST(SteadyRotation, DoesNoWorkButThatOfTheLosses)
   EXPECT_NEAR(work, known(after) - known(before), 1e-7 * scale);
 }
 
-TEST(SteadyRotation, NineMoreTurnsChangeNothing)
+TEST(SteadyRotation, NineMoreTurnsDoNotChangeTheStress)
 {
   RveRig rig(turning(sheared_packing()), cpu_options(Format::Mixed));
   turn_by_quarters(rig, 4);
@@ -132,7 +132,7 @@ TEST(SteadyRotation, ArmsOfLammpsRaiseThePressure)
   EXPECT_NEAR(ours.result().mean_stress() / before, 1.0, 2e-4);
 }
 
-TEST(Observer, ResponseTurnsWithTheFrame)
+TEST(Observer, ResponseRotatesWithTheFrame)
 {
   // An observer rotated by 90 degrees sees the packing and the drive: fractional coordinates are
   // the same, cell and drive are rotated.

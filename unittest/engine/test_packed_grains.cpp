@@ -196,7 +196,7 @@ TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
   EXPECT_GT(last.detail.progress.num_extra, 400);    // more extra pairs than grains
 }
 
-TEST_P(PackedGrains, ServoThatSteersByTheStressOfEveryStep)
+TEST_P(PackedGrains, ServoUsesTheStressOfEveryStep)
 {
   // Both runs have new lists; the second one has more extra pairs than grains.
   for (const double skin : {0.0, 9e-3}) {
@@ -257,7 +257,7 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
   EXPECT_TRUE(packed.image.bytes == image.bytes);
 }
 
-TEST_P(PackedGrains, SaturationBoundaryHasTheSameVerdict)
+TEST_P(PackedGrains, SaturationLimitIsTheSame)
 {
   // The forces range from expected ones to excessive ones, with numbers on both sides of every
   // limit of the conversions.

@@ -133,7 +133,7 @@ TEST(Packing, AWrongMaterialIsAnErrorBeforeAnythingRuns)
   }
 }
 
-TEST(Packing, ARatioOfStressesThatGrainsDoNotBearIsNamed)
+TEST(Packing, StressRatioBeyondTheStrengthIsNamed)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(60, 20e3);
@@ -222,7 +222,7 @@ TEST(Packing, FrictionlessPreparationLeavesNoTangentialForce)
 
 // Rolling resistance belongs to the final material: the preparation runs without it, and grains at
 // rest stay at rest.
-TEST(Packing, RollingResistanceComesWhenThePackingIsReady)
+TEST(Packing, RollingResistanceIsAddedAfterThePreparation)
 {
   PackingRecipe recipe = paper_recipe(100, 20e3);
   recipe.preparation_friction = 0.3;
@@ -240,7 +240,7 @@ TEST(Packing, RollingResistanceComesWhenThePackingIsReady)
   EXPECT_EQ(serialize(packing), serialize(without));
 }
 
-TEST(Packing, PreparedWithMoreThanTheFinalFrictionStillStands)
+TEST(Packing, PreparationWithMoreThanTheFinalFrictionIsStable)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(150, 20e3);
@@ -350,7 +350,7 @@ TEST(Packing, DenserTargetIsMetByOverconsolidation)
   EXPECT_NEAR(result.mean_stress(), 20e3, 20.0);
 }
 
-TEST(Packing, UnreachableVoidRatioNamesWhatIsReachable)
+TEST(Packing, UnreachableVoidRatioNamesTheReachableRange)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(60, 20e3);
@@ -366,7 +366,7 @@ TEST(Packing, UnreachableVoidRatioNamesWhatIsReachable)
 
 // A packing does not depend continuously on its preparation. If no path reaches the void ratio
 // within the tolerance, the error names the closest one.
-TEST(Packing, AVoidRatioThatIsNotMetNamesTheClosest)
+TEST(Packing, UnmetVoidRatioNamesTheClosest)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(30, 20e3);
@@ -383,7 +383,7 @@ TEST(Packing, AVoidRatioThatIsNotMetNamesTheClosest)
   EXPECT_NE(message.find("take another seed or a larger tolerance"), std::string::npos);
 }
 
-TEST(Packing, RunOutOfStepsSaysHowFarItCame)
+TEST(Packing, TooFewStepsReportTheProgress)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(60, 20e3);

@@ -83,7 +83,7 @@ TEST(PackingImage, ImagesOfImagesAreImagesToTheLastBit)
   EXPECT_EQ(serialize(image_of(state, 0)), serialize(state));
 }
 
-TEST(PackingImage, GrainsLieWhereTheMirrorShowsThem)
+TEST(PackingImage, GrainsAreAtTheirMirrorImages)
 {
   const RveState state = crowded_state(40, 7);
   const std::vector<double> xy = state.positions();
@@ -104,7 +104,7 @@ TEST(PackingImage, GrainsLieWhereTheMirrorShowsThem)
   }
 }
 
-TEST(PackingImage, AnUprightCellStaysUpright)
+TEST(PackingImage, UprightCellStaysUpright)
 {
   const RveState packing = paper_packing();
 
@@ -191,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(Images, ResponseOfImage,
                          ::testing::Combine(::testing::Range(0, NUM_IMAGES),
                                             ::testing::Values(0.0, 0.3)));
 
-TEST(PackingImage, StressServoSeesTheImageToo)
+TEST(PackingImage, StressServoControlsTheImage)
 {
   const RveState packing = paper_packing();
   for (const int image : {1, 4}) {
@@ -219,7 +219,7 @@ TEST(PackingImage, StressServoSeesTheImageToo)
 
 // Control: if the mirror does not change the sense of the tangential forces, the network is out of
 // balance.
-TEST(PackingImage, TangentialForcesChangeTheirSenseInAMirror)
+TEST(PackingImage, TangentialForcesChangeSignInAMirror)
 {
   RveRig loaded(paper_packing());
   loaded.strain(gradient(0, 1, 0.05), 5e-5, 2000, 2);
@@ -300,7 +300,7 @@ TEST(ImageOfSpheres, ImagesOfImagesAreImagesToTheLastBit)
     }
 }
 
-TEST(ImageOfSpheres, AnswersTheImageOfAStrainWithTheImageOfTheStress)
+TEST(ImageOfSpheres, ImageOfAStrainGivesTheImageOfTheStress)
 {
   const Spheres state = sheared_spheres();
   const Tensor3 l{{-1.0, 3.0, 2.0, 1.0, -2.0, 0.5, 4.0, -1.0, -3.0}};
@@ -322,7 +322,7 @@ TEST(ImageOfSpheres, AnswersTheImageOfAStrainWithTheImageOfTheStress)
 
 // Control: spins are axial vectors and forces are vectors; the other transformation gives other
 // stresses.
-TEST(ImageOfSpheres, AnswersOtherwiseWhereSpinsOrForcesAreSeenWithTheWrongSense)
+TEST(ImageOfSpheres, WrongTransformationOfSpinsOrForcesChangesTheResponse)
 {
   const Spheres state = sheared_spheres();
   const auto stress_after = [](const Spheres &start) {

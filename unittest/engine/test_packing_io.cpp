@@ -118,7 +118,7 @@ LammpsData read_lammps_data(const std::string &path)
 
 }    // namespace
 
-TEST(PackingFile, StateReturnsToTheLastBit)
+TEST(PackingFile, StateIsRestoredToTheLastBit)
 {
   const std::string path = temporary_path("state.rve");
   const RveState state = crowded_state(40, 7);
@@ -149,7 +149,7 @@ TEST(PackingFile, StateReturnsToTheLastBit)
 }
 
 // Packings without rolling resistance are written in the file format without it.
-TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
+TEST(PackingFile, OnlyPackingsWithRollingResistanceHaveItsParameters)
 {
   const std::string path = temporary_path("rolling.rve");
   RveState state = crowded_state(40, 7);
@@ -202,7 +202,7 @@ TEST(PackingFile, GrainsMayComeInAnyOrder)
   EXPECT_EQ(state.material.rolling_friction, 0.0);
 }
 
-TEST(PackingFile, MaySayTheContactLawInFrontOfItsParameters)
+TEST(PackingFile, MayNameTheContactLawBeforeItsParameters)
 {
   const std::string path = temporary_path("two.rve"), two = TWO_GRAINS;
   std::string said = two;
@@ -274,7 +274,7 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_after(two, "0.1 0.01", "0.01 0.01").find(": cell width"), 0u);
 }
 
-TEST(PackingFile, OfSpheresReturnsToTheLastBit)
+TEST(PackingFile, SpheresAreRestoredToTheLastBit)
 {
   const std::string path = temporary_path("spheres.rve");
   RveStateOf<3> state = crowded_spheres(60, 7);
@@ -307,7 +307,7 @@ TEST(PackingFile, OfSpheresReturnsToTheLastBit)
   }
 }
 
-TEST(PackingFile, SaysItsDimension)
+TEST(PackingFile, HasItsDimension)
 {
   const std::string path = temporary_path("two.rve"), disks = TWO_GRAINS, spheres = TWO_SPHERES;
 
@@ -378,7 +378,7 @@ TEST(PackingFile, OfSpheresIsRefusedWithLineNumberWhereItIsBroken)
             0u);
 }
 
-TEST(PackingFile, TextBehindTheEndIsRefused)
+TEST(PackingFile, TextAfterTheEndIsRefused)
 {
   const std::string two = TWO_GRAINS;
 
@@ -423,7 +423,7 @@ TEST(PackingFile, ChecksumIsOfTheWords)
           "changed by hand; 'checksum none' in its place accepts it");
 }
 
-TEST(PackingFile, AFileWithoutAChecksumSaysSo)
+TEST(PackingFile, MissingChecksumMustBeDeclared)
 {
   const std::string two = TWO_GRAINS;
 
@@ -436,7 +436,7 @@ TEST(PackingFile, AFileWithoutAChecksumSaysSo)
   EXPECT_EQ(message_after(two, "0.004", "0.003"), "no error");
 }
 
-TEST(PackingFile, WhatIsNoFileIsRefusedWithTheReason)
+TEST(PackingFile, PathThatIsNoFileIsRefusedWithTheReason)
 {
   const std::string folder = testing::TempDir(), fifo = temporary_path("fifo");
   std::remove(fifo.c_str());
@@ -490,7 +490,7 @@ TEST(PackingFile, FailedWriteLeavesTheOldFile)
   EXPECT_EQ(text_of(path), before);
 }
 
-TEST(LammpsData, PositionsAreThePackingTurnedToTheXAxis)
+TEST(LammpsData, PositionsAreThePackingRotatedToTheXAxis)
 {
   RveState state = crowded_state(30, 5);
   const double turn = 0.7;
@@ -532,7 +532,7 @@ TEST(LammpsData, PositionsAreThePackingTurnedToTheXAxis)
   }
 }
 
-TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
+TEST(LammpsData, ContactTableGivesLoveStressInTheRotatedFrame)
 {
   RveState state = two_disks(1e-4);
   state.pairs.push_back(
@@ -559,7 +559,7 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
   EXPECT_NEAR(row[10], -100.0 * 0.8 + 7.0 * 0.6, 1e-10);
 }
 
-TEST(LammpsData, SpheresAreTurnedAsAWhole)
+TEST(LammpsData, SpheresAreRotatedAsAWhole)
 {
   Spheres state = disordered_spheres(spheres_material(), 5, 3);
   SphereRig rig(state);
@@ -663,7 +663,7 @@ TEST(LammpsData, ADeviceGetsNoContactTable)
   std::remove(link.c_str());
 }
 
-TEST(LammpsData, ContactTableHasRollingForcesAsTheFirstGrainSeesThem)
+TEST(LammpsData, ContactTableHasRollingForcesOnTheFirstGrain)
 {
   RveState state = two_disks(1e-4);
   const auto last_column = [&](const rve::Pair &pair) {
@@ -685,7 +685,7 @@ TEST(LammpsData, ContactTableHasRollingForcesAsTheFirstGrainSeesThem)
   EXPECT_EQ(last_column({0, 1, 7.0, 0.0}).substr(0, 7), "force_y");
 }
 
-TEST(ContactNetwork, BinsFindWhatAllPairsFind)
+TEST(ContactNetwork, BinsFindAllPairs)
 {
   const RveState state =
       crowded_state(400, 9);    // cell about 1.5 wide, contact distance 0.2: bins are used
@@ -707,7 +707,7 @@ TEST(ContactNetwork, BinsFindWhatAllPairsFind)
   EXPECT_EQ(found, all_pairs);
 }
 
-TEST(Drift, IsTheMeanVelocityWhereItIsMostOfTheMotion)
+TEST(Drift, IsTheMeanVelocityIfItDominatesTheMotion)
 {
   RveState state = crowded_state(40, 7);
   EXPECT_EQ(describe_drift(drift_of(state)), "");    // fluctuations only
@@ -729,7 +729,7 @@ TEST(Drift, IsTheMeanVelocityWhereItIsMostOfTheMotion)
   EXPECT_EQ(describe_drift(drift_of(state)), "");
 }
 
-TEST(Drift, IsNoneAtRestButForRounding)
+TEST(Drift, IsZeroAtRestUpToRounding)
 {
   RveState state = crowded_state(40, 7);
   std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
@@ -738,7 +738,7 @@ TEST(Drift, IsNoneAtRestButForRounding)
   EXPECT_EQ(describe_drift(drift_of(state)), "");
 }
 
-TEST(Drift, OfEqualVelocitiesIsExactlyThese)
+TEST(Drift, OfEqualVelocitiesIsExact)
 {
   RveState state = crowded_state(40, 7);
   for (std::size_t k = 0; k < state.velocity.size(); ++k) state.velocity[k] = k % 2 ? -5.1 : 10.3;

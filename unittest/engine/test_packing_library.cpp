@@ -78,7 +78,7 @@ void expect_uniform(const std::vector<int> &observed, double expected)
 
 // ---- the batch ----
 
-TEST(PackingBatch, EachPackingHasTheBitsItHasAlone)
+TEST(PackingBatch, EachPackingHasTheBitsOfASinglePreparation)
 {
   std::vector<PackingRecipe> recipes;
   for (const std::uint64_t seed : {1, 2, 3})
@@ -101,7 +101,7 @@ TEST(PackingBatch, EachPackingHasTheBitsItHasAlone)
   EXPECT_EQ(engine->size(), 0);
 }
 
-TEST(PackingBatch, AllThatAreNotReadyAdvanceInOneCall)
+TEST(PackingBatch, UnfinishedPackingsAdvanceInOneCall)
 {
   std::vector<PackingRecipe> recipes;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) recipes.push_back(small_recipe(seed, 0.1));
@@ -125,7 +125,7 @@ TEST(PackingBatch, AllThatAreNotReadyAdvanceInOneCall)
   EXPECT_EQ(apart, 250);    // reports before and after belong to one call
 }
 
-TEST(PackingBatch, OneFailureLeavesItsReasonAndDoesNotStopTheOthers)
+TEST(PackingBatch, FailureIsReportedAndDoesNotStopTheOthers)
 {
   std::vector<PackingRecipe> recipes(3, small_recipe(1, 0.1));
   recipes[1].void_ratio = 0.6;
@@ -157,7 +157,7 @@ TEST(PackingBatch, AWrongRecipeIsAnErrorBeforeAnythingRuns)
 
 // ---- the file ----
 
-TEST(PackingLibrary, PackingsAndIndexReturnToTheLastBit)
+TEST(PackingLibrary, PackingsAndIndexAreRestoredToTheLastBit)
 {
   const std::string path = temporary_path("three.lib");
   const PackingLibrary library = library_of(3);
@@ -292,7 +292,7 @@ TEST(PackingLibrary, ItsChecksumCoversTheIndexAndMayBeLeftOut)
   EXPECT_NE(message().find("there is no checksum before 'end_library'"), std::string::npos);
 }
 
-TEST(PackingLibrary, AnIndexThatLiesIsRefused)
+TEST(PackingLibrary, InconsistentIndexIsRefused)
 {
   const std::string path = temporary_path("liar.lib");
   PackingLibrary library = library_of(2);
@@ -319,7 +319,7 @@ TEST(PackingLibrary, AnEmptyOneIsNotWritten)
   EXPECT_FALSE(std::ifstream(path).is_open());
 }
 
-TEST(PackingLibrary, IsWrittenWholeOrNotAtAll)
+TEST(PackingLibrary, IsWrittenCompletelyOrNotAtAll)
 {
   const std::string path = temporary_path("kept.lib");
   write_library(path, library_of(2));
@@ -347,7 +347,7 @@ TEST(Draw, EveryPackingIsEquallyProbable)
     }
 }
 
-TEST(Draw, NeighboursSeedsAndPurposesAreIndependent)
+TEST(Draw, NeighbouringSeedsAndPurposesAreIndependent)
 {
   constexpr int POINTS = 200000, COUNT = 8;
   const auto pairs = [&](auto &&other) {
@@ -392,7 +392,7 @@ TEST(VoidRatioIndex, TheNearestIsFound)
   EXPECT_EQ(index.nearest(0.18, 0.0), 1);
 }
 
-TEST(VoidRatioIndex, NothingIsNearEnoughBeyondTheTolerance)
+TEST(VoidRatioIndex, NoneIsFoundBeyondTheTolerance)
 {
   const VoidRatioIndex index({0.18, 0.20});
 
@@ -404,7 +404,7 @@ TEST(VoidRatioIndex, NothingIsNearEnoughBeyondTheTolerance)
   EXPECT_EQ(message_of([] { VoidRatioIndex none({}); }), "there are no packings to choose from");
 }
 
-TEST(VoidRatioIndex, AllWithinTheToleranceAreDrawnAlike)
+TEST(VoidRatioIndex, AllWithinTheToleranceAreEquallyProbable)
 {
   const VoidRatioIndex index({0.20, 0.18, 0.24, 0.19, 0.21});
   std::vector<int> times(5, 0);

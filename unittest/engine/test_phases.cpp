@@ -43,7 +43,7 @@ TYPED_TEST_SUITE(Phases, Formats);
 
 }    // namespace
 
-TYPED_TEST(Phases, OfDisksMayBeDoneInThreads)
+TYPED_TEST(Phases, OfDisksRunInThreads)
 {
   using Scene = ProgramScene<Program::Plain, TypeParam>;
   const auto begin = disks<TypeParam>(0.5);
@@ -52,7 +52,7 @@ TYPED_TEST(Phases, OfDisksMayBeDoneInThreads)
                                                       3);
 }
 
-TYPED_TEST(Phases, OfDisksWithAServoMayBeDoneInThreads)
+TYPED_TEST(Phases, OfDisksWithAServoRunInThreads)
 {
   using Scene = ProgramScene<Program::Steered, TypeParam>;
   const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
@@ -61,7 +61,7 @@ TYPED_TEST(Phases, OfDisksWithAServoMayBeDoneInThreads)
                                                       drives, 3, false, servo_of_disks());
 }
 
-TYPED_TEST(Phases, OfDisksWithAllBooksMayBeDoneInThreads)
+TYPED_TEST(Phases, OfDisksWithEnergyBookkeepingRunInThreads)
 {
   using Scene = ProgramScene<Program::General, TypeParam>;
   const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
@@ -73,7 +73,7 @@ TYPED_TEST(Phases, OfDisksWithAllBooksMayBeDoneInThreads)
 // The skin is so wide that grains have more pairs than they may own. In `double` and in memory, a
 // thread of a GPU keeps its own copy of the pair that it read last. The threads of this test would
 // share it, so they use arrays.
-TYPED_TEST(Phases, OfSpheresMayBeDoneInThreads)
+TYPED_TEST(Phases, OfSpheresRunInThreads)
 {
   using Scene = ProgramScene<Program::Spheres, TypeParam>;
   using Threads = std::conditional_t<kHasLongHistory<Scene>, ArraysInThreads, RegistersInThreads>;

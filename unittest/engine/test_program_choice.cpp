@@ -37,7 +37,7 @@ constexpr ContactModel LINEAR = {ContactLaw::Linear, false}, ROLLING = {ContactL
 
 }    // namespace
 
-TEST(ProgramChoice, IsTheLeanestProgramThatHasWhatACallNeeds)
+TEST(ProgramChoice, IsTheSmallestProgramForTheNeedsOfACall)
 {
   struct {
     ContactModel contacts;
@@ -77,7 +77,7 @@ TEST(ProgramChoice, IsTheLeanestProgramThatHasWhatACallNeeds)
 }
 
 /// Every line of the table must satisfy these conditions, also new ones.
-TEST(ProgramChoice, ServesAllNeedsOfTheContactLawsThatThereAre)
+TEST(ProgramChoice, CoversAllNeedsOfAllContactLaws)
 {
   for (int k = 0; k < kNumPrograms; ++k) {
     const Program program = static_cast<Program>(k);
@@ -109,7 +109,7 @@ TEST(ProgramChoice, ServesAllNeedsOfTheContactLawsThatThereAre)
   }
 }
 
-TEST(ProgramChoice, OfEveryContactLawThereIsAProgramWithAndWithoutRollingResistance)
+TEST(ProgramChoice, EveryContactLawHasProgramsWithAndWithoutRolling)
 {
   for (std::size_t k = 0; k < std::size(CONTACT_LAW_WORDS); ++k) {
     const ContactLaw law = contact_law_of(CONTACT_LAW_WORDS[k]);
@@ -127,7 +127,7 @@ TEST(ProgramChoice, OfEveryContactLawThereIsAProgramWithAndWithoutRollingResista
             "there is no contact law 'hoke'; did you mean hooke?");
 }
 
-TEST(ContactModel, OfSeveralPackingsHasWhatOneOfThemNeeds)
+TEST(ContactModel, CoversTheNeedsOfAllPackings)
 {
   const RveState plain = two_disks(1e-5);
   RveState rolling = plain, rolled = plain, without_spring = plain;

@@ -116,7 +116,7 @@ TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
-TYPED_TEST(SpheresInRegisters, OfThreadsThatTakeThemInTurnGiveTheBitsOfArrays)
+TYPED_TEST(SpheresInRegisters, UniformRegistersGiveTheBitsOfArrays)
 {
   using Scene = ProgramScene<Program::PlainSpheres, TypeParam>;
   static_assert(KernelTraits<BlockOfUniforms, Scene>::uniform_constants);
@@ -179,12 +179,12 @@ SteeringRecord<3> servo_of_spheres()
   return steering;
 }
 
-TYPED_TEST(SpheresInRegisters, ThatPassByHaveTheBitsOfThoseThatStay)
+TYPED_TEST(SpheresInRegisters, StreamedSpheresHaveTheBitsOfResidentOnes)
 {
   expect_that_spheres_may_pass_by<TypeParam, Program::PlainSpheres>(spheres_material());
 }
 
-TYPED_TEST(SpheresInRegisters, ThatPassByWithAServoHaveTheBitsOfThoseThatStay)
+TYPED_TEST(SpheresInRegisters, StreamedSpheresWithAServoHaveTheBitsOfResidentOnes)
 {
   expect_that_spheres_may_pass_by<TypeParam, Program::SteeredSpheres>(spheres_material(), false,
                                                                       servo_of_spheres());
@@ -192,7 +192,7 @@ TYPED_TEST(SpheresInRegisters, ThatPassByWithAServoHaveTheBitsOfThoseThatStay)
 
 // The material has histories of springs, rolling and twisting, and dissipation by friction and
 // dashpots; one run has a servo.
-TYPED_TEST(SpheresInRegisters, ThatPassByWithAllBooksHaveTheBitsOfThoseThatStay)
+TYPED_TEST(SpheresInRegisters, StreamedSpheresWithEnergyHaveTheBitsOfResidentOnes)
 {
   Material material = spheres_material();
   material.normal_viscosity = 3.0;
@@ -205,7 +205,7 @@ TYPED_TEST(SpheresInRegisters, ThatPassByWithAllBooksHaveTheBitsOfThoseThatStay)
 }
 
 // A pair that is in reach and does not touch loses its history before its force is computed.
-TYPED_TEST(SpheresInRegisters, ThatPassByWithinReachHaveTheBitsOfThoseThatStay)
+TYPED_TEST(SpheresInRegisters, StreamedSpheresWithinReachHaveTheBitsOfResidentOnes)
 {
   Material material = hertz_material(ContactLaw::Dmt);
   material.surface_energy = 5.0;
@@ -214,7 +214,7 @@ TYPED_TEST(SpheresInRegisters, ThatPassByWithinReachHaveTheBitsOfThoseThatStay)
 }
 
 // The program for stored forces does not store contact radii between steps.
-TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
+TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgram)
 {
   using All = ProgramScene<Program::SphereHertz, TypeParam>;
   using Own = ProgramScene<Program::SphereMindlinForce, TypeParam>;
@@ -242,7 +242,7 @@ TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
   }
 }
 
-TEST(TwoSpheresOfAThread, AddUpLossesOfExtraPairsInTheOrderOfGrains)
+TEST(TwoSpheresOfAThread, AddLossesOfExtraPairsInTheOrderOfGrains)
 {
   using Scene = ProgramScene<Program::Spheres, MixedNumbers>;
   const Spheres begin = disordered_spheres(spheres_material(), 6, 2);

@@ -254,7 +254,7 @@ TEST_P(Rolling, AtTheLimitSpinsDecayLinearly)
 
 // The leapfrog of an oscillator has w_k = w_0 cos((k + 1/2) theta) / cos(theta/2), sin(theta/2) = w
 // dt/2.
-TEST_P(Rolling, BelowTheLimitSpinsSwingWithTheClosedFormFrequency)
+TEST_P(Rolling, BelowTheLimitSpinsOscillateWithTheClosedFormFrequency)
 {
   Ring ring = Rolling::ring(1.0);
   const double w = 0.5 * ring.swing_at_limit();
@@ -274,7 +274,7 @@ TEST_P(Rolling, BelowTheLimitSpinsSwingWithTheClosedFormFrequency)
 
 // After sliding, the spring accelerates the disks back from f = mu_r f_n: they oscillate about rest
 // with the amplitude w mu_r f_n / (k_r R).
-TEST(RollingRing, ComesToRestAndSwingsWithTheEnergyOfItsSprings)
+TEST(RollingRing, ComesToRestAndOscillatesWithTheEnergyOfItsSprings)
 {
   Ring ring(rolling_material(0.2));
   const double amplitude = ring.swing_at_limit();
@@ -359,7 +359,7 @@ TEST(RollingRing, SpringsAndSpinsKeepTheirEnergyBelowTheLimit)
   EXPECT_NEAR(stored, of_relative_spin, 1e-3 * of_relative_spin);
 }
 
-TEST(RollingRing, WhatSpinsLoseAtTheLimitIsInTheLedger)
+TEST(RollingRing, DissipationAtTheLimitIsCounted)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt}) {
     SCOPED_TRACE(word_of(law));
@@ -405,7 +405,7 @@ TEST(RollingPacking, WorkOfShearGoesIntoSpringsFrictionDampingAndMotion)
 // ---- sums ----
 
 // A moment of 2500 times R f_n exceeds the range for forces, so the unit of the sums must change.
-TEST_P(Rolling, LargeCoefficientsLeaveTheSumsInTheirRange)
+TEST_P(Rolling, LargeCoefficientsKeepTheSumsInTheirRange)
 {
   const double friction = 1e4;
   Ring ring = Rolling::ring(friction);
@@ -488,7 +488,7 @@ TEST(RollingPacking, TendsToThePackingWithoutResistance)
   EXPECT_LT(of_less, 0.03 * of_little);
 }
 
-TEST(RollingPacking, RigidRotationTurnsTheStressAndLeavesTheRollingForces)
+TEST(RollingPacking, RigidRotationRotatesTheStressAndKeepsTheRollingForces)
 {
   const double rate = 10.0, dt = 0.5 * M_PI / rate / 1963.0;
   RveRig sheared(rolling_packing());
@@ -519,7 +519,7 @@ TEST(RollingPacking, RigidRotationTurnsTheStressAndLeavesTheRollingForces)
 }
 
 // An RVE that rotates between two calls keeps the histories of its pairs.
-TEST_P(Rolling, TurnedRveKeepsItsForces)
+TEST_P(Rolling, RotatedRveKeepsItsForces)
 {
   RveRig rig(Rolling::packing(), options());
   work_out(rig);
@@ -653,7 +653,7 @@ TEST_P(Rolling, RestartContinuesBitForBit)
   EXPECT_FALSE(same_motion(careless.state(), uninterrupted.state()));    // control
 }
 
-TEST_P(Rolling, ThreadsAndCompanyDoNotChangeABit)
+TEST_P(Rolling, ThreadsAndOtherRvesDoNotChangeABit)
 {
   const std::vector<RveState> states = {Rolling::packing(), Rolling::plain(), Rolling::packing(0.1),
                                         ring(0.2).state};
@@ -705,7 +705,7 @@ TEST_P(Rolling, WithoutASpringThereIsNoResistance)
   EXPECT_EQ(rig.state().material.rolling_friction, 0.5);
 }
 
-TEST_P(Rolling, ForcesThatAStateBringsAlongStayUntilTheFirstStepWithoutResistance)
+TEST_P(Rolling, InitialForcesVanishInTheFirstStepWithoutResistance)
 {
   RveRig rolled(Rolling::packing(), options());
   work_out(rolled);
@@ -719,7 +719,7 @@ TEST_P(Rolling, ForcesThatAStateBringsAlongStayUntilTheFirstStepWithoutResistanc
   EXPECT_TRUE(rolling_histories(rig.state()).empty());
 }
 
-TEST_P(Rolling, MaterialOfARunningRveMayGetItInAnEngineThatIsMadeForIt)
+TEST_P(Rolling, CanBeAddedToAnRveInAnEngineWithRolling)
 {
   const auto plain = make_engine(options());
   const auto engine = plain->empty_with(contacts_of(Rolling::packing()));

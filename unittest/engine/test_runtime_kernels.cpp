@@ -110,7 +110,7 @@ TEST_P(RuntimeKernelsOfLine, AreCompiledFromTheTextInTheProgram)
   expect_compiled("prepare_calls", GetParam());
 }
 
-TEST_F(RuntimeKernels, AreThereForBlocksOfAllSizes)
+TEST_F(RuntimeKernels, ExistForBlocksOfAllSizes)
 {
   for (const char *kernel : {"advance_many", "advance_large", "advance_in_memory"})
     expect_compiled(kernel, {Program::Plain, Format::Fast, Arithmetic::Strict});
@@ -147,7 +147,7 @@ TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
   std::filesystem::remove_all(folder);
 }
 
-TEST_F(RuntimeKernels, ThatCannotBeKeptAreSaidTo)
+TEST_F(RuntimeKernels, FailureToStoreThemIsReported)
 {
   const std::string folder = temporary_path("cache");
   std::filesystem::remove_all(folder);
@@ -164,7 +164,7 @@ TEST_F(RuntimeKernels, ThatCannotBeKeptAreSaidTo)
   std::filesystem::remove_all(folder);
 }
 
-TEST_F(RuntimeKernels, SayWhatIsCompiledToWhoAsksForThem)
+TEST_F(RuntimeKernels, LogTheCompilationToTheCaller)
 {
   const Environment no_cache("GPU_RVE_KERNEL_CACHE", "off");
   KernelName other = SMALL;
@@ -181,7 +181,7 @@ TEST_F(RuntimeKernels, SayWhatIsCompiledToWhoAsksForThem)
       << log.back();
 }
 
-TEST_F(RuntimeKernels, ThatDoNotExistEndInTheWordsOfTheCompiler)
+TEST_F(RuntimeKernels, MissingKernelsReportTheMessageOfTheCompiler)
 {
   KernelCache none("");
   const std::string message = message_of<std::runtime_error>([&] {
@@ -193,7 +193,7 @@ TEST_F(RuntimeKernels, ThatDoNotExistEndInTheWordsOfTheCompiler)
       << message;
 }
 
-TEST(RuntimeCompiler, ThatIsAbsentIsSaidWithARemedy)
+TEST(RuntimeCompiler, MissingCompilerIsReportedWithARemedy)
 {
   const Nvrtc nvrtc({"libnvrtc-nowhere.so", "/nowhere/libnvrtc.so"});
   EXPECT_NE(nvrtc.obstacle().find("(tried libnvrtc-nowhere.so, /nowhere/libnvrtc.so): install it"),
@@ -202,7 +202,7 @@ TEST(RuntimeCompiler, ThatIsAbsentIsSaidWithARemedy)
   EXPECT_NE(nvrtc.obstacle().find("LD_LIBRARY_PATH"), std::string::npos);
 }
 
-TEST(RuntimeCompiler, ALibraryThatIsAnotherIsNotTaken)
+TEST(RuntimeCompiler, OtherLibraryIsNotUsed)
 {
   EXPECT_NE(Nvrtc({"libm.so.6"}).obstacle(), "");
 }

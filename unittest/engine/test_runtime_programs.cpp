@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, RuntimePrograms,
 }    // namespace
 
 // This test needs no device.
-TEST(CudaPrograms, ThatWouldBeCompiledWhereNothingCompilesSayWhyAndForWhichContacts)
+TEST(CudaPrograms, MissingCompilerIsReportedWithTheContacts)
 {
   Options options = device_options(Format::Mixed);
   {
@@ -91,7 +91,7 @@ TEST(CudaPrograms, ThatWouldBeCompiledWhereNothingCompilesSayWhyAndForWhichConta
   if (of_linear.empty()) { EXPECT_EQ(programs.usable(Program::Plain), Program::Plain); }
 }
 
-TEST_P(RuntimePrograms, GiveTheBitsOfThoseThatWereCompiledAhead)
+TEST_P(RuntimePrograms, GiveTheBitsOfPrecompiledKernels)
 {
   const Options options = device_options(GetParam());
   const std::vector<std::string> ahead = sheared(options, nullptr), later = sheared(options, "1");

@@ -144,7 +144,7 @@ std::string message_of(const Sums &rates, const Sums &stresses)
 
 }    // namespace
 
-TEST(ServoModes, KeepWhatIsPrescribedAndAreDual)
+TEST(ServoModes, KeepPrescribedRatesAndAreDual)
 {
   for (const Control &control : CONTROLS) {
     SCOPED_TRACE(control.name);
@@ -216,7 +216,7 @@ TEST(ServoModes, OfSingleComponentsAreTheServoOfComponents)
   EXPECT_NE(one.result().servo_velocity_gradient(0, 1), 0.0);
 }
 
-TEST(ServoModes, GoOnFromCallToCallUnlessTheyBeginAnew)
+TEST(ServoModes, ContinueFromCallToCallUnlessRestarted)
 {
   const ServoModesOf<2> control({{0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, {{1.0, 0.0, 0.0}});
   DriveOf<2> drive;

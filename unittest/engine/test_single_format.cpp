@@ -55,14 +55,14 @@ double held_pressure(const RveState &state, Format format)
 
 }    // namespace
 
-TEST(SingleFormat, HoldsThePressureOfThePapersSoftGrains)
+TEST(SingleFormat, KeepsThePressureOfSoftGrains)
 {
   // At overlaps of 6e-3 a last digit of a position, 2^-24 of the cell or 1e-6 diameters, is 1e-4 of
   // an overlap.
   EXPECT_NEAR(held_pressure(paper_packing(), Format::Single), 1.0, 1e-4);
 }
 
-TEST(SingleFormat, LosesThePressureOfStiffGrainsThatTheOtherFormatsHold)
+TEST(SingleFormat, LosesThePressureOfStiffGrainsThatOtherFormatsKeep)
 {
   const RveState stiff = stiffened(300.0);
   ASSERT_LT(RveRig(stiff).evaluate().mean_overlap, 5e-5);
@@ -102,7 +102,7 @@ TEST(SingleFormat, KeepsTheStressWhenTheLatticeIsReduced)
   EXPECT_NEAR(found, expected, 1e-4 * expected);
 }
 
-TEST(SingleFormat, AGrainThatCrossesTheCellComesBackFromTheOtherSide)
+TEST(SingleFormat, GrainThatCrossesTheCellIsWrapped)
 {
   // Two disks pass each other.
   const double r = 0.00375, width = 8.0 * r, dt = 1e-4;

@@ -49,7 +49,7 @@ Vector of_length(const Vector &v, double length)
 
 }    // namespace
 
-TEST(SpatialRotation, TurnsAboutItsVectorByItsLength)
+TEST(SpatialRotation, RotatesAboutItsVectorByItsLength)
 {
   const Tensor3 quarter = spatial_rotation({{0.0, 0.0, 0.5 * kPi}});
 
@@ -64,7 +64,7 @@ TEST(SpatialRotation, TurnsAboutItsVectorByItsLength)
   }
 }
 
-TEST(SpatialRotation, HasItsVectorBackFromNoneToHalfATurn)
+TEST(SpatialRotation, RecoversItsVectorUpToHalfATurn)
 {
   Random random(2);
   for (const double angle : {0.0, 1e-12, 1e-6, 0.01, 1.0, 3.0, kPi - 1e-3, kPi - 1e-7})
@@ -77,7 +77,7 @@ TEST(SpatialRotation, HasItsVectorBackFromNoneToHalfATurn)
   EXPECT_LT(distance(rotation_vector(spatial_rotation(far)), {{0.0, 0.0, 0.5 - kPi}}), 1e-14);
 }
 
-TEST(SpatialPolarDecomposition, PartsARotationFromAStretch)
+TEST(SpatialPolarDecomposition, SeparatesRotationAndStretch)
 {
   Random random(3);
   for (int sample = 0; sample < 200; ++sample) {
@@ -111,7 +111,7 @@ TEST(Exponential, OfASpinIsARotationAndOfAStretchItsExponentials)
   EXPECT_EQ(stretched(2, 2), 1.0 + 1e-9);
 }
 
-TEST(Exponential, IsUndoneByThatOfTheOppositeAndHasTheTracesVolume)
+TEST(Exponential, HasTheInverseOfTheOppositeAndTheVolumeOfTheTrace)
 {
   Random random(5);
   for (int sample = 0; sample < 100; ++sample) {

@@ -152,7 +152,7 @@ TEST(SphereImpact, OfHertzThatSlidesTransfersTheCoulombImpulse)
   }
 }
 
-TEST(SphereTurning, IsSlowedDownByTheLimitsOfRollingAndTwisting)
+TEST(SphereTurning, DecreasesByTheLimitsOfRollingAndTwisting)
 {
   // Layers of a cubic array spin in opposite directions. About an axis in the layers they roll on
   // their neighbours; about the axis across the layers they twist. Each of the two contacts has its
@@ -188,7 +188,7 @@ TEST(SphereTurning, IsSlowedDownByTheLimitsOfRollingAndTwisting)
     }
 }
 
-TEST(SphereTurning, DashpotsSlowItDownExponentially)
+TEST(SphereTurning, DashpotsReduceItExponentially)
 {
   // Springs are hardly strained in this short time, so that each of the two contacts has the moment
   // of its dashpot.
@@ -217,7 +217,7 @@ TEST(SphereTurning, DashpotsSlowItDownExponentially)
   }
 }
 
-TEST(SphereTurning, AfterMarshallSwingsWithTheStiffnessOfTheAreaOfContact)
+TEST(SphereTurning, MarshallTwistingOscillatesWithTheStiffnessOfTheContactArea)
 {
   for (const ContactLaw law : LAWS) {
     Material material = after_marshall(with_friction(material_of(law)));
@@ -288,7 +288,7 @@ TEST(FaceCentredCubic, OfHertzHasTheElasticConstantsOfItsLatticeUnderStress)
   EXPECT_NEAR(c[1][0], 0.0, 1e-10 * c11);
 }
 
-TEST(SimpleCubic, OfAdhesiveSpheresIsPulledApartByItsPullOffForce)
+TEST(SimpleCubic, AdhesiveArraySeparatesAtThePullOffForce)
 {
   const Material material = material_of(ContactLaw::Dmt);
   const double pull_off = 4.0 * kPi * material.surface_energy * REDUCED_RADIUS;
@@ -431,7 +431,7 @@ TEST(SphereLaws, HaveTheSameStateAfterARecord)
   }
 }
 
-TEST(SphereLaws, WithoutResistanceGiveTheBitsOfTheProgramThatHasNone)
+TEST(SphereLaws, ZeroResistanceGivesTheBitsOfTheProgramWithoutIt)
 {
   for (const ContactLaw law : LAWS)
     for (const Format format : FORMATS) {
@@ -447,7 +447,7 @@ TEST(SphereLaws, WithoutResistanceGiveTheBitsOfTheProgramThatHasNone)
 }
 
 /// On CPUs with AVX2, the program without dashpots and energy bookkeeping computes grains in packs.
-TEST(SphereLaws, WithoutDashpotsAndBooksGiveTheBitsOfTheProgramThatHasThem)
+TEST(SphereLaws, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz})
     for (const double displacement :

@@ -106,7 +106,7 @@ class TurnOfSpheres : public ::testing::TestWithParam<Axis> {};
 
 }    // namespace
 
-TEST_P(TurnOfSpheres, AtConstantStressChangesNothingButTheAxes)
+TEST_P(TurnOfSpheres, AtConstantStressChangesOnlyTheAxes)
 {
   // The servo holds all six components at their initial values, which rotate with the RVE.
   const Vector axis = GetParam().direction;
@@ -203,7 +203,7 @@ struct TangentialStress {
 
 }    // namespace
 
-TEST(TurnOfAShearedPacking, KeepsTheStressThatAProjectionOfTheHistoryLoses)
+TEST(TurnOfAShearedPacking, RotationKeepsTheStressThatProjectionLoses)
 {
   const Spheres &still = sheared_packing();
   const double dt = step_of(packing()), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
@@ -274,7 +274,7 @@ TEST(ShearOfSpheres, IsTheSameWithASuperposedSpin)
   EXPECT_LT(error, 2.0 * scatter);
 }
 
-TEST(SpinAboutTheNormal, TurnsTheHistoryOfAPairWithIt)
+TEST(SpinAboutTheNormal, RotatesTheHistoryOfAPair)
 {
   // The spheres are so heavy that forces do not move them. Both spin with the pair, one does, or
   // both spin in opposite directions.
@@ -314,7 +314,7 @@ TEST(SpinAboutTheNormal, TurnsTheHistoryOfAPairWithIt)
 }
 
 // Local damping scales the components of accelerations one by one.
-TEST(LocalDampingOfSpheres, KnowsTheAxesAndNothingElseDoes)
+TEST(LocalDampingOfSpheres, IsTheOnlyTermThatDependsOnTheAxes)
 {
   const Tensor3 turn = spatial_rotation(0.7 * TILTED);
   const Tensor3 shear{{0.0, 0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2}};

@@ -204,7 +204,7 @@ TEST(SpherePacking, BearsAnAnisotropicStress)
 }
 
 // The anisotropy exceeds Rankine's states of these grains.
-TEST(SpherePacking, AnAnisotropyThatGrainsDoNotBearIsReported)
+TEST(SpherePacking, AnisotropyBeyondTheStrengthIsReported)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = sphere_recipe(70, 100e3);
@@ -235,7 +235,7 @@ TEST(SpherePacking, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
 }
 
 // The contacts and the stress of a packing from another program are those that YADE 2023.02a found.
-TEST(SpherePacking, OfAnotherProgramHasTheStressThatItSays)
+TEST(SpherePacking, PackingOfAnotherProgramHasItsStress)
 {
   Material material = spheres_material();
   material.friction = 0.0;

@@ -161,7 +161,7 @@ TEST(SphereStability, GasIsBoundedByOneContactOfItsLightestSpheres)
 
 // The bound for a contact that may form is the frequency of the network of that contact, sliding,
 // rolling and twisting.
-TEST(SphereStability, GasThatTurnsIsBoundedByAContactOfItsLightestSphere)
+TEST(SphereStability, RotatingSpheresWithoutContactsAreBoundedByTheLightestOne)
 {
   for (const double rolling_stiffness : {1e5, 2e6, 2e7})
     for (const double twisting_stiffness : {0.0, 1e3}) {
@@ -175,7 +175,7 @@ TEST(SphereStability, GasThatTurnsIsBoundedByAContactOfItsLightestSphere)
     }
 }
 
-TEST(SphereStability, StepsJustAboveTheBoundBlowUpAndJustBelowDoNot)
+TEST(SphereStability, StepsAboveTheBoundAreUnstableAndStepsBelowAreStable)
 {
   struct {
     const char *what;

@@ -205,7 +205,7 @@ TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
 }
 
 // The shear is slow, so that friction and not impacts dissipate the energy.
-TEST(Spheres, PutTheWorkOfAShearIntoSpringsFrictionDampingAndMotion)
+TEST(Spheres, WorkOfShearGoesIntoSpringsFrictionDampingAndMotion)
 {
   PackingRecipe recipe;
   recipe.material = spheres_material();
@@ -289,12 +289,12 @@ double difference_of_a_turned(const Spheres &plain)
 
 }    // namespace
 
-TEST(Spheres, DoNotKnowHowTheRveIsTurned)
+TEST(Spheres, ResponseDoesNotDependOnTheOrientation)
 {
   EXPECT_LT(difference_of_a_turned(disordered(6, 3)), 1e-9);
 }
 
-TEST(Spheres, WithDampingAlongAxesKnowItAndWithObjectiveDampingDoNot)
+TEST(Spheres, OnlyDampingAlongAxesDependsOnTheOrientation)
 {
   Spheres state = disordered(6, 3);
   state.material.local_damping = 0.3;
@@ -386,7 +386,7 @@ TEST(Spheres, ContinueThroughLatticeReductions)
   EXPECT_GT(last.counters.rebuilds, 5);
 }
 
-TEST(Spheres, InPacksGiveTheBitsOfOneAfterTheOther)
+TEST(Spheres, PacksGiveTheBitsOfSingleGrains)
 {
   // A batch with energy bookkeeping uses the program that computes grains one by one.
   Spheres state = disordered(7, 4);

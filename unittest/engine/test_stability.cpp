@@ -199,7 +199,7 @@ TEST(Stability, HexagonalLatticeThatRollsHasTheClosedFormFrequency)
 
 // The bound for a contact that may form is the frequency of the network of that contact, with
 // sliding and rolling coupled.
-TEST(Stability, GasThatRollsIsBoundedByAContactOfItsLightestGrain)
+TEST(Stability, RollingGrainsWithoutContactsAreBoundedByTheLightestOne)
 {
   const double touch = 1e-12;
   for (const double rolling_stiffness : {1e5, 1e6, 2e7}) {
@@ -263,7 +263,7 @@ TEST(Stability, ReferencePackingHasTheMeasuredBound)
 }
 
 // A bisection between numbers that are not finite would not end.
-TEST(Stability, BoundThatIsNoNumberIsAnError)
+TEST(Stability, NonFiniteBoundIsAnError)
 {
   for (const double factor : {1e300, 1e-300}) {
     RveState stiff = two_disks(1e-5), light = stiff;

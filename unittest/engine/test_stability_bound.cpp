@@ -77,7 +77,7 @@ TEST_P(StabilityBound, IsCloseInDenseAndLoosePackings)
   }
 }
 
-TEST_P(StabilityBound, IsCloseWhateverTheContactsAreMadeOf)
+TEST_P(StabilityBound, IsCloseForAllContactLaws)
 {
   struct {
     const char *what;
@@ -117,7 +117,7 @@ TEST_P(StabilityBound, IsCloseForGrainsOfAllSizes)
   }
 }
 
-TEST_P(StabilityBound, OfAGasIsThatOfItsFirstContact)
+TEST_P(StabilityBound, WithoutContactsIsThatOfTheFirstContact)
 {
   const RveState gas = paper_gas();
   const double exact = stable_time_step(gas), found = sharp_bound(gas);
@@ -127,7 +127,7 @@ TEST_P(StabilityBound, OfAGasIsThatOfItsFirstContact)
 
 // The bound may be inaccurate far above the requested step, but must be below that step only if the
 // exact bound is.
-TEST_P(StabilityBound, TellsWhetherAStepIsSafe)
+TEST_P(StabilityBound, DecidesIfAStepIsStable)
 {
   const RveState state = paper_packing();
   const double exact = stable_time_step(state);

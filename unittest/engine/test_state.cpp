@@ -176,7 +176,7 @@ TEST(RveState, SizesThatNoFormatCanComputeWithAreNamed)
                   "friction coefficient is 1e+12 [-]; it must be at most 1e10");
 }
 
-TEST(RveState, NarrowWidthOfAShearedCellIsSeen)
+TEST(RveState, NarrowWidthOfAShearedCellIsDetected)
 {
   RveState state = two_disks(0.0);
   // edges 0.03 and 0.124 with a distance of only 0.0073
@@ -185,7 +185,7 @@ TEST(RveState, NarrowWidthOfAShearedCellIsSeen)
   expect_contains(message_of([&] { state.check(); }), "cell width perpendicular to cell vector 1");
 }
 
-TEST(RveImage, EveryMemberReturnsToTheLastBit)
+TEST(RveImage, EveryMemberIsRestoredToTheLastBit)
 {
   const RveState state = crowded_state(33, 2);
   const std::vector<char> image = serialize(state);
@@ -207,7 +207,7 @@ TEST(RveImage, EveryMemberReturnsToTheLastBit)
   EXPECT_EQ(copy.energy.viscous, state.energy.viscous);
 }
 
-TEST(RveImage, ParametersThatCameLaterAreInTheRecordsThatHaveThem)
+TEST(RveImage, LaterParametersAreStoredInRecordsThatHaveThem)
 {
   RveStateOf<3> state = crowded_spheres(4, 9);
   const std::vector<char> without = serialize(state);
@@ -225,7 +225,7 @@ TEST(RveImage, ParametersThatCameLaterAreInTheRecordsThatHaveThem)
   EXPECT_EQ(before.material.rolling_viscosity, 0.0);
 }
 
-TEST(RveImage, AnyDamagedByteIsNoticed)
+TEST(RveImage, DamagedByteIsDetected)
 {
   const std::vector<char> image = serialize(crowded_state(5, 4));
 
@@ -236,7 +236,7 @@ TEST(RveImage, AnyDamagedByteIsNoticed)
   }
 }
 
-TEST(RveImage, TruncatedAndForeignImagesAreNoticed)
+TEST(RveImage, TruncatedAndForeignImagesAreDetected)
 {
   const std::vector<char> image = serialize(crowded_state(5, 4));
   std::vector<char> foreign = image;

@@ -110,7 +110,7 @@ TEST(CirculantEmbedding, SecondMomentsAreTheCovarianceMatrix)
   }
 }
 
-TEST(CirculantEmbedding, IsCholeskysFactorButForARotation)
+TEST(CirculantEmbedding, EqualsTheCholeskyFactorUpToARotation)
 {
   for (const Case &one : cases()) {
     const Matrix factor = rve_test::cholesky_factor(covariance_matrix(one.grid, one.covariance));
@@ -180,7 +180,7 @@ TEST(CirculantEmbedding, NegativeEigenvaluesAreFoundAndPaddedAway)
   }
 }
 
-TEST(CirculantEmbedding, ATorusOfTwiceTheGridServesShortCorrelations)
+TEST(CirculantEmbedding, TorusOfTwiceTheGridSufficesForShortCorrelations)
 {
   for (const Covariance &covariance : all_covariances({2.0, 2.0})) {
     CirculantEmbedding embedding(grid_of(65, 49), covariance);
@@ -218,7 +218,7 @@ TEST(CirculantEmbedding, FieldHasTheSpectrumOfParseval)
   }
 }
 
-TEST(CirculantEmbedding, SameSeedSameBits)
+TEST(CirculantEmbedding, SameSeedGivesTheSameBits)
 {
   const Grid grid = grid_of(40, 30);
   const Covariance covariance = all_covariances({5.0, 3.0}, 10.0)[0];

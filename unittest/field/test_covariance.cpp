@@ -84,7 +84,7 @@ TEST(Covariance, MaternHasItsLimitsAtTinyAndHugeDistances)
   }
 }
 
-TEST(Anisotropy, CorrelationLengthsAreThoseOfTheTurnedAxes)
+TEST(Anisotropy, CorrelationLengthsHoldAlongTheRotatedAxes)
 {
   for (const double angle : {0.0, 30.0, 90.0, -45.0, 200.0}) {
     const Anisotropy ellipse({5.0, 0.5}, angle);

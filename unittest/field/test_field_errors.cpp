@@ -88,7 +88,7 @@ TEST(FieldErrors, GridIsPossible)
   expect_message(message({0, 0}, {1, 1}, {0.5, 1e-10}), "grid would have 1e+10 cells in y");
 }
 
-TEST(FieldErrors, ATorusBeyondTheLimitSaysWhatIsMissing)
+TEST(FieldErrors, TorusBeyondTheLimitNamesTheMissingMemory)
 {
   const Covariance covariance{Gaussian{}, Anisotropy({6.0, 4.0})};
   expect_message(embedding_error(grid_of(7, 5), covariance, 95),
@@ -101,7 +101,7 @@ TEST(FieldErrors, ATorusBeyondTheLimitSaysWhatIsMissing)
   EXPECT_EQ(embedding_error(grid_of(7, 5), covariance), "");
 }
 
-TEST(FieldErrors, ATorusBeyondAllNumbersIsRefusedAtOnce)
+TEST(FieldErrors, TorusBeyondTheRangeOfIntegersIsRefusedAtOnce)
 {
   // A rotated ellipse is 10^17 spacings wide, which exceeds the range of integers.
   for (const double spacing : {1e-11, 1e-15, 1e-300}) {
@@ -111,7 +111,7 @@ TEST(FieldErrors, ATorusBeyondAllNumbersIsRefusedAtOnce)
   }
 }
 
-TEST(FieldErrors, LengthsBeyondTheSquaresOfNumbersAreComparedAsTheyAre)
+TEST(FieldErrors, LengthsWhoseSquaresOverflowAreCompared)
 {
   for (const double unit : {1e-200, 1e200}) {
     const Grid grid = Grid::covering({0.0, 0.0}, {10.0 * unit, 10.0 * unit}, {unit, unit});
@@ -139,7 +139,7 @@ TEST(FieldErrors, MarginalsArePossible)
                  "scale of a bounded field must be positive, got 0");
 }
 
-TEST(FieldErrors, MarginalsAreFiniteForEveryFieldOrRefused)
+TEST(FieldErrors, MarginalsAreFiniteOrRefused)
 {
   expect_message(input_error([] { field::Lognormal(1.0, 1e200); }),
                  "standard deviation of a lognormal field must be at most 1e15 times its mean, got "

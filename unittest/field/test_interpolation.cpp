@@ -64,7 +64,7 @@ TEST(Interpolation, ShapeFunctionsReproduceABilinearFunction)
   }
 }
 
-TEST(Interpolation, BothKindsGiveTheNodesTheirValues)
+TEST(Interpolation, BothKindsReproduceNodalValues)
 {
   const std::vector<double> nodes = on_nodes(bilinear);
   const field::Covariance covariance = rve_test::all_covariances({1.0, 1.0})[0];
@@ -120,7 +120,7 @@ TEST(Interpolation, VarianceIsOneAtEveryPosition)
     }
 }
 
-TEST(Grid, CoversItsDomainAndKnowsWhatIsInside)
+TEST(Grid, CoversItsDomainAndFindsPointsInside)
 {
   const Grid covering = Grid::covering({0.0, -1.0}, {1.0, 1.05}, {0.1, 0.1});
 

@@ -94,7 +94,7 @@ TEST(Marginal, NormalValuesAreNormallyDistributed)
                       [](double y) { return normal_distribution((y - 0.4) / 0.05); });
 }
 
-TEST(Marginal, LognormalValuesHaveTheMeanAndDeviationAskedFor)
+TEST(Marginal, LognormalValuesHaveTheRequestedMeanAndDeviation)
 {
   const double mean = 20e3, deviation = 8e3;
   const Lognormal marginal(mean, deviation);

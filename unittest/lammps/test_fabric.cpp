@@ -82,7 +82,7 @@ class Granular : public Script {
 
 }    // namespace
 
-TEST(Fabric, IsThatOfLammpsComputeFabric)
+TEST(Fabric, AgreesWithLammpsComputeFabric)
 {
   Granular lammps;
   LAMMPS_NS::Compute *fabric = lammps.lmp->modify->get_compute_by_id("fabric");

@@ -240,7 +240,7 @@ TEST(FixMpm, FlipBelowOneFiltersAModeAsInClosedForm)
   }
 }
 
-TEST(FixMpm, MassesPerTypeServeAsWellAsMassesPerPoint)
+TEST(FixMpm, UsesMassesPerType)
 {
   SoilScript script;
 
@@ -284,7 +284,7 @@ TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
   EXPECT_EQ(masses("density 1800 " + low + "density 2000 " + high), pair(2000, 1800));
 }
 
-TEST(FixMpm, ABodyHasADensityOfItsOwn)
+TEST(FixMpm, BodyHasItsOwnDensity)
 {
   // A free block falls; its mass is that of its four atoms, or that of the density.
   const auto mass = [](const std::string &words) {
@@ -348,7 +348,7 @@ TEST(FixMpm, SeparationLetsABodyPushButNotPull)
   EXPECT_FALSE(moved);
 }
 
-TEST(FixMpm, SecondRunAndRunZeroAdvanceNothingTwice)
+TEST(FixMpm, SecondRunAndRunZeroDoNotAdvanceTwice)
 {
   SoilScript once, twice;
 
@@ -455,7 +455,7 @@ TEST(FixMpmMohrCoulomb, PlatensDifferByTheForceOfDampingAndAgreeWithoutIt)
   }
 }
 
-TEST(FixMpmMohrCoulomb, WhatDampingTakesFromReactionsIsSaidInTheLog)
+TEST(FixMpmMohrCoulomb, DampingPartOfReactionsIsInTheLog)
 {
   const std::string path = rve_test::temporary_path("log");
   SoilScript script;
@@ -540,7 +540,7 @@ TEST(FixMpm, PointsThatAFixCreatesInARunFallFreely)
   std::remove("test_fix_mpm_drops.restart");
 }
 
-TEST(FixMpm, PointsThatAFixDeletesInARunAreGoneWithTheirMass)
+TEST(FixMpm, PointsDeletedInARunLoseTheirMass)
 {
   SoilScript script;
   script << points_in_box(4, 4) +
@@ -551,7 +551,7 @@ TEST(FixMpm, PointsThatAFixDeletesInARunAreGoneWithTheirMass)
   EXPECT_NEAR(script.fix()->compute_vector(3), 15 * 2000.0, 1e-6);
 }
 
-TEST(FixMpmErrors, SayWhichPointsCannotBeCreatedInARun)
+TEST(FixMpmErrors, NamePointsThatCannotBeCreatedInARun)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -657,7 +657,7 @@ TEST(FixMpmModify, StrengthFallsWithTheFactorAndTheStateIsKept)
   }
 }
 
-TEST(FixMpmModify, FactorOneIsTheFixItself)
+TEST(FixMpmModify, FactorOneChangesNothing)
 {
   const std::string scene = specimen_under_a_plate("mohr_coulomb 1e7 0.3 1e4 30 10");
   SoilScript plain, modified;
@@ -709,7 +709,7 @@ TEST(FixMpmModify, ARestartContinuesBitForBitWithTheReducedStrength)
   std::remove(path.c_str());
 }
 
-TEST(FixMpmModify, RefusedWordsLeaveEverythingAsItWas)
+TEST(FixMpmModify, RefusedArgumentsChangeNothing)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -867,7 +867,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   std::remove(path.c_str());
 }
 
-TEST(FixMpm, AContinuedRunSaysWhatItsFixSaysOtherwise)
+TEST(FixMpm, ContinuedRunListsChangedSettings)
 {
   const std::string command = elastic_footing();
   const std::string path =
@@ -1167,7 +1167,7 @@ TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
   EXPECT_LT(script.fix()->compute_vector(3), 16 * 2650 / 1.10);
 }
 
-TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsWhereItIsAskedFor)
+TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsOnRequest)
 {
   make_packing();
   const auto modulus_of = [](const std::string &words, double &largest_stiffness) {
@@ -1205,7 +1205,7 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsWhereItIsAskedFor)
 
 // Under a surcharge of twice the pressure that they were prepared at, grains get more contacts, and
 // waves other speeds.
-TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunWhereItIsAskedFor)
+TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 {
   make_packing();
   const auto courant_after = [](const std::string &words, const std::string &runs,
@@ -1313,7 +1313,7 @@ TEST(FixMpm, DeviceGivesTheSameBits)
     EXPECT_EQ(cpu.fix()->compute_vector(k), device.fix()->compute_vector(k)) << "entry " << k;
 }
 
-TEST(FixMpm, ColumnsAreThoseOfTheStepWhoeverReadsThem)
+TEST(FixMpm, ColumnsBelongToTheStepForEveryReader)
 {
   // Outputs occur at the end of the run only; a fix that works in other steps then reads the
   // columns.
@@ -1358,7 +1358,7 @@ std::string footing_with(const std::string &words, const std::string &others,
   return scene.insert(scene.find("timestep"), before) + after;
 }
 
-TEST(FixMpm, WhatVariablesReadDoesNotDependOnTheOutput)
+TEST(FixMpm, VariablesDoNotDependOnTheOutput)
 {
   // The scenes use the displacement of a point or its stress in a velocity, a traction, a moving
   // region, and gravity.
@@ -1383,7 +1383,7 @@ TEST(FixMpm, WhatVariablesReadDoesNotDependOnTheOutput)
   }
 }
 
-TEST(FixMpmWithGrains, WhatADriveReadsDoesNotDependOnTheOutput)
+TEST(FixMpmWithGrains, DriveVariablesDoNotDependOnTheOutput)
 {
   // The scene has an RVE next to the continuum that is sheared as fast as one of its points
   // rotates.
@@ -1404,7 +1404,7 @@ TEST(FixMpmWithGrains, WhatADriveReadsDoesNotDependOnTheOutput)
   EXPECT_EQ(shear[0], shear[1]);
 }
 
-TEST(FixMpm, FillsItsColumnsForFormulasThatMayReadThemAndForNoOthers)
+TEST(FixMpm, FillsColumnsOnlyForFormulasThatMayReadThem)
 {
   // returns state_may_be_read() in a step without output after a run
   const auto looks = [](const std::string &velocity, const std::string &before = "") {
@@ -1440,7 +1440,7 @@ TEST(FixMpm, VectorEndsWithTheWallTimeOfTheRun)
   EXPECT_GT(script.fix_value("soil", 11), 0.0) << "columns are filled in the last step";
 }
 
-TEST(FixMpmWithGrains, VectorTellsTheTimeOfTheRves)
+TEST(FixMpmWithGrains, VectorHasTheTimeOfTheRves)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -1461,7 +1461,7 @@ std::string log_with_progress(const std::string &scene)
   return rve_test::text_of(path);
 }
 
-TEST(FixMpm, SaysItsProgressWhereThereAreNoGrains)
+TEST(FixMpm, LogsItsProgressWithoutGrains)
 {
   const std::string log = log_with_progress(elastic_footing());
 
@@ -1470,7 +1470,7 @@ TEST(FixMpm, SaysItsProgressWhereThereAreNoGrains)
       << log;
 }
 
-TEST(FixMpmWithGrains, LeavesTheProgressToTheGrains)
+TEST(FixMpmWithGrains, ProgressIsLoggedByTheGrains)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -1480,7 +1480,7 @@ TEST(FixMpmWithGrains, LeavesTheProgressToTheGrains)
   EXPECT_EQ(log.find("of the run"), std::string::npos);
 }
 
-TEST(FixMpmErrors, PointsOnTopOfOthersAreWarnedOfAndThoseBesideThemAreNot)
+TEST(FixMpmErrors, OnlyCoincidentPointsGiveAWarning)
 {
   const std::string more = "region more block 0 2 0 4 -0.05 0.05 units box\nregion above block 0 2 "
                            "2 4 -0.05 0.05 units box\n";
@@ -1501,7 +1501,7 @@ TEST(FixMpmErrors, PointsOnTopOfOthersAreWarnedOfAndThoseBesideThemAreNot)
   }
 }
 
-TEST(FixMpmErrors, SayWhatIsWrong)
+TEST(FixMpmErrors, AreReported)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -1805,7 +1805,7 @@ TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
   EXPECT_EQ(log.find("multiples of"), std::string::npos) << log;
 }
 
-TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
+TEST(FixMpmWarnings, NameProbableMistakes)
 {
   const std::string scene = points_in_box(4, 4) + "timestep 0.001\n";
   const std::string fix = "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density 2000";
@@ -1953,7 +1953,7 @@ TEST(FixMpm, APointThatJoinsTheGroupOfItsRveInARunIsNamed)
       << message;
 }
 
-TEST(FixMpm, AFixOfRvesDeletedBeforeARunWithoutSetUpIsNamed)
+TEST(FixMpm, DeletedFixOfRvesIsNamedInARunWithoutSetUp)
 {
   const std::string rves = "fix r all rve " EXAMPLE_PACKINGS "/A_h0075.rve drive mpm threads 1\n";
   const std::string fix = rves +

@@ -217,7 +217,7 @@ TEST(FixMpmInSitu, LayersOfDifferentDensityBearTheWeightAboveThem)
   }
 }
 
-TEST(FixMpmInSitu, ALayerOfGrainsHasItsOwnDensityBesideThatOfALaw)
+TEST(FixMpmInSitu, LayerOfGrainsHasItsOwnDensityNextToThatOfALaw)
 {
   SoilScript script;
   script << LAYERS + grains() +
@@ -350,7 +350,7 @@ TEST(FixMpmInSitu, GrainsBearTheirDepthAndTheColumnStaysAtRest)
   EXPECT_GT(density.begin()->second, density.rbegin()->second) << "deeper ground is denser";
 }
 
-TEST(FixMpmInSitu, DensityOfTheMassesIsThatOfTheGrainsInTheMeanOfALevel)
+TEST(FixMpmInSitu, MassDensityIsTheMeanDensityOfTheGrainsOfALevel)
 {
   SoilScript script;
   script << GROUND + WEIGHT + grains() + soil("rve grains", AT_REST) +
@@ -367,7 +367,7 @@ TEST(FixMpmInSitu, DensityOfTheMassesIsThatOfTheGrainsInTheMeanOfALevel)
 }
 
 // Each packing has its own K0; in level ground a level has a single one.
-TEST(FixMpmInSitu, AtRestALevelHasTheLateralStressThatItsGrainsFind)
+TEST(FixMpmInSitu, LevelAtRestHasTheLateralStressOfItsGrains)
 {
   SoilScript script;
   script << GROUND + WEIGHT + grains() +
@@ -387,7 +387,7 @@ TEST(FixMpmInSitu, AtRestALevelHasTheLateralStressThatItsGrainsFind)
   EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-3 * weight);
 }
 
-TEST(FixMpmInSitu, SpheresInSpaceAndInThePlane)
+TEST(FixMpmInSitu, SpheresBearTheirDepthInSpaceAndInThePlane)
 {
   const std::string rve = "fix grains all rve " + spheres() + " drive mpm threads 1 device cpu\n";
   SoilScript plane, space;
@@ -461,7 +461,7 @@ TEST(FixMpmInSitu, HertzContactsStayAtRestAtALargerStressWithAnAutomaticTimeStep
   if (rank() == 0) std::remove(packing.c_str());
 }
 
-TEST(FixMpmInSitu, AnInitialStressBeyondTheStrengthIsWarnedOfToo)
+TEST(FixMpmInSitu, InitialStressBeyondTheStrengthGivesAWarning)
 {
   const std::string path = file_of_rank("strength.log");
   for (const char *law : {"drucker_prager 1e7 0.3 0 30 10", "mohr_coulomb 1e7 0.3 0 30 10"}) {
@@ -515,7 +515,7 @@ TEST(FixMpmInSitu, RestartContinuesBitForBit)
   EXPECT_EQ(whole.points(), second.points());
 }
 
-TEST(FixMpmInSitu, SaysWhatIsOutOfBalance)
+TEST(FixMpmInSitu, ReportsUnbalancedForces)
 {
   const std::string law = "elastic 1e7 0.3";
   EXPECT_IN("in situ the largest unbalanced nodal force is",
@@ -534,7 +534,7 @@ TEST(FixMpmInSitu, SaysWhatIsOutOfBalance)
                    "run 0"));
 }
 
-TEST(FixMpmInSitu, WrongWordsAreNamed)
+TEST(FixMpmInSitu, InvalidArgumentsAreNamed)
 {
   const auto with = [](const std::string &in_situ) {
     return GROUND + WEIGHT + soil("elastic 1e7 0.3", "density 1800 " + in_situ) + "run 0\n";
@@ -592,7 +592,7 @@ TEST(PackingStress, IsThatOfTheNearestLevel)
   EXPECT_EQ(times.size(), 3u);
 }
 
-TEST(PackingStress, SaysWhatIsWrong)
+TEST(PackingStress, ReportsInvalidInput)
 {
   const auto with = [](const std::string &keywords) {
     return GROUND + "variable sv atom 3000*(1-y)\nfix grains all rve " + library() + " " +

@@ -330,7 +330,7 @@ std::string pressed_cell(const std::string &packing)
 
 }    // namespace
 
-TEST(SpheresInSpace, StrainedByThreePlatesAnswerAsByFixRveAlone)
+TEST(SpheresInSpace, StrainByThreePlatesGivesTheStressOfFixRveAlone)
 {
   // Nodes are on a grid of edge 1, so that the velocity gradient is always v; exp(ln(1 + v dt)) is
   // the increment 1 + v dt.
@@ -390,7 +390,7 @@ TEST(SpheresInSpace, HaveTheSameBitsOnAnyNumberOfRanksAndAfterARestart)
 
 // ---- wrong input --------------------------------------------------------------------------------
 
-TEST(FixMpmInSpaceMessage, SaysWhatTheThirdAxisWants)
+TEST(FixMpmInSpaceMessage, NamesTheArgumentsOfTheThirdAxis)
 {
   const std::string scene = points_in_box(2, 2, 2) + "group ground type 1\n";
   const std::string model = "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000 ";
@@ -416,7 +416,7 @@ TEST(FixMpmInSpaceMessage, OfAPeriodicAxisNamesAllThree)
             message_of(scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000\n"));
 }
 
-TEST(FixMpmInSpaceMessage, OfCellsThatAreTooFullSpeaksOfVolumes)
+TEST(FixMpmInSpaceMessage, OfOverfullCellsNamesVolumes)
 {
   const std::string message = message_of(
       points_in_box(2, 2, 2) + "create_atoms 1 region ground\nset group all diameter 1.0\n" +

@@ -80,7 +80,7 @@ TEST(FixRve, VelocityGradientGivesItsExponentialAsDeformation)
     EXPECT_NEAR(script.per_atom("f", i), std::exp(-0.05 * (i + 1) * 0.01), 1e-14);
 }
 
-TEST(FixRve, SubstepsOfTheUserPassTheirOwnTime)
+TEST(FixRve, SubstepsOfTheUserAdvanceTheirOwnTime)
 {
   GrainsScript script;
   script << FOUR_ATOMS + FIX + "dt 1e-4 substeps 3 drive velocity_gradient yy -1.0\n" +
@@ -159,7 +159,7 @@ TEST(FixRve, InertialNumberIsThatOfDaCruz)
   EXPECT_NEAR(script.per_atom("i", 0) / expected, 1.0, 1e-9);
 }
 
-TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
+TEST(FixRve, DeletedAtomsDeleteTheirRves)
 {
   GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 1";
@@ -181,7 +181,7 @@ TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
   EXPECT_EQ(script.fix_value(3), 2 * 2 * 10.0);
 }
 
-TEST(FixRve, AtomsMadeLaterGetRvesAtTheNextRun)
+TEST(FixRve, AtomsCreatedLaterGetRvesAtTheNextRun)
 {
   GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 1\ncreate_atoms 1 single 1.5 1.5 0\nrun 1";
@@ -256,7 +256,7 @@ TEST(FixRve, ClearAndRunAgainGivesTheSame)
   EXPECT_EQ(script.state(2), before);
 }
 
-TEST(FixRve, FrozenRveIsFlaggedAndTheOthersGoOn)
+TEST(FixRve, FrozenRveIsFlaggedAndTheOthersContinue)
 {
   GrainsScript script;
   script << FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
@@ -319,7 +319,7 @@ TEST(WriteRve, PlainLammpsReadsTheDataFile)
   EXPECT_EQ(text_of(path + ".contacts").empty(), false);
 }
 
-TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
+TEST(CreateRve, SameSeedGivesTheSameFileAtTheRequestedPressure)
 {
   const std::string a = temporary_path("made_a.rve"), b = temporary_path("made_b.rve");
   const std::string words = " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
@@ -583,7 +583,7 @@ TEST(AdaptiveSubsteps, KeepTheInertialNumberBelowItsBound)
   EXPECT_NEAR(loose.fix_value(9), 9.0, 2.0);
 }
 
-TEST(Quiescent, SkippedRveAnswersWithItsStiffnessAndNotWithAFrozenStress)
+TEST(Quiescent, SkippedRveUsesItsStiffness)
 {
   // Atom 1 strains by 1e-8 per step, atom 4 by 4e-8.
   const std::string drive = "variable slow atom -1e-5*id\n" + FIX +
@@ -605,7 +605,7 @@ TEST(Quiescent, SkippedRveAnswersWithItsStiffnessAndNotWithAFrozenStress)
   EXPECT_EQ(script.fix_value(2), 0.0);
 }
 
-TEST(Quiescent, WakesWithTheWholeDeformation)
+TEST(Quiescent, AppliesTheWholeDeferredDeformation)
 {
   const std::string drive = FIX + "dt 1e-4 substeps 100 drive velocity_gradient yy -1e-3\n";
   const std::string skipping = drive.substr(0, drive.size() - 1) + " quiescent 4.5e-5\n";
@@ -621,7 +621,7 @@ TEST(Quiescent, WakesWithTheWholeDeformation)
   EXPECT_LT(largest_difference(stress_of(sometimes, 0), stress_of(always, 0)), 5e-3 * p);
 }
 
-TEST(Quiescent, SleepingRveTurnsItsStressWithIt)
+TEST(Quiescent, QuiescentRveRotatesItsStress)
 {
   // A rotation is no strain: the RVE is quiescent from the second step on, while it rotates by half
   // a radian.
@@ -675,12 +675,12 @@ void check_that_a_turned_rve_wakes_as_if_it_had_not(const std::string &keywords)
 
 }    // namespace
 
-TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
+TEST(Quiescent, RotationWhileQuiescentIsRecovered)
 {
   check_that_a_turned_rve_wakes_as_if_it_had_not("");
 }
 
-TEST(Quiescent, RveWithRollingResistanceThatTurnedInItsSleepWakesAsIfItHadNot)
+TEST(Quiescent, RotationWhileQuiescentIsRecoveredWithRollingResistance)
 {
   check_that_a_turned_rve_wakes_as_if_it_had_not("kr 2e5 rolling_friction 0.1");
 }
@@ -698,7 +698,7 @@ TEST(Quiescent, RveThatIsNotAtRestIsNotSkipped)
   EXPECT_EQ(script.fix_value(14), 4.0);
 }
 
-TEST(Quiescent, RestartInSleepContinuesBitForBit)
+TEST(Quiescent, RestartOfAQuiescentRveContinuesBitForBit)
 {
   const std::string file = temporary_path("restart_asleep");
   const std::string fix = "variable slow atom -1e-3*id\n" + FIX +
@@ -718,7 +718,7 @@ TEST(Quiescent, RestartInSleepContinuesBitForBit)
     EXPECT_EQ(second.fix_value(n), whole.fix_value(n)) << "value " << n;
 }
 
-TEST(MassScaling, LengthensTheStepAndLeavesTheQuasiStaticStress)
+TEST(MassScaling, IncreasesTheStepAndKeepsTheQuasiStaticStress)
 {
   const std::string drive = "dt auto 0.5 drive velocity_gradient yy -0.02\n";
   GrainsScript light, heavy;
@@ -773,7 +773,7 @@ TEST(Shadow, OfTheSameStepsInDoubleIsTheRveItself)
   EXPECT_EQ(script.fix_value(12), 0.0);
 }
 
-TEST(Shadow, MeasuresWhatTheFormatAndTheStepLose)
+TEST(Shadow, MeasuresTheErrorOfFormatAndStep)
 {
   const std::string drive = "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
   GrainsScript fast, finer, alone;
@@ -793,7 +793,7 @@ TEST(Shadow, MeasuresWhatTheFormatAndTheStepLose)
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(fast.state(atom), alone.state(atom));
 }
 
-TEST(Shadow, SeesASkippedRve)
+TEST(Shadow, DetectsTheErrorOfASkippedRve)
 {
   // The RVE is quiescent from the second step on: its stress is that of Voigt's stiffness, and the
   // shadow has the true one.
@@ -806,7 +806,7 @@ TEST(Shadow, SeesASkippedRve)
   EXPECT_LT(script.fix_value(12), 0.1);
 }
 
-TEST(Preset, SetsWhatItSaysAndKeywordsReplaceParts)
+TEST(Preset, SetsItsOptionsAndKeywordsReplaceThem)
 {
   const std::string fix = "fix grains all rve " + PACKING + " ";
   GrainsScript plain, draft, standard, reference, replaced;
@@ -851,7 +851,7 @@ variable rate atom -1e-3-5*(id<=)" +
       " threads 1 dt 1e-4 dt_check 5 drive velocity_gradient yy v_rate\n";
 }
 
-TEST(Warnings, OfInertialNumbersComeOncePerRunFromANotableShareOn)
+TEST(Warnings, OfInertialNumbersAppearOncePerRunAboveAShare)
 {
   const auto count = [](const std::string &log, const std::string &part) {
     int number = 0;
@@ -876,7 +876,7 @@ TEST(Warnings, OfInertialNumbersComeOncePerRunFromANotableShareOn)
   EXPECT_EQ(count(none, "inertial"), 0) << none;
 }
 
-TEST(Warnings, ComeForTheSizeOfACellWhenItIsStrainedAndForOverlapsAtTheStart)
+TEST(Warnings, AppearForCellSizesUnderStrainAndForInitialOverlaps)
 {
   const std::string path = temporary_path("few.rve");
   const std::string make = "create_rve " + path +
@@ -901,7 +901,7 @@ TEST(Warnings, ComeForTheSizeOfACellWhenItIsStrainedAndForOverlapsAtTheStart)
   EXPECT_EQ(log_of(FOUR_ATOMS + fix + "mixed\nrun 0").find("resolves"), std::string::npos);
 }
 
-TEST(Warnings, TellASlowRateInFast)
+TEST(Warnings, NameASlowRateInFast)
 {
   const std::string slow = "dt 1e-4 dt_check 2 drive velocity_gradient yy -1e-7\nrun 4";
 
@@ -998,14 +998,14 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
 }
 
 // FOUR_ATOMS has no pair style, no comm_modify and no atom_modify
-TEST(Warnings, OfLammpsAreNotForPointsThatOnlyCarryRves)
+TEST(Warnings, OfLammpsDoNotAppearForPointsWithRves)
 {
   const std::string log = log_of(FOUR_ATOMS + SHEAR + "run 2\nrun 2");
 
   EXPECT_EQ(log.find("WARNING"), std::string::npos) << log.substr(log.find("WARNING"), 200);
 }
 
-TEST(Warnings, OfLammpsComeWhereTheyAreRight)
+TEST(Warnings, OfLammpsAppearWhereTheyApply)
 {
   const std::string nve = "velocity all set 0 0 0\nfix move all nve\n";
   const std::string moved = log_of(FOUR_ATOMS + SHEAR + nve + "run 2");
@@ -1019,7 +1019,7 @@ TEST(Warnings, OfLammpsComeWhereTheyAreRight)
   EXPECT_IN("WARNING: One or more atoms are time integrated more than once", twice);
 }
 
-TEST(Progress, SaysStepShareTimeLeftAndThroughput)
+TEST(Progress, LogsStepShareRemainingTimeAndThroughput)
 {
   // Each step takes longer than the interval.
   const std::string log = log_of(FOUR_ATOMS + SHEAR + "unfix grains\n" + FIX +
@@ -1039,7 +1039,7 @@ TEST(Progress, SaysStepShareTimeLeftAndThroughput)
   EXPECT_IN(" million RVE-steps per second\n", log.substr(begin, 60));
 }
 
-TEST(Progress, OfARunInPartsIsThatOfTheWhole)
+TEST(Progress, OfADividedRunIsThatOfTheWholeRun)
 {
   const std::string log = log_of(FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) +
                                  " progress 1e-9\nrun 2 start 0 stop 4\nrun 2 start 0 stop 4\n");
@@ -1103,7 +1103,7 @@ int number_before(const std::string &words, const std::string &message)
 
 }    // namespace
 
-TEST(OutOfMemory, IsSaidBeforeTheFirstRveWithTheNumberThatFits)
+TEST(OutOfMemory, IsReportedBeforeTheFirstRveWithTheNumberThatFits)
 {
   const MemoryLimit limit("1000000");
 
@@ -1144,7 +1144,7 @@ TEST(OutOfMemory, CountsRollingForces)
   EXPECT_LT(rolling, fit);    // 8 more bytes for each pair for which an RVE has capacity
 }
 
-TEST(OutOfMemory, IsSaidBeforeTheRvesOfARestartFileAreMade)
+TEST(OutOfMemory, IsReportedBeforeTheRvesOfARestartFileAreMade)
 {
   const std::string file = temporary_path("restart");
   Script first;
@@ -1276,7 +1276,7 @@ std::string state_with(const std::string &keywords)
 
 }    // namespace
 
-TEST(ContactWords, OfAPairCoeffMeanTheKeywords)
+TEST(ContactWords, PairCoeffIsEquivalentToTheKeywords)
 {
   EXPECT_EQ(state_with("contact hooke 2e6 50 tangential linear_history 1e6 0.5 0.4 damping "
                        "velocity rolling sds 2e5 0.0 0.1 twisting none thickness 0.05"),
@@ -1284,7 +1284,7 @@ TEST(ContactWords, OfAPairCoeffMeanTheKeywords)
                        "0.1 thickness 0.05"));
 }
 
-TEST(ContactWords, LeaveNothingOfTheLawOfThePacking)
+TEST(ContactWords, ReplaceTheWholeLawOfThePacking)
 {
   EXPECT_EQ(state_with("contact hooke 2e6 0 tangential linear_nohistory 0.5 0 rolling none"),
             state_with("kn 2e6 kt 0 friction 0"));
@@ -1292,14 +1292,14 @@ TEST(ContactWords, LeaveNothingOfTheLawOfThePacking)
             state_with("contact hooke 2e6 0 tangential linear_history 0 1 0.5"));
 }
 
-TEST(ContactWords, DampingWithANumberIsThatOfAllGrains)
+TEST(ContactWords, DampingCoefficientAppliesToAllGrains)
 {
   EXPECT_EQ(state_with("contact hooke 2e6 50 damping velocity tangential linear_history 1e6 0 0.4 "
                        "damping 0.2"),
             state_with("kn 2e6 gamma_n 50 kt 1e6 gamma_t 0 friction 0.4 damping 0.2"));
 }
 
-TEST(ContactWords, WhatLammpsHasAndRvesHaveNotIsNamed)
+TEST(ContactWords, UnsupportedLammpsOptionsAreNamed)
 {
   const auto message_with = [](const std::string &words) {
     return message_of(FOUR_ATOMS + FIX + "contact " + words + "\n");
@@ -1372,7 +1372,7 @@ TEST(FixRveMessage, UnknownKeyword)
             message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
 }
 
-TEST(FixRveMessage, MarksTheWordThatIsWrong)
+TEST(FixRveMessage, MarksTheInvalidWord)
 {
   const std::string before = FIX + "friction ";
   const std::string mark(("Last input line: " + before).size(), ' ');
@@ -1425,7 +1425,7 @@ TEST(FixRveMessage, DriveMpmWithoutFixMpm)
 
 // LAMMPS deletes a file-style variable that ends and renumbers the variables after it. The fix must
 // then not read another variable.
-TEST(FixRveVariables, AreFoundByNameWhenOthersEnd)
+TEST(FixRveVariables, AreFoundByNameAfterOthersAreDeleted)
 {
   const std::string numbers = file_of_rank("numbers.txt");
   std::ofstream(numbers) << "1\n2\n3\n";

@@ -50,7 +50,7 @@ const std::string DRIVE = "drive velocity_gradient yy v_rate xy 0.1 ";
 
 // ---- a continued run ----
 
-TEST(ContinuedRun, ObeysTheMaterialThatItsFixSaysAndListsIt)
+TEST(ContinuedRun, AppliesAndListsTheMaterialOfItsFix)
 {
   const std::string file = restart_of(SHEAR);
   const std::string words = FIX + "dt 1e-4 " + DRIVE + "friction 0.3 damping 0.2\n";
@@ -66,7 +66,7 @@ TEST(ContinuedRun, ObeysTheMaterialThatItsFixSaysAndListsIt)
   }
 }
 
-TEST(ContinuedRun, KeepsWhatItsFixDoesNotSay)
+TEST(ContinuedRun, KeepsSettingsThatItsFixOmits)
 {
   const std::string file =
       restart_of(FIX + "dt auto 0.3 mass_scaling 4 friction 0.3 " + DRIVE + "\n");
@@ -84,7 +84,7 @@ TEST(ContinuedRun, KeepsWhatItsFixDoesNotSay)
   EXPECT_EQ(value_in(after.state(5), "friction"), "0.3");
 }
 
-TEST(ContinuedRun, ObeysTheFractionOfTheStabilityBound)
+TEST(ContinuedRun, AppliesTheFractionOfTheStabilityBound)
 {
   const std::string file = restart_of(FIX + "dt auto 0.9 substeps 10 " + DRIVE + "\n");
   const std::string words = FIX + "dt auto 0.3 substeps 10 " + DRIVE + "\n";
@@ -98,7 +98,7 @@ TEST(ContinuedRun, ObeysTheFractionOfTheStabilityBound)
   EXPECT_IN("dt auto 0.9 -> auto 0.3", log_of_rest(file, words));
 }
 
-TEST(ContinuedRun, ObeysAPresetAndListsWhatItStandsFor)
+TEST(ContinuedRun, AppliesAPresetAndListsItsSettings)
 {
   const std::string file = restart_of(FIX + "mass_scaling 4 format fast " + DRIVE + "\n");
   const std::string words =
@@ -151,7 +151,7 @@ TEST(ContinuedRun, WithTheSameFixHasTheSameBitsInEveryFormat)
   }
 }
 
-TEST(ContinuedRun, HasAsManyShadowsAsItsFixSays)
+TEST(ContinuedRun, HasTheNumberOfShadowsOfItsFix)
 {
   const std::string file = restart_of(FIX + "dt 1e-4 shadow 3 2 " + DRIVE + "\n");
   const auto shadows_of = [&](const std::string &words) {
@@ -180,7 +180,7 @@ TEST(FixModify, ChangesDriveAndServoAndKeepsTheRves)
   EXPECT_EQ(script.fix_value(3), 4 * 412 * 10.0);
 }
 
-TEST(FixModify, BeforeTheFirstRunIsTheSameAsInTheFix)
+TEST(FixModify, BeforeTheFirstRunIsEquivalentToTheFix)
 {
   GrainsScript said, modified;
   said << FOUR_ATOMS + FIX + "dt auto 0.5 friction 0.3 mass_scaling 2 " + DRIVE + "\nrun 10";
@@ -192,7 +192,7 @@ TEST(FixModify, BeforeTheFirstRunIsTheSameAsInTheFix)
   EXPECT_EQ(modified.fix_value(8), said.fix_value(8));
 }
 
-TEST(FixModify, IsTheSameAsAContinuedRunWithAnotherFix)
+TEST(FixModify, IsEquivalentToAContinuedRunWithAnotherFix)
 {
   const std::string file = restart_of(FIX + "dt auto 0.5 " + DRIVE + "\n");
   GrainsScript modified, continued;
@@ -205,7 +205,7 @@ TEST(FixModify, IsTheSameAsAContinuedRunWithAnotherFix)
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(continued.state(atom), modified.state(atom));
 }
 
-TEST(FixModify, OfTheMaterialShowsAtOnce)
+TEST(FixModify, MaterialAppliesAtOnce)
 {
   // The stress is that of the same overlaps: f = k_n delta, and half of the volume.
   GrainsScript script;
@@ -220,7 +220,7 @@ TEST(FixModify, OfTheMaterialShowsAtOnce)
             log_of(FOUR_ATOMS + SHEAR + "run 5\nfix_modify grains friction 0.4\n"));
 }
 
-TEST(FixModify, ThatSaysWhatIsSoChangesNothing)
+TEST(FixModify, UnchangedSettingsChangeNothing)
 {
   GrainsScript alone, told;
   alone << FOUR_ATOMS + SHEAR + "run 10";
@@ -231,7 +231,7 @@ TEST(FixModify, ThatSaysWhatIsSoChangesNothing)
   EXPECT_EQ(told.state(3), alone.state(3));
 }
 
-TEST(FixModify, WakesRvesWithWhatTheySleptThrough)
+TEST(FixModify, QuiescentRvesGetTheirDeferredIncrement)
 {
   const std::string slow = FIX + "dt 1e-4 drive velocity_gradient yy -1e-3 quiescent 1e-3\n";
   for (const std::string change : {"quiescent none", "drive none servo yy -1e5"}) {
@@ -250,7 +250,7 @@ TEST(FixModify, WakesRvesWithWhatTheySleptThrough)
   }
 }
 
-TEST(FixModify, OfASleepersMaterialAnswersWithTheNewStiffness)
+TEST(FixModify, MaterialOfAQuiescentRveGetsTheNewStiffness)
 {
   // The RVE is quiescent and strained by 1e-4. Twice the stiffness gives twice the stress, with and
   // without rotation.
@@ -267,7 +267,7 @@ TEST(FixModify, OfASleepersMaterialAnswersWithTheNewStiffness)
   EXPECT_NEAR(script.per_atom("s", 2) / before, 2.0, 1e-9);
 }
 
-TEST(FixModify, OfTheMaterialReachesShadows)
+TEST(FixModify, MaterialAppliesToShadows)
 {
   // A shadow with the same steps in double is equal to the RVE.
   GrainsScript script;
@@ -280,7 +280,7 @@ TEST(FixModify, OfTheMaterialReachesShadows)
   EXPECT_EQ(script.fix_value(12), 0.0);
 }
 
-TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
+TEST(FixModify, RefusesFixedSettingsWithTheReason)
 {
   const auto message_with = [](const std::string &words) {
     return message_of(FOUR_ATOMS + SHEAR + "run 1\nfix_modify grains " + words);
@@ -301,7 +301,7 @@ TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
 
 // ---- the RVEs go ----
 
-TEST(Unfix, OfRvesThatHaveAdvancedIsWarnedOf)
+TEST(Unfix, OfAdvancedRvesGivesAWarning)
 {
   const std::string run = FOUR_ATOMS + SHEAR + "run 5\n";
   const std::string warning =
@@ -404,7 +404,7 @@ TEST(DamagedRestart, RecordOfAnRveIsRefused)
 
 // ---- numbers of DEM steps ----
 
-TEST(NumberOfDemSteps, IsAnErrorBeyondWhatCanBeCountedBeforeAnythingRuns)
+TEST(NumberOfDemSteps, BeyondTheRangeOfIntegersIsAnErrorBeforeAnythingRuns)
 {
   // 5e10 steps would overflow and become one step of 5e-4.
   const std::string message =
@@ -430,7 +430,7 @@ TEST(NumberOfDemSteps, TimesTheRefinementOfShadowsHasTheSameLimit)
 
 // ---- said twice ----
 
-TEST(SaidTwice, IsAnErrorThatNamesBoth)
+TEST(SaidTwice, KeywordGivenTwiceIsAnErrorThatNamesBoth)
 {
   const auto message_with = [](const std::string &words) {
     return message_of(FOUR_ATOMS + FIX + words + "\n");
@@ -458,7 +458,7 @@ TEST(SaidTwice, IsAnErrorThatNamesBoth)
 
 // ---- cells ----
 
-TEST(NarrowCell, IsSaidAtTheStartAndEndsWithARemedy)
+TEST(NarrowCell, IsReportedAtTheStartWithARemedy)
 {
   // A packing of 16 grains is narrow and soon becomes too narrow.
   const std::string few = temporary_path("few.rve");
@@ -490,7 +490,7 @@ TEST(NarrowCell, IsSaidAtTheStartAndEndsWithARemedy)
 
 // ---- exceptions and what nobody meant ----
 
-TEST(FixRveMessage, RotationThatCannotBeToldNamesFixAtomAndStep)
+TEST(FixRveMessage, AmbiguousRotationNamesFixAtomAndStep)
 {
   const std::string message = message_of(
       FOUR_ATOMS + FIX + "drive velocity_gradient xy -5 yx 5 dt 5e-5 substeps 20000\nrun 1");
@@ -524,7 +524,7 @@ TEST(FixRveMessage, DriveMpmThatNoModelUses)
   EXPECT_EQ(message_of(script + "rve grains\nrun 1"), "");
 }
 
-TEST(FixRveMessage, FailureInAnMpmAnalysisIsSaidOnce)
+TEST(FixRveMessage, FailureInAnMpmAnalysisIsReportedOnce)
 {
   // The ground hits its bottom at high speed.
   const std::string message =
@@ -561,7 +561,7 @@ TEST(FixRveMessage, Rerun)
                        "\nrun 2\nundump d\nrerun " + dump + " dump x y"));
 }
 
-TEST(Warnings, TellATimestepThatNobodySet)
+TEST(Warnings, NameAnUnsetTimestep)
 {
   std::string script = FOUR_ATOMS + FIX + DRIVE;
   script.replace(script.find("timestep 1e-3"), 13, "");

@@ -25,7 +25,7 @@ std::string stretched(const std::string &words)
 
 }    // namespace
 
-TEST(NarrowCell, IsContinuedByCopiesWhichAreCountedAndSaid)
+TEST(NarrowCell, ContinuesAsCopiesThatAreCountedAndLogged)
 {
   Script script;
   script << stretched("") +
@@ -51,7 +51,7 @@ TEST(NarrowCell, IsContinuedByCopiesWhichAreCountedAndSaid)
   EXPECT_IN("it goes on as 2 copies side by side, of 32 grains", log);
 }
 
-TEST(NarrowCell, IsATroubleWithoutCopies)
+TEST(NarrowCell, IsAnErrorWithoutCopies)
 {
   EXPECT_IN("failed at step", message_of(stretched("copies 1") + "run 120"));
   EXPECT_IN("copies is 3; cells are doubled, so it must be a power of two: 1, 2, 4 ...",
@@ -66,7 +66,7 @@ TEST(NarrowCell, CanBeChangedBetweenRuns)
 }
 
 // Atom 2 exceeds the overlap limit in each step; the others are sheared.
-TEST(PolicyFresh, GoesOnWithFreshRvesWhichAreCountedAndSaid)
+TEST(PolicyFresh, ContinuesWithFreshRvesThatAreCountedAndLogged)
 {
   const std::string script = FOUR_ATOMS + "variable crush atom -400*(id==2)*(step%10==5)\n" + FIX +
       "dt 1e-4 policy fresh overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\n"
@@ -113,7 +113,7 @@ TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
   EXPECT_EQ(states(whole), states(second));
 }
 
-TEST(FailureAtTheStart, SaysWhatThePackingHas)
+TEST(FailureAtTheStart, NamesThePropertyOfThePacking)
 {
   const std::string message =
       message_of(FOUR_ATOMS + FIX + "dt 1e-4 overlap_limit 1e-9 drive none\nrun 1");
@@ -122,7 +122,7 @@ TEST(FailureAtTheStart, SaysWhatThePackingHas)
   EXPECT_IN("of the sum of radii, overlap_limit 1e-09 [radius], void ratio 0.161", message);
 }
 
-TEST(PackingFiles, ThatAreALoopOfLinksAreNamed)
+TEST(PackingFiles, LoopOfLinksIsNamed)
 {
   const std::string link = file_of_rank("loop");
   std::remove(link.c_str());
@@ -152,7 +152,7 @@ TEST(RestartRecords, FollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
             message_of(read + "delete_atoms group pit\n" + SHEAR));
 }
 
-TEST(RestartRecords, ThatLammpsHasDroppedAreSaid)
+TEST(RestartRecords, RecordsThatLammpsDroppedAreReported)
 {
   const std::string file = rve_test::temporary_path("restart");
   Script first;
@@ -163,7 +163,7 @@ TEST(RestartRecords, ThatLammpsHasDroppedAreSaid)
   EXPECT_EQ(log_of(read + SHEAR + "run 0").find("without records"), std::string::npos);
 }
 
-TEST(RestartRecords, OfAtomsThatHadNoRveAreSaid)
+TEST(RestartRecords, AtomsWithoutAnRveAreReported)
 {
   const std::string file = rve_test::temporary_path("restart");
   Script first;

@@ -88,7 +88,7 @@ TEST(PathsOfFixRve, LimitsThatReverseAStageMayBeVariables)
       message_of(ATOMS + "variable low equal 1e-3\nvariable high equal -1e-3\n" + path + "run 1"));
 }
 
-TEST(PathsOfFixRve, EachAtomGoesItsOwnWayAndTheRunEndsWithTheLast)
+TEST(PathsOfFixRve, EachAtomFollowsItsPathAndTheRunEndsWithTheLast)
 {
   GrainsScript script;
   script << ATOMS + COLUMNS + fix_with_paths() + "path_end halt\nrun 0";
@@ -140,7 +140,7 @@ TEST(PathsOfFixRve, ContinueFromARestartFileBitForBit)
   }
 }
 
-TEST(PathsOfFixRve, ThatHaveEndedContinueWhereTheScriptOfAContinuedRunChangesThem)
+TEST(PathsOfFixRve, EndedPathsContinueWhenAContinuedRunChangesThem)
 {
   const std::string file = temporary_path("restart_of_ended_paths");
   const std::string fix = STEP + FIX + "dt 5e-5 path ",
@@ -213,7 +213,7 @@ TEST(PathsOfFixRve, FollowTablesFromFiles)
   EXPECT_IN("no_such_table", message_of(fix + "stage strain yy table no_such_table 2"));
 }
 
-TEST(PathsOfFixRve, AreTheDriveAndServoThatTheyStandFor)
+TEST(PathsOfFixRve, AreEquivalentToADriveAndServo)
 {
   GrainsScript path, drive, servo, stage;
   path << ATOMS + FIX + "dt 5e-5 path stage rate xy 0.1 rate yy v_rate\nrun 5";
@@ -225,7 +225,7 @@ TEST(PathsOfFixRve, AreTheDriveAndServoThatTheyStandFor)
   EXPECT_EQ(stage.state(3), servo.state(3));
 }
 
-TEST(PathsOfFixRve, SayWhatIsWrong)
+TEST(PathsOfFixRve, ReportInvalidInput)
 {
   const std::string begin = ATOMS + FIX;
   EXPECT_IN("path and drive exclude each other",

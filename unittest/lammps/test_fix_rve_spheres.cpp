@@ -157,7 +157,7 @@ TEST(SpheresOfFixRve, ContinueFromARestartFileBitForBit)
       message_of("read_restart " + file + "\n" + RATE + fix_with(lattice()) + SHEAR_OF_SPHERES));
 }
 
-TEST(SpheresOfFixRve, SleepWakeAndHaveShadowsThroughARestart)
+TEST(SpheresOfFixRve, QuiescenceAndShadowsSurviveARestart)
 {
   const std::string file = temporary_path("restart_of_sleepers"), packing = lattice();
   const std::string fix = fix_with(packing) +
@@ -193,7 +193,7 @@ TEST(SpheresOfFixRve, HaveTheSameBitsOnAnyNumberOfRanksAndMoveBetweenThem)
   }
 }
 
-TEST(SpheresOfFixRve, AreSeenByOtherCommands)
+TEST(SpheresOfFixRve, AreAvailableToOtherCommands)
 {
   const std::string dump = temporary_path("grains.dump");
   GrainsScript script;
@@ -224,7 +224,7 @@ TEST(SpheresOfFixRve, AreSeenByOtherCommands)
   EXPECT_IN(" 12\n", text);    // contacts of the last sphere
 }
 
-TEST(SpheresOfFixRve, ShowTheirResistanceToRollingAndTwisting)
+TEST(SpheresOfFixRve, OutputRollingAndTwistingResistance)
 {
   GrainsScript script;
   script << atoms_in(3) + "group one id 1\n" + fix_with(disorder()) +
@@ -266,7 +266,7 @@ TEST(SpheresOfFixRve, AreWrittenForLammpsAtTheirTimes)
   EXPECT_TRUE(text_of(prefix + ".2.1.data").empty());
 }
 
-TEST(SpheresOfFixRve, WarnOfWhatGoesBeyondALimitInWordsOfSpheres)
+TEST(SpheresOfFixRve, WarningsNameLimitsOfSpheres)
 {
   const std::string squeezed =
       file_of("squeezed.rve", rve_test::face_centred_cubic(lattice_material(), 2, RADIUS, 4e-4));
@@ -299,7 +299,7 @@ std::string column(const std::string &packing, double surcharge)
 
 }    // namespace
 
-TEST(SpheresUnderFixMpm, BalanceASurchargeInPlaneStrainWithAStressAcrossIt)
+TEST(SpheresUnderFixMpm, BalanceASurchargeInPlaneStrain)
 {
   // The surcharge exceeds the initial stress of the lattice by a hundredth: an oedometer test,
   // whose lateral stress increases by C12/C11.
@@ -342,7 +342,7 @@ TEST(SpheresMessage, OfAMixtureNamesTwoFiles)
             message_of(atoms_in(2) + fix_with(PACKING) + "packings " + spheres + choose));
 }
 
-TEST(SpheresMessage, OfDisksInSpaceSaysWhatTheyNeed)
+TEST(SpheresMessage, OfDisksInSpaceNamesTheirNeeds)
 {
   EXPECT_IN("fix rve needs a 2d system (its grains are disks)",
             message_of(atoms_in(3) + fix_with(PACKING)));
@@ -357,7 +357,7 @@ TEST(SpheresMessage, OfAMissingFileNamesItInAnyDimension)
   }
 }
 
-TEST(SpheresMessage, OfAMissingFileComesBeforeComponentsThatItsGrainsMayHave)
+TEST(SpheresMessage, OfAMissingFileComesBeforeThatOfComponents)
 {
   const std::string message =
       message_of(atoms_in(3) + fix_with("missing.rve") + "drive velocity_gradient zz -0.2 ");
@@ -382,7 +382,7 @@ TEST(SpheresMessage, OfComponents)
                        "drive velocity_gradient zz -1 servo zz -1e5\n"));
 }
 
-TEST(SpheresMessage, OfColumnsThatDisksHaveNot)
+TEST(SpheresMessage, OfColumnsThatDisksDoNotHave)
 {
   const std::string disks = atoms_in(2) + fix_with(PACKING) + "dt 1e-5\n";
   EXPECT_IN("compute rve/atom c: szz is of spheres, and the RVEs of fix grains are of disks",

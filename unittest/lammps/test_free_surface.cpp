@@ -142,12 +142,12 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
 
 }    // namespace
 
-TEST(FreeSurface, HeapThatFallsHasNoStressFromNothingAndNoEnergyEither)
+TEST(FreeSurface, FallingHeapOfDisksHasNoSpuriousStressOrEnergy)
 {
   expect_no_stress_and_no_energy_from_nothing(heap_of_disks());
 }
 
-TEST(FreeSurface, HeapOfSpheresThatFallsDoesNeither)
+TEST(FreeSurface, FallingHeapOfSpheresHasNoSpuriousStressOrEnergy)
 {
   expect_no_stress_and_no_energy_from_nothing(heap_of_spheres());
 }

@@ -382,7 +382,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- what the words give ----
 
-TEST(GranularWords, OfElasticConstantsGiveStiffnesses)
+TEST(GranularWords, ElasticConstantsGiveStiffnesses)
 {
   const double young = 70e9, nu = 0.3;
   const Material material = material_of("contact hertz/material 70e9 0.5 0.3 tangential mindlin "
@@ -405,7 +405,7 @@ TEST(GranularWords, OfElasticConstantsGiveStiffnesses)
   EXPECT_EQ(material.tangential_stiffness, 0.0);
 }
 
-TEST(GranularWords, OfNumbersAreTakenAsTheyAre)
+TEST(GranularWords, NumericalStiffnessesAreUnchanged)
 {
   Material material = material_of(
       "contact hertz 2e9 40 tangential mindlin/force 1.5e9 0.5 0.4 damping velocity damping 0.2");
@@ -424,7 +424,7 @@ TEST(GranularWords, OfNumbersAreTakenAsTheyAre)
   EXPECT_EQ(material.viscoelastic_damping, 3e6);
 }
 
-TEST(GranularWords, OutOfRangeAreErrors)
+TEST(GranularWords, ArgumentsOutOfRangeAreErrors)
 {
   const auto message_with = [](const std::string &words) {
     return message_of(FOUR_ATOMS + FIX + "dt 1e-6 contact " + words + "\nrun 0\n");
@@ -449,7 +449,7 @@ TEST(GranularWords, OutOfRangeAreErrors)
             message_with("hertz 1e9 0.5 tangential mindlin 1e9 0 0.4 damping tsuji"));
 }
 
-TEST(GranularWords, OfRollingResistanceAreThoseOfLinearSpringsWithoutADefault)
+TEST(GranularWords, RollingResistanceHasNoDefault)
 {
   const std::string hertz = "contact hertz 2e9 0 tangential mindlin 1.7e9 0.5 0.4 ";
   const Material material = material_of(hertz + "rolling sds 5e5 0 0.1");
@@ -468,7 +468,7 @@ TEST(GranularWords, OfRollingResistanceAreThoseOfLinearSpringsWithoutADefault)
   EXPECT_EQ(rve::read_packing(out).material.rolling_stiffness, 2e5);
 }
 
-TEST(GranularWords, OfAnotherLawAreErrors)
+TEST(GranularWords, ArgumentsOfAnotherLawAreErrors)
 {
   const std::string hertz = "contact hertz/material 1e9 0.5 0.2 tangential mindlin NULL 0.5 0.4 "
                             "damping coeff_restitution ";

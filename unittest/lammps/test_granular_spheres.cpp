@@ -321,7 +321,7 @@ TEST_P(GranularSpheres, HaveTheForcesOfLammpsInTheFirstStep)
   });
 }
 
-TEST_P(GranularSpheres, HaveTheForcesOfLammpsWithHistoriesAsItProjectsThem)
+TEST_P(GranularSpheres, HaveTheForcesOfLammpsWithProjectedHistories)
 {
   const std::string words = GetParam().words;
   GranularScript lammps(random_grains(), words);

@@ -231,7 +231,7 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
       << message;
 }
 
-TEST(LawWithMemory, PointsThatChangeTheirLawBeginAnew)
+TEST(LawWithMemory, PointsThatChangeTheirLawReinitialise)
 {
   // Damage of one law does not become σ_zz of the other.
   LawScript script(MPI_COMM_SELF);

@@ -104,7 +104,7 @@ std::string states_of(Script &script)
 
 // ---- the helpers ----
 
-TEST(Collectively, EndsAllRanksWithTheProblemOfTheOneThatFailed)
+TEST(Collectively, EndsAllRanksWithTheErrorOfTheFailedRank)
 {
   Script script;
   const auto message_of = [&](const auto &fail) -> std::string {
@@ -127,7 +127,7 @@ TEST(Collectively, EndsAllRanksWithTheProblemOfTheOneThatFailed)
             message_of([] { throw std::runtime_error(""); }));
 }
 
-TEST(Collectively, SaysWhatTheLowestRankSays)
+TEST(Collectively, ReportsTheMessageOfTheLowestRank)
 {
   Script script;
   try {
@@ -139,7 +139,7 @@ TEST(Collectively, SaysWhatTheLowestRankSays)
   }
 }
 
-TEST(OnThisRank, AbortsWithThePlaceForEveryKindOfException)
+TEST(OnThisRank, AbortsWithThePositionForEveryKindOfException)
 {
   Script script;
   const auto who = [] { return std::string("fix any: RVE of atom 7, step 3"); };
@@ -208,7 +208,7 @@ TEST(WarningsOfAllRanks, OfFrozenRvesAreInTheLog)
   EXPECT_LT(log.find("RVE of atom 2 failed"), log.find("RVE of atom 4 failed"));
 }
 
-TEST(ErrorsOfAllRanks, OfAFailedRveIsInTheLog)
+TEST(ErrorsOfAllRanks, OfAFailedRveAreInTheLog)
 {
   const std::string path = rve_test::temporary_path("failed.log");
   Script script;
@@ -223,7 +223,7 @@ TEST(ErrorsOfAllRanks, OfAFailedRveIsInTheLog)
   EXPECT_IN("RVE of atom 4 failed at step", rve_test::text_of(path));
 }
 
-TEST(WarningsOfAllRanks, OfATensionIsGivenOnce)
+TEST(WarningsOfAllRanks, OfATensionAppearsOnce)
 {
   const std::string log = log_of(FOUR_ATOMS + "variable pull atom 1e3*(id==4||step>1)\n" + FIX +
                                  "dt 1e-4 policy freeze servo yy v_pull\nrun 3");
@@ -231,7 +231,7 @@ TEST(WarningsOfAllRanks, OfATensionIsGivenOnce)
   EXPECT_IN("for atom 4 at step 1", log);
 }
 
-TEST(WarningsOfAllRanks, OfAdviceIsGivenOnce)
+TEST(WarningsOfAllRanks, OfAdviceAppearsOnce)
 {
   const std::string log = log_of(FOUR_ATOMS + "variable fast atom -20*(id==4)\n" + FIX +
                                  "dt 1e-4 dt_check 1 "
@@ -244,7 +244,7 @@ TEST(WarningsOfAllRanks, OfAdviceIsGivenOnce)
 
 // ---- a refused change leaves nothing behind ----
 
-TEST(RefusedFixModify, LeavesSettingsAndRvesAsTheyWere)
+TEST(RefusedFixModify, ChangesNoSettingsAndRves)
 {
   const std::string begin = FOUR_ATOMS + SHEAR + "run 5\n", end = "run 5\n";
   const std::string restart = rve_test::temporary_path("one_rank.restart");
@@ -292,7 +292,7 @@ TEST(RefusedFixModify, OnOneRankIsRefusedOnAll)
 
 // ---- a fix is deleted on ranks one by one, as when an error unwinds them ----
 
-TEST(DeletedFix, DoesNotWaitForOtherRanks)
+TEST(DeletedFix, DestructorDoesNotSynchroniseRanks)
 {
   Script script;
   script << FOUR_ATOMS + SHEAR + "run 2";

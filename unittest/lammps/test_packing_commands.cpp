@@ -66,7 +66,7 @@ std::string log_of(const std::string &lines)
 
 // ---- words ----
 
-TEST(CreateRve, WhatIsMissingIsNamed)
+TEST(CreateRve, MissingKeywordsAreNamed)
 {
   EXPECT_IN("create_rve: radius, kn, density, pressure must be given",
             message_of("create_rve none.rve grains 40\n"));
@@ -99,7 +99,7 @@ TEST(CreateRve, ContactInTheWordsOfLammpsGivesTheSamePacking)
                          "rolling_friction 0.1"));
 }
 
-TEST(CreateRve, AMisspeltKeywordNamesWhatIsLikeIt)
+TEST(CreateRve, MisspeltKeywordGetsASuggestion)
 {
   EXPECT_IN("create_rve: unknown keyword 'grians'; did you mean grains?",
             message_of("create_rve none.rve grians 40\n"));
@@ -134,7 +134,7 @@ TEST(CreateRve, ACellThatIsTooNarrowForItsGrainsHasARemedy)
 }
 
 // The error comes before anything runs: the recipes alone would fill the memory of most machines.
-TEST(CreateRve, ALibraryThatNoMemoryHoldsIsRefused)
+TEST(CreateRve, LibraryBeyondAllMemoryIsRefused)
 {
   EXPECT_IN("create_rve: a library of 2000000000 packings with 40 grains each is too large; it can "
             "have at most 1000000 of them, 100000000 grains in all, which take tens of GB: use "
@@ -143,7 +143,7 @@ TEST(CreateRve, ALibraryThatNoMemoryHoldsIsRefused)
                        RECIPE.substr(RECIPE.find("radius")) + "seeds 1 2000000000\n"));
 }
 
-TEST(WriteRve, AMisspeltKeywordNamesWhatIsLikeIt)
+TEST(WriteRve, MisspeltKeywordGetsASuggestion)
 {
   EXPECT_IN("write_rve: unknown keyword 'atm'; did you mean atom?",
             message_of(FOUR_ATOMS + FIX + "\nwrite_rve grains atm 1 file none.rve\n"));
@@ -179,7 +179,7 @@ TEST(CreateRve, MoreThreadsThanAnyMachineHasAreRefused)
 // ---- where they write ----
 
 // The error comes before the preparation, whose lines would be in the log.
-TEST(CreateRve, AFileThatCannotBeWrittenIsFoundOutBeforeTheWork)
+TEST(CreateRve, UnwritableFileIsAnErrorBeforeThePreparation)
 {
   const std::string log = file_of_rank("early.log"), path = file_of_rank("none") + "/p.rve";
   std::string message;
@@ -196,7 +196,7 @@ TEST(CreateRve, AFileThatCannotBeWrittenIsFoundOutBeforeTheWork)
   EXPECT_NOT_IN("compression", text_of(log));
 }
 
-TEST(FixRve, ADumpThatCannotBeWrittenIsFoundOutBeforeTheRun)
+TEST(FixRve, UnwritableDumpIsAnErrorBeforeTheRun)
 {
   const std::string prefix = file_of_rank("none") + "/grains";
 
@@ -220,14 +220,14 @@ TEST(WriteRve, ALinkStaysALink)
   fs::remove(link);
 }
 
-TEST(WriteRve, SaysWhyItCannotWrite)
+TEST(WriteRve, ReportsWhyItCannotWrite)
 {
   EXPECT_IN("write_rve: cannot write file /nowhere/p.rve: No such file or directory",
             message_of(FOUR_ATOMS + FIX +
                        "\nrun 0\nwrite_rve grains atom 1 file /nowhere/p.rve format rve\n"));
 }
 
-TEST(FixRve, APackingThatIsNoFileIsRefusedWithTheReason)
+TEST(FixRve, PackingThatIsNoFileIsRefusedWithTheReason)
 {
   const std::string folder = testing::TempDir();
 
@@ -235,7 +235,7 @@ TEST(FixRve, APackingThatIsNoFileIsRefusedWithTheReason)
             message_of(FOUR_ATOMS + "fix grains all rve " + folder + "\n"));
 }
 
-TEST(FixRve, APackingThatIsMissingSaysWhereItWasLookedForAndWhatMakesOne)
+TEST(FixRve, MissingPackingNamesTheSearchedPathsAndACommand)
 {
   const std::string here = fs::current_path().string();
 
@@ -266,7 +266,7 @@ TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
   EXPECT_IN("the thickness of the disks at most 0.5", message);
 }
 
-TEST(CreateRve, GrainsThatAreSoftAreWarnedOf)
+TEST(CreateRve, SoftGrainsGiveAWarning)
 {
   const std::string path = file_of_rank("soft.rve");
   std::string soft = RECIPE;
@@ -283,7 +283,7 @@ TEST(CreateRve, GrainsThatAreSoftAreWarnedOf)
 
 // The packing was sheared and is rotated by 90 degrees: the vertical stress becomes the horizontal
 // one.
-TEST(PackingImage, OfAPackingThatIsNotIsotropicIsWarnedOf)
+TEST(PackingImage, AnisotropicPackingGivesAWarning)
 {
   const std::string path = file_of_rank("pressed.rve");
   log_of(FOUR_ATOMS + FIX +

@@ -95,7 +95,7 @@ TEST(RandomField, VariablesAndDumpsReadTheProperty)
   std::remove("test_random_field.dump");
 }
 
-TEST(RandomField, ValuesGoWithTheAtomsAndThroughARestart)
+TEST(RandomField, ValuesMigrateWithAtomsAndSurviveARestart)
 {
   Script script, second;
 
@@ -133,7 +133,7 @@ TEST(RandomField, PaddingIsReportedInTheLog)
   std::remove("test_random_field.log");
 }
 
-TEST(RandomFieldErrors, SayWhatIsWrong)
+TEST(RandomFieldErrors, AreReported)
 {
   const std::string scene = points + "random_field all d_phi ";
   const std::string law = "covariance exponential lengths 3 1 ", grid = "spacing 0.5 0.25 ";
@@ -207,7 +207,7 @@ TEST(RandomFieldErrors, SayWhatIsWrong)
   }
 }
 
-TEST(RandomFieldErrors, ErrorsLeaveTheOldValues)
+TEST(RandomFieldErrors, ErrorsKeepTheOldValues)
 {
   Script script;
   script << points + "set group all d_phi -5";

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <mpi.h>
 
-TEST(RankMemory, AllRanksSeeWhatOneHasWritten)
+TEST(RankMemory, AllRanksReadTheNumbersOfOne)
 {
   int rank = 0, ranks = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);

@@ -136,7 +136,7 @@ bigint end_of_run(const std::string &who, const std::string &message, bigint ste
 
 }    // namespace
 
-TEST(RunSignals, ARunEndsAfterItsStepWithARestartFileAndGoesOnToTheSameBits)
+TEST(RunSignals, RunEndsAfterItsStepAndContinuesFromTheRestartFile)
 {
   const std::string write = "write_rve grains atom 3 file ";
   {
@@ -219,7 +219,7 @@ TEST(RunSignals, ARunOfMaterialPointsWithoutGrainsEndsToo)
   end_of_run("fix mpm soil: SIGTERM", message_of(script, "run 20"), 6);
 }
 
-TEST(RunSignals, RunsWithoutSetupAreWatchedToo)
+TEST(RunSignals, RunsWithoutSetupReactToo)
 {
   SignalledScript script;
   script << FOUR_ATOMS + GRAINS;
@@ -230,7 +230,7 @@ TEST(RunSignals, RunsWithoutSetupAreWatchedToo)
 }
 
 // nohup ignores signals, and shells ignore them for background jobs.
-TEST(RunSignals, WhatIsIgnoredStaysIgnored)
+TEST(RunSignals, IgnoredSignalsStayIgnored)
 {
   const auto before = std::signal(SIGINT, SIG_IGN);
   SignalledScript script;

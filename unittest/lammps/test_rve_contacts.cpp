@@ -159,7 +159,7 @@ TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
 }
 
 // C = 4 (<n n> - 1/2) in the plane, and kinds of energy are parts of the energy
-TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheAnswer)
+TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
 {
   Look script;
   script << SHEARED +
@@ -217,7 +217,7 @@ TEST(RveContacts, OfAGroupAreThoseOfAllItsRves)
 
 // The dump has the positions of grains and the compute their contacts; together they give the
 // branch vectors.
-TEST(RveGrains, DumpedInTheCellOfTheRveTouchAsTheContactsSay)
+TEST(RveGrains, DumpedGrainsTouchAtTheContacts)
 {
   const std::string path = "test_rve_contacts.grains";
   Look script;
@@ -265,7 +265,7 @@ TEST(RveGrains, DumpedInTheCellOfTheRveTouchAsTheContactsSay)
   if (script.lmp->comm->me == 0) std::remove(path.c_str());
 }
 
-TEST(RveGrains, OneFrameIsHadWithoutARun)
+TEST(RveGrains, OneFrameIsWrittenWithoutARun)
 {
   const std::string path = file_of_rank("grains");
   Script script(MPI_COMM_SELF);
@@ -276,7 +276,7 @@ TEST(RveGrains, OneFrameIsHadWithoutARun)
   EXPECT_EQ(last_frame(path).rows.size(), 400u);
 }
 
-TEST(RveContacts, WhatIsRefusedIsNamed)
+TEST(RveContacts, InvalidInputIsNamed)
 {
   const std::string scene = SHEARED + "group look id 7\ngroup two id 1 2\n";
   EXPECT_IN("compute rve/contact/local c: there is no quantity 'force'",

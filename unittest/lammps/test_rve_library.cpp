@@ -112,7 +112,7 @@ TEST(CreateRveLibrary, TheFileIsTheSameOnAnyNumberOfRanksAndThreads)
   std::remove(own.c_str());
 }
 
-TEST(CreateRveLibrary, TheIndexSaysWhatThePackingsAre)
+TEST(CreateRveLibrary, IndexDescribesThePackings)
 {
   const rve::PackingLibrary lib = rve::read_library(library());
 
@@ -141,7 +141,7 @@ TEST(CreateRveLibrary, PackingsAreThoseOfSingleFiles)
   std::remove(own.c_str());
 }
 
-TEST(CreateRveLibrary, SkipLeavesOutWhatCannotBePrepared)
+TEST(CreateRveLibrary, SkipOmitsPackingsThatCannotBePrepared)
 {
   const std::string own = "test_rve_skip." + std::to_string(rank());
   Script alone(MPI_COMM_SELF);
@@ -203,7 +203,7 @@ TEST(PackingChoice, ByNumber)
     EXPECT_EQ(packing_with(one.second), (one.first - 1) % 9);
 }
 
-TEST(PackingChoice, RandomDrawsTakeAllPackingsAlike)
+TEST(PackingChoice, RandomDrawsAreUniform)
 {
   Script script;
   script << with_fix("packing_random 3");
@@ -292,7 +292,7 @@ TEST(PackingImage, PointsGetTheStressOfTheImage)
 
 // ---- with the other keywords of fix rve ----
 
-TEST(MassScalingOfLibraries, LengthensTheStableStepOfAllPackingsAndLeavesTheirStress)
+TEST(MassScalingOfLibraries, IncreasesTheStableStepOfAllPackingsAndKeepsTheirStress)
 {
   const auto script_of = [](const std::string &keywords) {
     return with_fix("dt auto 0.5 substeps 1 packing_random 3 packing_image random 5 " + keywords);
@@ -322,7 +322,7 @@ TEST(MassScalingOfLibraries, LengthensTheStableStepOfAllPackingsAndLeavesTheirSt
   if (rank() == 0) std::remove("test_rve_heavy");
 }
 
-TEST(MassScalingOfLibraries, AGivenTimeStepIsJudgedByTheScaledMass)
+TEST(MassScalingOfLibraries, GivenTimeStepIsCheckedWithTheScaledMass)
 {
   Script script;
   script << with_fix("dt auto 1.0 substeps 1 packing_random 3");
@@ -355,7 +355,7 @@ TEST(KnobsOnLibraries, AreTheSameOnAnyNumberOfRanks)
   EXPECT_GT(alone.fix_value("grains", 12), 0.0);
 }
 
-TEST(PackingChoiceErrors, SayWhatIsWrong)
+TEST(PackingChoiceErrors, AreReported)
 {
   const std::string broken = "test_rve_broken.lib." + std::to_string(rank());
   std::string text = text_of(library());

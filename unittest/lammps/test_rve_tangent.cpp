@@ -164,7 +164,7 @@ TEST(RveTangent, OfSpheresIsThatOfTheRveOfEachAtom)
   EXPECT_NE(row[1], 0.0);
 }
 
-TEST(RveTangent, ChangesNothingOfTheRun)
+TEST(RveTangent, DoesNotChangeTheRun)
 {
   const auto state_after = [](const std::string &look) {
     GrainsScript script;
@@ -190,7 +190,7 @@ TEST(RveTangent, AlongLoadingIsSofterAndNeedsADirection)
   EXPECT_LT(loading[0], 0.9 * elastic[0]);
 }
 
-TEST(RveTangent, WhatIsRefusedIsNamed)
+TEST(RveTangent, InvalidInputIsNamed)
 {
   const auto refused = [](const std::string &words) {
     return message_of(FOUR_ATOMS + SHEAR + "compute c all rve/tangent " + words + "\nrun 0");

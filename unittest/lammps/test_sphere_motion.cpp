@@ -142,7 +142,7 @@ rve::Material springs(double friction)
 
 // Roundings differ, and each collision amplifies them about tenfold.
 
-TEST(MotionOfSpheres, WithoutFrictionIsThatOfLammps)
+TEST(MotionOfSpheres, WithoutFrictionAgreesWithLammps)
 {
   const Difference found =
       difference(gas(springs(0.0), false),
@@ -151,7 +151,7 @@ TEST(MotionOfSpheres, WithoutFrictionIsThatOfLammps)
   EXPECT_LT(found.place, 1e-9 * RADIUS);
 }
 
-TEST(MotionOfSpheres, InAPlaneIsThatOfLammpsWithFriction)
+TEST(MotionOfSpheres, InAPlaneWithFrictionAgreesWithLammps)
 {
   // In a plane spin axes are across the normals, and no contact rotates about its normal.
   const Difference found =
@@ -162,7 +162,7 @@ TEST(MotionOfSpheres, InAPlaneIsThatOfLammpsWithFriction)
   EXPECT_LT(found.spin, 1e-8 * SPEED / RADIUS);
 }
 
-TEST(MotionOfSpheres, InSpaceWithFrictionDiffersByWhatLammpsLeavesOut)
+TEST(MotionOfSpheres, InSpaceWithFrictionDiffersByTermsThatLammpsOmits)
 {
   // The differences are the rotation about the normal and the normal at the middle of a step, with
   // spins of 100 rad/s and collisions of a millisecond.

@@ -134,7 +134,7 @@ const std::string COMPRESS = "variable rate atom -0.5*(id-1)\n";
 
 }    // namespace
 
-TEST(TimeStep, IsThatOfTheStiffestNetworkWhateverItsContacts)
+TEST(TimeStep, IsThatOfTheStiffestNetwork)
 {
   TimeStepScript script;
   script << COMPRESS +
@@ -149,7 +149,7 @@ TEST(TimeStep, IsThatOfTheStiffestNetworkWhateverItsContacts)
   EXPECT_GE(script.step(), 0.8 * MARGIN * script.bound(2));
 }
 
-TEST(TimeStep, OfTheUserEndsTheRunWhereOneNetworkCannotBearIt)
+TEST(TimeStep, OfTheUserEndsTheRunIfOneNetworkIsUnstable)
 {
   TimeStepScript probe(MPI_COMM_SELF);
   probe << two_packings("dt auto 0.94");
@@ -165,7 +165,7 @@ TEST(TimeStep, OfTheUserEndsTheRunWhereOneNetworkCannotBearIt)
 }
 
 // The first RVE exceeds its overlap limit and is frozen with the most contacts of all.
-TEST(TimeStep, FrozenRveHidesNoOther)
+TEST(TimeStep, FrozenRveDoesNotHideOthers)
 {
   TimeStepScript script;
   script << "variable rate atom -0.5*(id==2)-20*(id==1)\n" +
@@ -181,7 +181,7 @@ TEST(TimeStep, FrozenRveHidesNoOther)
 
 // A loose packing allows a long step, which is too long once it is dense, however short the
 // interval of checks.
-TEST(TimeStep, FollowsNewContactsBeforeTheNextCheckIsDue)
+TEST(TimeStep, FollowsNewContactsBeforeTheNextCheck)
 {
   TimeStepScript script;
   script << COMPRESS +
@@ -196,7 +196,7 @@ TEST(TimeStep, FollowsNewContactsBeforeTheNextCheckIsDue)
 
 // Hertz' contacts stiffen at a constant number of contacts. An automatic step that follows only at
 // the next interval would leave a kinetic energy of 0.06 J in the held packing.
-TEST(TimeStep, FollowsContactsThatStiffenBeforeTheNextCheckIsDue)
+TEST(TimeStep, FollowsStiffeningContactsBeforeTheNextCheck)
 {
   TimeStepScript script(MPI_COMM_SELF), checked_every_step(MPI_COMM_SELF);
   script << hertz_compressed("dt auto 0.9 dt_check 1000");
@@ -243,7 +243,7 @@ TEST(TimeStep, OfTheUserEndsTheRunAsSoonAsContactsHaveStiffened)
 }
 
 // A LAMMPS step has so many DEM steps that contacts stiffen within one.
-TEST(TimeStep, WarnsWhereContactsStiffenWithinOneStep)
+TEST(TimeStep, WarnsIfContactsStiffenWithinOneStep)
 {
   {
     Script script(MPI_COMM_SELF, file_of_rank("log.within"));
@@ -309,7 +309,7 @@ TEST(TimeStep, WarningsComeInRunsShorterThanTheInterval)
 }
 
 // Eleven steps of at most 9.5e-5 make 1e-3.
-TEST(TimeStep, OfAFailureIsTheStepThatWasUsed)
+TEST(TimeStep, FailureReportsTheUsedStep)
 {
   const std::string message = message_of(TWO_ATOMS +
                                          "fix grains all rve " EXAMPLE_PACKINGS
@@ -342,7 +342,7 @@ static std::string log_of_collision(const std::string &dt)
 }
 
 // A contact of few steps loses energy that no dashpot dissipates, which the energy balance shows.
-TEST(TimeStep, WarnsOfAnEnergyBalanceThatIsOpen)
+TEST(TimeStep, WarnsOfAnOpenEnergyBalance)
 {
   const std::string warning = "the energy balance is open";
 

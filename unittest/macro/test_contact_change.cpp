@@ -113,7 +113,7 @@ class NarrowEngine final : public rve_test::ForwardingEngine {
 
 }    // namespace
 
-TEST(ContactChange, GivesTheBitsOfAnEngineThatWasMadeForIt)
+TEST(ContactChange, GivesTheBitsOfANewEngineWithTheseContacts)
 {
   RvePoints moves = points_with(false), stays = points_with(true);
   advance(moves, 5);
@@ -173,7 +173,7 @@ TEST(ContactChange, ToAnotherLawKeepsRollingForcesWhereTheLawHasThem)
   }
 }
 
-TEST(ContactChange, TakesPlaceForRvesThatCome)
+TEST(ContactChange, AppliesToRvesThatAreAddedLater)
 {
   RvePoints moves = points_with(false), stays = points_with(true);
   advance(moves, 5);
@@ -191,7 +191,7 @@ TEST(ContactChange, TakesPlaceForRvesThatCome)
   EXPECT_TRUE(moves.contacts().rolling);
 }
 
-TEST(ContactChange, IsRefusedWhereMemoryIsShortAndThenNothingChanges)
+TEST(ContactChange, RefusalForLackOfMemoryChangesNothing)
 {
   RvePoints points = points_with(false), other = points_with(false);
   advance(points, 5);
@@ -214,7 +214,7 @@ TEST(ContactChange, IsRefusedWhereMemoryIsShortAndThenNothingChanges)
   EXPECT_TRUE(records(points) == records(other));
 }
 
-TEST(ContactChange, IsTakenBackIfItFailsHalfway)
+TEST(ContactChange, FailureHalfwayRestoresTheEngine)
 {
   RvePoints other = points_with(false);
   for (int room = 0; room < RVES; ++room) {

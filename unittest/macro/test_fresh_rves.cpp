@@ -65,7 +65,7 @@ TYPED_TEST_SUITE(FreshRve, Dimensions);
 
 }    // namespace
 
-TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheOneThatFailed)
+TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheFailedOne)
 {
   constexpr int D = TypeParam::value;
   Points<D> points = points_of<D>({packings<D>()[0]});
@@ -101,7 +101,7 @@ TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheOneThatFailed)
   EXPECT_LE(rve::norm(points.stress(0) - stress), 0.05 * rve::norm(stress));
 }
 
-TYPED_TEST(FreshRve, IsOfThePackingWhoseVoidRatioIsNearest)
+TYPED_TEST(FreshRve, ComesFromThePackingWithTheNearestVoidRatio)
 {
   constexpr int D = TypeParam::value;
   const double dense = packings<D>()[0].void_ratio(), loose = packings<D>()[1].void_ratio();
@@ -118,7 +118,7 @@ TYPED_TEST(FreshRve, IsOfThePackingWhoseVoidRatioIsNearest)
 }
 
 // A torn point keeps its density and has no stress.
-TYPED_TEST(FreshRve, InPlaceOfAGasIsAsOpenAsThat)
+TYPED_TEST(FreshRve, KeepsTheDensityOfARveWithoutContacts)
 {
   constexpr int D = TypeParam::value;
   Points<D> points = points_of<D>({packings<D>()[0]});
@@ -140,7 +140,7 @@ TYPED_TEST(FreshRve, InPlaceOfAGasIsAsOpenAsThat)
   EXPECT_NEAR(points.point(0).result.void_ratio, void_ratio, 1e-9);
 }
 
-TYPED_TEST(FreshRve, ThatFailsAtOnceIsNotReplacedAgain)
+TYPED_TEST(FreshRve, IsNotReplacedIfItFailsAtOnce)
 {
   constexpr int D = TypeParam::value;
   Points<D> points = points_of<D>({packings<D>()[0]});
@@ -158,7 +158,7 @@ TYPED_TEST(FreshRve, ThatFailsAtOnceIsNotReplacedAgain)
   EXPECT_TRUE(rve::serialize(points.state(0)) == fresh);
 }
 
-TYPED_TEST(FreshRve, HasTheSameBitsWhateverElseIsReplacedAndTravelsInItsRecord)
+TYPED_TEST(FreshRve, HasTheSameBitsWithOtherReplacementsAndAfterARecord)
 {
   constexpr int D = TypeParam::value;
   Points<D> two = points_of<D>({packings<D>()[1], packings<D>()[0]}),

@@ -128,7 +128,7 @@ TEST(HeightProfile, ALevelWithoutPointsHasTheDensityBelow)
   EXPECT_NEAR(ground.change_to(HeightProfile(0.0, 1.0, {2000.0, 2020.0, 1683.0})), 0.01, 1e-12);
 }
 
-TEST(HeightProfile, NamesWhatIsWrong)
+TEST(HeightProfile, NamesInvalidInput)
 {
   EXPECT_EQ(rve_test::message_of([] { HeightProfile(0.0, -1.0, {1.0}); }),
             "levels of the ground are -1 [length] thick; they must be thicker than 0");
@@ -162,7 +162,7 @@ TEST(GroundAtRest, DensityAndStressAreFoundInRounds)
   EXPECT_TRUE(goal.steered[0][0]);
 }
 
-TEST(GroundAtRest, K0IsTheMeanThatTheGrainsOfALevelFind)
+TEST(GroundAtRest, K0IsTheMeanOfTheGrainsOfALevel)
 {
   GroundAtRest::Points points;
   points.height = {0.5, 0.5};
@@ -179,7 +179,7 @@ TEST(GroundAtRest, K0IsTheMeanThatTheGrainsOfALevelFind)
   EXPECT_TRUE(ground.settles({2000.0, 2000.0}, {0.45, 0.45}));
 }
 
-TEST(GroundAtRest, DensitiesThatDoNotSettleAreAnError)
+TEST(GroundAtRest, DensitiesThatDoNotConvergeAreAnError)
 {
   GroundAtRest::Points points;
   points.height = points.surcharge = {0.5};
@@ -223,7 +223,7 @@ TEST(InSitu, BitsDoNotDependOnTheOthersOrTheirOrder)
 }
 
 // Jaky's K0 = 1 - sin(phi) of granular soils lies between the active limit and 1.
-TEST(InSitu, AtRestTheSidesAreHeldAndTheGrainsFindTheLateralStress)
+TEST(InSitu, HeldSidesGiveTheLateralStressAtRest)
 {
   Ground<2> ground(1);
 
@@ -252,7 +252,7 @@ TEST(InSitu, GrainsWithoutDampingComeToRestToo)
   EXPECT_EQ(ground.points.state(ground.slots[0]).material.local_damping, 0.0);
 }
 
-TEST(InSitu, AStressThatGrainsDoNotBearIsAnError)
+TEST(InSitu, StressBeyondTheStrengthIsAnError)
 {
   Ground<2> ground(2);
 
@@ -299,7 +299,7 @@ TEST(InSitu, StressesThatCannotBeReachedAreErrorsSoon)
             message(-1e-30, -1e-30, 0.0, 1e-35));
 }
 
-TEST(InSitu, ShadowsAndFrozenRvesBeginAnewToo)
+TEST(InSitu, ShadowsAndFrozenRvesRestart)
 {
   macro::MacroStepOptions options;
   macro::RvePoints points(rve::make_engine(cpu_options()), rve::make_engine(cpu_options()),

@@ -171,7 +171,7 @@ TEST(PathTable, IsLinearBetweenRowsAndConstantBeyond)
   EXPECT_EQ(table.at(1, 7.0), 4.0);
 }
 
-TEST(PathTable, RefusesWhatIsNoTable)
+TEST(PathTable, RefusesInvalidTables)
 {
   const auto message = [](const std::string &text) {
     try {
@@ -201,7 +201,7 @@ TEST(PathTable, ReadsTheLineEndsAndMarksOfOtherSystems)
       1);
 }
 
-TEST(PathTable, NamesTheLineOfWhatItCannotRead)
+TEST(PathTable, NamesTheLineOfAnError)
 {
   const auto message = [](const std::string &text) {
     try {
@@ -241,7 +241,7 @@ TEST(LoadPath, RefusesABinaryFileWithTheLine)
   }
 }
 
-TEST(LoadPath, ContinuesAtItsPlaceOnAnotherPath)
+TEST(LoadPath, ContinuesAtTheSamePositionOfAnotherPath)
 {
   const std::string first = "stage rate zz -0.1 until time > 0.02 repeat 1 1";
   const auto ended = [&] {
@@ -304,7 +304,7 @@ TEST(PathWave, HasItsMeanAmplitudePeriodAndPhaseInDegrees)
   EXPECT_NEAR(drive_at(0.04).velocity_gradient(0, 0), -1e-3 / 0.02, 1e-12);
 }
 
-TEST(LoadPath, NamesWhatIsWrong)
+TEST(LoadPath, NamesInvalidInput)
 {
   expect_in("paths:2: the stage has 2 conditions on 3 components (xx yy zz)",
             message_of("# undrained\nstage rate zz -1\nrate volume 0\n"));
@@ -335,7 +335,7 @@ TEST(LoadPath, NamesWhatIsWrong)
             message_of("stage stress p wave 1e4 2e4 1 stress xx-yy 0 rate zz 0"));
 }
 
-TEST(LoadPath, InAScriptEndsAtTheFirstWordThatIsNotItsOwn)
+TEST(LoadPath, InAScriptEndsAtTheFirstForeignWord)
 {
   std::size_t used = 0;
   const auto words =
@@ -599,7 +599,7 @@ TEST(LoadPath, CircleInTheDeviatoricPlaneKeepsItsRadius)
   EXPECT_NEAR(turned, 2.0 * rve::kPi, of_a_step + 0.02);
 }
 
-TEST(LoadPath, CircleOfSpheresHasTheWantedDeviator)
+TEST(LoadPath, CircleOfSpheresHasTheRequestedDeviator)
 {
   const auto paths = paths_of("stage circle 1e5 3e4 2");
   const PathStep step{1e-3, 10, 1.0, 1.0};
@@ -854,7 +854,7 @@ TEST(LoadPath, FollowsTablesOfStress)
 // hundred times as stiff converge as fast in periods of the servo and in numbers of steps, since
 // the stable step decreases as the period does. The constants of the arrays differ by their
 // overlaps, 5e-4.
-TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsWhateverTheStiffness)
+TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsForAnyStiffness)
 {
   std::vector<double> errors[2];
   double gain[2], radians[2];
@@ -896,7 +896,7 @@ TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsWhateverTheStiffness)
 
 // In a sheared anisotropic packing with sliding contacts, the error of the stress decreases with
 // the strain rate.
-TEST(ServoGain, MeetsTheStressOfASlidingPackingTheBetterTheSlowerItIs)
+TEST(ServoGain, StressErrorOfASlidingPackingDecreasesWithTheRate)
 {
   double off[2], mean[2];
   for (int k = 0; k < 2; ++k) {
@@ -959,7 +959,7 @@ TEST(LoadPath, OfABatchIsThatOfEachAlone)
   }
 }
 
-TEST(LoadPath, GoesOnAfterARecordToTheSameBits)
+TEST(LoadPath, ContinuesFromARecordToTheSameBits)
 {
   const auto paths = paths_of<3>(MANY);
   const Spheres start = disordered_spheres(spheres_material(), 6, 1);
@@ -985,7 +985,7 @@ TEST(LoadPath, GoesOnAfterARecordToTheSameBits)
 }
 
 // A test along x of a sample equals the test along y of the sample rotated by a right angle.
-TEST(LoadPath, TurnsWithTheSample)
+TEST(LoadPath, RotatesWithTheSample)
 {
   const auto along_x = paths_of<3>("stage rate xx -0.5 stress p 5e4 stress yy-zz 0"),
              along_y = paths_of<3>("stage rate yy -0.5 stress p 5e4 stress xx-zz 0");
@@ -1021,7 +1021,7 @@ TEST(LoadPath, TurnsWithTheSample)
 }
 
 // The error of the servo after a step and its rate are results.
-TEST(LoadPath, TellsTheErrorOfItsStresses)
+TEST(LoadPath, ReportsTheErrorOfItsStresses)
 {
   const auto paths = paths_of<3>("stage rate zz -0.5 stress p 7e4 stress xx-yy 0");
   Laboratory<3> laboratory(disordered_spheres(spheres_material(), 6, 1), 1, paths);
@@ -1034,7 +1034,7 @@ TEST(LoadPath, TellsTheErrorOfItsStresses)
   EXPECT_EQ(laboratory.result().servo_velocity_gradient(2, 2), -0.5);
 }
 
-TEST(LoadPath, AsksForAPathAndAStageThatAre)
+TEST(LoadPath, RequiresAnExistingPathAndStage)
 {
   const auto paths = paths_of<3>("stage rate zz v_rate");
   PathState<3> state;

@@ -104,7 +104,7 @@ class NarrowCells : public OnDeviceOf<testing::Test> {};
 }    // namespace
 
 // The copies agree only while their difference has not grown, since a flowing packing is chaotic.
-TYPED_TEST(NarrowCell, GoesOnAsTheMediumThatHadTheWideCellBefore)
+TYPED_TEST(NarrowCell, ContinuesAsAPackingThatHadTheWideCellBefore)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = stretched_packing<D>();
@@ -129,7 +129,7 @@ TYPED_TEST(NarrowCell, GoesOnAsTheMediumThatHadTheWideCellBefore)
 }
 
 // The RVE advances with others in one call, by increments and by drives.
-TYPED_TEST(NarrowCell, GoesOnBesideThoseThatAreNotNarrow)
+TYPED_TEST(NarrowCell, ContinuesTogetherWithOtherRves)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> narrow = stretched_packing<D>(), &wide = small_packing<D>();
@@ -182,7 +182,7 @@ TYPED_TEST(NarrowCell, KeepsItsEnergyPerVolume)
 }
 
 // Local damping, which depends on the axes, is off.
-TYPED_TEST(NarrowCell, TurnsWithItsDrive)
+TYPED_TEST(NarrowCell, RotatesWithItsDrive)
 {
   constexpr int D = TypeParam::value;
   rve::RveStateOf<D> state = stretched_packing<D>();
@@ -240,7 +240,7 @@ TYPED_TEST(NarrowCell, ContinuesFromItsRecordToTheSameBits)
   EXPECT_LE(points.record_size(0), bound);
 }
 
-TYPED_TEST(NarrowCell, LeavesTheOthersAlone)
+TYPED_TEST(NarrowCell, DoesNotChangeOtherRves)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = stretched_packing<D>();
@@ -260,7 +260,7 @@ TYPED_TEST(NarrowCell, LeavesTheOthersAlone)
   EXPECT_TRUE(same_bits(three, 2, one, 0));
 }
 
-TYPED_TEST(NarrowCell, FailsAloneWhereThereMayBeNoCopiesOrNoMemoryForThem)
+TYPED_TEST(NarrowCell, FailsIfCopiesAreForbiddenOrMemoryIsShort)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = stretched_packing<D>();
@@ -280,7 +280,7 @@ TYPED_TEST(NarrowCell, FailsAloneWhereThereMayBeNoCopiesOrNoMemoryForThem)
   }
 }
 
-TYPED_TEST(NarrowCell, TakesItsShadowAlongAndIsSampled)
+TYPED_TEST(NarrowCell, DoublesItsShadowAndAveragesItsStress)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = stretched_packing<D>();
@@ -303,7 +303,7 @@ TYPED_TEST(NarrowCell, TakesItsShadowAlongAndIsSampled)
 
 // Copies in a narrow cell part, and the RVE flows as one with many grains. Otherwise its grains
 // would stay in rows, which bear a stress ratio of 0.9.
-TEST_F(NarrowCells, GoOnAsPackingsWhoseGrainsAreNotInStep)
+TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
 {
   Points<2> points(rve::make_engine<2>(options_of_dimension(2, Format::Fast)), nullptr,
                    with_copies(8));

@@ -123,7 +123,7 @@ TYPED_TEST_SUITE(OpenAndClosed, Dimensions);
 
 // In opening and closing, the stress at each distance of neighbours is that of the overlap, and
 // zero without overlap. The work is recovered.
-TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapOnBothWays)
+TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapInOpeningAndClosing)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = lattice<D>();
@@ -160,7 +160,7 @@ TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapOnBothWays)
 
 // No force acts on grains that do not touch: they keep their velocities to the bit, and no work is
 // done on them.
-TYPED_TEST(OpenAndClosed, GasKeepsItsMotionAndItsBooks)
+TYPED_TEST(OpenAndClosed, MotionAndEnergyWithoutContactsAreConstant)
 {
   constexpr int D = TypeParam::value;
   rve::RveStateOf<D> state = small_packing<D>();
@@ -184,7 +184,7 @@ TYPED_TEST(OpenAndClosed, GasKeepsItsMotionAndItsBooks)
 
 // Grains at rest move with the cell until the first two touch. The stress is then that of the
 // overlaps of affine motion.
-TYPED_TEST(OpenAndClosed, PackingHasStressAgainWhereGrainsTouchAndNoJump)
+TYPED_TEST(OpenAndClosed, StressReturnsContinuouslyWhenGrainsTouch)
 {
   constexpr int D = TypeParam::value;
   rve::RveStateOf<D> state = small_packing<D>();
@@ -227,7 +227,7 @@ TYPED_TEST(OpenAndClosed, PackingHasStressAgainWhereGrainsTouchAndNoJump)
 
 // The packing opens until it has no contacts and is compressed again. All work is in springs,
 // motion and dissipation, and no work is done while it is open.
-TYPED_TEST(OpenAndClosed, PackingKeepsItsEnergyOnRecord)
+TYPED_TEST(OpenAndClosed, PackingBalancesItsEnergy)
 {
   constexpr int D = TypeParam::value;
   Points<D> points = points_of<D>(small_packing<D>());
@@ -257,7 +257,7 @@ TYPED_TEST(OpenAndClosed, PackingKeepsItsEnergyOnRecord)
 }
 
 // A packing without contacts in a cell that becomes narrow is doubled.
-TYPED_TEST(OpenAndClosed, GasInANarrowCellHasNoStressFromItsCopies)
+TYPED_TEST(OpenAndClosed, CopiesWithoutContactsHaveNoStress)
 {
   constexpr int D = TypeParam::value;
   rve::RveStateOf<D> state = small_packing<D>();

@@ -58,7 +58,7 @@ template <class T> bool same_bits(const T &a, const T &b)
 }    // namespace
 
 // fix mpm counts both as time of the RVEs: a check in the middle of a step may compile a kernel.
-TEST(RvePoints, BoundsOfTimeStepsHaveATimeOfTheirOwn)
+TEST(RvePoints, BoundsOfTimeStepsAreTimedSeparately)
 {
   std::vector<int> slots;
   const RvePoints points = three_points(slots);
@@ -70,7 +70,7 @@ TEST(RvePoints, BoundsOfTimeStepsHaveATimeOfTheirOwn)
 }
 
 // Velocities have had their last kick in both cases, on which kinetic energy and dashpots depend.
-TEST(RvePoints, DetailsAreTheSameWhetherAskedForAtOnceOrLater)
+TEST(RvePoints, DetailsAreTheSameAtOnceAndLater)
 {
   rve::RveState packing = rve_test::packing_of_400();
   packing.material.normal_viscosity = packing.material.tangential_viscosity = 50.0;
@@ -116,7 +116,7 @@ TEST(RvePoints, StressHasTheSameBitsWithDetailsAndWithout)
   }
 }
 
-TEST(RvePoints, DetailsThatAreAskedForLaterAreThoseOfTheSameConfiguration)
+TEST(RvePoints, LaterDetailsBelongToTheSameConfiguration)
 {
   std::vector<int> slots, other_slots;
   RvePoints with = three_points(slots), without = three_points(other_slots);
@@ -144,7 +144,7 @@ TEST(RvePoints, DetailsThatAreAskedForLaterAreThoseOfTheSameConfiguration)
   }
 }
 
-TEST(RvePoints, LookingChangesNothing)
+TEST(RvePoints, EvaluationChangesNothing)
 {
   std::vector<int> slots, other_slots;
   RvePoints looked_at = three_points(slots), left_alone = three_points(other_slots);
@@ -191,7 +191,7 @@ TEST(RvePoints, ARecordHoldsACompleteResult)
   EXPECT_TRUE(same_bits(points.point(again).result.fabric, points.point(slots[1]).result.fabric));
 }
 
-TEST(PointRecord, IsRefusedWithAnyBitOfItsHeadFlippedAndLeavesNothing)
+TEST(PointRecord, FlippedBitInItsHeadIsRefusedWithoutAChange)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots);
@@ -230,7 +230,7 @@ TEST(PointRecord, IsRefusedWithAnyOtherLength)
   EXPECT_THROW(points.add_record(longer.data(), longer.size()), rve::InputError);
 }
 
-TEST(PointRecord, CarriesTheGainOfTheServoThatItsPackingHad)
+TEST(PointRecord, StoresTheServoGainOfItsPacking)
 {
   // `fast` rounds radii, so that a gain computed from them again would differ.
   rve::Options options = cpu_options();
@@ -353,7 +353,7 @@ void expect_same_point(const RvePoints::Point &a, const RvePoints::Point &b)
 
 }    // namespace
 
-TEST(AdaptiveMacroSteps, TakeTheShortAnswerAndHaveTheBitsOfTheLongOne)
+TEST(AdaptiveMacroSteps, ShortAndLongAnswersHaveTheSameBits)
 {
   Tally tally;
   RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, adaptive());
@@ -403,7 +403,7 @@ Tensor2 stress_after_turn(double angle, int steps, MacroStepOptions macro, bool 
 
 }    // namespace
 
-TEST(AdaptiveMacroSteps, TurnTheStressWithARotationOfAnySpeed)
+TEST(AdaptiveMacroSteps, RotateTheStressWithARotationOfAnySpeed)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots, adaptive());
@@ -426,7 +426,7 @@ TEST(AdaptiveMacroSteps, TurnTheStressWithARotationOfAnySpeed)
   for (int k = 0; k < 4; ++k) EXPECT_NEAR(mean.component[k], still.component[k], 1e-3);
 }
 
-TEST(AdaptiveMacroSteps, TurnTheMeanStressNotAtAll)
+TEST(AdaptiveMacroSteps, KeepTheMeanStressUnderRotation)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots, adaptive());
@@ -442,7 +442,7 @@ TEST(AdaptiveMacroSteps, TurnTheMeanStressNotAtAll)
   EXPECT_LT(points.point(slots[0]).result.unbalanced_ratio, 1e-2);
 }
 
-TEST(AdaptiveMacroSteps, TurnShadowsToo)
+TEST(AdaptiveMacroSteps, RotateShadowsToo)
 {
   MacroStepOptions macro = adaptive();
   RvePoints points(rve::make_engine(cpu_options()), rve::make_engine(cpu_options()), macro);
@@ -459,7 +459,7 @@ TEST(AdaptiveMacroSteps, TurnShadowsToo)
   EXPECT_LT(points.point(slot).shadow_deviation(), 1e-3);
 }
 
-TEST(AdaptiveMacroSteps, WithStepsEnoughForTheRotationHaveTheBitsOfThoseSteps)
+TEST(AdaptiveMacroSteps, EnoughStepsForTheRotationGiveTheBitsOfThoseSteps)
 {
   // Simple shear is half a rotation, and its number of DEM steps is that of the strain.
   std::vector<int> slots, other_slots;
@@ -480,7 +480,7 @@ TEST(AdaptiveMacroSteps, WithStepsEnoughForTheRotationHaveTheBitsOfThoseSteps)
   EXPECT_EQ(rve::serialize(points.state(slots[0])), rve::serialize(plain.state(other_slots[0])));
 }
 
-TEST(AdaptiveMacroSteps, ShearWithFewStepsAsWithMany)
+TEST(AdaptiveMacroSteps, ShearGivesTheSameStressWithFewSteps)
 {
   // Strain and rotation of a DEM step exceed the limit for contacts without rotation: 2e-4 and
   // 1e-4, with one to ten DEM steps for each macro step.
@@ -504,7 +504,7 @@ TEST(AdaptiveMacroSteps, ShearWithFewStepsAsWithMany)
   EXPECT_NEAR(few.point(slots[0]).result.mean_stress() / p, 1.0, 0.03);
 }
 
-TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
+TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
 {
   Tally tally, other_tally;
   RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, sleepy());
@@ -545,7 +545,7 @@ TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
 }
 
 // Two quiescent macro steps save less than a diagnostic evaluation costs.
-TEST(QuiescentMacroSteps, AreOnlyLookedForWhereTheySaveMoreThanALookCosts)
+TEST(QuiescentMacroSteps, EvaluationRunsOnlyIfItSavesTime)
 {
   MacroStepOptions macro = sleepy();
   macro.quiescent_strain = 1.8e-5;    // 8e-6 in a macro step
@@ -560,7 +560,7 @@ TEST(QuiescentMacroSteps, AreOnlyLookedForWhereTheySaveMoreThanALookCosts)
 }
 
 // The record is of an RVE that is quiescent, has just been evaluated, or is about to wake.
-TEST(QuiescentMacroSteps, TheRecordOfASleeperContinuesWithTheSameBits)
+TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
 {
   bool has_slept = false, has_rested = false;
   for (int before = 1; before < 26; ++before) {
@@ -591,7 +591,7 @@ TEST(QuiescentMacroSteps, TheRecordOfASleeperContinuesWithTheSameBits)
   EXPECT_TRUE(has_rested);
 }
 
-TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameThoseThatFailInOrder)
+TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameFailuresInOrder)
 {
   // The RVEs are small and so many that a team of threads pays: some are quiescent, some strain,
   // and these exceed the overlap limit in step 2.
@@ -629,7 +629,7 @@ TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameThoseThatFailInOrder)
   EXPECT_EQ(std::memcmp(one.data(), three.data(), one.size() * sizeof(Tensor2)), 0);
 }
 
-TEST(MacroStepsByPlan, AFrozenRveLeavesTheOthersWhatTheyHad)
+TEST(MacroStepsByPlan, FrozenRveDoesNotChangeTheOthers)
 {
   Tally tally;
   RvePoints with(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,
@@ -708,7 +708,7 @@ TEST(MacroIncrements, HaveTheBitsOfTheDrives)
     }
 }
 
-TEST(MacroIncrements, LetRvesSleepAsDrivesDo)
+TEST(MacroIncrements, AllowQuiescentRvesAsDrivesDo)
 {
   const rve::RveState packing = rve_test::packing_of_400();
   MacroStepOptions matched = sleepy();
@@ -749,7 +749,7 @@ TEST(MacroIncrements, LetRvesSleepAsDrivesDo)
 
 // Cases that increments cannot express need a call with drives; the refused advance changes
 // nothing.
-TEST(MacroIncrements, AreNotTakenWhereMoreStandsBetween)
+TEST(MacroIncrements, AreRefusedIfTheyNeedDrives)
 {
   MacroStepOptions averaged;
   averaged.stress_from = macro::StressFrom::Average;
@@ -771,7 +771,7 @@ TEST(MacroIncrements, AreNotTakenWhereMoreStandsBetween)
   }
 }
 
-TEST(MacroIncrements, FailuresAreNamedAndRestFromThenOn)
+TEST(MacroIncrements, FailedRvesAreNamedAndStayFrozen)
 {
   Tally tally;
   RvePoints by_increments(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,

@@ -138,7 +138,7 @@ TEST(PointsOfSpheres, RefuseARecordOfDisksAndOneWithAFlippedBit)
   EXPECT_EQ(points.size(), 1);
 }
 
-TEST(PointsOfSpheres, AnswerAsleepByTheStiffnessOfTheirLatticeTurnedWithThem)
+TEST(PointsOfSpheres, QuiescentRvesUseTheRotatedStiffnessOfTheirLattice)
 {
   Spheres lattice = pressed_lattice();
   lattice.material.tangential_stiffness = 0.3 * lattice.material.normal_stiffness;
@@ -170,7 +170,7 @@ TEST(PointsOfSpheres, AnswerAsleepByTheStiffnessOfTheirLatticeTurnedWithThem)
               1e-8);
 }
 
-TEST(PointsOfSpheres, WakeWithTheRotationThatTheySleptThrough)
+TEST(PointsOfSpheres, ApplyTheDeferredRotationWhenTheyResume)
 {
   // The RVE is quiescent during a rotation about a tilted axis. Contacts would slide if the grains
   // did not rotate with the cell.
@@ -200,7 +200,7 @@ TEST(PointsOfSpheres, WakeWithTheRotationThatTheySleptThrough)
                 (stretch * turn).component[k], 1e-9);
 }
 
-TEST(PointsOfSpheres, TurnTheStressWithARotationAboutAnyAxisOfAnySpeed)
+TEST(PointsOfSpheres, RotateTheStressAboutAnyAxisAtAnySpeed)
 {
   // The lattice bears shear at rest.
   Spheres lattice = pressed_lattice();
@@ -228,7 +228,7 @@ TEST(PointsOfSpheres, TurnTheStressWithARotationAboutAnyAxisOfAnySpeed)
     }
 }
 
-TEST(PointsOfSpheres, AverageTheStressOfPartsOfAnIncrementThatTurns)
+TEST(PointsOfSpheres, AverageTheStressOfARotatingIncrement)
 {
   // The lattice only rotates: all parts have the same stress in the axes of their own time.
   MacroStepOptions average;
@@ -347,7 +347,7 @@ rve::AffineStiffnessOf<3> stiffness_of(const Spheres &state)
 
 }    // namespace
 
-TEST(SpheresUnderAPlane, AnswerInPlaneStrainWithAStressAcrossIt)
+TEST(SpheresUnderAPlane, PlaneStrainHasAStressAcrossThePlane)
 {
   // The strain is quasi-static and so small that no contact slides.
   Spheres lattice = pressed_lattice();
@@ -379,7 +379,7 @@ TEST(SpheresUnderAPlane, AnswerInPlaneStrainWithAStressAcrossIt)
   }
 }
 
-TEST(SpheresUnderASpace, AnswerTheWholeStress)
+TEST(SpheresUnderASpace, AllStressComponentsAreReturned)
 {
   Owner owner(pressed_lattice(), 1);
   macro::RveConstitutive<3> law(owner);
@@ -393,7 +393,7 @@ TEST(SpheresUnderASpace, AnswerTheWholeStress)
   EXPECT_LT(stress(2, 2), stress(0, 0));
 }
 
-TEST(PWaveModulusOfSpheres, IsThatOfTheLatticeWhereItIsIsotropic)
+TEST(PWaveModulusOfSpheres, IsThatOfAnIsotropicLattice)
 {
   // For k_n = k_t the stiffness is the same in all directions, and Voigt's bound is reached.
   const Spheres lattice = face_centred_cubic(spheres_material(), 2, RADIUS, 1e-8 * RADIUS);
@@ -404,7 +404,7 @@ TEST(PWaveModulusOfSpheres, IsThatOfTheLatticeWhereItIsIsotropic)
   EXPECT_NEAR(macro::RveConstitutive<3>(owner).p_wave_modulus(0), c11, 1e-6 * c11);
 }
 
-TEST(PWaveModulusOfSpheres, ByATangentIsThatOfTheLattice)
+TEST(PWaveModulusOfSpheres, FromATangentIsThatOfTheLattice)
 {
   // For k_t = 0.3 k_n the centrosymmetric lattice moves affinely, and waves along the diagonal of
   // the cube are the fastest; the bound takes k_n for k_t.

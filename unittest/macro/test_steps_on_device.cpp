@@ -330,30 +330,30 @@ template <int D> void slow_down(Block<D> &block, double share)
 
 class StepsOnDevice : public OnDevice {};
 
-TEST_P(StepsOnDevice, HaveTheBitsOfTheCpuWithMatchedSubsteps)
+TEST_P(StepsOnDevice, MatchedSubstepsHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5}, {});
 }
 
 // An increment with a large rotation takes several segments, which the host plans. The device has
 // begun with these RVEs but has not moved them.
-TEST_P(StepsOnDevice, HaveThemWhereTheHostPlansSomeSteps)
+TEST_P(StepsOnDevice, StepsPlannedByTheHostHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5, 0.2, 1e7, 1.001 * rve::LARGEST_TURN / DT},
                      {});
 }
 
-TEST_P(StepsOnDevice, HaveThemWithAdaptiveSubstepsAndTurns)
+TEST_P(StepsOnDevice, AdaptiveSubstepsAndRotationsHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5}, adaptive());
 }
 
-TEST_P(StepsOnDevice, HaveThemWithHalfOfTheStrainBeforeTheForces)
+TEST_P(StepsOnDevice, HalfTheStrainBeforeTheForcesHasTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5}, adaptive(), 0.2, mpm::Scheme::Usavg);
 }
 
-TEST_P(StepsOnDevice, HaveThemBeyondRvesThatFail)
+TEST_P(StepsOnDevice, FailedRvesKeepTheBitsOfTheCpu)
 {
   // The RVEs have no contacts at first and are too dense at the end.
   rve::RveState loose = packing_of_400();
@@ -367,7 +367,7 @@ TEST_P(StepsOnDevice, HaveThemBeyondRvesThatFail)
 
 // RVEs become quiescent, rotate by more than contacts allow, wake after about ten steps, and are
 // evaluated again.
-TEST_P(StepsOnDevice, HaveThemWhereRvesSleep)
+TEST_P(StepsOnDevice, QuiescentRvesHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), SLOW, sleepy());
   MacroStepOptions matched = sleepy();
@@ -377,7 +377,7 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesSleep)
 
 // Calls begin before the host has their plan while all RVEs work. When some are evaluated or
 // quiescent, the calls that have begun have not moved them.
-TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
+TEST_P(StepsOnDevice, RvesThatBecomeQuiescentHaveTheBitsOfTheCpu)
 {
   const rve::RveState state = packing_of_400();
   const auto fast = [&](rve::Device device) {
@@ -410,7 +410,7 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
   if (DEVICE == rve::Device::Cuda) { EXPECT_EQ(there->owner.on_device.launched, 55); }
 }
 
-TEST_P(StepsOnDevice, HaveThemOverSpheresInPlaneStrain)
+TEST_P(StepsOnDevice, SpheresInPlaneStrainHaveTheBitsOfTheCpu)
 {
   rve::Material material = spheres_material();
   material.normal_stiffness = material.tangential_stiffness =

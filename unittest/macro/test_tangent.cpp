@@ -183,7 +183,7 @@ template <int D> void expect_zeros_without_stiffness()
 
 }    // namespace
 
-TEST(Tangent, NumbersWithoutStiffnessAreZeros)
+TEST(Tangent, PropertiesWithoutStiffnessAreZero)
 {
   expect_zeros_without_stiffness<2>();
   expect_zeros_without_stiffness<3>();
@@ -222,7 +222,7 @@ TEST(Tangent, OfACubicCrystalHasItsIsotropicPartAndLeastEigenvalue)
               1.0, 1e-12);
 }
 
-TEST(Tangent, StressTurnsWithARigidRotation)
+TEST(Tangent, StressRotatesWithARigidRotation)
 {
   Random random(1);
   const TangentOf<3> tangent = random_tangent<3>(random);
@@ -330,7 +330,7 @@ TEST(Tangent, DruckerPragerLosesEllipticityAtTheHardeningAndAngleOfRudnickiAndRi
   }
 }
 
-TEST(Tangent, SearchFindsWhatAScanOfAllDirectionsFinds)
+TEST(Tangent, SearchAgreesWithAScanOfAllDirections)
 {
   Random random(7);
   for (int trial = 0; trial < 20; ++trial) {
@@ -355,7 +355,7 @@ TEST(Tangent, SearchFindsWhatAScanOfAllDirectionsFinds)
   }
 }
 
-TEST(Tangent, TurnsWithTheMaterialAndItsNumbersDoNot)
+TEST(Tangent, RotatesWithTheMaterialAndItsInvariantsAreConstant)
 {
   expect_turned_tangent<2>(rve::Tensor2{{0.8, -0.6, 0.6, 0.8}});
   expect_turned_tangent<3>(rve::spatial_rotation({{0.5, 0.2, -1.1}}));

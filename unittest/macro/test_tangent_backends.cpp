@@ -61,7 +61,7 @@ template <int D> void expect_bits(const State<D> &state, const State<D> &other, 
 
 class TangentBits : public OnDevice {};
 
-TEST_P(TangentBits, AreThoseOfAnRveAloneOnACpu)
+TEST_P(TangentBits, AreThoseOfASingleRveOnACpu)
 {
   const rve::Material material = paper_material();
   rve::RveState disks = triangular_packing(material, 10, 10, 0.005, 3);

@@ -184,7 +184,7 @@ TEST(TangentProbes, ErrorIsTheSquareOfLargeProbesAndTheInverseOfSmallOnes)
   EXPECT_GT(error(1e-8), 1e2 * error(1e-4));
 }
 
-TEST(TangentProbes, EveryNumberFormatHasAProbeThatSuitsIt)
+TEST(TangentProbes, EveryNumberFormatHasASuitableProbe)
 {
   // The tolerances are the rounding of forces, 6e-8 in mixed, and of gaps over overlaps in fast,
   // over the size of the probe (doc: compute rve/tangent).
@@ -242,7 +242,7 @@ TEST(TangentProbes, AreBelowTheAffineStiffness)
   EXPECT_LT(probed.tangent.isotropic_part().anisotropy, 0.1);
 }
 
-TEST(TangentProbes, RestIsWaitedFor)
+TEST(TangentProbes, StepsContinueUntilRest)
 {
   const rve::RveState state = packing_of_400();
   const TangentOf<2> expected = probe(state, elastic()).tangent;
@@ -332,7 +332,7 @@ TEST(TangentProbes, LoadingTangentIsThatOfTheContinuedRunAndSofterThanTheElastic
     EXPECT_NEAR(plastic.response.component[k], rate.component[k], 0.1 * rve::norm(rate));
 }
 
-TEST(TangentProbes, LoadingTangentIsTheElasticOneWhereNothingSlides)
+TEST(TangentProbes, LoadingTangentWithoutSlidingIsTheElasticOne)
 {
   rve::RveState state = packing_of_400();
   state.material.friction = 1e6;
@@ -353,7 +353,7 @@ TEST(TangentProbes, LoadingTangentIsTheElasticOneWhereNothingSlides)
   EXPECT_LT(relative_error(cubic.tangent, of_face_centred_cubes(springs_of(material))), 1e-4);
 }
 
-TEST(TangentProbes, TurnWithTheRve)
+TEST(TangentProbes, RotateWithTheRve)
 {
   const auto turned_packing = [](const rve::RveState &state, const Tensor2 &rotation) {
     RveRig rig(state);
@@ -377,7 +377,7 @@ TEST(TangentProbes, TurnWithTheRve)
             1e-8);
 }
 
-TEST(TangentProbes, OneThatCannotBeMeasuredSaysSoAndLeavesOthersAlone)
+TEST(TangentProbes, UnmeasurableTangentIsReportedAndChangesNoOther)
 {
   const rve::RveState lattice = hexagonal_lattice(paper_material(), RADIUS, OVERLAP);
   rve::RveState crushed = lattice;

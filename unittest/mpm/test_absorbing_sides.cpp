@@ -156,7 +156,7 @@ TEST(AbsorbingSide, LetsAShearWaveLeave)
 }
 
 /// Free and fixed sides reflect the same pulses completely.
-TEST(AbsorbingSide, IsNeitherFreeNorFixed)
+TEST(AbsorbingSide, FreeAndFixedSidesReflectTheSamePulses)
 {
   for (const int polarisation : {0, 1}) {
     EXPECT_NEAR(reflected<2>(End::Free, Face::XHi, polarisation), -1.0, DISCRETISATION);
@@ -166,13 +166,13 @@ TEST(AbsorbingSide, IsNeitherFreeNorFixed)
   EXPECT_NEAR(reflected<3>(End::Fixed, Face::ZHi, 1), 1.0, DISCRETISATION);
 }
 
-TEST(AbsorbingSide, BesideARollerTakesShearWavesAlone)
+TEST(AbsorbingSide, DashpotsAtARollerAbsorbOnlyShearWaves)
 {
   EXPECT_NEAR(reflected<2>(End::RollerAndDashpots, Face::YLo, 1), 1.0, DISCRETISATION);
   EXPECT_LT(std::abs(reflected<2>(End::RollerAndDashpots, Face::YLo, 0)), DISCRETISATION);
 }
 
-TEST(AbsorbingSide, ReflectsByTheRatioOfImpedancesWhereSpeedsAreMisjudged)
+TEST(AbsorbingSide, WrongSpeedsReflectByTheRatioOfImpedances)
 {
   // Dashpots of n times the impedance reflect (n - 1)/(n + 1) of the stress.
   for (const double n : {0.5, 2.0, 4.0}) {
@@ -183,7 +183,7 @@ TEST(AbsorbingSide, ReflectsByTheRatioOfImpedancesWhereSpeedsAreMisjudged)
   }
 }
 
-TEST(AbsorbingSides, TakeEnergyAndGiveNone)
+TEST(AbsorbingSides, AbsorbEnergyAndReturnNone)
 {
   Square square;
   square.options.scheme = mpm::Scheme::Usavg;
@@ -207,7 +207,7 @@ TEST(AbsorbingSides, TakeEnergyAndGiveNone)
   }
 }
 
-TEST(AbsorbingSides, FeelTheMomentumThatTheMaterialLoses)
+TEST(AbsorbingSides, ReceiveTheMomentumThatTheMaterialLoses)
 {
   for (const bool beside_others : {false, true}) {
     Square square;
@@ -235,7 +235,7 @@ TEST(AbsorbingSides, FeelTheMomentumThatTheMaterialLoses)
   }
 }
 
-TEST(AbsorbingSides, AreStableUpToACourantNumberOfOneOfTheirOwnSpeeds)
+TEST(AbsorbingSides, AreStableUpToACourantNumberOfOneForTheirSpeeds)
 {
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg}) {
     Square square;
@@ -291,7 +291,7 @@ TEST(AbsorbingSides, LeaveGroundAtRestUnderTheReactionOfItsStress)
 
 /// Half of a traction on an absorbing side acts on its dashpots: 2 ρ c v sends a wave of the
 /// velocity v into the ground.
-TEST(AbsorbingSide, LetsAWaveInByATractionOfTwiceItsStress)
+TEST(AbsorbingSide, TractionOfTwiceTheStressSendsAWaveIntoTheGround)
 {
   mpm_test::Scene scene;
   scene.add_block({{0.0, 0.0}}, {{CELLS * CELL, CELL}}, 0.5 * CELL, DENSITY);
@@ -320,7 +320,7 @@ TEST(AbsorbingSide, LetsAWaveInByATractionOfTwiceItsStress)
     EXPECT_NEAR(scene.velocity[3 * p], velocity, DISCRETISATION * velocity);
 }
 
-TEST(AbsorbingSide, RefusesWhatCannotBe)
+TEST(AbsorbingSide, RefusesInvalidOptions)
 {
   const auto message = [](SideKind kind, const mpm::Dashpots &dashpots) {
     mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.0, 1.0}}, CELL);

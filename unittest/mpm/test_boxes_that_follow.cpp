@@ -140,7 +140,7 @@ template <int D> Bar drawn_bar(ShapeFunction shape, double stretch)
 
 }    // namespace
 
-TEST(BoxesThatFollow, BarDrawnToThreeTimesItsLengthStaysWhole)
+TEST(BoxesThatFollow, BarStretchedToThreeTimesItsLengthDoesNotFracture)
 {
   const Bar whole = drawn_bar<2>(ShapeFunction::Cpgimp, 3.0);
   const Bar in_space = drawn_bar<3>(ShapeFunction::Cpgimp, 3.0);

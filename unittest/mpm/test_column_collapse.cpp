@@ -85,7 +85,7 @@ TEST(ColumnCollapse, RunOutAndHeightOfSandAreWithinTheBandOfExperiments)
   EXPECT_LT(deposit.height, 1.32);
 }
 
-TEST(ColumnCollapse, WithACoefficientOfFrictionOfTwoItIsNot)
+TEST(ColumnCollapse, FrictionOfTwoIsOutsideTheBandOfExperiments)
 {
   mpm::MohrCoulomb<2> rubble(STIFFNESS * WEIGHT, 0.3, 0.0, std::atan(2.0) * DEGREE, 0.0);
 

@@ -89,7 +89,7 @@ TEST(ConvexHull, HasAllFacesOfRandomPointsAndNoOther)
   }
 }
 
-TEST(ConvexHull, PointsInsideAndOnFacesChangeNothing)
+TEST(ConvexHull, PointsInsideAndOnFacesDoNotChangeTheHull)
 {
   std::vector<Vec<3>> vertices;
   for (int corner = 0; corner < 8; ++corner)
@@ -132,7 +132,7 @@ TEST(ConvexHull, FacesWithManyVerticesAreOneFace)
   EXPECT_EQ(convex_hull(prism, "body").sides.size(), 26u);
 }
 
-TEST(ConvexHull, GoesOnBehindASideWithItsWidthThere)
+TEST(ConvexHull, ContinuesBeyondAPlaneWithTheWidthAtThePlane)
 {
   // Half of a wedge is cut at x = 0: its tip continues as a flat edge and not as a longer tip.
   ConvexHull<2> half = convex_hull<2>({{{0.0, 0.0}}, {{1.0, 2.0}}, {{0.0, 2.0}}}, "body");
@@ -168,7 +168,7 @@ TEST(ConvexHull, GoesOnBehindASideWithItsWidthThere)
       }
 }
 
-TEST(ConvexHull, RefusesWhatEnclosesNothing)
+TEST(ConvexHull, RefusesPointsWithoutVolume)
 {
   const auto message = [](const auto &vertices) {
     try {

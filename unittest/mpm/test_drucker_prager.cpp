@@ -82,7 +82,7 @@ TEST(DruckerPrager, DrainedTriaxialExtensionIsStrongerThanMohrCoulomb)
   EXPECT_LT(axial, pressure * (1.0 - sine(friction)) / (1.0 + sine(friction)));
 }
 
-TEST(DruckerPrager, AnyTrialEndsOnTheConeWithItsDirectionOrAtTheApex)
+TEST(DruckerPrager, TrialStressReturnsToTheConeOrTheApex)
 {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(-1e-2, 1e-2);
@@ -153,7 +153,7 @@ TEST(DruckerPrager, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEnergy
   }
 }
 
-TEST(DruckerPrager, WithoutFrictionIsVonMisesOfTheShearStrengthThatTriaxialTestsSay)
+TEST(DruckerPrager, WithoutFrictionIsVonMisesWithTheTriaxialStrength)
 {
   // σ1 - σ3 = 2 c in a triaxial test: sqrt(J2) = 2 c/sqrt(3), the shear stress in simple shear
   const double cohesion = 10e3, strength = 2.0 * cohesion / std::sqrt(3.0);
@@ -195,7 +195,7 @@ TEST(DruckerPrager, PlaneStrainIsTheLawOfSpace)
   EXPECT_GT(element.plastic_strain(), 0.05) << "it did yield";
 }
 
-TEST(DruckerPrager, ChosenForPlaneStrainFailsThereAsMohrCoulomb)
+TEST(DruckerPrager, PlaneStrainMatchFailsAsMohrCoulomb)
 {
   // α = tan φ'/sqrt(9 + 12 tan² φ'), k = 3 c'/sqrt(9 + 12 tan² φ') with associated flow (Drucker &
   // Prager 1952): theory_mpm.rst
@@ -234,7 +234,7 @@ TEST(DruckerPrager, ChosenForPlaneStrainFailsThereAsMohrCoulomb)
       << "strains of 4 %: D_zz is 0, the plastic one goes there with the elastic one's rest";
 }
 
-TEST(DruckerPrager, TurnedHistoryGivesTheTurnedStress)
+TEST(DruckerPrager, RotatedHistoryGivesTheRotatedStress)
 {
   std::mt19937 random(5);
   const Tensor3 Q = any_rotation(random), initial = diagonal(-20e3, -30e3, -25e3);

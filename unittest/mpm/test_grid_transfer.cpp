@@ -127,7 +127,7 @@ TYPED_TEST(Transfer, NodesHoldTheRoundedMassOfThePointsToTheLastBit)
   }
 }
 
-TYPED_TEST(Transfer, InternalForcesOfAPointAddUpToNothingToTheLastBit)
+TYPED_TEST(Transfer, InternalForcesOfAPointSumToZeroToTheLastBit)
 {
   constexpr int D = TestFixture::D;
   for (const ShapeFunction shape : this->SHAPES) {

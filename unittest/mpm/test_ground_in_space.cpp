@@ -149,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Method{Scheme::Usavg, ShapeFunction::Linear, 0.1, 0.99, true, true},
                     Method{Scheme::Musl, ShapeFunction::Gimp, 0.0, 0.99, false, true, true}));
 
-TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheExchangedAndMirroredMotion)
+TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheSameMotion)
 {
   for (const Method &method :
        {Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, 0.99, true, true},

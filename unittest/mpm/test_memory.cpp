@@ -66,7 +66,7 @@ TEST(MemoryLayout, RowsBeginWithTheStateVariablesOfTheLaw)
   EXPECT_EQ(layout.names(0), "");
 }
 
-TEST(MemoryRows, ALawTouchesTheRowsOfItsPointsAndInThemItsOwnVariables)
+TEST(MemoryRows, LawWritesOnlyItsVariablesOfItsPoints)
 {
   // The rows are wider than the law needs, with an additional number and rows of other points that
   // must not change.
@@ -97,7 +97,7 @@ TEST(MemoryRows, ALawTouchesTheRowsOfItsPointsAndInThemItsOwnVariables)
   }
 }
 
-TEST(PointFields, MoveFromRecordToRecordAndAreSeenInAView)
+TEST(PointFields, AreCopiedBetweenRecordsAndVisibleInAView)
 {
   mpm::PointArrays<2> points;
   points.resize(2);

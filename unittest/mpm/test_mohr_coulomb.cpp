@@ -257,7 +257,7 @@ TEST(MohrCoulomb, ElasticCycleCreatesNoEnergyAndPlasticCyclesDissipate)
   }
 }
 
-TEST(MohrCoulomb, TurnedHistoryGivesTheTurnedStress)
+TEST(MohrCoulomb, RotatedHistoryGivesTheRotatedStress)
 {
   const double angle = 0.7;
   const Tensor2 turn = {{std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)}};

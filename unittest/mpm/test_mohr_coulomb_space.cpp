@@ -38,7 +38,7 @@ double ratio(double degrees)
 
 }    // namespace
 
-TEST(PrincipalAxes, ComposeTheTensorAndAreAtRightAnglesAlsoWhereValuesAreEqual)
+TEST(PrincipalAxes, ComposeTheTensorAndAreOrthogonalForEqualValues)
 {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -97,7 +97,7 @@ TEST(MohrCoulombInSpace, DrainedTriaxialCompressionFailsAtTheRatioOfPrincipalStr
     }
 }
 
-TEST(MohrCoulombInSpace, DrainedTriaxialExtensionFailsWhenTheAxisIsTheLeastPressed)
+TEST(MohrCoulombInSpace, DrainedTriaxialExtensionFailsWithTheAxisAsLeastPressure)
 {
   const double pressure = 100e3, cohesion = 5e3, friction = 30.0, dilation = 10.0;
   Triaxial test({YOUNG, POISSON, cohesion, friction, dilation}, pressure);
@@ -110,7 +110,7 @@ TEST(MohrCoulombInSpace, DrainedTriaxialExtensionFailsWhenTheAxisIsTheLeastPress
   EXPECT_NEAR(2.0 * test.widening / step, -1.0 / m, 1e-3) << "shortening of both = stretch / m";
 }
 
-TEST(MohrCoulombInSpace, ConstantMeanStressFailsWhereTheLodeAngleSaysSo)
+TEST(MohrCoulombInSpace, ConstantMeanStressFailsAtTheStrengthOfItsLodeAngle)
 {
   // The path has constant p = -tr σ/3 and a deviatoric strain of Lode angle θ. Flow is associated,
   // so that the stress ends on the pyramid: (σ1 - σ3)/2 = c cos φ - (σ1 + σ3)/2 sin φ for any
@@ -194,7 +194,7 @@ TEST(MohrCoulombInSpace, PlaneStrainIsTheLawOfThePlane)
   EXPECT_GT(element.plastic_strain(), 0.05) << "it did yield";
 }
 
-TEST(MohrCoulombInSpace, TurnedHistoryGivesTheTurnedStress)
+TEST(MohrCoulombInSpace, RotatedHistoryGivesTheRotatedStress)
 {
   std::mt19937 random(5);
   for (int turn = 0; turn < 5; ++turn) {

@@ -224,7 +224,7 @@ TEST_F(OnDevice, OrderOfThePointsHasNoInfluence)
   expect_same_bits(cpu, cuda);
 }
 
-TEST_F(OnDevice, TakesWhatOthersChangeBetweenSteps)
+TEST_F(OnDevice, UsesChangesBetweenSteps)
 {
   Ground cpu(MUSL, mpm::Device::Cpu, scene_with_two_bodies());
   Ground cuda(MUSL, mpm::Device::Cuda, scene_with_two_bodies());
@@ -297,7 +297,7 @@ TEST_P(Backends, GiveTheSameBitsOnSeveralRanks)
     }
 }
 
-TEST_F(OnDevice, SaysWhatIsWrongAsTheCpuDoes)
+TEST_F(OnDevice, ReportsErrorsAsTheCpuDoes)
 {
   const auto message = [](mpm::Device device, const std::function<void(Ground &)> &spoil) {
     Ground run(MUSL, device, scene_with_two_bodies());
@@ -396,7 +396,7 @@ template <int D> void expect_same_bits_of_turning_bodies(mpm::BodyForm form, int
 
 }    // namespace
 
-TEST_F(OnDevice, GivesTheSameBitsWithBodiesThatTurn)
+TEST_F(OnDevice, GivesTheSameBitsWithRotatingBodies)
 {
   for (const mpm::BodyForm form : {mpm::BodyForm::Box, mpm::BodyForm::Ball, mpm::BodyForm::Convex})
     expect_same_bits_of_turning_bodies<2>(form, 60);
@@ -407,7 +407,7 @@ TEST_F(OnDevice, GivesTheSameBitsWithBodiesThatTurn)
 
 /// Blocks are stretched until their boxes extend over several cells, on a grid of 1.6 billion
 /// nodes.
-TEST_F(OnDevice, HoldsThePartThatBoxesReachWhichFollowTheDeformation)
+TEST_F(OnDevice, HoldsTheNodesOfBoxesThatFollowTheDeformation)
 {
   constexpr double MIDDLE = 400.0, RATE = 30.0;
   for (const Scheme scheme : {Scheme::Musl, Scheme::Usavg})

@@ -158,7 +158,7 @@ ColumnErrors errors_of_self_weight_column(mpm::ShapeFunction shape)
 
 }    // namespace
 
-TEST(SelfWeightColumn, CompressedByAThirdHasTheStressAndPlaceOfTheClosedForm)
+TEST(SelfWeightColumn, CompressedByAThirdHasTheStressAndPositionOfTheClosedForm)
 {
   const auto [e, place_error] = errors_of_self_weight_column(mpm::ShapeFunction::Gimp);
 

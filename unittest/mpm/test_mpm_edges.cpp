@@ -26,7 +26,7 @@ class OnACellEdge : public testing::TestWithParam<ShapeFunction> {
 
 }    // namespace
 
-TEST_P(OnACellEdge, APointFliesOnWithItsVelocityAndWithoutStrain)
+TEST_P(OnACellEdge, PointMovesWithItsVelocityWithoutStrain)
 {
   // The positions are a node, the middle of an edge along x and along y, and the corners of the
   // grid.
@@ -55,7 +55,7 @@ TEST_P(OnACellEdge, APointFliesOnWithItsVelocityAndWithoutStrain)
   }
 }
 
-TEST_P(OnACellEdge, NodesFeelThePointAsTheyDoBesideTheEdge)
+TEST_P(OnACellEdge, NodesHaveTheMassAndForceOfAPointNextToTheEdge)
 {
   // Masses are continuous across an edge with both shape functions, and internal forces with gimp.
   // With linear functions the force is that of the cell above.
@@ -109,7 +109,7 @@ TEST_P(OnACellEdge, StressOfAPointMovesItNoFasterThanTheCellAllows)
               1e-15);
 }
 
-TEST_P(OnACellEdge, ABlockOfSuchPointsStaysInBalanceUnderItsStress)
+TEST_P(OnACellEdge, BlockOfPointsOnEdgesStaysInBalanceUnderItsStress)
 {
   // There is one point per cell, each on a node; the surface of the outermost boxes is in the
   // middle of cells.
@@ -171,7 +171,7 @@ struct Footing {
 
 }    // namespace
 
-TEST(EmptyCellUnderTheFooting, AGapIsNotFeltUntilItIsClosed)
+TEST(EmptyCellUnderTheFooting, GapExertsNoForceUntilItIsClosed)
 {
   for (const auto shape : {ShapeFunction::Gimp, ShapeFunction::Linear}) {
     const double gap = 3.0 * CELL, dt = 2e-3, speed = 0.5;

@@ -112,7 +112,7 @@ TEST_P(Motion, BodyForceAcceleratesEveryPointAlike)
   }
 }
 
-TEST_P(Motion, RigidRotationTurnsTheStressAndStrainsNothing)
+TEST_P(Motion, RigidRotationRotatesTheStressWithoutStrain)
 {
   // In one small step of v = ω × r, L = ω J at every point, and the stress rotates with constant
   // invariants.
@@ -295,7 +295,7 @@ TEST(LocalDamping, BringsAColumnUnderItsWeightToRest)
         << "depth, with the settlement of 1e-3";
 }
 
-TEST(Pic, TakesTheVelocityOfTheGrid)
+TEST(Pic, UsesTheVelocityOfTheGrid)
 {
   // A single fast point is among slow ones: FLIP keeps the difference, PIC distributes it.
   for (const double flip : {0.0, 1.0}) {

@@ -221,7 +221,7 @@ TEST_P(Bits, DoNotDependOnTheNumberOfThreads)
   }
 }
 
-TEST_P(Bits, DoNotDependOnRanksWithPointsFromEverywhere)
+TEST_P(Bits, DoNotDependOnRanksWithScatteredPoints)
 {
   const Outcome reference = alone(STEPS);
   const int size = ground().size();
@@ -315,7 +315,7 @@ TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
   EXPECT_EQ(two[2] - one[2], 5u) << "boxes, bounds, sums, bounds, sums";
 }
 
-TEST(Exchange, EndsWithTheErrorOfARankWhosePointHasNoPlace)
+TEST(Exchange, EndsWithTheErrorOfARankWithAPointOutside)
 {
   for (const double place : {std::nan(""), HUGE_VAL, 7.0}) {
     const Scene all = ground();
@@ -332,7 +332,7 @@ TEST(Exchange, EndsWithTheErrorOfARankWhosePointHasNoPlace)
 }
 
 // GPUs of ranks synchronise directly only if each rank has its own GPU.
-TEST(RankDevices, AreTheirOwnWhereEachRankHasAnotherOne)
+TEST(RankDevices, AreExclusiveIfEachRankHasAnotherOne)
 {
   const auto answer_of = [](const std::vector<mpm::DeviceName> &names) {
     std::vector<char> answers(names.size());

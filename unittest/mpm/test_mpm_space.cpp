@@ -169,7 +169,7 @@ TEST_P(MotionInSpace, BodyForceAcceleratesEveryPointAlike)
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(scene.velocity[3 * p + c], 0.5 * gravity[c], 1e-7);
 }
 
-TEST_P(MotionInSpace, UniformVelocityGradientStrainsAndTurnsUniformly)
+TEST_P(MotionInSpace, UniformVelocityGradientStrainsAndRotatesUniformly)
 {
   Scene scene;
   scene.add_block({{0.5, 0.5, 0.5}}, {{2.0, 2.0, 2.0}}, 0.125, 7.0);
@@ -457,7 +457,7 @@ Found spun(int cells, double turn)
 
 }    // namespace
 
-TEST(SpinningSphere, KeepsItsStressMomentaEnergyAndAngleWhileItTurns)
+TEST(SpinningSphere, KeepsItsStressMomentaEnergyAndAngle)
 {
   const Found coarse = spun(3, PI / 3.0), fine = spun(6, PI / 3.0);
 
@@ -471,7 +471,7 @@ TEST(SpinningSphere, KeepsItsStressMomentaEnergyAndAngleWhileItTurns)
   EXPECT_LT(fine.angle, 0.03);
 }
 
-TEST(SpinningSphere, IsAsItWasAfterAWholeTurn)
+TEST(SpinningSphere, ReturnsToItsStateAfterAWholeTurn)
 {
   const Found coarse = spun(3, 2.0 * PI), fine = spun(6, 2.0 * PI);
 

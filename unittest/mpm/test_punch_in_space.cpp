@@ -68,7 +68,7 @@ TEST(PunchInSpace, IsAsStiffAsTheClosedFormsOfASquareAndARoundOne)
   EXPECT_LT(round / square, 2.0 / 2.31);
 }
 
-TEST(RoundBody, HoldsWhatMovesTowardsItsAxisAndLetsTheRestGo)
+TEST(RoundBody, StopsMaterialThatMovesTowardsItsAxisOnly)
 {
   // Dust flows past a smooth cylinder: in front of it the dust is stopped, behind it the dust is
   // not.

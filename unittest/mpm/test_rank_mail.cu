@@ -90,7 +90,7 @@ __global__ void give_and_take(MailPlaces mail, int round, MailPartners partners,
       });
 }
 
-TEST_F(RankMailTest, SumsAreThoseThatOthersGive)
+TEST_F(RankMailTest, SumsAreThoseOfTheSentNumbers)
 {
   const int rounds = 100;
   HostBuffer<unsigned long long> sums;
@@ -121,7 +121,7 @@ TEST_F(RankMailTest, SumsAreThoseThatOthersGive)
 
 // A rank that needs the host repeats its passes: kernels that are cancelled write nothing, and the
 // others wait.
-TEST_F(RankMailTest, HaltedRankMeetsOthersLater)
+TEST_F(RankMailTest, CancelledRankSynchronisesLater)
 {
   HostBuffer<double> numbers;
   double *number = numbers.room(RANKS);
@@ -141,7 +141,7 @@ TEST_F(RankMailTest, HaltedRankMeetsOthersLater)
   for (int rank = 0; rank < RANKS; ++rank) EXPECT_EQ(number[rank], 12.0);
 }
 
-TEST_F(RankMailTest, NobodyWaitsForRanksThatHaveLeft)
+TEST_F(RankMailTest, RanksThatHaveEndedDoNotBlockOthers)
 {
   HostBuffer<double> numbers;
   double *number = numbers.room(1);

@@ -269,7 +269,7 @@ TEST(RankPart, FollowsPointsThatMoveAndLeave)
   EXPECT_LE(solver.held_nodes(), 7 * 7) << "what nobody needs any more is given back";
 }
 
-TEST(RankPart, HasALimitThatAllRanksNameTogether)
+TEST(RankPart, LimitIsReportedByAllRanksTogether)
 {
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{5000.0, 5000.0}}, CELL);
   Scene scene;

@@ -109,7 +109,7 @@ TEST(RigidPunch, ReactionAndStressDoNotJumpWhenTheFacePassesARowOfNodes)
       << "the mean growth over 50 steps is 0.025 of it, plus waves";
 }
 
-TEST(RigidPunch, BalancesUniformStressWhereverItsFaceIs)
+TEST(RigidPunch, BalancesUniformStressAtEveryPositionOfItsFace)
 {
   // The traction acts on the part of the surface outside of the footing.
   const double pressure = 20e3;
@@ -379,22 +379,22 @@ struct Trapdoor {
 
 }    // namespace
 
-TEST(BodiesOnTheSameNodes, PartsOfARoughPlateBearWhatThePlateBears)
+TEST(BodiesOnTheSameNodes, PartsOfARoughPlateBearItsLoad)
 {
   expect_parts_bear_what_the_whole_bears<2>(true, false);
 }
 
-TEST(BodiesOnTheSameNodes, PartsOfASmoothPlateBearWhatThePlateBears)
+TEST(BodiesOnTheSameNodes, PartsOfASmoothPlateBearItsLoad)
 {
   expect_parts_bear_what_the_whole_bears<2>(false, true);
 }
 
-TEST(BodiesOnTheSameNodes, QuartersOfAPlateInSpaceBearWhatThePlateBears)
+TEST(BodiesOnTheSameNodes, QuartersOfAPlateInSpaceBearItsLoad)
 {
   expect_parts_bear_what_the_whole_bears<3>(true, true);
 }
 
-TEST(BodiesOnTheSameNodes, PlatesFarFromEachOtherAreImposedOneByOneToTheSameBits)
+TEST(BodiesOnTheSameNodes, DistantPlatesHaveTheBitsOfSeparateImposition)
 {
   // A third body in the air exerts no force. If it touches the left plate, nodes are divided among
   // bodies; otherwise they are not.

@@ -97,7 +97,7 @@ template <int D> void expect_lines_meet_the_surface(BodyForm form)
 
 }    // namespace
 
-TEST(RigidShape, LinesEnterAndLeaveAConvexBodyThroughSupportingPlanes)
+TEST(RigidShape, LinesIntersectAConvexBodyAtSupportingPlanes)
 {
   expect_lines_meet_the_surface<2>(BodyForm::Box);
   expect_lines_meet_the_surface<2>(BodyForm::Ball);
@@ -232,7 +232,7 @@ template <int D> void expect_enclosed_material_moves_with_body(const double *rat
 
 }    // namespace
 
-TEST(TurningBody, TurnsByTheSpinTimesTheTime)
+TEST(TurningBody, RotatesByTheSpinTimesTheTime)
 {
   for (const double angle : {1e-9, 0.1, 1.0, 2.5, 6.0}) {
     const double in_plane[] = {0.0, 0.0, 2.0 * angle};
@@ -261,7 +261,7 @@ TEST(TurningBody, NodesInARoughBodyHaveItsVelocityAndItsSpin)
   expect_enclosed_material_moves_with_body<3>(in_space);
 }
 
-TEST(TurningBody, BoxOnTheWholeWidthPressesAsTheBodyWithAFaceDoes)
+TEST(TurningBody, FullWidthBoxAgreesWithABodyWithAFace)
 {
   for (const bool rough : {false, true}) {
     double reaction[3], stress[3];
@@ -333,7 +333,7 @@ TEST(FreeBody, ComesToRestAtTheElasticSettlementUnderItsWeight)
   expect_settlement<3>(5000.0);
 }
 
-TEST(FreeBody, LighterThanTheMaterialBelowItIsStableToo)
+TEST(FreeBody, LightBodyOnHeavyMaterialIsStable)
 {
   expect_settlement<2>(
       200.0);    // height 0.4: as heavy as 0.04 of the layer, less than half of the nodes below it
@@ -403,7 +403,7 @@ TEST(FrictionalContact, SlidingBlockDeceleratesByTheCoefficientTimesGravity)
               0.05 * friction * GRAVITY);
 }
 
-TEST(FrictionalContact, BlockOfItsCornersSlidesAsTheBox)
+TEST(FrictionalContact, BlockFromItsCornersSlidesAsTheBox)
 {
   for (const double slope : {0.0, 0.3})
     EXPECT_NEAR(deceleration_on_plane<2>(0.3, slope, 2.0, true, BodyForm::Convex, false),
@@ -413,7 +413,7 @@ TEST(FrictionalContact, BlockOfItsCornersSlidesAsTheBox)
               deceleration_on_plane<3>(0.3, 0.0, 2.0), 1e-9 * GRAVITY);
 }
 
-TEST(FrictionalContact, WedgeOnAnInclineSlidesOrSticksAsCoulombSays)
+TEST(FrictionalContact, WedgeOnAnInclineSlidesOrSticksByCoulombFriction)
 {
   const double slope = 0.4, along = GRAVITY * std::sin(slope), across = GRAVITY * std::cos(slope);
   const double slippery = 0.2, sticky = 0.6;    // tan 0.4 = 0.42
@@ -424,7 +424,7 @@ TEST(FrictionalContact, WedgeOnAnInclineSlidesOrSticksAsCoulombSays)
       << "it bounces in the beginning, by which it slips a little";
 }
 
-TEST(FrictionalContact, BlockOnAnInclineSlidesOrSticksAsCoulombSays)
+TEST(FrictionalContact, BlockOnAnInclineSlidesOrSticksByCoulombFriction)
 {
   const double slope = 0.4, along = GRAVITY * std::sin(slope), across = GRAVITY * std::cos(slope);
   const double slippery = 0.2, sticky = 0.6;    // tan 0.4 = 0.42
@@ -551,7 +551,7 @@ TEST(FreeBody, FallsFreelyAndPrecessesWithoutContact)
   EXPECT_GT(std::abs(rates[3] - spin[0]), 0.1) << "it precesses";
 }
 
-TEST(FreeBody, HingedAtItsFootSwingsLikeAPhysicalPendulum)
+TEST(FreeBody, HingedAtItsFootOscillatesLikeAPhysicalPendulum)
 {
   // A rod hangs from a pivot at its upper end: small oscillations have the period 2π sqrt(I / m g
   // d).
@@ -628,7 +628,7 @@ struct Press {
 
 }    // namespace
 
-TEST(ConvexBody, SymmetricWedgeFeelsNoHorizontalForceAndNoTorque)
+TEST(ConvexBody, SymmetricWedgeHasNoHorizontalForceAndNoTorque)
 {
   // angles of 56, 45 and 31 degrees to the vertical
   for (const double height : {0.2, 0.3, 0.5}) {
@@ -645,7 +645,7 @@ TEST(ConvexBody, SymmetricWedgeFeelsNoHorizontalForceAndNoTorque)
   }
 }
 
-TEST(ConvexBody, HalfOfAWedgeAtAPlaneOfSymmetryFeelsHalfOfTheForce)
+TEST(ConvexBody, HalfAWedgeAtAPlaneOfSymmetryHasHalfTheForce)
 {
   Press whole(BodyForm::Convex, {{{0.5, 1.0}}, {{0.8, 0.8}}, {{1.1, 1.0}}}, {{0.6, 0.9}},
               {{1.0, 1.0}});
@@ -659,7 +659,7 @@ TEST(ConvexBody, HalfOfAWedgeAtAPlaneOfSymmetryFeelsHalfOfTheForce)
   }
 }
 
-TEST(ConvexBody, PlaceOfASharpTipOnTheGridDoesNotPushItAside)
+TEST(ConvexBody, SharpTipHasNoLateralForceAnywhereOnTheGrid)
 {
   // The angle to the vertical is 18 degrees: near the tip both faces have the same nodes.
   for (const double shift : {0.0, 0.02, 0.05, 0.08}) {
@@ -676,7 +676,7 @@ TEST(ConvexBody, PlaceOfASharpTipOnTheGridDoesNotPushItAside)
   }
 }
 
-TEST(ConvexBody, PolygonOf24SidesPressesAsTheDiskAround)
+TEST(ConvexBody, PolygonOf24SidesHasTheForceOfADisk)
 {
   const double radius = 0.4, pi = std::acos(-1.0), depth = 0.1;
   std::vector<Vec<2>> vertices;
@@ -697,7 +697,7 @@ TEST(ConvexBody, PolygonOf24SidesPressesAsTheDiskAround)
   EXPECT_NEAR(flat, round, inside / depth * round);
 }
 
-TEST(ConvexBody, RefusesPointsThatAreElsewhereAndBodiesThatAreTooThin)
+TEST(ConvexBody, RefusesPointsOutsideAndThinBodies)
 {
   const auto message = [](std::vector<Vec<2>> vertices) {
     try {
@@ -803,7 +803,7 @@ TEST(TurningBody, ContinuesFromItsRecordToTheBit)
     expect_to_continue_from_record<3>(form, 5);
 }
 
-TEST(TurningBody, RefusesWhatItCannotBe)
+TEST(TurningBody, RefusesInvalidOptions)
 {
   const auto message = [](const mpm::RigidBodyOptions &body) {
     mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.0, 1.0}}, CELL);

@@ -113,7 +113,7 @@ Scene points_at(const std::vector<Vec2> &places)
 
 }    // namespace
 
-TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
+TEST(SharedNodes, BoxHoldsAllNodesOfAPointAndItsLoads)
 {
   for (const ShapeFunction shape : {ShapeFunction::Linear, ShapeFunction::Gimp}) {
     const mpm::Grid<2> grid = grid_of(options_for(shape));
@@ -144,7 +144,7 @@ TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
   }
 }
 
-TEST(SharedNodes, BoxOfTheLargestDeformedBoxHoldsThoseOfAllPoints)
+TEST(SharedNodes, BoxOfTheLargestPointHoldsThoseOfAllPoints)
 {
   // Only a device has the deformation.
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{60 * H, 60 * H}}, H);
@@ -212,7 +212,7 @@ TEST(SharedNodes, AreThoseOfNeighboursOnly)
   }
 }
 
-TEST(SharedNodes, AreNoneOfOneRankOrFarApart)
+TEST(SharedNodes, DoNotExistForOneRankOrDistantRanks)
 {
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const Scene left = points_at({{{0.5 * H, 0.5 * H}}}), right = points_at({{{15.5 * H, 9.5 * H}}});

@@ -71,7 +71,7 @@ DeviceArrays<2> on_device()
 
 }    // namespace
 
-TEST(StressUpdate, OfALawThatStandsForSeveralModelsIsOne)
+TEST(StressUpdate, LawOfSeveralModelsUpdatesOnce)
 {
   CountingLaw shared, other;
   Points points{{0, 1, 2, 1, 0}, {}};
@@ -119,7 +119,7 @@ TEST(StressUpdate, BringsAllStressesToTheHostIfOneLawNeedsIt)
 }
 
 /// The host updates a law whose request is refused, and does not update the one that already runs.
-TEST(StressUpdate, IsBegunByTheHostForLawsThatTheDeviceRefuses)
+TEST(StressUpdate, HostUpdatesLawsThatTheDeviceRefuses)
 {
   CountingLaw accepted, refused;
   refused.request.accepts = false;

@@ -66,7 +66,7 @@ Capacity capacity_of_strip(int half, int points_along_cell, bool mean_dilation)
 
 }    // namespace
 
-TEST(TrescaStripInSpace, LocksWithEightPointsPerCellAndIsMendedByMeanDilation)
+TEST(TrescaStripInSpace, LocksWithEightPointsPerCellUnlessMeanDilationIsUsed)
 {
   // (2 + π) c (Prandtl). A footing that holds the nodes of its edge acts as if it were half a cell
   // wider. With twice as many cells the factor is 6.16 with locking and 5.71 with mean dilation.

@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(PointsPerCell, Traction,
                                          Case{ShapeFunction::Gimp, 1},
                                          Case{ShapeFunction::Gimp, 2}));
 
-TEST(GimpTraction, StaysInBalanceWhereverTheSurfaceIs)
+TEST(GimpTraction, StaysInBalanceForAnyPositionOfTheSurface)
 {
   // A free block with pressure on all four faces is shifted through a cell.
   for (const double shift : {0.0, 0.013, 0.05, 0.071, 0.0999}) {
@@ -209,13 +209,13 @@ template <int D> void expect_that_pressures_follow(const mpm::Tensor<D> &F)
 
 }    // namespace
 
-TEST(Pressure, ActsOnThePresentAreaVectorOfAFaceThatIsStretchedShearedAndTurned)
+TEST(Pressure, ActsOnThePresentAreaVectorOfADeformedFace)
 {
   expect_that_pressures_follow<2>({{0.8, 0.5, -0.3, 1.1}});
   expect_that_pressures_follow<3>({{0.8, 0.5, -0.2, -0.3, 1.1, 0.4, 0.2, -0.1, 0.9}});
 }
 
-TEST(Pressure, OfAFaceThatIsNotTurnedIsTheTraction)
+TEST(Pressure, OfAnUndeformedFaceIsTheTraction)
 {
   const mpm::Tensor<2> F{{0.7, 0.0, 0.0, 1.2}};
   const mpm::Vec<2> force = force_of_pressures<2>(F, {Face::YHi}, SURCHARGE);

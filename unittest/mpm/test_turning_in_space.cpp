@@ -110,7 +110,7 @@ struct BlockOnInclinedBody {
 
 }    // namespace
 
-TEST(InclinedBody, ElasticBlockOnItSlidesOrSticksAsCoulombSays)
+TEST(InclinedBody, ElasticBlockSlidesOrSticksByCoulombFriction)
 {
   // The face is inclined by 0.4 about an axis oblique to the grid.
   const double slope = 0.4, along = GRAVITY * std::sin(slope), across = GRAVITY * std::cos(slope);
@@ -172,7 +172,7 @@ Vec3 acceleration_on_layer(BodyForm form, double friction, double slope, const V
 
 }    // namespace
 
-TEST(DrivenBlockInSpace, SlidesDownAnInclineInAnyDirectionAsCoulombSays)
+TEST(DrivenBlockInSpace, SlidesDownAnInclineInAnyDirectionByCoulombFriction)
 {
   const double slope = 0.4;
   const Vec3 along = {{std::cos(0.6), std::sin(0.6), 0.0}}, aside = {{-along[1], along[0], 0.0}};
@@ -264,7 +264,7 @@ struct WallThatTurns {
 
 }    // namespace
 
-TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABarThatItPressesAndBends)
+TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABentBar)
 {
   // For ν = 0 bending is exact. The wall rotates by θ about the edge of the bar's end, so that ε =
   // θ z/L, σ = E θ z/L, without shear. Then F = E θ b H²/2L, M = E θ b H³/3L about the foot, and
@@ -427,7 +427,7 @@ struct PressedFooting {
 
 }    // namespace
 
-TEST(PressedFooting, SinksInAndTiltsAsAForceOutOfItsMiddleAndTheGroundWant)
+TEST(PressedFooting, SettlesAndTiltsUnderAnEccentricForce)
 {
   // On a half space a square has F (1 - ν²)/(E a u) = 2.31 and M (1 - ν²)/(E a³ θ) = 2.0 (Pais &
   // Kausel 1988). On ground of the depth d these increase by 1.28 a/d and 0.17 a/d (for a circle:
@@ -456,7 +456,7 @@ TEST(PressedFooting, SinksInAndTiltsAsAForceOutOfItsMiddleAndTheGroundWant)
   }
 }
 
-TEST(PressedFooting, BoxAndCylinderPressAsBodiesWithAFaceDo)
+TEST(PressedFooting, BoxAndCylinderAgreeWithBodiesWithAFace)
 {
   // A line of nodes touches a box if it is more than a quarter of a cell inside its edge, and a
   // body with a face from its edge on.
@@ -581,7 +581,7 @@ struct BallOnLayer {
 
 }    // namespace
 
-TEST(Ball, GlidesSlidesOrRollsDownAnInclineAsCoulombSays)
+TEST(Ball, GlidesSlidesOrRollsDownAnInclineByCoulombFriction)
 {
   // Without friction the acceleration is g sin β. With sliding friction it is g sin β - μ N/m, and
   // the spin grows by μ N R/I. A rolling ball has g sin β/(1 + I/m R²).

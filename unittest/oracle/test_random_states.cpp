@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, RandomStates,
 
 }    // namespace
 
-TEST_P(RandomStates, AnswersAreThoseOfAllPairsAndAllImages)
+TEST_P(RandomStates, ResultsAreThoseOfAllPairsAndAllImages)
 {
   const Resolution resolution = Resolution::of(GetParam());
   int contacts = 0, sliding = 0;

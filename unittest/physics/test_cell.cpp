@@ -99,7 +99,7 @@ TEST(SmallestStretch, OfARotationIsOneAndOfAStretchTheSmallerOne)
   EXPECT_NEAR(smallest_stretch(Tensor2{{c, -s, s, c}} * Tensor2{{1.3, 0.0, 0.0, 0.9}}), 0.9, 1e-15);
 }
 
-TEST(LatticeReduction, StopsAtACellThatDoesNotLean)
+TEST(LatticeReduction, StopsAtAnUprightCell)
 {
   EXPECT_EQ(lattice_step(Tensor2{{1.0, 0.59, 0.0, 1.0}}).axis, -1);
   EXPECT_EQ(lattice_step(Tensor2{{1.0, 0.61, 0.0, 1.0}}).axis, 1);
@@ -121,7 +121,7 @@ TEST(LatticeReduction, DoesNotFlipBackAndForth)
   EXPECT_EQ(lattice_step(cell).axis, -1);
 }
 
-TEST(LatticeReduction, EndsWithACellAsWideAsItsShortEdgeAllows)
+TEST(LatticeReduction, ReducedCellIsAsWideAsItsShortEdgeAllows)
 {
   Random random(3);
   for (int sample = 0; sample < 500; ++sample) {

@@ -83,7 +83,7 @@ TYPED_TEST(ContactOfTwoDisks, OverlapNormalAndDistanceAreThoseOfTheBranch)
   }
 }
 
-TYPED_TEST(ContactOfTwoDisks, GrainsApartHaveTheirGapAsNegativeOverlap)
+TYPED_TEST(ContactOfTwoDisks, GapIsANegativeOverlap)
 {
   using Wide = typename TypeParam::Wide;
   Random random(7);
@@ -191,7 +191,7 @@ TYPED_TEST(ContactOfTwoDisks, PlainLawIsTheGeneralOneWithoutDashpotsAndWithConta
   }
 }
 
-TYPED_TEST(ContactOfTwoDisks, ForcesTurnWithTheFrame)
+TYPED_TEST(ContactOfTwoDisks, ForcesRotateWithTheFrame)
 {
   using Real = typename TypeParam::Real;
   using Wide = typename TypeParam::Wide;

@@ -11,7 +11,7 @@
 using namespace rve;
 using rve_test::Random;
 
-TEST(LocalDamping, SlowsTheAccelerationThatFeedsTheMotionAndHelpsTheOneThatBrakesIt)
+TEST(LocalDamping, ReducesAccelerationAndIncreasesDeceleration)
 {
   EXPECT_DOUBLE_EQ(locally_damped(0.3, 2.0, 5.0), 2.0 * 0.7);
   EXPECT_DOUBLE_EQ(locally_damped(0.3, -2.0, -5.0), -2.0 * 0.7);

@@ -215,7 +215,7 @@ TEST(RollingResistance, HistoryOfTheOtherGrainHasTheOppositeMomentAndTheSameTang
   EXPECT_EQ(DampedSprings<DoubleNumbers>::seen_from_partner(3.0), 3.0);    // without rolling
 }
 
-TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBitsSeenFromTheOtherSide)
+TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBits)
 {
   Random random(2);
   const auto law = this->law(0.1);
@@ -284,7 +284,7 @@ TYPED_TEST(LawWithRolling, CoefficientOfZeroGivesTheBitsOfTheLawWithoutRolling)
 // omega_j, v = R relrot x n with n from j to i, the displacement xi += v dt, fr = -k xi of at most
 // mu f, and the torque R n x fr on i and the opposite one on j. f is the normal force or, for dmt,
 // that of the springs and the attraction together.
-TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
+TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
 {
   Random random(5);
   const double k_r = STIFFNESS, mu_r = 0.1;

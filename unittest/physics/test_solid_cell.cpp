@@ -103,7 +103,7 @@ TEST(SolidCell, InverseTimesCellIsOne)
   }
 }
 
-TEST(SmallestStretchInSpace, IsABoundOfTheSmallestSingularValueFromBelow)
+TEST(SmallestStretchInSpace, IsALowerBoundOfTheSmallestSingularValue)
 {
   Random random(2);
   for (int sample = 0; sample < 200; ++sample) {
@@ -159,7 +159,7 @@ TEST(LatticeReductionInSpace, LeavesNoNarrowCell)
   EXPECT_GT(least, 0.62);
 }
 
-TEST(LatticeReductionInSpace, SeesThreeVectorsInAPlaneThoughNoTwoLeanOnEachOther)
+TEST(LatticeReductionInSpace, ReducesThreeNearlyCoplanarVectors)
 {
   // The vector a + b + c is short: three obtuse angles of -1/2 each make a cell without width that
   // pairwise reduction does not detect.
@@ -197,7 +197,7 @@ TEST(LatticeReductionInSpace, DoesNotFlipBackAndForth)
   }
 }
 
-TEST(LatticeReductionInSpace, LeavesPointsWhereTheyAreToTheBit)
+TEST(LatticeReductionInSpace, KeepsPointsToTheBit)
 {
   Random random(6);
   for (int sample = 0; sample < 100; ++sample) {
@@ -225,7 +225,7 @@ TEST(LatticeReductionInSpace, LeavesPointsWhereTheyAreToTheBit)
   }
 }
 
-TEST(LatticeReductionInSpace, LeavesACellOfNanAlone)
+TEST(LatticeReductionInSpace, DoesNotChangeACellOfNan)
 {
   Tensor3 nan;
   for (double &x : nan.component) x = std::numeric_limits<double>::quiet_NaN();

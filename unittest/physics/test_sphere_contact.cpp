@@ -136,7 +136,7 @@ TEST(TurnedForce, FollowsARigidRotationAboutAnyAxis)
   }
 }
 
-TEST(TurnedForce, TurnsAboutTheNormalToo)
+TEST(TurnedForce, RotatesAboutTheNormalToo)
 {
   // A projection alone omits this rotation: the contact does not move, and the force rotates with
   // the spin of both grains.
@@ -161,7 +161,7 @@ TEST(TurnedForce, KeepsItsLength)
   }
 }
 
-TEST(TurnedForce, StaysToTheBitWithoutTime)
+TEST(TurnedForce, IsUnchangedToTheBitForAZeroTimeStep)
 {
   Random random(3);
   for (int sample = 0; sample < 50; ++sample) {
@@ -173,7 +173,7 @@ TEST(TurnedForce, StaysToTheBitWithoutTime)
   }
 }
 
-TEST(TurnedForce, OfNothingIsNothing)
+TEST(TurnedForce, OfZeroIsZero)
 {
   const Vec<float, 3> zero = Vec<float, 3>::zero(), normal{{0.6f, 0.0f, 0.8f}};
   const ContactTurn<float> turn{{{0.08f, 0.1f, -0.06f}}, 0.2f};
@@ -195,7 +195,7 @@ TEST(TurnedForce, HasTheSameBitsForBothGrains)
   }
 }
 
-TEST(SphereContact, SeesNoSlipInARigidRotation)
+TEST(SphereContact, HasNoSlipInARigidRotation)
 {
   Random random(5);
   for (int sample = 0; sample < 100; ++sample) {
@@ -325,7 +325,7 @@ TYPED_TEST(VectorSpringOf, SlidesAlongItsDirectionAtTheLimit)
                 16 * epsilon * LIMIT * LIMIT);
 }
 
-TYPED_TEST(VectorSpringOf, AtTheLimitKeepsItsBitsWhenLookedAtAgain)
+TYPED_TEST(VectorSpringOf, SecondEvaluationAtTheLimitHasTheSameBits)
 {
   using Real = typename TypeParam::Real;
   Random random(8);
@@ -342,7 +342,7 @@ TYPED_TEST(VectorSpringOf, AtTheLimitKeepsItsBitsWhenLookedAtAgain)
   }
 }
 
-TYPED_TEST(VectorSpringOf, DissipatesWhatTheMotionDidAndItDoesNotHold)
+TYPED_TEST(VectorSpringOf, DissipatesTheWorkThatItDoesNotStore)
 {
   using Real = typename TypeParam::Real;
   using Spring = typename TypeParam::Spring;
@@ -445,7 +445,7 @@ TYPED_TEST_SUITE(SphereLaw, SphereLaws);
 
 }    // namespace
 
-TYPED_TEST(SphereLaw, HistoriesTurnWithARigidRotationAboutAnyAxis)
+TYPED_TEST(SphereLaw, HistoriesRotateWithARigidRotationAboutAnyAxis)
 {
   // The rotations are about the normal, an axis across it, and random axes.
   const auto law = law_of<TypeParam>(sphere_material());
@@ -491,7 +491,7 @@ TYPED_TEST(SphereLaw, HistoriesTurnWithARigidRotationAboutAnyAxis)
   }
 }
 
-TYPED_TEST(SphereLaw, TurningAnRveTurnsWhatAPairRemembers)
+TYPED_TEST(SphereLaw, RotatingAnRveRotatesTheHistoriesOfPairs)
 {
   const auto law = law_of<TypeParam>(sphere_material());
   Random random(11);
@@ -562,7 +562,7 @@ TEST(SphereRolling, MomentsEndAtTheirLimits)
   EXPECT_NEAR(turned.moment[2], 0.8 * rolling, 1e-12 * rolling);
 }
 
-TEST(SphereRolling, SlowsASpinDownByItsLimit)
+TEST(SphereRolling, ReducesASpinAtItsLimit)
 {
   // Two spheres, pressed on each other without friction, spin in opposite directions. Both lose M t
   // / I, by rolling about an axis across the normal and by twisting about the normal.
@@ -620,7 +620,7 @@ TEST(SphereRolling, DashpotsActBesideTheSpringsUpToTheLimits)
   EXPECT_NEAR(beyond.history.twisting, 2e-4 * force - 1e-5 * 1e3, 1e-12 * force);
 }
 
-TEST(SphereTwisting, AfterMarshallIsTheFrictionOfTheAreaOfContact)
+TEST(SphereTwisting, MarshallLimitIsTheFrictionOfTheContactArea)
 {
   Material material = sphere_material();
   material.twisting_stiffness = material.twisting_friction = 0.0;
@@ -652,7 +652,7 @@ TEST(SphereTwisting, AfterMarshallIsTheFrictionOfTheAreaOfContact)
   }
 }
 
-TEST(SphereTwisting, AfterMarshallKeepsTheAngleWhileTheContactIsPressed)
+TEST(SphereTwisting, MarshallTwistingKeepsTheAngleUnderCompression)
 {
   Material material = sphere_material();
   material.twisting_stiffness = material.twisting_friction = 0.0;
@@ -677,7 +677,7 @@ TEST(SphereTwisting, AfterMarshallKeepsTheAngleWhileTheContactIsPressed)
   EXPECT_NEAR(moment_of(hertz, 8e-5, 4e-5), of_hertz, 1e-9 * of_hertz);
 }
 
-TEST(SphereRolling, TurnsToTheOtherGrainWithoutAChange)
+TEST(SphereRolling, IsSymmetricInBothGrains)
 {
   // The relative spin and the normal both change sign.
   const RollingSpheres::History history{{{1.0, 2.0, 3.0}}, {{{4.0, 5.0, 6.0}}, 7.0}};
@@ -702,7 +702,7 @@ TEST(SphereHertz, PressesWithThePowerThreeHalvesOfTheOverlap)
   }
 }
 
-TEST(SphereHertz, TangentialForceIsKeptAsTheVariantSays)
+TEST(SphereHertz, TangentialForceFollowsTheVariant)
 {
   // The contact is loaded tangentially and then pressed and released to the previous contact radius
   // and to half of it.
@@ -735,7 +735,7 @@ TEST(SphereHertz, TangentialForceIsKeptAsTheVariantSays)
   }
 }
 
-TEST(SphereDmt, IsPulledApartByFourPiTimesSurfaceEnergyAndReducedRadius)
+TEST(SphereDmt, PullOffForceIsFourPiTimesSurfaceEnergyAndReducedRadius)
 {
   const Material material = sphere_material();
   const auto law = law_of<SphereDmtAdhesion<DoubleNumbers>>(material);

@@ -78,7 +78,7 @@ TEST(LinearTangential, ReversedLoadUnloadsTheSpringAndSlidesTheOtherWay)
   EXPECT_EQ(spring, -LIMIT);
 }
 
-TEST(LinearTangential, FallingNormalForceTakesTheSpringAlong)
+TEST(LinearTangential, DecreasingNormalForceReducesTheSpring)
 {
   const auto shear = FRICTIONAL.advance(0.9 * LIMIT, 0.0, 0.5 * NORMAL_FORCE, DT);
 
