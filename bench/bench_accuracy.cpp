@@ -701,7 +701,7 @@ Errors errors_of(const Standard<D> &standard, const Outcome<D> &outcome, const S
   return errors;
 }
 
-// ---- the reference itself -----------------------------------------------------------------------
+// ---- tests of the reference ---------------------------------------------------------------------
 
 /// Returns the relative error of the restitution of two grains with local damping. The exact value
 /// is sqrt((1 - a)/(1 + a)): the damping scales the impulse by 1 - a on approach and by 1 + a on
@@ -773,7 +773,7 @@ double difference_from_cpu(const std::vector<RveStateOf<D>> &packings, const Mac
   return largest;
 }
 
-// ---- the program --------------------------------------------------------------------------------
+// ---- main program -------------------------------------------------------------------------------
 
 struct Arguments {
   std::string output, machine, scenes;

@@ -340,7 +340,7 @@ void record(Bench<D> &bench, const json &keys, const Measured &m, const std::str
   print(keys, note, m);
 }
 
-// ------------------------------------------------------------------------------------- experiments
+// ---- experiments ----
 
 /// Returns the packing and, for spheres, the same packing with Hertz' contacts that store a
 /// displacement (*mindlin*) or a force. The speed of disks with Hertz' contacts, which few users
@@ -890,7 +890,7 @@ template <int D> const std::map<std::string, std::vector<Experiment<D>>> &suites
   return all;
 }
 
-// ----------------------------------------------------------------------------------------- program
+// ---- main program ----
 
 std::string words_of_suites()
 {

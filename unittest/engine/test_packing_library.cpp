@@ -377,7 +377,7 @@ TEST(Draw, IsTheSameOnEveryMachine)
   EXPECT_EQ(first(4711, 1), (std::vector<int>{478, 859, 914, 727, 835, 224, 758, 904}));
 }
 
-// ---- by void ratio ----
+// ---- choice by void ratio ----
 
 TEST(VoidRatioIndex, TheNearestIsFound)
 {

@@ -46,12 +46,14 @@ Material by_law(ContactLaw law, Material material, double contact_radius)
   return material;
 }
 
-// ---- a ring ---- Four disks above each other in a periodic cell, radii alternating: each is
-// pressed between two of the other kind, with overlaps that balance. Without friction only their
-// spins move. With spins alternating too, the relative spin W = w_b - w_a of all contacts is the
-// same, and each disk has two contacts:
-//     f' = k_r R W,    I_a w_a' = 2 R f,    I_b w_b' = -2 R f,    |f| <= mu_r f_n where what
-//     presses the disks together counts as f_n, with adhesion more than the force that they feel.
+// ---- a ring ----
+// Four disks with alternating radii are above each other in a periodic cell. Each is pressed
+// between two of the other kind, with overlaps that balance. Without friction only their spins
+// change. If spins alternate too, the relative spin W = w_b - w_a is the same in all contacts, and
+// each disk has two contacts:
+//   f' = k_r R W,    I_a w_a' = 2 R f,    I_b w_b' = -2 R f,    |f| <= mu_r f_n.
+// The force f_n is the one that presses the disks together; with adhesion it exceeds the contact
+// force.
 
 constexpr double RADIUS_A = 0.005, RADIUS_B = 0.003, OVERLAP = 1e-5;
 constexpr double REDUCED_RADIUS = RADIUS_A * RADIUS_B / (RADIUS_A + RADIUS_B);
@@ -536,7 +538,7 @@ TEST_P(Rolling, RotatedRveKeepsItsForces)
     EXPECT_EQ(after.velocity[2 * i + 1], before.velocity[2 * i]);
 }
 
-// ---- what results must not depend on ----
+// ---- independence of results ----
 
 TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)
 {
@@ -691,7 +693,7 @@ TEST_P(Rolling, EvaluationChangesNothing)
   EXPECT_TRUE(same_answer(first, second));
 }
 
-// ---- when it acts ----
+// ---- conditions of rolling resistance ----
 
 TEST_P(Rolling, WithoutASpringThereIsNoResistance)
 {

@@ -41,7 +41,7 @@ namespace {
   constexpr double DT = 5e-5;
   constexpr double PRESSURE = 1e5;
 
-  // ---- bits and numbers of what the engine gives out ----
+  // ---- bits and numbers of results of the engine ----
 
   /// Adds the results that do not depend on lists of neighbours; there are none after a fatal
   /// status. The number of pairs belongs to the hash of lists. Energies have their own hash, since
@@ -273,7 +273,7 @@ namespace {
     return all;
   }
 
-  // ---- of spheres ----
+  // ---- spheres ----
 
   Spheres small_spheres(unsigned seed)
   {
@@ -769,7 +769,7 @@ namespace {
       play_mpm_feature<D>(feature, device, records);
   }
 
-  // ---- what the host computes ----
+  // ---- results of the host ----
 
   void bounds_and_images(std::vector<Record> &records)
   {

@@ -245,7 +245,7 @@ TYPED_TEST(StateHash, HasASeparateHashOfTheList)
   }
 }
 
-// ---- of what an engine computes ----
+// ---- states that an engine computes ----
 
 namespace {
 

@@ -568,7 +568,7 @@ TEST(FixMpmInSitu, InvalidArgumentsAreNamed)
   for (const auto &[lines, part] : cases) EXPECT_IN(part, message_of(lines));
 }
 
-// ---- which packing a depth gets ----
+// ---- choice of packings by depth ----
 
 TEST(PackingStress, IsThatOfTheNearestLevel)
 {

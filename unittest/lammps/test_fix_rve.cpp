@@ -525,7 +525,7 @@ TEST(RollingResistance, ShadowOfTheSameStepsInDoubleIsTheRveItself)
   EXPECT_EQ(script.fix_value(12), 0.0);
 }
 
-// ---- between a macro step and DEM steps ----
+// ---- conversion of a macro step into DEM steps ----
 
 namespace {
 
@@ -1261,7 +1261,7 @@ TEST(FixRveMessage, UnitsThatAreNotConsistent)
   EXPECT_IN("not in units real", message_of(script));
 }
 
-// ---- the contact law as LAMMPS' pair_coeff has it ----
+// ---- contact laws in the form of LAMMPS' pair_coeff ----
 
 namespace {
 

@@ -299,7 +299,7 @@ TEST(FixModify, RefusesFixedSettingsWithTheReason)
   EXPECT_IN("is driven by both", message_with("servo yy -1e5"));
 }
 
-// ---- the RVEs go ----
+// ---- deleted RVEs ----
 
 TEST(Unfix, OfAdvancedRvesGivesAWarning)
 {
@@ -428,7 +428,7 @@ TEST(NumberOfDemSteps, TimesTheRefinementOfShadowsHasTheSameLimit)
             message_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 1000000000 shadow 1 3\n"));
 }
 
-// ---- said twice ----
+// ---- keywords given twice ----
 
 TEST(SaidTwice, KeywordGivenTwiceIsAnErrorThatNamesBoth)
 {
@@ -488,7 +488,7 @@ TEST(NarrowCell, IsReportedAtTheStartWithARemedy)
   EXPECT_GE(height, share * 0.90);
 }
 
-// ---- exceptions and what nobody meant ----
+// ---- exceptions and probable mistakes ----
 
 TEST(FixRveMessage, AmbiguousRotationNamesFixAtomAndStep)
 {

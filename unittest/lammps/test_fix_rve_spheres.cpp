@@ -276,7 +276,7 @@ TEST(SpheresOfFixRve, WarningsNameLimitsOfSpheres)
   EXPECT_IN("of its width along x", log);
 }
 
-// ---- under a plane continuum --------------------------------------------------------------------
+// ---- RVEs under a plane continuum ---------------------------------------------------------------
 
 namespace {
 

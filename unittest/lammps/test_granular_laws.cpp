@@ -380,7 +380,7 @@ INSTANTIATE_TEST_SUITE_P(
             "dmt 1e8 3e5 0.3 20 tangential mindlin NULL 0.5 0.4 rolling sds 2e4 0 0.1"}),
     [](const auto &info) { return info.param.name; });
 
-// ---- what the words give ----
+// ---- materials from arguments ----
 
 TEST(GranularWords, ElasticConstantsGiveStiffnesses)
 {

@@ -102,7 +102,7 @@ std::string states_of(Script &script)
 
 }    // namespace
 
-// ---- the helpers ----
+// ---- helpers ----
 
 TEST(Collectively, EndsAllRanksWithTheErrorOfTheFailedRank)
 {
@@ -155,7 +155,7 @@ TEST(OnThisRank, AbortsWithThePositionForEveryKindOfException)
   EXPECT_EQ(LAMMPS_NS::on_this_rank(script.lmp.get(), who, [] { return 5; }), 5);
 }
 
-// ---- places before a run ----
+// ---- failures before a run ----
 
 TEST(OneRankFails, InTheMemoryOfItsRves)
 {
@@ -242,7 +242,7 @@ TEST(WarningsOfAllRanks, OfAdviceAppearsOnce)
   EXPECT_GE(count_of("fix rve: in the RVE of atom 4", log), 1) << log;
 }
 
-// ---- a refused change leaves nothing behind ----
+// ---- refused changes ----
 
 TEST(RefusedFixModify, ChangesNoSettingsAndRves)
 {
@@ -290,7 +290,7 @@ TEST(RefusedFixModify, OnOneRankIsRefusedOnAll)
   EXPECT_TRUE(states_of(plain) == states_of(script));
 }
 
-// ---- a fix is deleted on ranks one by one, as when an error unwinds them ----
+// ---- fixes that an error deletes on ranks one by one ----
 
 TEST(DeletedFix, DestructorDoesNotSynchroniseRanks)
 {

@@ -64,7 +64,7 @@ std::string log_of(const std::string &lines)
 
 }    // namespace
 
-// ---- words ----
+// ---- arguments ----
 
 TEST(CreateRve, MissingKeywordsAreNamed)
 {
@@ -176,7 +176,7 @@ TEST(CreateRve, MoreThreadsThanAnyMachineHasAreRefused)
                        "fix grains all rve " EXAMPLE_PACKINGS "/A_h0075.rve threads 1000000\n"));
 }
 
-// ---- where they write ----
+// ---- output paths ----
 
 // The error comes before the preparation, whose lines would be in the log.
 TEST(CreateRve, UnwritableFileIsAnErrorBeforeThePreparation)
@@ -249,7 +249,7 @@ TEST(FixRve, MissingPackingNamesTheSearchedPathsAndACommand)
             message_of(FOUR_ATOMS + FIX + "packings frition 0.3\n"));
 }
 
-// ---- what they warn of ----
+// ---- warnings ----
 
 // With the default thickness of 1 m and numbers in SI units, the mean overlap is 6 % of the
 // diameter and the void ratio negative.

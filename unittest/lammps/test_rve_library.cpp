@@ -290,7 +290,7 @@ TEST(PackingImage, PointsGetTheStressOfTheImage)
   }
 }
 
-// ---- with the other keywords of fix rve ----
+// ---- libraries with other keywords of fix rve ----
 
 TEST(MassScalingOfLibraries, IncreasesTheStableStepOfAllPackingsAndKeepsTheirStress)
 {

@@ -155,7 +155,7 @@ void expect_in(const std::string &part, const std::string &message)
 
 }    // namespace
 
-// ---- words and values ----
+// ---- keywords and values ----
 
 TEST(PathTable, IsLinearBetweenRowsAndConstantBeyond)
 {
@@ -929,7 +929,7 @@ TEST(ServoGain, StressErrorOfASlidingPackingDecreasesWithTheRate)
   EXPECT_LT(off[1], 0.005 * 1e5);
 }
 
-// ---- what a path must not depend on ----
+// ---- independence of a path ----
 
 namespace {
 constexpr const char *MANY =

@@ -246,7 +246,7 @@ TEST(PointRecord, StoresTheServoGainOfItsPacking)
   EXPECT_EQ(points.servo_gain(again), points.servo_gain(slot));
 }
 
-// ---- macro steps by plan ------------------------------------------------------------------------
+// ---- planned macro steps ------------------------------------------------------------------------
 
 namespace {
 
@@ -656,7 +656,7 @@ TEST(MacroStepsByPlan, FrozenRveDoesNotChangeTheOthers)
   EXPECT_TRUE(with.frozen(slots[1]));
 }
 
-// ---- by increments ------------------------------------------------------------------------------
+// ---- increments ---------------------------------------------------------------------------------
 
 namespace {
 

@@ -298,7 +298,7 @@ TEST(GrainSizeOfSpheres, IsTheDiameterOfEqualOnes)
   EXPECT_NEAR(points.point(slots[0]).grain_size, 2.0 * RADIUS, 1e-9 * RADIUS);
 }
 
-// ---- under a continuum --------------------------------------------------------------------------
+// ---- RVEs under a continuum ---------------------------------------------------------------------
 
 namespace {
 

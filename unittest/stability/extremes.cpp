@@ -29,7 +29,7 @@ namespace {
   // extremes requires 0.3 of the diameter.
   constexpr double OVERLAP_LIMIT = 0.65;
 
-  // ---- what disks and spheres are ---------------------------------------------------------------
+  // ---- packings and lattices of disks and spheres -----------------------------------------------
 
   template <int D> Material grain_material()
   {
@@ -251,7 +251,7 @@ namespace {
 
   const char *LOVE = "stress is the sum over contacts found anew";
 
-  // ---- the list ---------------------------------------------------------------------------------
+  // ---- list of scenes ---------------------------------------------------------------------------
 
   template <int D> using Scenes = std::vector<Scene<D>>;
 
@@ -784,7 +784,7 @@ namespace {
     }
   }
 
-  // ---- judging ----------------------------------------------------------------------------------
+  // ---- verdicts ---------------------------------------------------------------------------------
 
   template <int D> struct Run {
     int number;    // number in the engine
