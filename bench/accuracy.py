@@ -1,29 +1,37 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Error against cost of the settings of fix rve: packings, plain LAMMPS, element tests, a small footing, and the Pareto plot.
+r"""Measures errors and costs of the settings of fix rve, and draws the Pareto plot.
 
     python3 bench/accuracy.py --bin build/host/bin --out bench/results/accuracy-cpu.json
-    python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-H200.json --device cuda --copies 49
-    python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-presets-H200.json --device cuda --copies 1200 --presets
-    python3 bench/accuracy.py --shape sphere --bin build/host/bin --out bench/results/accuracy-spheres-cpu.json
-    python3 bench/accuracy.py --shape sphere --floor --bin build/host/bin --out bench/results/floor-spheres-cpu.json
+    python3 bench/accuracy.py --bin build/cuda/bin --out bench/results/accuracy-H200.json \
+        --device cuda --copies 49
+    python3 bench/accuracy.py --bin build/cuda/bin --device cuda --copies 1200 --presets \
+        --out bench/results/accuracy-presets-H200.json
+    python3 bench/accuracy.py --shape sphere --bin build/host/bin \
+        --out bench/results/accuracy-spheres-cpu.json
+    python3 bench/accuracy.py --shape sphere --floor --bin build/host/bin \
+        --out bench/results/floor-spheres-cpu.json
     python3 bench/accuracy.py --plot bench/results/accuracy-cpu.json
 
-1. Eight packings are made (eight seeds), of disks or of spheres. Errors are ranges over them: a verdict that one seed gives need not be that of
-   the next.
-2. On a CPU the engine is compared with plain LAMMPS (examples/crosscheck, which needs numpy); nothing else is run if that fails. On a GPU
-   bench_accuracy wants the bits of the CPU instead. The forces of spheres are compared with those of LAMMPS by the tests.
-3. bench_accuracy checks its reference against closed forms and sweeps the settings over six element tests. It fails if a planted defect goes
-   unseen.
-4. The footing of bench/in.footing_accuracy, of disks, is run with some of the settings and all seeds. It fails if a mass that is far too large
-   goes unseen.
-5. On a CPU packings of 100 to 800 grains are compared in mean and scatter; the rows go to grains-... beside the output.
+1. Eight packings of disks or spheres are made from eight seeds. Errors are ranges over them, since
+   a verdict for one seed need not hold for another.
+2. On a CPU the engine is compared with plain LAMMPS (examples/crosscheck, which needs numpy); if
+   that fails, nothing else runs. On a GPU bench_accuracy requires the bits of the CPU instead. Unit
+   tests compare the forces of spheres with those of LAMMPS.
+3. bench_accuracy compares its reference with closed forms and runs the settings in six element
+   tests. It fails if it does not detect a planted defect.
+4. The footing of bench/in.footing_accuracy, with disks, runs with some settings and all seeds. The
+   step fails if it does not detect a mass that is far too large.
+5. On a CPU packings of 100 to 800 grains are compared in mean and scatter; the rows go to
+   grains-... next to the output.
 
-With --floor packings of three stiffnesses are held at rest in each number format, for the unbalanced force that remains: nothing else.
-With --presets the packings are made and the three presets are run over the element tests, for their costs beside each other: nothing else.
-With --skipping the same is done of adaptive substeps with and without quiescent.
+--floor only holds packings of three stiffnesses at rest in each number format, for the unbalanced
+force that remains.
+--presets only makes the packings and compares the costs of the three presets in the element tests.
+--skipping does the same for adaptive substeps with and without quiescent.
 
-The last form draws doc/src/figures/accuracy_pareto-... . Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
+--plot draws doc/src/figures/accuracy_pareto-... . It needs numpy and matplotlib (Debian:
+python3-numpy, python3-matplotlib).
 """
 
 import argparse
@@ -42,15 +50,15 @@ REPOSITORY = pathlib.Path(__file__).resolve().parent.parent
 SEEDS = (1, 2, 3, 4, 5, 6, 7, 8)
 GRAINS = (100, 200, 400, 800)
 LIMIT = 0.01     # error before bifurcation, as in bench_accuracy
-PARTED = 0.002   # deviation of twins at which curves count as parted, as there
+PARTED = 0.002    # deviation of twins at which curves count as parted, as in bench_accuracy
 
-# an overlap of half a percent at 1e5 Pa in both
+# The material has an overlap of half a per cent at 1e5 Pa for both shapes.
 MATERIAL = {"disk": "radius uniform 0.0025 0.005 friction 0.5 density 2650 damping 0.3 thickness 0.075",
             "sphere": "shape sphere radius uniform 0.0025 0.005 friction 0.5 density 2650 damping 0.3"}
 STIFFNESS = {"disk": 1e6, "sphere": 1.5e5}
 SIZE = {"disk": 400, "sphere": 200}    # grains of a packing
 
-# twins, of unlike steps: as long as they agree, curves can be followed
+# Twins have different steps; curves are compared as long as all twins agree.
 TWINS = tuple((f"twin {fraction}", "twin", f"preset reference dt auto {fraction}") for fraction in (0.2, 0.19, 0.21, 0.18, 0.22))
 
 # setting, knob, keywords of fix rve
@@ -66,17 +74,18 @@ FOOTING = (
     ("adaptive 1e-5 1e-3", "substeps", "substeps adaptive 1e-5 1e-3"),
     ("quiescent 1e-5", "quiescent", "substeps adaptive 1e-5 1e-3 quiescent 1e-5"),
     ("regression 5 2", "stress", "stress regression 5 2"),
-    ("mass_scaling 10000", "defect", "mass_scaling 10000"),    # no style has a defect to plant; so much inertia must be seen, too
+    # The styles have no defect to plant, so this mass must be detected.
+    ("mass_scaling 10000", "defect", "mass_scaling 10000"),
 )
 
 
-# not on every device
+# Settings that exist on one device only.
 FOOTING_ON = {"cpu": (("single", "format", "format single"),),
               "cuda": (("fast, relaxed", "arithmetic", "format fast arithmetic relaxed"), ("mixed, relaxed", "arithmetic", "arithmetic relaxed"))}
 
 
 def run(command, folder, **more):
-    """Returns the share of a CPU that the command had while it ran."""
+    """Runs the command and returns the share of a CPU that it had."""
     def of_children():
         usage = resource.getrusage(resource.RUSAGE_CHILDREN)
         return usage.ru_utime + usage.ru_stime
@@ -99,7 +108,8 @@ def make_packings(lmp, folder, shape, grains, seeds=SEEDS, times_as_stiff=1):
 
 
 def read_curve(path):
-    """Pressure over the settlement, seconds of the RVEs, DEM steps of one of them."""
+    """Returns the pressure over the settlement, the seconds of the RVEs, and the DEM steps of one
+    RVE."""
     rows = [[float(word) for word in line.split()] for line in path.read_text().splitlines() if not line.startswith("#")]
     return [row[1] for row in rows], rows[-1][2], rows[-1][3]
 
@@ -109,7 +119,7 @@ def mean(values):
 
 
 def range_of(errors):
-    """Of the errors of all seeds, as bench_accuracy says it."""
+    """Returns statistics of the errors of all seeds, as bench_accuracy computes them."""
     beyond = sum(error > LIMIT for error in errors)
     verdict = "within" if beyond == 0 else "beyond the limit" if beyond == len(errors) else "beyond for some seeds"
     return {"verdict": verdict, "limit": LIMIT, "least": min(errors), "median": statistics.median(errors), "seeds": len(errors),
@@ -117,10 +127,11 @@ def range_of(errors):
 
 
 def footing(lmp, folder, device):
-    """Rows of the footing: pressure under the plate against that of the reference, over the settlement.
+    """Returns rows of the footing: errors of the pressure under the plate over the settlement.
 
-    One seed after the other, so that what else the machine does falls on all settings alike. On a CPU the wall time of the RVEs is
-    multiplied by the share of the CPU that the process had."""
+    The seeds run one after the other, so that other load on the machine affects all settings alike.
+    On a CPU the wall time of the RVEs is multiplied by the share of the CPU that the process had.
+    """
     settings = FOOTING + FOOTING_ON[device]
     curves, seconds, steps = {}, {}, {}
     for seed in SEEDS:
@@ -167,7 +178,8 @@ def footing(lmp, folder, device):
 
 
 def presets(rows):
-    """Worst error of each preset over the scenes, and its cost against that of the preset reference."""
+    """Returns the largest error of each preset over the scenes, and its cost relative to the preset
+    reference."""
     of = {}
     for row in rows:
         if row["case"].get("knob") == "preset":
@@ -190,7 +202,7 @@ def presets(rows):
 
 
 def in_repository(path):
-    """Without folders that only this machine has."""
+    """Returns the path relative to the repository, or its name if it is outside."""
     return path.relative_to(REPOSITORY) if path.is_relative_to(REPOSITORY) else path.name
 
 
@@ -203,7 +215,7 @@ def command_of(options, binaries, out):
 
 
 def compare_numbers_of_grains(options, binaries, folder, out, machine):
-    # small packings cost less, so there are more of them
+    # Small packings cost less, so there are more of them.
     many = [name for grains in GRAINS for name in make_packings(binaries / "lmp", folder, options.shape, grains, range(1, 3200 // grains + 1))]
     run([binaries / "bench_accuracy", out.with_name(out.stem.replace("accuracy", "grains") + ".json"), *many, "--ensemble", "--device",
          options.device, *machine], folder)
@@ -234,7 +246,7 @@ def measure(options):
         return bench_records.write(report, out)
     swept = report["rows"]
     report["rows"] = swept + presets(swept)
-    bench_records.write(report, out)    # what there is, if the rest is stopped
+    bench_records.write(report, out)    # partial results, in case the rest is stopped
     if options.shape == "disk" and not options.no_footing:
         swept = swept + footing(binaries / "lmp", folder, options.device)
         report["rows"] = swept + presets(swept)
@@ -259,7 +271,7 @@ def plot(options):
                                                             row["details"].get("least", row["value"])))
     knobs = sorted({point[2] for points in scenes.values() for point in points})
     styles = {knob: (marker, f"C{k}") for k, (knob, marker) in enumerate(zip(knobs, "osv^D<>PX*"))}
-    columns = min(4, len(scenes) + 1)    # the last one is the legend's
+    columns = min(4, len(scenes) + 1)    # the last one is for the legend
     rows = -(-(len(scenes) + 1) // columns)
     figure, all_axes = plt.subplots(rows, columns, figsize=(3.25 * columns, 3.2 * rows), squeeze=False, constrained_layout=True)
     for axes in all_axes.flat[len(scenes):]:
@@ -284,7 +296,7 @@ def plot(options):
         axes.set_yscale("log")
         low, high = min(point[0] for point in points), max(point[0] for point in points)
         axes.xaxis.set_minor_formatter(NullFormatter())
-        if high < 50.0 * low:    # a power of ten would be alone
+        if high < 50.0 * low:    # the range has at most one power of ten
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
         axes.set_title(scene, fontsize=10)

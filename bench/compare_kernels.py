@@ -1,14 +1,19 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Whether kernels that NVRTC compiled at run time compute what nvcc compiled ahead: the same floating point operations on the same numbers in
-the same order, in every function. Compares texts (PTX), before ptxas. The compilers may move operations that do not depend on each other, and
-repeat a comparison or a conversion instead of keeping its result; neither changes a number.
+r"""Compares the arithmetic of kernels that NVRTC compiled at run time with those of nvcc.
 
-    bench_kernels --capability 90 --program Plain --format fast --kernel advance_many --keep /tmp/kernels
-    python3 bench/compare_kernels.py build/cuda/src/GPU_RVE/CMakeFiles/rve_cuda.dir/programs/cuda_Plain_Fast.cu.o /tmp/kernels/*.ptx
+Every function must have the same floating point operations on the same numbers in the same order.
+The comparison uses texts (PTX), before ptxas. Compilers may move independent operations and repeat
+a comparison or a conversion; neither changes a number.
 
-The object must have text (CMAKE_CUDA_ARCHITECTURES without -real), and cuobjdump of the CUDA toolkit must be there: CUOBJDUMP names it. Ends
-with 1 where the numbers of sums, products, quotients or roots differ.
+    bench_kernels --capability 90 --program Plain --format fast --kernel advance_many \
+        --keep /tmp/kernels
+    python3 bench/compare_kernels.py \
+        build/cuda/src/GPU_RVE/CMakeFiles/rve_cuda.dir/programs/cuda_Plain_Fast.cu.o \
+        /tmp/kernels/*.ptx
+
+The object must have text (CMAKE_CUDA_ARCHITECTURES without -real). CUOBJDUMP names the cuobjdump of
+the CUDA toolkit. The exit status is 1 if the numbers of sums, products, quotients or roots differ.
 """
 
 import argparse
@@ -24,7 +29,7 @@ OPERATION = re.compile(r"(?:@!?%p\d+ )?((?:add|sub|mul|fma|div|sqrt|rsqrt|rcp|ne
 
 
 def functions(text):
-    """Their bodies by their names."""
+    """Returns the bodies of functions by name."""
     found = {}
     for match in FUNCTION.finditer(text):
         depth, end = 1, match.end()
@@ -36,7 +41,8 @@ def functions(text):
 
 
 def operations(body):
-    """Each with its numbers, which are counted as they appear: registers have other names in the other text."""
+    """Returns each operation with its operands, numbered by appearance, since registers have other
+    names in the other text."""
     numbers, found = {}, []
     for line in body.splitlines():
         match = OPERATION.match(line.strip())

@@ -1,17 +1,23 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Steps per second of RVEs of disks or spheres on one core and on all cores, and on a GPU: this engine against plain LAMMPS, side by side.
+r"""Compares the speed of this engine with plain LAMMPS for RVEs of disks or spheres.
 
-LAMMPS has one RVE per core, as it would have one per MPI rank: the RVEs know nothing of each other, so the ranks are separate processes that
-start together. The two codes run in turn, so that a machine whose speed drifts treats them alike; the ratio is the median over the rounds. LAMMPS has the
-contact law, time step and rate of shear of the engine; spheres run with linear springs and with the law of Hertz and Mindlin, which keeps
-displacements or forces.
+The result is RVE-steps per second on one core, on all cores, and on a GPU. LAMMPS has one RVE per
+core, as it would have one per MPI rank; since RVEs are independent, the ranks are separate
+processes that start together. The two codes run in turn, so that a drift of the machine's speed
+affects both; the ratio is the median over the rounds. LAMMPS has the contact law, time step and
+shear rate of the engine. Spheres run with linear springs and with the law of Hertz and Mindlin,
+which stores displacements or forces.
 
-    python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/A_h0075.rve --out bench/results/lammps-ratio-<machine>.json
-    python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/S1000.rve --rves-per-core 1 --out bench/results/lammps-ratio-spheres-cpu.json
-    python3 bench/compare_lammps.py --bin build/cuda/bin --gpu 9600 ...     the engine on the GPU as well, with 9600 RVEs
+    python3 bench/compare_lammps.py --bin build/host/bin \
+        --packing examples/packings/A_h0075.rve --out bench/results/lammps-ratio-<machine>.json
+    python3 bench/compare_lammps.py --bin build/host/bin --rves-per-core 1 \
+        --packing examples/packings/S1000.rve --out bench/results/lammps-ratio-spheres-cpu.json
+    python3 bench/compare_lammps.py --bin build/cuda/bin --gpu 9600 ...    (9600 RVEs on the GPU
+    too)
 
-The first ratios are to one core of LAMMPS and to all cores, of the engine on as many; those of a GPU are to all cores.
+The CPU ratios compare the engine with LAMMPS on one core and on all cores; those of a GPU are
+relative to LAMMPS on all cores.
 """
 
 import argparse
@@ -31,7 +37,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 
 
 def run(command, copies=1, **keywords):
-    """The outputs of so many copies of a command, started together."""
+    """Starts several copies of a command together and returns their outputs."""
     running = [subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **keywords)
                for _ in range(copies)]
     outputs = [process.communicate()[0] for process in running]
@@ -42,7 +48,7 @@ def run(command, copies=1, **keywords):
 
 
 def lammps_rate(lmp, data, steps, cores, folder, dimension, law, conditions):
-    """Steps of all RVEs in a second, each at the speed that LAMMPS reports for it."""
+    """Returns the steps of all RVEs per second, from the speed that LAMMPS reports for each."""
     normal, tangential = {"hooke": ("hooke", "linear_history"), "hertz": ("hertz", "mindlin"), "hertz mindlin/force": ("hertz", "mindlin/force")}[law]
     contacts = f"{normal} {conditions['normal_stiffness']} 0.0 tangential {tangential} {conditions['tangential_stiffness']} 0.0 0.5 damping velocity"
     command = [lmp, "-in", HERE / "in.granular_element", "-var", "data", data, "-var", "steps", steps, "-var", "dimension", dimension,
@@ -52,9 +58,12 @@ def lammps_rate(lmp, data, steps, cores, folder, dimension, law, conditions):
 
 
 def engine_rates(bench, packing, device, seconds, rves, folder):
-    """{law: {(format, arithmetic, substeps): RVE-steps per second}} and {law: what LAMMPS needs to run the same}: on a CPU one RVE runs on
-    one thread, more on all."""
-    # a GPU is fed by all threads of the host; the CPU engine is told how many
+    """Returns {law: {(format, arithmetic, substeps): RVE-steps per second}} and {law: conditions
+    for LAMMPS}.
+
+    On a CPU one RVE runs on one thread and more RVEs on all threads.
+    """
+    # All threads of the host serve a GPU; the CPU engine gets their number.
     environment = {name: value for name, value in os.environ.items() if device == "cpu" or name != "OMP_NUM_THREADS"}
     run([bench, packing, "rates.json", "--device", device, "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder, env=environment)
     rates, conditions = {}, {}
@@ -68,7 +77,8 @@ def engine_rates(bench, packing, device, seconds, rves, folder):
 
 
 def measure(arguments, data, packing, dimension, cores, folder):
-    """Rounds of both codes: {law: [rate of LAMMPS]}, and for each device [{law: rates of the engine}]."""
+    """Runs rounds of both codes and returns {law: [rates of LAMMPS]} and, per device, [{law: rates
+    of the engine}]."""
     lammps, engine, gpu = {}, [], []
     rves = 1 if cores == 1 else arguments.rves_per_core * cores
     for _ in range(arguments.rounds):
@@ -150,7 +160,7 @@ def main():
     arguments.bin = arguments.bin.resolve()
     packing = arguments.packing.resolve()
     dimension = dimension_of(packing)
-    os.environ["OMP_NUM_THREADS"] = "1"    # of LAMMPS; bench_engine sets its threads itself
+    os.environ["OMP_NUM_THREADS"] = "1"    # for LAMMPS; bench_engine sets its threads itself
 
     rows = []
     with tempfile.TemporaryDirectory() as folder:

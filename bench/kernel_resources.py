@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Registers, stack (spills and arrays that are indexed) and shared memory of each CUDA kernel in a program, by cuobjdump of the CUDA toolkit.
+"""Lists registers, stack and shared memory of each CUDA kernel, by cuobjdump of the CUDA toolkit.
 
     python3 bench/kernel_resources.py build/cuda/bin/bench_engine --out bench/results/kernels.json
 
-Shared memory is the static part; what grows with the number of grains is given at launch.
+The stack has spills and indexed arrays. Shared memory is the static part; the part that grows with
+the number of grains is set at launch.
 """
 
 import argparse
@@ -26,13 +27,13 @@ USAGE = re.compile(r"REG:(\d+) STACK:(\d+) SHARED:(\d+)")
 
 
 def programs():
-    """Their names, in the order of the table."""
+    """Returns the names of programs in the order of the table."""
     table = (HERE.parent / "src" / "GPU_RVE" / "rve" / "engine" / "programs.h").read_text(encoding="utf-8")
     return [name.lower() for name in re.findall(r"^  program\((\w+),", table, re.M)]
 
 
 def kernels(text):
-    """Rows of `cuobjdump --dump-resource-usage`, after c++filt."""
+    """Returns rows from `cuobjdump --dump-resource-usage`, after c++filt."""
     names = programs()
     rows, arch, kernel = [], "", None
     for line in text.splitlines():

@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Draws what bench_engine measured: throughput over the number of RVEs, substeps per call, grains per RVE, and threads per block.
+"""Draws results of bench_engine: throughput over RVEs, substeps per call, grains per RVE, and
+threads per block.
 
     python3 bench/plot_bench.py bench/results/engine-H200.json [--out doc/src/figures]
 
-Writes performance_rves.png, performance_substeps.png, performance_grains.png and performance_block_size.png, of spheres performance_spheres_rves.png
-and so on; an experiment that is not in the file is left out. Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
+The files are performance_rves.png, performance_substeps.png, performance_grains.png and
+performance_block_size.png, for spheres performance_spheres_rves.png and so on. Experiments that are
+not in the file are omitted. The script needs numpy and matplotlib (Debian: python3-numpy,
+python3-matplotlib).
 """
 
 import argparse
@@ -26,7 +29,8 @@ STYLES = dict(zip(LABELS, ("o-", "s-", "^-", "D-", "v-")))
 
 
 def curves(report, experiment, key, metric="rve_steps_per_second"):
-    """{(format, arithmetic): (values of the key, results)}, in the order of the key; the automatic choice of threads is left out."""
+    """Returns {(format, arithmetic): (values of the key, results)} in the order of the key, without
+    the automatic choice of threads."""
     points = {}
     for row in report["rows"]:
         case = row["case"]
@@ -36,7 +40,7 @@ def curves(report, experiment, key, metric="rve_steps_per_second"):
 
 
 def automatic(report, experiment):
-    """{(format, arithmetic): result of the block size that the engine chooses}."""
+    """Returns {(format, arithmetic): result with the block size that the engine chooses}."""
     return {(row["case"]["format"], row["case"]["arithmetic"]): row["value"] for row in report["rows"]
             if row["case"].get("experiment") == experiment and row["metric"] == "rve_steps_per_second"
             and row["case"].get("threads") == "auto"}

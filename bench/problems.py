@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""The examples at the size of research, for the record: wall time by parts, memory, and what the curve says.
+r"""Runs the examples at research size and records wall times by parts, memory, and results of the
+curve.
 
-    python3 bench/problems.py --bin build/cuda/bin --out bench/results/problems-<card>.json             all of them, some twelve minutes on one H200
-    python3 bench/problems.py --bin build/cuda/bin --only footing/full_adaptive --only triaxial_specimen --limit 200
+    python3 bench/problems.py --bin build/cuda/bin --out bench/results/problems-<gpu>.json
+    python3 bench/problems.py --bin build/cuda/bin --only footing/full_adaptive \
+        --only triaxial_specimen --limit 200
     python3 bench/problems.py --list
 
-Each runs in a copy of its example, one after the other, with what its log prints of wall time, of kernels that were compiled at their first use, and of
-DEM steps. Files that it leaves are kept with --keep FOLDER. A run that takes longer than --limit seconds is ended and gets no row; neither does one
-that fails. What was written before stays on record.
+All problems take about twelve minutes on one H200. They run one after the other in copies of their
+examples. Rows have the logged wall times, kernels that were compiled at first use, and DEM steps.
+--keep FOLDER keeps the output files. A run that takes longer than --limit seconds is ended; it and
+failed runs get no row. Rows of earlier runs stay in the record.
 """
 
 import argparse
@@ -34,9 +37,10 @@ FRESH = ADAPTIVE + " policy fresh"
 ON_WALL = "-var law rve -var phi 28.7 -var packing ../packings/A20_h0075.rve -var cells 32"
 COLUMN = '-var law rve -var h 0.05 -var ppc 2 -var grains 400 -var keywords "policy fresh"'
 ROLLING = COLUMN.replace("policy fresh", "policy fresh kr 5e5 rolling_friction 0.2")
-# more PIC than by default: at the edge of a footing that has sunk by two cells points begin to move by themselves with less
+# The share of PIC is larger than by default: at the edge of a footing that has sunk by two cells,
+# points would otherwise begin to move.
 IN_SPACE = f'-var model rve -var h 0.1 -var grains 500 -var pic 0.05 -var keywords "{FRESH}"'
-# example/name: script and its variables
+# Keys are example/name; values are script and variables.
 PROBLEMS = {
     "footing/half": "in.footing -var h 0.1 -var pictures no",
     "footing/half_adaptive": f'in.footing -var h 0.1 -var pictures no -var keywords "{ADAPTIVE}"',
@@ -71,7 +75,8 @@ CARD = re.compile(r"fix mpm \S+: NVIDIA (\S+)")
 
 
 def curve_of(folder):
-    """Of the only curve in a folder: its columns by name, the row of the largest second column, and the last row."""
+    """Returns the only curve in a folder: columns by name, the row of the largest second column,
+    and the last row."""
     curves = sorted(folder.glob("curve.*"))
     if len(curves) != 1:
         return {}
@@ -83,11 +88,11 @@ def curve_of(folder):
 
 
 def row_of(name, arguments, log, seconds, folder):
-    """A row of the record; None if the log has no wall time."""
+    """Returns a row of the record; None if the log has no wall time."""
     parts = PARTS.findall(log)
     if not parts:
         return None
-    # a run may be in pieces, the last of which is the longest to tell of
+    # A run may have several parts, whose times are added.
     wall = sum(float(piece[0]) for piece in parts)
     steps = [int(loop[1]) for loop in LOOP.findall(log)]
     details = {"process_s": round(seconds, 1), "steps": sum(steps[-len(parts):]),
@@ -112,12 +117,12 @@ def row_of(name, arguments, log, seconds, folder):
 
 
 def run(name, program, device, limit, keep):
-    """A row, or None."""
+    """Runs a problem and returns a row, or None if it failed."""
     example = name.split("/")[0]
     arguments = PROBLEMS[name] + f" -var device {device}"
     with tempfile.TemporaryDirectory() as scratch:
         work = pathlib.Path(scratch) / example
-        # packings are in the folder beside
+        # The packings are in the neighbouring folder.
         shutil.copytree(ROOT / "examples" / "packings", pathlib.Path(scratch) / "packings")
         shutil.copytree(ROOT / "examples" / example, work)
         for old in [*work.glob("curve.*"), *work.glob("fields.*"), *work.glob("points.*")]:

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""How busy the pipes of a GPU are in long calls of many RVEs, by ncu of the CUDA toolkit, and the throughput at which the busiest would be full.
+r"""Measures the utilization of a GPU's pipes in long calls of many RVEs, by ncu of the CUDA toolkit.
 
-    python3 bench/profile_pipes.py --bin build/cuda/bin --packing examples/packings/A_h0075.rve --out bench/results/profile-<machine>.json
-    python3 bench/profile_pipes.py --bin build/cuda/bin --packing examples/packings/S1000.rve --out bench/results/profile-<machine>-spheres.json
+    python3 bench/profile_pipes.py --bin build/cuda/bin \
+        --packing examples/packings/A_h0075.rve --out bench/results/profile-<machine>.json
+    python3 bench/profile_pipes.py --bin build/cuda/bin \
+        --packing examples/packings/S1000.rve --out bench/results/profile-<machine>-spheres.json
 
-For each number format, and of spheres for each contact law: the utilization of each pipe, the instructions of each pipe per RVE-step (of a warp, 32 threads), and `roof`, the throughput
-divided by the utilization of the busiest one. bench/roofline.py compares throughputs with it.
+Each number format, and for spheres each contact law, has the utilization of each pipe, the
+instructions of each pipe per RVE-step (of a warp, 32 threads), and `roof`, the throughput divided
+by the utilization of the busiest pipe. bench/roofline.py compares throughputs with it.
 """
 
 import argparse
@@ -26,7 +29,7 @@ import bench_records
 
 HERE = pathlib.Path(__file__).resolve().parent
 
-RVES, STEPS = {2: 9600, 3: 6000}, 100    # as bench_engine --suite profile has them
+RVES, STEPS = {2: 9600, 3: 6000}, 100    # as in bench_engine --suite profile
 
 PIPES = {    # name: (utilization [%], warp instructions)
     "memory on chip and first-level cache": ("l1tex__data_pipe_lsu_wavefronts.avg.pct_of_peak_sustained_elapsed", "sm__inst_executed_pipe_lsu.sum"),
@@ -41,7 +44,8 @@ NANO = {"nsecond": 1.0, "ns": 1.0, "usecond": 1e3, "us": 1e3, "msecond": 1e6, "m
 
 
 def profile(program, packing):
-    """{(program, format, arithmetic): {metric: value}} of the last long call; times in nanoseconds."""
+    """Returns {(program, format, arithmetic): {metric: value}} of the last long call; times are in
+    nanoseconds."""
     metrics = [metric for pair in PIPES.values() for metric in pair] + [WAVEFRONTS, SECONDS, RESIDENT]
     command = ["ncu", "--clock-control", "none", "--csv", "-k", "regex:advance_", "--metrics", ",".join(metrics),
                str(program), str(packing), os.devnull, "--device", "cuda", "--suite", "profile"]
@@ -49,7 +53,7 @@ def profile(program, packing):
     table = csv.DictReader(line for line in text.splitlines() if line.startswith('"'))
     kernels, names = {}, programs()
     for row in table:
-        # as ncu writes it: relaxed::advance_many<1, relaxed::FastNumbers>, or with (rve::Program)1
+        # ncu writes relaxed::advance_many<1, relaxed::FastNumbers>, or with (rve::Program)1.
         name = re.search(r"(relaxed)?\W*advance_[a-z_]+<(?:\([^)]*\))?(\d+),\s*(?:\w+::)*(\w+)Numbers", row["Kernel Name"])
         if not name:
             sys.exit(f"profile_pipes: no program and number format in the name of a kernel, {row['Kernel Name']}")

@@ -22,7 +22,7 @@ import re
 import sys
 
 PARTS = ("case", "details")
-MOST_BYTES = 1_000_000    # of all records
+MOST_BYTES = 1_000_000    # largest size of all records together
 
 
 def rounded(value):
@@ -105,7 +105,7 @@ def write(record, path):
 
 
 def faults(folder):
-    """Returns what is wrong with the records of a folder, one message for each fault."""
+    """Returns one message for each error in the records of a folder."""
     found, size = [], 0
     for name in sorted(os.listdir(folder)):
         path = os.path.join(folder, name)

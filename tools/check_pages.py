@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Looks at the built manual in a browser of 1280 and of 400 pixels: nothing may stand out to the right of the window unless it can be scrolled
-(code, wide tables, displayed formulas), and no page may ask for anything from a network.
+"""Checks the built manual in a browser with windows of 1280 and 400 pixels.
 
-    python3 -m venv build/pages && build/pages/bin/pip install playwright      (and Debian's chromium)
+No element may extend beyond the right edge of the window unless it can be scrolled (code, wide
+tables, displayed formulas), and no page may load anything from a network.
+
+    python3 -m venv build/pages && build/pages/bin/pip install playwright   (and Debian's chromium)
     build/pages/bin/python tools/check_pages.py build/doc [page...]
 
-Not part of the tests, for the size of a browser. Exit status 1 if a page fails.
+The check is not part of the tests, since a browser is large. The exit status is 1 if a page fails.
 """
 
 import glob
@@ -15,7 +17,7 @@ import sys
 
 from playwright.sync_api import sync_playwright
 
-# elements beyond the right edge that no ancestor scrolls
+# Returns elements beyond the right edge that no ancestor scrolls.
 BEYOND = """() => {
   const width = document.documentElement.clientWidth, beyond = [];
   for (const element of document.querySelectorAll('.rst-content *')) {

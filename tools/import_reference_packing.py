@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Convert a reference packing (<case>.csv with id, radius, x, y and <case>.json with H, h, kn, ...) to a GPU_RVE packing file.
+"""Converts a reference packing to a packing file of GPU_RVE.
 
 usage: import_reference_packing.py <case>.csv <output>.rve [friction [local_damping]]
 
-Mass is per unit depth, velocities and tangential forces are zero. Units are SI. Positions become fractional coordinates by
-exact rational arithmetic and are rounded once, to 2^-64 of the cell. Only Python's standard library is used.
+<case>.csv has id, radius, x, y, and <case>.json has H, h, kn, ... in SI units. Mass is per unit
+depth; velocities and tangential forces are zero. Positions become fractional coordinates by exact
+rational arithmetic, rounded once to 2^-64 of the cell. The script uses only Python's standard
+library.
 """
 
 import csv
@@ -17,7 +19,8 @@ from fractions import Fraction
 
 
 def fractional_coordinates(x, y, cell):
-    """Position [m] and cell matrix (columns are the cell vectors) [m] -> two integers s 2^64."""
+    """Returns two integers s 2^64 for a position [m] and a cell matrix whose columns are the cell
+    vectors [m]."""
     (hxx, hxy), (hyx, hyy) = [[Fraction(component) for component in row] for row in cell]
     determinant = hxx * hyy - hxy * hyx
     s = ((hyy * x - hxy * y) / determinant, (hxx * y - hyx * x) / determinant)
@@ -25,7 +28,8 @@ def fractional_coordinates(x, y, cell):
 
 
 def checksum(lines):
-    """Of a packing file: FNV-1a, 64 bits, over its statements without comments, with one blank between two words."""
+    """Returns the checksum of a packing file: FNV-1a, 64 bits, over its statements without
+    comments, with one blank between two words."""
     sum = 0xcbf29ce484222325
     for words in (line.split("#")[0].split() for line in lines):
         for byte in (" ".join(words) + "\n").encode() if words else b"":

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Draws columns of a dump as fields: the points of the continuum as boxes, filled with the colour of their value.
+"""Draws columns of a dump as fields: points of the continuum as boxes with the colour of their
+value.
 
-    python3 plot_fields.py points.dump eps_q                        last frame, points.dump.eps_q.png
-    python3 plot_fields.py points.dump eps_q p --frames all         every frame into points.dump.eps_q/0000.png, ...
-    python3 plot_fields.py points.dump eps_q --gif bands.gif        an animation
+    python3 plot_fields.py points.dump eps_q                     last frame, points.dump.eps_q.png
+    python3 plot_fields.py points.dump eps_q p --frames all      points.dump.eps_q/0000.png, ...
+    python3 plot_fields.py points.dump eps_q --gif bands.gif     an animation
     python3 plot_fields.py points.dump uy --window 0 6 4 9 --label "settlement [mm]" --scale -1000
 
-The colours are the same in all frames, those of people who see no red or green too: cividis, and blue to red by way of white for values
-of both signs. Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib), and for --gif pillow (python3-pil).
+All frames have the same colours, which suit colour-blind readers: cividis, and blue to red through
+white for values of both signs. The script needs numpy and matplotlib (Debian: python3-numpy,
+python3-matplotlib), and for --gif pillow (python3-pil).
 """
 
 import argparse
@@ -25,11 +27,14 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import MaxNLocator
 
 SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"
-OUTLIERS = 0.005    # share of the values that may lie beyond either end of the colours: a few points would wash out all others
+# Share of values that may lie beyond either end of the colours; otherwise a few points would hide
+# the rest.
+OUTLIERS = 0.005
 
 
 def scale_and_label(name, values, units="si"):
-    """A factor for the values, and the words beside their colours: kPa or MPa where Pa would have many digits."""
+    """Returns a factor for the values and the label of their colours: kPa or MPa if Pa needs many
+    digits."""
     words, unit = dumps.QUANTITIES.get(name, (name, ""))
     if not unit or units not in (None, "si"):
         return 1.0, words
@@ -40,7 +45,7 @@ def scale_and_label(name, values, units="si"):
 
 
 def colours(values, limits=None, log=False, cmap=None):
-    """Colour map and scale for these values."""
+    """Returns colour map and norm for these values."""
     values = values[np.isfinite(values)]
     if log:
         values = values[values > 0.0]
@@ -59,9 +64,12 @@ def colours(values, limits=None, log=False, cmap=None):
 
 
 def draw(axes, frame, values, label, cmap, norm, size, solid=(), window=None, colorbar="horizontal"):
-    """One value for each point of the frame, as boxes; points of the types `solid` in dark grey. `window` (xlo, xhi, ylo, yhi) [length] is
-    what is seen."""
-    boxes = dumps.domains(frame, 1.02 * size)    # no seams
+    """Draws one value for each point of the frame as boxes; points of the types `solid` are dark
+    grey.
+
+    `window` is the visible part (xlo, xhi, ylo, yhi) [length].
+    """
+    boxes = dumps.domains(frame, 1.02 * size)    # without seams
     rigid = np.isin(frame["type"], solid) if "type" in frame else np.zeros(len(frame), bool)
     drawn = PolyCollection(boxes[~rigid], array=values[~rigid], cmap=cmap, norm=norm, linewidths=0, antialiased=False)
     axes.add_collection(drawn)
@@ -82,7 +90,8 @@ def draw(axes, frame, values, label, cmap, norm, size, solid=(), window=None, co
 
 
 def field(axes, frame, name, label=None, limits=None, log=False, cmap=None, solid=(), window=None, size=None):
-    """A column of a frame on axes of a figure, with colours of its own: for scripts that compose figures."""
+    """Draws a column of a frame on axes of a figure with its own colours, for scripts that compose
+    figures."""
     values = frame[name]
     soil = ~np.isin(frame["type"], solid) if "type" in frame else np.ones(len(frame), bool)
     if window:
@@ -132,7 +141,7 @@ def main():
         seen = np.concatenate(seen)
         scale, label = scale_and_label(name, seen, frames[0].units) if options.scale == 1.0 and not options.label else (options.scale, options.label or name)
         cmap, norm = colours(scale * seen, options.limits, options.log, options.cmap)
-        # of all frames together, so that nothing moves but the points
+        # The window fits all frames, so that only the points move.
         boxes = np.concatenate([dumps.domains(frame, size) for frame in frames])
         (xlo, ylo), (xhi, yhi) = boxes.min(axis=(0, 1)) - size, boxes.max(axis=(0, 1)) + size
         window = options.window or (xlo, xhi, ylo, yhi)

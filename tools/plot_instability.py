@@ -1,16 +1,22 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Draws where grains lose their stability, beside the strain that follows: of the examples footing and biaxial_specimen, or of any dump with their columns.
+r"""Draws where grains lose their stability, next to the strain that follows.
 
     lmp -in in.footing -var d_end 0.3 -var frames 5 -var tangents yes -var out instability
-    python3 ../../tools/plot_instability.py [--frames frames.instability] [--curve curve.instability] [--out instability.png]
+    python3 ../../tools/plot_instability.py [--frames frames.instability] \
+        [--curve curve.instability] [--out instability.png]
 
-A map for each frame with tangents: points that have lost ellipticity (a band may form; the stroke lies along it), those that have lost second-order work only, and the
-deviatoric strain of the last frame. Prints how many points have lost what, and how the bands that may form are inclined to x, in the mean of their absolute values.
+The input is that of the examples footing and biaxial_specimen, or any dump with their columns. A
+map for each frame with tangents shows points that have lost ellipticity (a band may form along the
+stroke), points that have lost only second-order work, and the deviatoric strain of the last frame.
+The script prints the numbers of these points and the mean absolute inclination of possible bands to
+x.
 
-Then, whether those that have lost ellipticity strain more afterwards: the mean of their later strain over that of the others, beside two controls. By chance: what as many points
-drawn at random exceed in one of a hundred draws. By strain: the same ratio for as many points that have strained most until now. And the rank correlation of the least acoustic
-determinant, with its sign changed, and the later strain. Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
+It also compares later strain: the mean later strain of points that have lost ellipticity over that
+of the others, with two controls. The first is the ratio that as many random points exceed in one of
+a hundred draws. The second is the ratio of as many points with the largest present strain. The last
+number is the rank correlation between the negative least acoustic determinant and the later strain.
+The script needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
 """
 
 import argparse
@@ -28,24 +34,25 @@ import dumps
 from plot_fields import field
 
 COLOURS = {"stable": "0.88", "second-order work lost": "#e0a030", "ellipticity lost": "#b02020"}
-MOST_NONLINEARITY = 0.5    # RVEs that rearrange under the probe itself have no tangent
+MOST_NONLINEARITY = 0.5    # RVEs that rearrange under the probe have no tangent
 
 
-DRAWS = 10000    # of points at random: the hundredth part is known to a tenth
+DRAWS = 10000    # draws of random points; the error of the hundredth part is a tenth
 
 
 def lost_work(frame):
-    """Points where some strain needs no second-order work."""
+    """Returns points at which some strain has zero or negative second-order work."""
     return frame["work2_least"] <= 0.0
 
 
 def lost_ellipticity(frame):
-    """Points where a band may form. Hill (1958): they have lost second-order work, too; neither is derived from the other here."""
+    """Returns points at which a band may form. By Hill (1958) they have lost second-order work too;
+    neither is derived from the other here."""
     return frame["acoustic"] <= 0.0
 
 
 def ratio_of_means(values, chosen):
-    """Of the mean of the chosen ones to that of the others."""
+    """Returns the mean of the chosen values over that of the others."""
     return values[chosen].mean() / values[~chosen].mean()
 
 
@@ -54,8 +61,13 @@ def ranks(values):
 
 
 def foresight(frame, last):
-    """Of the points with a tangent: later strain of those that have lost ellipticity over that of the others; what as many points at random exceed in one of a hundred
-    draws; the ratio of as many points that have strained most until now; rank correlation of loss and later strain. NaN where nothing is to be compared."""
+    """Returns four numbers for the points with a tangent.
+
+    These are the later strain of points that have lost ellipticity over that of the others, the
+    ratio that as many random points exceed in one of a hundred draws, the ratio of as many points
+    with the largest present strain, and the rank correlation of loss and later strain. They are NaN
+    if there is nothing to compare.
+    """
     known = has_tangent(frame)
     lost, now, later = lost_ellipticity(frame)[known], frame["eps_q"][known], (last["eps_q"] - frame["eps_q"])[known]
     if frame is last or not lost.any() or lost.all():
@@ -73,12 +85,13 @@ def has_tangent(frame):
 
 
 def place_of(frame, curve, last):
-    """First column of the curve at the time of a frame: its rows are equally far apart in time, up to the step `last`."""
+    """Returns the first column of the curve at the time of a frame; rows are equidistant in time up
+    to the step `last`."""
     return np.interp(frame.step / last, np.linspace(0.0, 1.0, len(curve)), curve)
 
 
 def inclination(frame, bands):
-    """Of the bands that may form at these points, mean of absolute values [deg]."""
+    """Returns the mean absolute inclination of the bands that may form at these points [deg]."""
     return np.degrees(np.arctan2(np.abs(frame["normal_x"]), np.abs(frame["normal_y"])))[bands].mean() if bands.any() else np.nan
 
 

@@ -1,21 +1,26 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Converts dumps into files of ParaView: one .vtu for each frame and a .pvd that has them with their times. Open the .pvd.
+"""Converts dumps into files of ParaView: one .vtu for each frame and a .pvd with all frames and
+times.
 
-    python3 to_paraview.py points points.dump                            points.pvd: points of the continuum
-    python3 to_paraview.py points points.dump --boxes --out soil.pvd     ... as the quadrilaterals that they deform into
-    python3 to_paraview.py grains grains.dump --contacts contacts.dump   grains.pvd, and grains.contacts.pvd: force chains
+    python3 to_paraview.py points points.dump                           points.pvd
+    python3 to_paraview.py points points.dump --boxes --out soil.pvd    deformed quadrilaterals
+    python3 to_paraview.py grains grains.dump --contacts contacts.dump  grains.pvd and
+                                                                        grains.contacts.pvd
 
-points    any dump with the columns x and y. Every other column becomes an array; ux and uy a vector `displacement_vector`, vx, vy `velocity`,
-          stress_xx, stress_yy, stress_xy (and stress_zz) a tensor `stress`, def_xx, def_xy, def_yx, def_yy a tensor `deformation_gradient`.
-          With --boxes there is a cell for each point, which needs def_xx, ... to be deformed.
-grains    a dump rve/grain: points with radius and all columns, for Glyph (sphere, scale array radius, scale factor 2). With --contacts,
-          the dump of compute rve/contact/local (id1, id2, and for periodic ones branch_x, branch_y): a line for each contact from center
-          to center, with all columns, for Tube (vary radius by fn). A line across the border of the cell leaves it. The cell itself is
-          <out>.cell.pvd.
+points    Any dump with the columns x and y. Every other column becomes an array; ux and uy
+          become a vector `displacement_vector`, vx, vy a vector `velocity`, stress_xx,
+          stress_yy, stress_xy (and stress_zz) a tensor `stress`, def_xx, def_xy, def_yx, def_yy
+          a tensor `deformation_gradient`. With --boxes each point has a cell, which is deformed
+          if the dump has def_xx, ...
+grains    A dump rve/grain: points with radius and all columns, for Glyph (sphere, scale array
+          radius, scale factor 2). --contacts adds the dump of compute rve/contact/local (id1,
+          id2, and for periodic contacts branch_x, branch_y): a line from center to center for
+          each contact, with all columns, for Tube (vary radius by fn). A line across the
+          border of the cell leaves it. <out>.cell.pvd has the cell.
 
-Times are those of the dump (dump_modify time yes), or steps times --dt, or steps. Needs numpy (Debian: python3-numpy) and meshio
-(Debian: python3-meshio; PyPI: meshio).
+Times are those of the dump (dump_modify time yes), or steps times --dt, or steps. The script needs
+numpy (Debian: python3-numpy) and meshio (Debian: python3-meshio; PyPI: meshio).
 """
 
 import argparse
@@ -32,12 +37,13 @@ def flat(frame, x="x", y="y"):
 
 
 def tensor(frame, names):
-    """Tensors (n, 9), rows first, as ParaView has them; a name that is 0 is a component that is not there."""
+    """Returns tensors (n, 9) in the row order of ParaView; the name 0 stands for a missing
+    component."""
     return np.stack([frame[name] if name and name in frame else np.zeros(len(frame)) for name in names], axis=1)
 
 
 def arrays(frame, without=()):
-    """All columns of a frame, and the vectors and tensors that some of them make up."""
+    """Returns all columns of a frame, and the vectors and tensors that some of them form."""
     data = {name: values.astype(np.int64) if name in ("id", "type", "atom", "id1", "id2", "sliding", "contacts") and np.all(values == np.round(values)) else values
             for name, values in frame.columns.items() if name not in without}
     for vector, x, y in (("displacement_vector", "ux", "uy"), ("velocity", "vx", "vy"), ("force", "fx", "fy"), ("force", "force_x", "force_y")):
@@ -54,7 +60,7 @@ def arrays(frame, without=()):
 
 
 class Series:
-    """A .pvd beside a folder with the .vtu files of its frames."""
+    """A .pvd next to a folder with the .vtu files of its frames."""
 
     def __init__(self, path):
         self.path = path if path.endswith(".pvd") else path + ".pvd"
@@ -95,14 +101,15 @@ def points(options):
 
 
 def contact_lines(grains, contacts):
-    """A line for each contact: two points of its own, since one that crosses the border of the cell goes on beyond it."""
+    """Returns a line for each contact with its own two points, since a contact across the border of
+    the cell ends outside."""
     place = {int(number): k for k, number in enumerate(grains["id"])}
     first = np.array([place[int(number)] for number in contacts["id1"]], int)
     second = np.array([place[int(number)] for number in contacts["id2"]], int)
     begin = flat(grains)[first]
     if "branch_x" in contacts:
         branch = flat(contacts, "branch_x", "branch_y")
-    else:    # to the nearest image: a cell is wider than two contacts
+    else:    # the nearest image; a cell is wider than two contacts
         away = (flat(grains)[second] - begin) @ np.linalg.inv(grains.cell).T
         branch = (away - np.round(away)) @ grains.cell.T
     n = len(contacts)
@@ -117,7 +124,7 @@ def grains(options):
     out = out[:-4] if out.endswith(".pvd") else out
     series, cells = Series(out), Series(out + ".cell")
     lines = Series(out + ".contacts") if options.contacts else None
-    # a contact knows its grains by their step
+    # Contacts belong to the grains of the same step.
     others = {frame.step: frame for frame in dumps.frames(options.contacts)} if options.contacts else {}
     for frame in dumps.frames(options.dump):
         time = time_of(frame, options.dt)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""gpu-rve-check: does the library work here? Prepares a small packing, compresses it, and compares trials with what was committed."""
+"""gpu-rve-check tests the installed library: it prepares a small packing, compresses it, and
+compares trials with committed states."""
 
 import sys
 

@@ -11,7 +11,8 @@ from .packing import Packing
 
 
 def grains(packing: Packing, axes: Any = None, forces: bool = True) -> Any:
-    """The grains of a packing of disks in its cell, and the forces between them as lines as thick as they are large.
+    """Draws the disks of a packing in its cell, and contact forces as lines with a proportional
+    width.
 
     :return: the axes
     """
@@ -34,9 +35,10 @@ def grains(packing: Packing, axes: Any = None, forces: bool = True) -> Any:
 
 
 def force_chains(packing: Packing, axes: Any = None) -> Any:
-    """The forces between the grains of a packing, disks or spheres, as lines from center to center as thick as they are large, in the cell.
+    """Draws contact forces of a packing in the cell, as lines from center to center with a
+    proportional width.
 
-    :return: the axes, of spheres those of a projection "3d"
+    :return: the axes, for spheres those of a projection "3d"
     """
     import matplotlib.pyplot as plt
     from matplotlib.collections import LineCollection
