@@ -25,7 +25,11 @@ import subprocess
 
 FUNCTION = re.compile(r"\.(?:entry|func)[^{;]*?(_Z\w+)\s*\([^{;]*?\)[^{;]*?\{", re.S)
 ROUNDED = ("add", "sub", "mul", "fma", "div", "sqrt", "rsqrt", "rcp")
-OPERATION = re.compile(r"(?:@!?%p\d+ )?((?:add|sub|mul|fma|div|sqrt|rsqrt|rcp|neg|abs|min|max|setp|selp|cvt|copysign)\.\S+)\s+(.*);")
+OPERATION = re.compile(
+    r"(?:@!?%p\d+ )?"
+    r"((?:add|sub|mul|fma|div|sqrt|rsqrt|rcp|neg|abs|min|max|setp|selp|cvt|copysign)\.\S+)"
+    r"\s+(.*);"
+)
 
 
 def functions(text):
@@ -48,17 +52,25 @@ def operations(body):
         match = OPERATION.match(line.strip())
         if not match or not re.search(r"%fd?\d", match[2]):
             continue
-        operands = re.sub(r"%(fd?)\d+", lambda register: numbers.setdefault(register[0], f"{register[1]}{len(numbers)}"), match[2])
+        operands = re.sub(
+            r"%(fd?)\d+",
+            lambda register: numbers.setdefault(register[0], f"{register[1]}{len(numbers)}"),
+            match[2])
         found.append(match[1] + " " + re.sub(r"%(p|r|rd|rs)\d+", r"%\1", operands))
     return found
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("object", type=pathlib.Path)
     parser.add_argument("text", type=pathlib.Path, nargs="+")
     arguments = parser.parse_args()
-    dumped = subprocess.run([os.environ.get("CUOBJDUMP", "cuobjdump"), "--dump-ptx", arguments.object], stdout=subprocess.PIPE, text=True, check=True)
+    dumped = subprocess.run(
+        [os.environ.get("CUOBJDUMP", "cuobjdump"), "--dump-ptx", arguments.object],
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True)
     ahead = functions(dumped.stdout)
     if not ahead:
         raise SystemExit(f"{arguments.object} has no text")
@@ -72,14 +84,18 @@ def main():
             if name not in ahead:
                 raise SystemExit(f"{path}: {name} is not in {arguments.object}")
             first, second = operations(ahead[name]), operations(body)
-            kinds = [collections.Counter(kind for kind in (operation.split()[0] for operation in all) if kind.split(".")[0] in ROUNDED)
-                     for all in (first, second)]
-            verdict = "the same" if first == second else "in another order" if kinds[0] == kinds[1] else "different"
+            kinds = [
+                collections.Counter(kind for kind in (operation.split()[0] for operation in all)
+                                    if kind.split(".")[0] in ROUNDED) for all in (first, second)
+            ]
+            verdict = "the same" if first == second else "in another order" if kinds[0] == kinds[
+                1] else "different"
             verdicts[verdict] += 1
             if verdict != "the same":
                 print(f"  {verdict}: {name}, {len(first)} and {len(second)} operations")
             failed = failed or verdict == "different"
-        print(path.name + ": " + ", ".join(f"{count} functions {verdict}" for verdict, count in verdicts.items()))
+        print(path.name + ": " + ", ".join(f"{count} functions {verdict}"
+                                           for verdict, count in verdicts.items()))
     raise SystemExit(1 if failed else 0)
 
 

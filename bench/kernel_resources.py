@@ -28,7 +28,8 @@ USAGE = re.compile(r"REG:(\d+) STACK:(\d+) SHARED:(\d+)")
 
 def programs():
     """Returns the names of programs in the order of the table."""
-    table = (HERE.parent / "src" / "GPU_RVE" / "rve" / "engine" / "programs.h").read_text(encoding="utf-8")
+    table = (HERE.parent / "src" / "GPU_RVE" / "rve" / "engine" /
+             "programs.h").read_text(encoding="utf-8")
     return [name.lower() for name in re.findall(r"^  program\((\w+),", table, re.M)]
 
 
@@ -43,30 +44,47 @@ def kernels(text):
             kernel = KERNEL.search(line)
         usage = USAGE.search(line)
         if kernel and usage:
-            case = {"code": "gpu_rve", "experiment": "kernels", "arch": arch, "format": kernel.group(4).lower(),
-                    "arithmetic": "relaxed" if kernel.group(3) == "relaxed" else "strict", "kernel": kernel.group(1),
-                    "program": names[int(kernel.group(2))]}
-            rows.append({"case": case, "metric": "registers_per_thread", "value": int(usage.group(1)), "unit": "1",
-                         "details": {"stack_bytes": int(usage.group(2)), "shared_bytes": int(usage.group(3))}})
+            case = {
+                "code": "gpu_rve", "experiment": "kernels", "arch": arch,
+                "format": kernel.group(4).lower(),
+                "arithmetic": "relaxed" if kernel.group(3) == "relaxed" else "strict",
+                "kernel": kernel.group(1), "program": names[int(kernel.group(2))]
+            }
+            rows.append({
+                "case": case, "metric": "registers_per_thread", "value": int(usage.group(1)),
+                "unit": "1", "details": {
+                    "stack_bytes": int(usage.group(2)), "shared_bytes": int(usage.group(3))
+                }
+            })
             kernel = None
     order = ("arch", "format", "arithmetic", "kernel", "program")
     return sorted(rows, key=lambda row: [row["case"][key] for key in order])
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
-    mangled = subprocess.run(["cuobjdump", "--dump-resource-usage", arguments.program], stdout=subprocess.PIPE, text=True, check=True).stdout
-    text = subprocess.run(["c++filt"], input=mangled, stdout=subprocess.PIPE, text=True, check=True).stdout
+    mangled = subprocess.run(["cuobjdump", "--dump-resource-usage", arguments.program],
+                             stdout=subprocess.PIPE,
+                             text=True,
+                             check=True).stdout
+    text = subprocess.run(["c++filt"], input=mangled, stdout=subprocess.PIPE, text=True,
+                          check=True).stdout
     rows = kernels(text)
     if not rows:
         raise SystemExit(f"no kernel in {arguments.program}")
     for row in rows:
-        print(*row["case"].values(), row["value"], "registers", row["details"]["stack_bytes"], "bytes of stack")
+        print(*row["case"].values(), row["value"], "registers", row["details"]["stack_bytes"],
+              "bytes of stack")
     if arguments.out:
-        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE, check=False).stdout.strip()
+        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"],
+                                stdout=subprocess.PIPE,
+                                text=True,
+                                cwd=HERE,
+                                check=False).stdout.strip()
         program = arguments.program.name if os.path.isabs(arguments.program) else arguments.program
         report = {"date": datetime.date.today().isoformat(), "commit": commit,
                   "command": f"python3 bench/kernel_resources.py {program}", "rows": rows}

@@ -62,11 +62,14 @@ def main():
         if row["metric"] != "roofline_fraction":
             rows.append(row)
         # Roofs are for steps with friction and, for spheres, without rolling resistance.
-        if row["metric"] == "rve_steps_per_second" and case.get("feature") != "frictionless" and kind(case) in roofs:
+        if row["metric"] == "rve_steps_per_second" and case.get(
+                "feature") != "frictionless" and kind(case) in roofs:
             roof = roofs[kind(case)]
             fraction = row["value"] * case["grains"] / (roof["value"] * roof["case"]["grains"])
-            rows.append({"case": case, "metric": "roofline_fraction", "value": fraction, "unit": "1",
-                         "details": {"bound": bound({**case, **row.get("details", {})}, fraction, roof)}})
+            rows.append({
+                "case": case, "metric": "roofline_fraction", "value": fraction, "unit": "1",
+                "details": {"bound": bound({**case, **row.get("details", {})}, fraction, roof)}
+            })
     report["rows"] = rows
     report["roof"] = profile.name
     bench_records.write(report, path)

@@ -13,13 +13,28 @@ import numpy as np
 # Names of this package's columns in the manual and the examples, with unit (SI) and label of an
 # axis.
 QUANTITIES = {
-    "ux": ("horizontal displacement", "m"), "uy": ("vertical displacement", "m"), "displacement": ("displacement |u|", "m"),
-    "stress_xx": ("stress xx", "Pa"), "stress_yy": ("stress yy", "Pa"), "stress_xy": ("stress xy", "Pa"),
-    "stress_yx": ("stress yx", "Pa"), "stress_zz": ("stress zz", "Pa"), "p": ("mean stress p", "Pa"), "q": ("deviatoric stress q", "Pa"),
-    "eps_v": ("volumetric strain", ""), "eps_q": ("deviatoric strain", ""), "eps_p": ("plastic strain", ""), "density": ("density", "kg/m³"),
-    "void_ratio": ("void ratio", ""), "coordination": ("coordination number", ""), "anisotropy": ("anisotropy of the contacts", ""),
-    "inertial": ("inertial number", ""), "sliding": ("share of sliding contacts", ""), "vx": ("horizontal velocity", "m/s"),
-    "vy": ("vertical velocity", "m/s"), "dem_steps": ("DEM steps", ""),
+    "ux": ("horizontal displacement", "m"),
+    "uy": ("vertical displacement", "m"),
+    "displacement": ("displacement |u|", "m"),
+    "stress_xx": ("stress xx", "Pa"),
+    "stress_yy": ("stress yy", "Pa"),
+    "stress_xy": ("stress xy", "Pa"),
+    "stress_yx": ("stress yx", "Pa"),
+    "stress_zz": ("stress zz", "Pa"),
+    "p": ("mean stress p", "Pa"),
+    "q": ("deviatoric stress q", "Pa"),
+    "eps_v": ("volumetric strain", ""),
+    "eps_q": ("deviatoric strain", ""),
+    "eps_p": ("plastic strain", ""),
+    "density": ("density", "kg/m³"),
+    "void_ratio": ("void ratio", ""),
+    "coordination": ("coordination number", ""),
+    "anisotropy": ("anisotropy of the contacts", ""),
+    "inertial": ("inertial number", ""),
+    "sliding": ("share of sliding contacts", ""),
+    "vx": ("horizontal velocity", "m/s"),
+    "vy": ("vertical velocity", "m/s"),
+    "dem_steps": ("DEM steps", ""),
 }
 
 
@@ -70,15 +85,25 @@ def frames(path):
             elif line.startswith("ITEM: NUMBER OF"):
                 count = int(stream.readline())
             elif line.startswith("ITEM: BOX BOUNDS"):
-                cell, origin = box(words[3:], np.array([[float(word) for word in stream.readline().split()] for _ in range(3)]))
+                cell, origin = box(
+                    words[3:],
+                    np.array(
+                        [[float(word) for word in stream.readline().split()] for _ in range(3)]))
             elif line.startswith("ITEM:"):
                 names = words[2:]
-                table = np.array([[float(word) for word in stream.readline().split()] for _ in range(count)]).reshape(count, -1)
+                table = np.array([[float(word) for word in stream.readline().split()]
+                                  for _ in range(count)]).reshape(count, -1)
                 if count and table.shape[1] != len(names):
-                    raise SystemExit(f"{path}: step {step} has {table.shape[1]} numbers in a row and {len(names)} names of columns")
+                    raise SystemExit(
+                        f"{path}: step {step} has {table.shape[1]} numbers in a row and "
+                        f"{len(names)} names of columns"
+                    )
                 if "id" in names and count:
                     table = table[np.argsort(table[:, names.index("id")], kind="stable")]
-                columns = {name: table[:, k] if count else np.empty(0) for k, name in enumerate(names)}
+                columns = {
+                    name: table[:, k] if count else np.empty(0)
+                    for k, name in enumerate(names)
+                }
                 yield Frame(step, time, units, cell, origin, columns)
                 time = None
             else:
@@ -115,6 +140,7 @@ def domains(frame, side):
     corners = 0.5 * side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     at = np.stack([frame["x"], frame["y"]], axis=1)
     if "def_xx" in frame:
-        gradient = np.stack([frame[name] for name in ("def_xx", "def_xy", "def_yx", "def_yy")], axis=1).reshape(-1, 2, 2)
+        gradient = np.stack([frame[name] for name in ("def_xx", "def_xy", "def_yx", "def_yy")],
+                            axis=1).reshape(-1, 2, 2)
         return at[:, None, :] + np.einsum("nij,kj->nki", gradient, corners)
     return at[:, None, :] + corners[None, :, :]

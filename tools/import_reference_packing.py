@@ -56,15 +56,21 @@ def convert(csv_path, output_path, friction, local_damping):
     ]
     lines = [
         "# Packing of one RVE (GPU_RVE): plane disks in a periodic cell, x = H s. SI units.",
-        f"# {len(grains)} disks, {case['p0'] / 1000:g} kPa, void ratio {case['void_ratio']:.4f}, prepared without"
+        f"# {len(grains)} disks, {case['p0'] / 1000:g} kPa, void ratio {case['void_ratio']:.4f}, "
+        "prepared without"
         f" friction by {case['code']}, seed {case['seed']}",
-        "gpu_rve_packing 1", "", "material",
+        "gpu_rve_packing 1",
+        "",
+        "material",
     ]
     lines += [f"  {name} {float(value)!r}    # [{unit}]" for name, value, unit in material]
     lines += ["", "# rows of H; its columns are the cell vectors [length]", "cell"]
     lines += [f"  {float(row[0])!r} {float(row[1])!r}" for row in case["H"]]
-    lines += ["", f"grains {len(grains)}",
-              "# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y [length/time], spin [1/time]"]
+    lines += [
+        "", f"grains {len(grains)}",
+        "# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y [length/time], "
+        "spin [1/time]"
+    ]
     for index, (radius, x, y) in enumerate(grains):
         s = fractional_coordinates(x, y, case["H"])
         lines.append(f"{index + 1} {radius!r} {s[0]} {s[1]} 0 0 0")

@@ -16,5 +16,8 @@ from .batch import Batch, status_text
 from .packing import Packing
 from .small_strain import SmallStrainModel, TrialFailed
 
-__all__ = ["Batch", "Error", "Packing", "SmallStrainModel", "TrialFailed", "api_version", "element_tests", "release", "status_text"]
+__all__ = [
+    "Batch", "Error", "Packing", "SmallStrainModel", "TrialFailed", "api_version", "element_tests",
+    "release", "status_text"
+]
 __version__ = release()

@@ -25,8 +25,10 @@ DEFAULT_STREAM = 1    # DLPack's number of CUDA's (legacy) default stream, which
 class Tensor(ctypes.Structure):
     """DLTensor: strides count elements and are missing if the tensor is in C order."""
 
-    _fields_ = [("data", ctypes.c_void_p), ("device_type", ctypes.c_int32), ("device_id", ctypes.c_int32), ("ndim", ctypes.c_int32),
-                ("code", ctypes.c_uint8), ("bits", ctypes.c_uint8), ("lanes", ctypes.c_uint16), ("shape", ctypes.POINTER(ctypes.c_int64)),
+    _fields_ = [("data", ctypes.c_void_p), ("device_type", ctypes.c_int32),
+                ("device_id", ctypes.c_int32), ("ndim", ctypes.c_int32), ("code", ctypes.c_uint8),
+                ("bits", ctypes.c_uint8), ("lanes", ctypes.c_uint16),
+                ("shape", ctypes.POINTER(ctypes.c_int64)),
                 ("strides", ctypes.POINTER(ctypes.c_int64)), ("byte_offset", ctypes.c_uint64)]
 
 
@@ -43,16 +45,22 @@ class ManagedTensor(ctypes.Structure):
 class VersionedTensor(ctypes.Structure):
     """DLManagedTensorVersioned"""
 
-    _fields_ = [("major", ctypes.c_uint32), ("minor", ctypes.c_uint32), ("context", ctypes.c_void_p), ("deleter", Deleter),
-                ("flags", ctypes.c_uint64), ("tensor", Tensor)]
+    _fields_ = [("major", ctypes.c_uint32), ("minor", ctypes.c_uint32),
+                ("context", ctypes.c_void_p), ("deleter", Deleter), ("flags", ctypes.c_uint64),
+                ("tensor", Tensor)]
 
 
 # Capsules store pointers to their names, which must live as long as the module.
 NAMES = {b"dltensor": b"used_dltensor", b"dltensor_versioned": b"used_dltensor_versioned"}
-LAYOUTS: dict[bytes, type[ctypes.Structure]] = {b"dltensor": ManagedTensor, b"dltensor_versioned": VersionedTensor}
-_is_valid = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object, ctypes.c_char_p)(("PyCapsule_IsValid", ctypes.pythonapi))
-_pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(("PyCapsule_GetPointer", ctypes.pythonapi))
-_rename = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object, ctypes.c_char_p)(("PyCapsule_SetName", ctypes.pythonapi))
+LAYOUTS: dict[bytes, type[ctypes.Structure]] = {
+    b"dltensor": ManagedTensor, b"dltensor_versioned": VersionedTensor
+}
+_is_valid = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object,
+                              ctypes.c_char_p)(("PyCapsule_IsValid", ctypes.pythonapi))
+_pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object,
+                                ctypes.c_char_p)(("PyCapsule_GetPointer", ctypes.pythonapi))
+_rename = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.py_object,
+                            ctypes.c_char_p)(("PyCapsule_SetName", ctypes.pythonapi))
 
 
 class Lent:
@@ -123,10 +131,17 @@ def require_memory(memory: tuple[int, int], name: str, device: int | None) -> No
     if kind in HOST_MEMORY:
         return
     if device is None:
-        raise Error(f"{name} is in the memory of a device, and the batch is on CPU threads: copy it to the host first")
+        raise Error(
+            f"{name} is in the memory of a device, and the batch is on CPU threads: copy it to the "
+            "host first"
+        )
     if kind not in CUDA_MEMORY or number != device:
-        where = f"CUDA device {number}" if kind in CUDA_MEMORY else f"a device that is not CUDA's (DLPack's kind {kind})"
-        raise Error(f"{name} is in the memory of {where}; it must be in that of CUDA device {device}, where the batch is, or of the host")
+        where = (f"CUDA device {number}" if kind in CUDA_MEMORY else
+                 f"a device that is not CUDA's (DLPack's kind {kind})")
+        raise Error(
+            f"{name} is in the memory of {where}; it must be in that of CUDA device {device}, "
+            "where the batch is, or of the host"
+        )
 
 
 def capsule_of(array: Any, name: str) -> Any:
@@ -145,20 +160,29 @@ def capsule_of(array: Any, name: str) -> Any:
 def find(array: Any, name: str) -> Found:
     """Finds address and layout of an array without a copy."""
     if isinstance(array, np.ndarray):
-        return Found(array.ctypes.data, str(array.dtype), array.shape, array.strides, array.flags.writeable, memory_of(array), array)
+        return Found(array.ctypes.data, str(array.dtype), array.shape, array.strides,
+                     array.flags.writeable, memory_of(array), array)
     if not hasattr(array, "__dlpack__"):
-        raise Error(f"{name} is of type {type(array).__name__}; it must be an array of NumPy or of a library that has DLPack")
+        raise Error(
+            f"{name} is of type {type(array).__name__}; it must be an array of NumPy or of a "
+            "library that has DLPack"
+        )
     lent = Lent(capsule_of(array, name))
     if lent.version != 1:
         raise Error(f"{name} is a tensor of DLPack {lent.version}; it must be of DLPack 1 or older")
     tensor = lent.managed.tensor
     shape, size = tuple(tensor.shape[:tensor.ndim]), tensor.bits * tensor.lanes // 8
-    strides = tuple(size * s for s in tensor.strides[:tensor.ndim]) if tensor.strides else c_strides(shape, size)
-    dtype = f"{TYPES.get(tensor.code, 'unknown')}{tensor.bits}" + (f"x{tensor.lanes}" if tensor.lanes != 1 else "")
-    return Found((tensor.data or 0) + tensor.byte_offset, dtype, shape, strides, lent.writable, (tensor.device_type, tensor.device_id), lent)
+    strides = tuple(
+        size * s
+        for s in tensor.strides[:tensor.ndim]) if tensor.strides else c_strides(shape, size)
+    dtype = f"{TYPES.get(tensor.code, 'unknown')}{tensor.bits}" + (f"x{tensor.lanes}"
+                                                                   if tensor.lanes != 1 else "")
+    return Found((tensor.data or 0) + tensor.byte_offset, dtype, shape, strides, lent.writable,
+                 (tensor.device_type, tensor.device_id), lent)
 
 
-def found_doubles(array: Any, name: str, shape: tuple[int, ...], device: int | None, writes: bool) -> Found:
+def found_doubles(array: Any, name: str, shape: tuple[int, ...], device: int | None,
+                  writes: bool) -> Found:
     """Returns an array of float64 in C order of this shape, on the host or on this CUDA device,
     which librve accesses in place."""
     require_memory(memory_of(array), name, device)
@@ -170,7 +194,8 @@ def found_doubles(array: Any, name: str, shape: tuple[int, ...], device: int | N
         raise Error(f"{name} has shape {found.shape}; it must have {shape}")
     expected = c_strides(shape, 8)
     # Strides of axes of length 1 and of empty arrays are meaningless.
-    if math.prod(shape) > 0 and any(s != e for s, e, length in zip(found.strides, expected, shape) if length > 1):
+    if math.prod(shape) > 0 and any(
+            s != e for s, e, length in zip(found.strides, expected, shape) if length > 1):
         raise Error(f"{name} has strides {found.strides} [bytes]; they must be {expected}, C order")
     if writes and not found.writable:
         raise Error(f"{name} is read-only; it must be writable")

@@ -46,10 +46,14 @@ def _load() -> tuple[Any, Any]:
         ffi = cffi.FFI()
         ffi.cdef(_declarations(header.read_text(encoding="utf-8")))
         lib = ffi.dlopen(str(library))
-        expected = dict(re.findall(r"#define RVE_API_(MAJOR|MINOR) (\d+)", header.read_text(encoding="utf-8")))
+        expected = dict(
+            re.findall(r"#define RVE_API_(MAJOR|MINOR) (\d+)", header.read_text(encoding="utf-8")))
         found = divmod(lib.rve_api_version(), 1000)
         if found[0] != int(expected["MAJOR"]) or found[1] < int(expected["MINOR"]):
-            raise ImportError(f"{library} has interface {found[0]}.{found[1]}; {header} is of {expected['MAJOR']}.{expected['MINOR']}")
+            raise ImportError(
+                f"{library} has interface {found[0]}.{found[1]}; {header} is of "
+                f"{expected['MAJOR']}.{expected['MINOR']}"
+            )
         return ffi, lib
     missing = [str(path) for places in _places() for path in places if not path.exists()]
     raise ImportError("librve was not found: there is no " + ", no ".join(dict.fromkeys(missing)))

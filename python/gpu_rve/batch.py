@@ -86,8 +86,8 @@ class Batch:
         check(lib.rve_time_steps(self._pointer, chosen, n, doubles(bounds)))
         return bounds
 
-    def _move(self, call: Any, call_device: Any, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None,
-              out: Any) -> tuple[Any, np.ndarray]:
+    def _move(self, call: Any, call_device: Any, increments: Any, dt: Any, substeps: Any,
+              which: Iterable[int] | None, out: Any) -> tuple[Any, np.ndarray]:
         chosen, n = self._which(which)
         shape = (n, self.dimension, self.dimension)
         f = increments if is_on_device(increments) else numbers(increments, "increments", shape)
@@ -96,11 +96,17 @@ class Batch:
         stresses, receives = self._out(out, shape)
         statuses = np.empty(n, dtype=np.uint32)
         check((call_device if given.on_device or receives.on_device else call)(
-            self._pointer, chosen, n, pointer_to(given), doubles(times), ffi.from_buffer("int32_t[]", steps), pointer_to(receives),
+            self._pointer, chosen, n, pointer_to(given), doubles(times),
+            ffi.from_buffer("int32_t[]", steps), pointer_to(receives),
             ffi.from_buffer("uint32_t[]", statuses)))
         return stresses, statuses
 
-    def trial(self, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None = None, out: Any = None) -> tuple[Any, np.ndarray]:
+    def trial(self,
+              increments: Any,
+              dt: Any,
+              substeps: Any,
+              which: Iterable[int] | None = None,
+              out: Any = None) -> tuple[Any, np.ndarray]:
         """Deforms from the committed states: F becomes increment F in so many DEM steps.
 
         The arrays `increments` and `out` may each be in the memory of the batch's CUDA device, as
@@ -120,10 +126,16 @@ class Batch:
         """
         return self._move(lib.rve_trial, lib.rve_trial_device, increments, dt, substeps, which, out)
 
-    def advance(self, increments: Any, dt: Any, substeps: Any, which: Iterable[int] | None = None, out: Any = None) -> tuple[Any, np.ndarray]:
+    def advance(self,
+                increments: Any,
+                dt: Any,
+                substeps: Any,
+                which: Iterable[int] | None = None,
+                out: Any = None) -> tuple[Any, np.ndarray]:
         """Makes a trial and commits it at once, for hosts that never revert; keeps no copy.
         Parameters and result are those of :meth:`trial`."""
-        return self._move(lib.rve_advance, lib.rve_advance_device, increments, dt, substeps, which, out)
+        return self._move(lib.rve_advance, lib.rve_advance_device, increments, dt, substeps, which,
+                          out)
 
     def commit(self) -> None:
         """Makes the last trials of all RVEs their committed states."""
@@ -133,7 +145,12 @@ class Batch:
         """Drops the last trials of all RVEs."""
         check(lib.rve_revert(self._pointer))
 
-    def follow_path(self, path: str, dt: float, substeps: int, calls: int, quantities: Sequence[str],
+    def follow_path(self,
+                    path: str,
+                    dt: float,
+                    substeps: int,
+                    calls: int,
+                    quantities: Sequence[str],
                     which: Iterable[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Makes element tests: each RVE follows a loading path of rates, strains and stresses,
         which a servo controls; the states are committed.
@@ -149,10 +166,13 @@ class Batch:
             of an RVE whose path has ended, or that failed, repeat.
         """
         chosen, n = self._which(which)
-        substeps, calls = int(integers(substeps, "substeps", (), np.int32)), integer(calls, "calls", 0)
+        substeps, calls = int(integers(substeps, "substeps", (), np.int32)), integer(
+            calls, "calls", 0)
         table, statuses = np.empty((calls + 1, n, len(quantities))), np.empty(n, dtype=np.uint32)
-        check(lib.rve_follow_path(self._pointer, chosen, n, path.encode("utf-8"), dt, substeps, calls, " ".join(quantities).encode("utf-8"),
-                                  doubles(table), ffi.from_buffer("uint32_t[]", statuses)))
+        check(
+            lib.rve_follow_path(self._pointer, chosen, n, path.encode("utf-8"), dt, substeps, calls,
+                                " ".join(quantities).encode("utf-8"), doubles(table),
+                                ffi.from_buffer("uint32_t[]", statuses)))
         return table, statuses
 
     @staticmethod
@@ -195,7 +215,10 @@ class Batch:
         check(call(self._pointer, chosen, n, pointer_to(receives)))
         return stiffness
 
-    def tangents(self, strain_rates: Any = None, which: Iterable[int] | None = None, **options: float | str) -> np.ndarray:
+    def tangents(self,
+                 strain_rates: Any = None,
+                 which: Iterable[int] | None = None,
+                 **options: float | str) -> np.ndarray:
         """Returns tangents of the RVEs in their present state by probing; the RVEs do not change.
 
         :param strain_rates: present directions of straining (n, D, D), or (D, D) for all; required
@@ -215,7 +238,9 @@ class Batch:
             kept = numbers(strain_rates, "strain_rates", (n, d, d))
             rates = doubles(kept)
         tangents, measured = np.empty((n, s, s)), np.empty(n, dtype=np.intc)
-        check(lib.rve_tangents(self._pointer, chosen, n, words(options), rates, doubles(tangents), ffi.from_buffer("int[]", measured)))
+        check(
+            lib.rve_tangents(self._pointer, chosen, n, words(options), rates, doubles(tangents),
+                             ffi.from_buffer("int[]", measured)))
         tangents[measured == 0] = np.nan
         return tangents
 
@@ -227,7 +252,8 @@ class Batch:
 
     def set_packing(self, which: int, packing: Packing) -> None:
         """Replaces an RVE by a packing."""
-        check(lib.rve_batch_set_packing(self._pointer, integer(which, "which", 0), packing._pointer))
+        check(lib.rve_batch_set_packing(self._pointer, integer(which, "which", 0),
+                                        packing._pointer))
 
     def save(self) -> bytes:
         """Returns the committed states, exact, for restart files and other processes."""

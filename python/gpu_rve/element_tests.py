@@ -57,8 +57,16 @@ class Curves:
 AXES = "xyz"
 
 
-def _run(packings: Packing | Sequence[Packing], rates: str, strain: float, rate: float, rows: int, step: float, options: dict[str, float | str | bool],
-         pressures: Sequence[float] | None = None) -> tuple[Batch, np.ndarray, dict[str, np.ndarray], np.ndarray]:
+def _run(
+    packings: Packing | Sequence[Packing],
+    rates: str,
+    strain: float,
+    rate: float,
+    rows: int,
+    step: float,
+    options: dict[str, float | str | bool],
+    pressures: Sequence[float] | None = None
+) -> tuple[Batch, np.ndarray, dict[str, np.ndarray], np.ndarray]:
     """Runs all packings along a path; `{p}` in `rates` is the pressure of each. Returns the batch,
     F since the beginning, quantities and statuses."""
     for name, value in (("strain", strain), ("rate", rate), ("step", step)):
@@ -73,9 +81,11 @@ def _run(packings: Packing | Sequence[Packing], rates: str, strain: float, rate:
     substeps = math.ceil(duration / (step * batch.time_steps().min()))
     # This event never occurs: the number of rows ends the test.
     stage = f"stage {rates} until time > {2.0 * strain / rate!r} "
-    path = stage if pressures is None else "".join(f"path {k + 1} " + stage.replace("{p}", repr(-p)) for k, p in enumerate(pressures))
+    path = stage if pressures is None else "".join(
+        f"path {k + 1} " + stage.replace("{p}", repr(-p)) for k, p in enumerate(pressures))
     tensor = [f"{AXES[a]}{AXES[b]}" for a in range(d) for b in range(d)]
-    names = ["p", "q", "void_ratio", "coordination"] + ["s" + ab for ab in tensor] + ["def_" + ab for ab in tensor]
+    names = ["p", "q", "void_ratio", "coordination"] + ["s" + ab for ab in tensor
+                                                        ] + ["def_" + ab for ab in tensor]
     table, statuses = batch.follow_path(path, duration / substeps, substeps, rows, names)
     values = dict(zip(names, np.moveaxis(table, 2, 0)))
     stress = table[:, :, 4:4 + d * d].reshape(rows + 1, -1, d, d)
@@ -84,13 +94,22 @@ def _run(packings: Packing | Sequence[Packing], rates: str, strain: float, rate:
     return batch, f @ np.linalg.inv(f[0]), values, statuses
 
 
-def _curves(batch: Batch, f: np.ndarray, values: dict[str, np.ndarray], statuses: np.ndarray, strain: np.ndarray) -> Curves:
-    return Curves(strain=strain, p=values["p"], q=values["q"], volumetric_strain=np.log(np.linalg.det(f)), void_ratio=values["void_ratio"],
-                  coordination=values["coordination"], stress=values["stress"], deformation=f, statuses=statuses,
+def _curves(batch: Batch, f: np.ndarray, values: dict[str, np.ndarray], statuses: np.ndarray,
+            strain: np.ndarray) -> Curves:
+    return Curves(strain=strain,
+                  p=values["p"],
+                  q=values["q"],
+                  volumetric_strain=np.log(np.linalg.det(f)),
+                  void_ratio=values["void_ratio"],
+                  coordination=values["coordination"],
+                  stress=values["stress"],
+                  deformation=f,
+                  statuses=statuses,
                   packings=tuple(batch.packing(k) for k in range(len(batch))))
 
 
-def _pressures(packings: Packing | Sequence[Packing], pressure: float | None, options: dict[str, float | str | bool]) -> list[float]:
+def _pressures(packings: Packing | Sequence[Packing], pressure: float | None,
+               options: dict[str, float | str | bool]) -> list[float]:
     """Returns the pressure of each test: the given one, or the mean stress of each packing."""
     many = [packings] if isinstance(packings, Packing) else list(packings)
     if pressure is not None:
@@ -98,8 +117,15 @@ def _pressures(packings: Packing | Sequence[Packing], pressure: float | None, op
     return [float(p) for p in Batch(many, **options)["p"]]
 
 
-def compression(packings: Packing | Sequence[Packing], *, strain: float = 0.05, rate: float = 0.05, pressure: float | None = None, drained: bool = True,
-                rows: int = 200, step: float = 0.5, **options: float | str | bool) -> Curves:
+def compression(packings: Packing | Sequence[Packing],
+                *,
+                strain: float = 0.05,
+                rate: float = 0.05,
+                pressure: float | None = None,
+                drained: bool = True,
+                rows: int = 200,
+                step: float = 0.5,
+                **options: float | str | bool) -> Curves:
     """Makes biaxial compression of disks along y, or triaxial compression of spheres along z.
 
     :param packings: one, or several (n)
@@ -118,12 +144,19 @@ def compression(packings: Packing | Sequence[Packing], *, strain: float = 0.05, 
     if drained:
         rates = f"rate {axis}{axis} {-rate!r} " + " ".join(f"stress {a}{a} {{p}}" for a in sides)
     else:
-        rates = f"rate {axis}{axis} {-rate!r} rate volume 0" + (" stress xx-yy 0" if first.dimension == 3 else "")
-    answer = _run(packings, rates, strain, rate, rows, step, options, _pressures(packings, pressure, options) if drained else None)
+        rates = f"rate {axis}{axis} {-rate!r} rate volume 0" + (" stress xx-yy 0"
+                                                                if first.dimension == 3 else "")
+    answer = _run(packings, rates, strain, rate, rows, step, options,
+                  _pressures(packings, pressure, options) if drained else None)
     return _curves(*answer, -np.log(answer[1][:, :, -1, -1]))
 
 
-def uniaxial(packings: Packing | Sequence[Packing], *, strain: float = 0.05, rate: float = 0.05, rows: int = 200, step: float = 0.5,
+def uniaxial(packings: Packing | Sequence[Packing],
+             *,
+             strain: float = 0.05,
+             rate: float = 0.05,
+             rows: int = 200,
+             step: float = 0.5,
              **options: float | str | bool) -> Curves:
     """Makes compression along y (disks) or z (spheres) with fixed sides, as in an oedometer.
     Parameters are those of :func:`compression`."""
@@ -133,7 +166,12 @@ def uniaxial(packings: Packing | Sequence[Packing], *, strain: float = 0.05, rat
     return _curves(*answer, -np.log(answer[1][:, :, -1, -1]))
 
 
-def isotropic(packings: Packing | Sequence[Packing], *, strain: float = 0.02, rate: float = 0.05, rows: int = 200, step: float = 0.5,
+def isotropic(packings: Packing | Sequence[Packing],
+              *,
+              strain: float = 0.02,
+              rate: float = 0.05,
+              rows: int = 200,
+              step: float = 0.5,
               **options: float | str | bool) -> Curves:
     """Makes equal compression in all directions. `strain` and `rate` are those of the volume; other
     parameters are those of :func:`compression`."""
@@ -144,8 +182,15 @@ def isotropic(packings: Packing | Sequence[Packing], *, strain: float = 0.02, ra
     return _curves(*answer, -np.log(np.linalg.det(answer[1])))
 
 
-def shear(packings: Packing | Sequence[Packing], *, strain: float = 0.1, rate: float = 0.1, pressure: float | None = None, drained: bool = True,
-          rows: int = 200, step: float = 0.5, **options: float | str | bool) -> Curves:
+def shear(packings: Packing | Sequence[Packing],
+          *,
+          strain: float = 0.1,
+          rate: float = 0.1,
+          pressure: float | None = None,
+          drained: bool = True,
+          rows: int = 200,
+          step: float = 0.5,
+          **options: float | str | bool) -> Curves:
     """Makes simple shear along x of planes with the normal y.
 
     :param pressure: on these planes [stress]; default: the mean stress of each packing. Other
@@ -155,6 +200,7 @@ def shear(packings: Packing | Sequence[Packing], *, strain: float = 0.1, rate: f
     The other parameters are those of :func:`compression`; `strain` and `rate` are those of L_xy.
     """
     rates = f"rate xy {rate!r}" + (" stress yy {p}" if drained else "")
-    answer = _run(packings, rates, strain, rate, rows, step, options, _pressures(packings, pressure, options) if drained else None)
+    answer = _run(packings, rates, strain, rate, rows, step, options,
+                  _pressures(packings, pressure, options) if drained else None)
     f = answer[1]
     return _curves(*answer, f[:, :, 0, 1] / f[:, :, 1, 1])

@@ -49,16 +49,22 @@ class SmallStrainModel:
 
     constraint: Any = None
 
-    def __init__(self, packings: Sequence[Packing], substeps: int, time_scale: float = 1.0, probe: float = 1e-5, rotates: bool = False,
+    def __init__(self,
+                 packings: Sequence[Packing],
+                 substeps: int,
+                 time_scale: float = 1.0,
+                 probe: float = 1e-5,
+                 rotates: bool = False,
                  **options: float | str | bool):
         self.batch = Batch(packings, **options)
-        substeps = integer(substeps, "substeps", 1)
-        self.substeps, self.time_scale, self.probe, self.rotates = substeps, time_scale, probe, rotates
+        self.substeps = integer(substeps, "substeps", 1)
+        self.time_scale, self.probe, self.rotates = time_scale, probe, rotates
         self.trials = 0    # number of trials of all RVEs, with those for tangents
         # Numbers of trials: the committed one, the one that may be committed, and their count.
         self._committed, self._last, self._count = 0, 0, 0
         d = self.batch.dimension
-        self._pairs = [(k, k) for k in range(d)] + [(a, b) for a in range(d) for b in range(a + 1, d)]
+        self._pairs = [(k, k) for k in range(d)] + [(a, b) for a in range(d)
+                                                    for b in range(a + 1, d)]
         # Positions of the components in a vector; disks have a zz in between.
         self._places = [0, 1, 3] if d == 2 else list(range(6))
 
@@ -77,15 +83,16 @@ class SmallStrainModel:
     def stress(self) -> np.ndarray:
         """Stresses of the committed states (n * S), with which a host begins; a trial that was not
         accepted is dropped."""
-        tensors, _ = self.batch.trial(np.eye(self.batch.dimension), float(self.batch.time_steps().min()), 0)
+        tensors, _ = self.batch.trial(np.eye(self.batch.dimension),
+                                      float(self.batch.time_steps().min()), 0)
         self.batch.revert()
         self._last = self._committed
         vectors = np.zeros((len(self.batch), self.stress_strain_dim))
         vectors[:, self._places] = self._components(tensors)
         return vectors.ravel()
 
-    def evaluate(self, t: float, del_t: float, grad_del_u: np.ndarray, stress: np.ndarray, tangent: np.ndarray | None,
-                 history: dict[str, np.ndarray] | None) -> None:
+    def evaluate(self, t: float, del_t: float, grad_del_u: np.ndarray, stress: np.ndarray,
+                 tangent: np.ndarray | None, history: dict[str, np.ndarray] | None) -> None:
         """Makes a trial of all RVEs; overwrites stress, tangent and history. Raises
         :class:`TrialFailed` if an RVE fails, and then overwrites nothing.
 
@@ -99,7 +106,8 @@ class SmallStrainModel:
             :meth:`update`
         """
         n, d, s = len(self.batch), self.batch.dimension, self.stress_strain_dim
-        for array, name, size in ((grad_del_u, "grad_del_u", n * d * d), (stress, "stress", n * s), (tangent, "tangent", n * s * s)):
+        for array, name, size in ((grad_del_u, "grad_del_u", n * d * d), (stress, "stress", n * s),
+                                  (tangent, "tangent", n * s * s)):
             if array is not None and array.size != size:
                 raise Error(f"{name} has {array.size} numbers; of {n} points it must have {size}")
         if del_t <= 0.0:
@@ -113,7 +121,8 @@ class SmallStrainModel:
         # The trial before this one is dropped here.
         self._last = self._committed
         self._count += 1
-        probed = [self._trial(self._probed(gradients, pair), dt) for pair in self._pairs] if tangent is not None else []
+        probed = [self._trial(self._probed(gradients, pair), dt)
+                  for pair in self._pairs] if tangent is not None else []
         # The last trial is the one that may be committed.
         found = self._trial(np.eye(d) + gradients, dt)
         self._last = self._count
@@ -125,7 +134,8 @@ class SmallStrainModel:
             matrices[...] = 0.0
             for (a, b), place, column in zip(self._pairs, self._places, probed):
                 # The probe of a shear has an engineering strain of 1/sqrt(2) of Mandel's.
-                matrices[:, self._places, place] = (column - found) / self.probe * (1.0 if a == b else ROOT_TWO)
+                matrices[:, self._places,
+                         place] = (column - found) / self.probe * (1.0 if a == b else ROOT_TWO)
         if history is not None:
             history[HISTORY][...] = self._last
 
@@ -140,8 +150,12 @@ class SmallStrainModel:
         """Commits the last trial if these numbers of states are its own."""
         first = float(numbers.flat[0])
         if np.any(numbers != first) or first not in (self._committed, self._last):
-            raise Error(f"history '{HISTORY}' names state {first:g}" + (" and others" if np.any(numbers != first) else "")
-                        + f"; there are the committed state {self._committed} and the last trial {self._last}, for all points alike")
+            raise Error(
+                f"history '{HISTORY}' names state {first:g}" +
+                (" and others" if np.any(numbers != first) else "") +
+                f"; there are the committed state {self._committed} and the last trial "
+                f"{self._last}, for all points alike"
+            )
         if first != self._committed:
             self.update()
 
@@ -150,7 +164,8 @@ class SmallStrainModel:
         strain = np.zeros((d, d))
         strain[pair] += 0.5 * self.probe
         strain[pair[::-1]] += 0.5 * self.probe
-        return (np.eye(d) + strain) @ (np.eye(d) + gradients) if self.rotates else np.eye(d) + gradients + strain
+        return (np.eye(d) + strain) @ (
+            np.eye(d) + gradients) if self.rotates else np.eye(d) + gradients + strain
 
     def _trial(self, increments: np.ndarray, dt: float) -> np.ndarray:
         self.trials += 1
@@ -158,10 +173,17 @@ class SmallStrainModel:
         if (failed := self.batch.failed(statuses)).any():
             self.batch.revert()
             first = int(np.argmax(failed))
-            raise TrialFailed(f"{failed.sum()} of {len(failed)} RVEs do not bear the increment; RVE {first}: {status_text(statuses[first])}")
+            raise TrialFailed(
+                f"{failed.sum()} of {len(failed)} RVEs do not bear the increment; RVE {first}: "
+                f"{status_text(statuses[first])}"
+            )
         return self._components(stresses)
 
     def _components(self, tensors: np.ndarray) -> np.ndarray:
         """Returns Mandel's components (n, pairs) of stresses; xy is the mean of xy and yx, which
         differ by moments of grains in motion."""
-        return np.stack([tensors[:, a, b] if a == b else (tensors[:, a, b] + tensors[:, b, a]) / ROOT_TWO for a, b in self._pairs], axis=1)
+        return np.stack([
+            tensors[:, a, b] if a == b else (tensors[:, a, b] + tensors[:, b, a]) / ROOT_TWO
+            for a, b in self._pairs
+        ],
+                        axis=1)
