@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Data sets of random strain paths: read by h5py alone, the same for any batches and threads, what an RVE answers that goes the way of a path, and what is refused.
+"""Data sets of random strain paths: h5py reads them, batches and threads do not change them, an RVE
+on a path gives their results, and invalid input is refused.
 
     python3 test_data_set.py <examples> <folder to write in>
 """
@@ -26,7 +27,7 @@ os.makedirs(FOLDER)
 
 
 def make(name, *words):
-    """Exit status, what was said, and the file."""
+    """Makes a data set and returns exit status, output, and the file."""
     file = os.path.join(FOLDER, name + ".h5")
     done = subprocess.run([sys.executable, SCRIPT, "--out", file, "--device", "cpu", "--digits", "float64", *words],
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
@@ -49,7 +50,8 @@ class Paths(unittest.TestCase):
         cls.data = arrays(cls.file)
 
     def test_do_not_depend_on_batches_threads_and_parts(self):
-        # chunks of two paths: batches of three begin and end within one, and seven end within one
+        # Chunks have two paths: batches of three begin and end within a chunk, and batches of seven
+        # end within one.
         for name, words, rows in (("batches", ["--paths", "7", "--batch", "3", "--threads", "2", "--chunk", "2"], slice(0, 7)),
                                   ("part", ["--paths", "3", "--first", "4", "--chunk", "1"], slice(4, 7))):
             code, said, file = make(name, *words, *WORDS)
@@ -68,7 +70,7 @@ class Paths(unittest.TestCase):
             strain = np.cumsum(path.rates, axis=0)
             self.assertLess(np.abs(np.trace(strain, axis1=1, axis2=2)).max(), 0.005 + 1e-12)
             np.testing.assert_allclose(make_data_set.size(path.rates), 2e-4, rtol=1e-12)
-            # a reversal is the opposite strain to the last digit; at random directions are never opposite
+            # A reversal is the exact opposite strain; random directions are never opposite.
             turned = np.einsum("nab,nab->n", path.rates[1:], path.rates[:-1]) < -(1.0 - 1e-12) * 4e-8
             self.assertEqual(turned.sum(), self.data["reversals"][k])
             gradient = np.eye(2)
@@ -77,7 +79,8 @@ class Paths(unittest.TestCase):
                 np.testing.assert_allclose(self.data["deformation_gradient"][k, sample], gradient, atol=1e-12)
 
     def test_an_rve_that_goes_a_path_has_its_stresses(self):
-        # from what is in the file alone, in numbers that were rounded where the increments are found again; early, before rounding matters to grains
+        # The increments follow from the numbers in the file, which are rounded; the test uses early
+        # increments, before rounding matters to grains.
         k, samples = 3, 10
         with h5py.File(self.file) as data:
             settings = json.loads(data.attrs["settings"])
@@ -108,13 +111,14 @@ class Paths(unittest.TestCase):
         self.assertGreater(change["loss_friction"][:, -1].min(), 0.0)
 
     def test_say_how_far_they_are_from_the_first_line_on(self):
-        # into a log, too: what is said here goes through a pipe
+        # The output also goes through a pipe into a log.
         lines = self.said.splitlines()
         self.assertEqual(lines[0], "7 of 7 paths begin")
         self.assertTrue(any(line.startswith("7 of 7 paths, ") for line in lines), self.said)
 
     def test_cross_chunks(self):
-        # more paths than the default chunk has, in batches that do not divide it
+        # There are more paths than the default chunk has, in batches that do not divide their
+        # number.
         words = ["--samples", "2", "--seed", "7", "--packing", PACKINGS[0]]
         files = []
         for name, more in (("one_chunk", ["--chunk", "70"]), ("chunks", ["--batch", "33"])):
@@ -129,7 +133,7 @@ class Paths(unittest.TestCase):
             np.testing.assert_array_equal(values, other[key], err_msg=key)
 
     def test_have_checksums(self):
-        # a byte in the middle of a chunk changes: h5py refuses to read it, and not the other chunks
+        # One byte in the middle of a chunk changes: h5py refuses this chunk but not the others.
         code, said, file = make("torn", "--paths", "2", "--samples", "2", "--chunk", "1", "--packing", PACKINGS[0])
         self.assertEqual(code, 0, said)
         with h5py.File(file) as data:
@@ -146,7 +150,8 @@ class Paths(unittest.TestCase):
                 data["stress"][1]
 
     def test_are_those_of_the_textbook_way(self):
-        # the first piece from its random numbers by tensors of numpy, but for rounding, in the plane and in space
+        # The first piece follows from its random numbers by numpy tensors up to rounding, in the
+        # plane and in space.
         options = make_data_set.new_parser().parse_args(["--most_volume", "1", "--most_shear", "1"])    # the first draw is within the limits
         for dimension in (2, 3):
             path = make_data_set.Path(5, 11, dimension, options)
@@ -182,7 +187,7 @@ class Paths(unittest.TestCase):
 
 class Failures(unittest.TestCase):
     def test_of_an_rve_end_its_path_and_no_other(self):
-        # so much compression that grains overlap by more than their limit
+        # The compression exceeds the overlap limit.
         code, said, file = make("crushed", "--paths", "6", "--samples", "8", "--strain", "0.05", "--piece", "0.1", "--volumetric", "3", "--most_volume", "0.8",
                                 "--most_shear", "0.5", "--inertia", "0.1")
         self.assertEqual(code, 0, said)

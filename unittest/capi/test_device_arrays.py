@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Arrays in the memory of a GPU, by DLPack, with each of PyTorch and CuPy that is here. GPU_RVE_LIBRARY names the library, which is built with CUDA.
+"""Arrays in the memory of a GPU by DLPack, with each installed library of PyTorch and CuPy.
 
     python3 test_device_arrays.py <folder of the packings of the examples>
 
-Without a GPU, or without both libraries, it is skipped (77), or fails with GPU_RVE_REQUIRE_CUDA=1.
+GPU_RVE_LIBRARY names the library, which is built with CUDA. Without a GPU or without both libraries
+the test is skipped (77), or fails with GPU_RVE_REQUIRE_CUDA=1.
 """
 
 import os
@@ -30,7 +31,7 @@ def increments(dimension, n, seed):
 
 
 class DeviceArrays:
-    """What holds for the arrays of any library."""
+    """Tests for the arrays of any library."""
 
     module = None
 
@@ -142,10 +143,10 @@ class ArraysOfCupy(DeviceArrays, unittest.TestCase):
 
 
 def obstacle_of(arrays):
-    """Why a library cannot be used here; empty if it can."""
+    """Returns the reason why a library cannot be used; empty if it can."""
     try:
         arrays.find()
-    except Exception as error:    # each says in its own way that there is no driver
+    except Exception as error:    # each library reports a missing driver in its own way
         return str(error)
     return ""
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The element tests of gpu_rve: what is held is held, strains are those of F, and a test is the same alone and among others.
+"""The element tests of gpu_rve: prescribed quantities hold, strains are those of F, and a test
+gives the same result alone and with others.
 
     python3 test_element_tests.py <folder of the packings of the examples>
 """
@@ -15,7 +16,7 @@ from gpu_rve import element_tests
 
 PACKINGS = pathlib.Path(sys.argv.pop(1))
 DISKS, SPHERES = (gpu_rve.Packing.read(PACKINGS / name) for name in ("A_h0075.rve", "S500.rve"))
-# rate, strain, and what the servo of so fast a test swings by, over the pressure
+# Rate, strain, and the amplitude of the servo's oscillation over the pressure in so fast a test.
 CASES = ((DISKS, 0.2, 0.01, 0.05), (SPHERES, 1.0, 0.001, 0.05))
 OPTIONS = {"format": "double", "device": "cpu", "threads": 1, "rows": 20}
 
@@ -68,7 +69,7 @@ class ElementTests(unittest.TestCase):
         alone = element_tests.compression(DISKS, rate=0.5, strain=0.005, pressure=1e5, **{**OPTIONS, "step": 0.5})
         np.testing.assert_array_equal(both.p[:, 1], alone.p[:, 0])
         self.assertEqual(both.packings[1].save(), alone.packings[0].save())
-        # less friction, less strength
+        # Less friction gives less strength.
         self.assertLess(both.ratio[-1, 0], both.ratio[-1, 1])
 
     def test_wrong_values_are_named(self):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The Python package gpu_rve on librve: NumPy in and out, trials, restarts, errors. GPU_RVE_LIBRARY names the library.
+"""The Python package gpu_rve with librve: NumPy arrays, trials, restarts, errors. GPU_RVE_LIBRARY
+names the library.
 
     python3 test_gpu_rve.py <folder of the packings of the examples>
 """
@@ -30,8 +31,11 @@ new_capsule = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_char
 
 
 class Lender:
-    """An array of another library, which counts how often it was lent and given back. The numbers are NumPy's, from row `skip` on; what is said of them may
-    be wrong: the kind of memory, also in the capsule only (`says`), the type."""
+    """An array of another library that counts how often it was lent and returned.
+
+    The numbers are NumPy's from row `skip` on. The kind of memory (`says`: only that in the
+    capsule) and the type may be wrong.
+    """
 
     def __init__(self, array, kind=1, number=0, says=None, says_strides=False, versioned=False, code=2, flags=0, major=1, skip=0):
         self.array, self.kind, self.number, self.says = array, kind, number, says or (kind, number)
@@ -96,7 +100,8 @@ class Packings(unittest.TestCase):
                   "thickness": 0.075, "mass_depth": 0.075, "friction_prep": 0.3}
         ground = gpu_rve.Packing.create(**recipe, pressure=2e4, k0="rest")
         batch = gpu_rve.Batch([ground], **OPTIONS)
-        self.assertAlmostEqual(batch["syy"][0] / -2e4, 1.0, delta=1.1e-3)    # the recipe's tolerance
+        # tolerance of the recipe
+        self.assertAlmostEqual(batch["syy"][0] / -2e4, 1.0, delta=1.1e-3)
         self.assertTrue(0.3 < batch["sxx"][0] / batch["syy"][0] < 0.8)    # Jaky: about 1 - sin(phi)
         with tempfile.TemporaryDirectory() as folder:
             ground.write(pathlib.Path(folder) / "ground.rve")
@@ -126,7 +131,7 @@ class Arrays(unittest.TestCase):
                 return 1, 0
 
         self.assertTrue(np.shares_memory(_arrays.numbers(Foreign(), "increments", f.shape), f))
-        for other in (f.astype(np.float32), f.swapaxes(1, 2), f[:1]):    # what is not as librve wants it is copied
+        for other in (f.astype(np.float32), f.swapaxes(1, 2), f[:1]):    # other arrays are copied
             found = _arrays.numbers(other, "increments", f.shape)
             self.assertFalse(np.shares_memory(found, f))
             np.testing.assert_array_equal(found, np.broadcast_to(other, f.shape))
@@ -154,7 +159,8 @@ class Pictures(unittest.TestCase):
         from matplotlib.collections import EllipseCollection, LineCollection
         for packing in (DISKS, SPHERES):
             axes = self.plot.force_chains(packing)
-            lines, = (c for c in axes.collections if isinstance(c, LineCollection))    # those in space are such, too
+            # lines in space are such collections too
+            lines, = (c for c in axes.collections if isinstance(c, LineCollection))
             axes.figure.canvas.draw()
             self.assertEqual(len(lines.get_linewidths()), len(packing.contacts()["grains"]))
             self.assertEqual(len(lines.get_segments()), len(packing.contacts()["grains"]))
@@ -210,7 +216,7 @@ class SmallStrains(unittest.TestCase):
         return stress.reshape(2, s), matrices.reshape(2, s, s)
 
     def mandel(self, tensors):
-        """Of symmetric tensors (n, D, D); of disks with a zz of 0."""
+        """Returns Mandel's components of symmetric tensors (n, D, D), with a zz of 0 for disks."""
         t, d = 0.5 * (tensors + tensors.swapaxes(1, 2)), tensors.shape[1]
         if d == 2:
             return np.stack([t[:, 0, 0], t[:, 1, 1], 0 * t[:, 0, 0], np.sqrt(2) * t[:, 0, 1]], axis=1)
@@ -224,9 +230,9 @@ class SmallStrains(unittest.TestCase):
                 batch, model = gpu_rve.Batch([packing] * 2, **OPTIONS), self.model(packing, rotates=rotates)
                 expected = self.mandel(batch.trial(np.eye(d) + f, DT[d], 30)[0])
                 for tangent in (False, True):
-                    # but for the rounding of a mean of xy and yx
+                    # The results agree up to the rounding of a mean of xy and yx.
                     np.testing.assert_allclose(self.evaluate(model, gradients, tangent=tangent)[0], expected, rtol=1e-14, atol=1e-14 * np.abs(expected).max())
-                # the trial of the tangent's point is the last one
+                # The trial at the point of the tangent is the last one.
                 model.update()
                 batch.commit()
                 self.assertEqual(model.batch.save(), batch.save())
@@ -243,7 +249,8 @@ class SmallStrains(unittest.TestCase):
                 strain[0, a, b] += 0.5e-5
                 strain[0, b, a] += 0.5e-5
                 difference = self.evaluate(model, gradients + strain)[0] - stress
-                # strains to 1e-16 of 1, over 1e-5; contacts are as stiff for one as for the other
+                # Strains are exact to 1e-16 of 1, relative to 1e-5; contacts are equally stiff in
+                # both directions.
                 np.testing.assert_allclose(tangent @ self.mandel(strain)[0], difference, atol=1e-6 * np.abs(difference).max())
             if d == 2:
                 self.assertFalse(tangent[:, 2].any() or tangent[:, :, 2].any() or stress[:, 2].any())
@@ -254,7 +261,7 @@ class SmallStrains(unittest.TestCase):
         begin = {"trial": np.zeros(2)}
         tried = [{"trial": begin["trial"].copy()} for _ in range(3)]
         self.evaluate(model, second, tried[0])
-        self.evaluate(model, first, tried[1])    # again from the beginning
+        self.evaluate(model, first, tried[1])    # starts again from the beginning
         accepted = {"trial": tried[1]["trial"].copy()}
         plain.advance(np.eye(2) + first, DT[d], 30)
         answer, _ = self.evaluate(model, second, accepted)
@@ -315,7 +322,7 @@ class Batches(unittest.TestCase):
         self.assertEqual(batch.save(), before)
         affine = batch.affine_stiffness()[0]
         affine = np.stack([affine[0, 0], affine[1, 1], affine[0, 1]])
-        affine[:, 2] *= 0.5    # by engineering strain
+        affine[:, 2] *= 0.5    # engineering strain
         self.assertTrue(np.all(np.linalg.eigvalsh(affine - tangent + (affine - tangent).T) > 0))
         self.assertTrue(np.all(np.linalg.eigvalsh(tangent + tangent.T) > 0))
 
@@ -336,7 +343,7 @@ class Batches(unittest.TestCase):
 
     def test_arrays_of_others_come_by_dlpack(self):
         class Foreign:
-            """An array of another library, which NumPy does not know."""
+            """An array of another library that NumPy does not support."""
 
             def __init__(self, array, device=1):
                 self.array, self.device = array, device
@@ -400,7 +407,7 @@ class Batches(unittest.TestCase):
                 with self.assertRaisesRegex(gpu_rve.Error, f"^{name} is in the memory of a device"):
                     work()
             self.assertEqual(elsewhere.lent, 0)
-            # one whose capsule says so only
+            # Only the capsule reports this kind of memory.
             liar = Lender(f, kind=kind, says=(1, 0))
             with self.assertRaisesRegex(gpu_rve.Error, "^out is in the memory of a device"):
                 batch.advance(f, DT[2], 10, out=liar)
@@ -488,7 +495,7 @@ class Batches(unittest.TestCase):
                 ("strain_rates is a null pointer", lambda: batch.tangents(kind="loading"))):
             with self.subTest(message), self.assertRaisesRegex(gpu_rve.Error, message):
                 work()
-        with self.assertRaises(ValueError):    # NumPy's: shapes that do not fit
+        with self.assertRaises(ValueError):    # shapes that do not fit are NumPy's errors
             batch.trial(np.eye(3), DT[2], 1)
 
 

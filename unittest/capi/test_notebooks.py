@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The notebooks of examples/notebooks run, and print what they have stored: bits are the same everywhere, and so are printed numbers.
+"""The notebooks of examples/notebooks run and print their stored output, since bits and printed
+numbers are the same everywhere.
 
     python3 test_notebooks.py <examples>        with gpu_rve, matplotlib, nbclient and ipykernel
 """
@@ -13,11 +14,11 @@ import nbformat
 from nbclient import NotebookClient
 
 FOLDER = pathlib.Path(sys.argv.pop(1)).resolve() / "notebooks"
-LARGEST = 200_000    # bytes of a notebook with its pictures
+LARGEST = 200_000    # largest size of a notebook with its pictures [bytes]
 
 
 def printed(cell):
-    """Text of the outputs of a cell, and how many pictures there are."""
+    """Returns the text output of a cell and the number of its pictures."""
     pictures = [output for output in cell.outputs if "image/png" in output.get("data", {})]
     texts = [output.get("text", "") or output.get("data", {}).get("text/plain", "") for output in cell.outputs if output not in pictures]
     return "".join(texts), len(pictures)

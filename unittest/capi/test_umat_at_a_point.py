@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The UMAT of examples/umat with finite strains, in a driver of others: singlepointsim, which leads UMATs of Abaqus through paths of deformation gradients.
+"""The UMAT of examples/umat with finite strains in the driver singlepointsim, which runs UMATs of
+Abaqus along paths of deformation gradients.
 
-    python3 test_umat_at_a_point.py <examples> <librve_umat.so>        with gpu_rve and singlepointsim
+    python3 test_umat_at_a_point.py <examples> <librve_umat.so>
 
-Its scenarios have stresses that are zero. Grains have none at zero stress, so the driver sees what is beyond the cell pressure, as the gauges of a triaxial cell do.
+It needs gpu_rve and singlepointsim. Scenarios of the driver have zero stresses. Grains need a cell
+pressure, so that the driver gets the stress relative to it, as the gauges of a triaxial cell do.
 """
 
 import contextlib
@@ -34,7 +36,8 @@ library = ffi.dlopen(UMAT)
 
 
 class Umat:
-    """What the driver takes for a UMAT that f2py has compiled. Keeps F and Cauchy stress of each call; a point has a number of its own in the process."""
+    """Stands in for a UMAT compiled by f2py, and stores F and Cauchy stress of each call; a point
+    has its own number in the process."""
 
     points = 0
 
@@ -65,20 +68,22 @@ class Umat:
 
 
 def run(scenario, packing, displacements, dt, increments, substeps=100):
-    """The path of the driver, from the end of its first call on, which is at rest: F (n + 1, 3, 3), Cauchy stresses (n + 1, 6), and the number of its calls."""
+    """Returns the path of the driver after its first call, which is at rest: F (n + 1, 3, 3),
+    Cauchy stresses (n + 1, 6), and the number of calls."""
     umat = Umat(packing)
     step = SPSStep(loading_scenario=scenario, dtime=1.0, time_max=float(increments), dtime_max=1.0, props=[substeps * dt, dt, 1e-6, 1], nstatv=3,
                    displacements=displacements, loading_direction_i=1, loading_direction_j=2)
     with open(os.devnull, "w") as nothing, contextlib.redirect_stdout(nothing):
         outputs = step.loading_scenario(step, umat).run_simulation()
     f = np.concatenate([np.eye(3)[None], outputs.all_dfgrd])
-    # an increment is done with the last of its calls
+    # The last call of an increment completes it.
     last = {gradient.tobytes(): stress for gradient, stress in zip(umat.gradients, umat.stresses)}
     return f, np.array([last[gradient.tobytes()] for gradient in f]), len(umat.gradients)
 
 
 def by_gpu_rve(packing, f, dt, substeps=100):
-    """Stresses of an RVE that is led along the same path (n + 1, 6), zero out of the plane of disks."""
+    """Returns stresses of an RVE along the same path (n + 1, 6); components out of the plane of
+    disks are zero."""
     batch = gpu_rve.Batch([gpu_rve.Packing.read(EXAMPLES / "packings" / f"{packing}.rve")], **OPTIONS)
     d = batch.dimension
     rows = []
@@ -92,11 +97,13 @@ class SinglePoint(unittest.TestCase):
     def check_path(self, scenario, packing, displacements, dt, increments, free):
         f, stress, calls = run(scenario, packing, displacements, dt, increments)
         self.assertEqual(len(f), increments + 1)
-        # the tangent is right: its Newton iterations end with the second one or so, of five before it halves its step
+        # With the right tangent, Newton's method ends after about two iterations, of five before
+        # the driver halves its step.
         self.assertLess(calls, 3.5 * increments)
-        for k in free:    # the driver's tolerance is 1e-3 of what is beyond the cell pressure
+        # tolerance of the driver: 1e-3 of the stress relative to the cell pressure
+        for k in free:
             np.testing.assert_allclose(stress[1:, k], -PRESSURE, atol=1e-3 * np.abs(stress[-1] + PRESSURE).max())
-        # F of the one is inverted by another formula than that of the other: their digits differ in the last place
+        # The two programs invert F by different formulas, whose results differ in the last digit.
         np.testing.assert_allclose(stress, by_gpu_rve(packing, f, dt), atol=1e-6 * PRESSURE)
         return f, stress
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The UMAT of examples/umat in OOFEM, a finite-element program of others: gpu_rve's bits at each point, and the curve of one RVE alone.
+"""The UMAT of examples/umat in the finite-element program OOFEM: the bits of gpu_rve at each point,
+and the curve of a single RVE.
 
     python3 test_umat_in_oofem.py <examples> <librve_umat.so>        with gpu_rve and oofem
 """
@@ -26,7 +27,8 @@ DT = {"A_h0075": 1e-5, "S500": 2e-6}
 
 
 def matrices(strains, d):
-    """1 + strain of rows 11, 22, 33, 12, 13, 23 with engineering shear, as the UMAT makes it (n, D, D)."""
+    """Returns 1 + strain for rows 11, 22, 33, 12, 13, 23 with engineering shear, as in the UMAT (n,
+    D, D)."""
     f = np.tile(np.eye(3), (len(strains), 1, 1))
     for k, (row, column) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
         part = strains[:, k] if k < 3 else 0.5 * strains[:, k]
@@ -37,7 +39,8 @@ def matrices(strains, d):
 
 
 def alone():
-    """Axial stresses of one RVE of disks with small increments of strain that has the pressure on its sides and no shear stress, by Newton's method."""
+    """Returns axial stresses of one RVE of disks with the pressure on its sides and no shear
+    stress, in small increments by Newton's method."""
     batch = gpu_rve.Batch([gpu_rve.Packing.read(EXAMPLES / "packings" / "A_h0075.rve")], **OPTIONS)
     axial = []
     for increment in range(INCREMENTS + 1):
@@ -92,13 +95,14 @@ class Oofem(unittest.TestCase):
                 for k, (row, column) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
                     if max(row, column) < batch.dimension:
                         np.testing.assert_array_equal(found[:, k], stress[:, row, column], f"{name} {k}")
-                # an equilibrium, to the tolerance of Newton's iterations
+                # an equilibrium to the tolerance of Newton's iterations
                 for side in range(batch.dimension - 1):
                     self.assertAlmostEqual(found[:, side].mean() / -PRESSURE, 1.0, 4)
 
     def test_a_uniform_specimen_is_one_rve(self):
         axial = [-analysis.stresses[:, 1].mean() for analysis in self.run_specimen("A_h0075", cells=2)]
-        # the left side is held straight, so that the shear stress of a packing that is not quite isotropic is not quite zero
+        # The left side is held straight, so that a slightly anisotropic packing has a small shear
+        # stress.
         np.testing.assert_allclose(axial, alone(), rtol=1e-4)
 
 

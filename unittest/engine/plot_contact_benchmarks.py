@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Oblique impact of two equal disks: rebound against the angle of impact, closed form and engine.
+r"""Draws the oblique impact of two equal disks: rebound over the angle of impact, closed form and
+engine.
 
-    python3 plot_contact_benchmarks.py [--test build/host/bin/engine_tests] [--out oblique_impact.png]
+    python3 plot_contact_benchmarks.py [--test build/host/bin/engine_tests] \
+        [--out oblique_impact.png]
 
-Runs the test, which writes both curves, and draws them. Needs matplotlib (Debian: python3-matplotlib).
+The script runs the test, which writes both curves, and draws them. It needs matplotlib (Debian:
+python3-matplotlib).
 """
 
 import argparse
@@ -22,7 +25,7 @@ import matplotlib.pyplot as plt
 
 
 def find_test():
-    """The newest build of the test in the build folders of this source tree."""
+    """Returns the newest test program in the build folders of this source tree."""
     root = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
     found = glob.glob(os.path.join(root, "build", "*", "bin", "engine_tests"))
     if not found:
@@ -31,7 +34,7 @@ def find_test():
 
 
 def run_test(program):
-    """Rows of oblique_impact.csv, as dictionaries."""
+    """Runs the test and returns rows of oblique_impact.csv as dictionaries."""
     with tempfile.TemporaryDirectory() as folder:
         environment = dict(os.environ, GPU_RVE_WRITE_CURVES=folder)
         subprocess.run([program, "--gtest_filter=ObliqueImpact.ReboundFollowsTheClosedFormAtEveryAngle"],

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""element_test.py of the examples: the tests of a laboratory against their baseline and against what their paths say, its files as others read them, and what it refuses.
+"""The example element_test.py: laboratory tests against their baseline and their paths, its files
+in other programs, and its errors.
 
     python3 element_test.py <lmp> <examples> <folder to write in>
 """
@@ -23,7 +24,7 @@ os.makedirs(FOLDER)
 
 
 def element_test(table, *words):
-    """Exit status and what was said."""
+    """Runs the example and returns exit status and output."""
     done = subprocess.run([sys.executable, os.path.join(SCRIPTS, "element_test.py"), "--lmp", LMP, "--device", "cpu", table, *words],
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
     return done.returncode, done.stdout
@@ -36,12 +37,13 @@ def columns(out, name):
 
 
 def energy_errors(said):
-    """Of each test: the largest over its rows."""
+    """Returns the largest energy error of each test over its rows."""
     return {name: float(error) for name, error in re.findall(r"^(\w+): .* energy error (\S+)$", said, re.M)}
 
 
 def grainlearning_reads(file, pressure, kind):
-    """Inputs, outputs and contact parameters, by the reader of GrainLearning for its neural networks, which uses TensorFlow for other things."""
+    """Returns inputs, outputs and contact parameters by the reader of GrainLearning for its neural
+    networks, which otherwise uses TensorFlow."""
     others = ["tensorflow", "tensorflow.keras", "wandb", "yaml"]
     with mock.patch.dict(sys.modules, {name: mock.MagicMock() for name in others}):
         from grainlearning.rnn.preprocessor import PreprocessorTriaxialCompression
@@ -65,16 +67,19 @@ class Laboratory(unittest.TestCase):
         tests = {name: columns(self.out, name) for name in ("k0", "drained", "undrained", "constant_p", "constant_b")}
         self.assertLess(np.abs(tests["k0"]["e_x"]).max(), 1e-12)
         for name in ("k0", "drained", "undrained", "constant_p", "constant_b"):
-            self.assertAlmostEqual(tests[name]["axial"][-1], 0.02, delta=1e-4)    # a step of the events is 8e-5
+            # strain of a step is 8e-5
+            self.assertAlmostEqual(tests[name]["axial"][-1], 0.02, delta=1e-4)
         self.assertLess(np.abs(tests["undrained"]["volumetric"]).max(), 1e-8)    # the dump has ten digits of F
-        # the servo is within 2 % of the pressure at this rate; drained tests begin with the stress of the packing
+        # At this rate the servo is within 2 % of the pressure; drained tests begin with the stress
+        # of the packing.
         self.assertLess(np.abs(tests["drained"]["s_xx"][5:] / -1e5 - 1.0).max(), 0.02)
         self.assertLess(np.abs(tests["constant_p"]["p"] / 1e5 - 1.0).max(), 0.02)
         s = tests["constant_b"]
         b = (s["s_yy"] - s["s_xx"]) / (s["s_zz"] - s["s_xx"])
         self.assertLess(np.abs(b[10:] - 0.5).max(), 0.05)
-        # anisotropies of contacts and forces grow along the largest compression; what q/p is made of, 2/5 (a_c + a_n + 3/2 a_t), is not far from it
-        # (Guo and Zhao 2013, Comput. Geotech. 47, 1), with |f_t| in place of the direction of f_t: an upper bound of its part
+        # Anisotropies of contacts and forces grow along the largest compression. q/p is close to
+        # 2/5 (a_c + a_n + 3/2 a_t) (Guo and Zhao 2013, Comput. Geotech. 47, 1); the test uses |f_t|
+        # instead of the direction of f_t, an upper bound of its part.
         d = tests["drained"]
         ratio = d["q"][-1] / d["p"][-1]
         self.assertGreater(d["a_c"][-1], 0.1)
@@ -83,7 +88,9 @@ class Laboratory(unittest.TestCase):
 
     def test_isotropic_stresses_are_their_goals(self):
         s = columns(self.out, "isotropic")
-        step = 2e-4    # a step's mean stress meets the goal of its end, so that its end is half a step before the ramp
+        # The mean stress of a step meets the goal of its end, so that the end is half a step before
+        # the ramp.
+        step = 2e-4
         steered = (s["time"] > 0.0) & (s["time"] < 0.04 + 0.5 * step)
         goal = np.where(steered, 1e5 + 2e5 * (s["time"] + 0.5 * step) / 0.04, np.where(s["time"] > 0.0, 3e5, 1e5))
         for name in ("s_xx", "s_yy", "s_zz"):
@@ -95,9 +102,9 @@ class Laboratory(unittest.TestCase):
         deviator = normal - normal.mean(axis=0)
         self.assertLess(np.abs(np.linalg.norm(deviator, axis=0) / 2.4495e4 - 1.0).max(), 0.02)
         self.assertLess(np.abs(s["p"] / 1e5 - 1.0).max(), 0.01)
-        # in the plane of the deviators, along x and across it
+        # The deviator is in the deviatoric plane, along x and across it.
         angle = np.unwrap(np.arctan2((deviator[1] - deviator[2]) / np.sqrt(2.0), np.sqrt(1.5) * deviator[0]))
-        # it begins with the first row of its stage, and ends half a step of the path ahead
+        # The stage begins with its first row and ends half a step of the path ahead.
         self.assertGreaterEqual(abs(angle[-1] - angle[0]), 2.0 * np.pi)
         self.assertAlmostEqual(abs(angle[-1] - angle[0]), 2.0 * np.pi, delta=2.0 * np.pi * 2e-4 / 0.06)
 
@@ -128,7 +135,8 @@ class Laboratory(unittest.TestCase):
         code, said = element_test(table, "--out", out, "--update", "--without", "hdf5", "--without", "picture")
         self.assertEqual(code, 0, said)
         s = columns(out, "cycles")
-        step = 0.1 * 2e-4    # strain of a step, after which events are looked at; a row is after five
+        # strain of a step after which events are checked; every fifth step has a row
+        step = 0.1 * 2e-4
         self.assertAlmostEqual(s["e_xy"].max(), 1e-3, delta=5 * step)
         self.assertAlmostEqual(s["e_xy"].min(), -1e-3, delta=5 * step)
         self.assertGreater(s["loss_friction"][-1], 0.5 * s["work"][-1])
@@ -145,7 +153,7 @@ class Laboratory(unittest.TestCase):
         drained = columns(self.out, "drained")
         self.assertAlmostEqual(inputs[0, -1, 2], drained["e_z"][-1], 6)
         self.assertAlmostEqual(outputs[0, -1, names.index("q")], 1e-6 * drained["q"][-1], 6)
-        self.assertIn(0.1, parameters[0])    # the pressure, in 1e6
+        self.assertIn(0.1, parameters[0])    # pressure in MPa
         self.assertTrue(np.isfinite(parameters).all())
 
     def test_the_picture_is_drawn(self):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""LAMMPS reads the spheres of write_rve: after read_data it has their numbers, in the same box, finds the contacts of the table beside the file, and
-their normal forces make the same virial."""
+"""LAMMPS reads the spheres of write_rve: after read_data it has their numbers and box, finds the
+contacts of the table next to the file, and their normal forces give the same virial."""
 
 import numpy as np
 
@@ -35,13 +35,14 @@ assert np.array_equal(read[:, 6:12], velocities[:, 1:7]) and np.all(np.ptp(veloc
 head = open("spheres.data.contacts").readlines()[1].split()[1:]
 contacts = dict(zip(head, np.loadtxt("spheres.data.contacts").T))
 seen = np.array(open("spheres.normal").read().split(), dtype=float)
-assert seen[0] == 2 * len(contacts["i"]) > 2000    # LAMMPS counts those of each grain
+assert seen[0] == 2 * len(contacts["i"]) > 2000    # LAMMPS counts the contacts of each grain
 branch, normal, force = (np.stack([contacts[f"{name}_{axis}"] for axis in "xyz"], axis=1) for name in ("branch", "n", "force"))
 virial = np.einsum("c,ca,cb->ab", contacts["f_n"], normal, branch) / volume
 expected = virial[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
 assert np.allclose(seen[1:], expected, rtol=0, atol=1e-11 * expected[0]), (seen[1:], expected)
 
-# all of the forces make the stress that the RVE has, whose axes those of the box are turned from: the same invariants
+# All forces together give the stress of the RVE, whose axes are rotated from those of the box:
+# invariants agree.
 stress = np.array(open("spheres.stress").read().split("\n")[-2].split()[1:], dtype=float)
 xx, yy, zz, xy, yx, xz, zx, yz, zy = stress
 of_rve = np.array([[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]])

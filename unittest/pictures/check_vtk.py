@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""VTK's reader, which is ParaView's, opens what to_paraview.py makes: as many points, cells and arrays as the dumps have, with their numbers, at
-their times."""
+"""VTK's reader, which is ParaView's, opens the files of to_paraview.py: points, cells and arrays
+have the numbers of the dumps at their times."""
 
 import os
 import subprocess
@@ -20,7 +20,7 @@ def convert(*words):
 
 
 def series(path):
-    """Times of a .pvd, and its frames as VTK reads them."""
+    """Returns times of a .pvd and its frames from VTK."""
     for entry in xml.parse(path).getroot().find("Collection"):
         reader = vtkXMLUnstructuredGridReader()
         reader.SetFileName(os.path.join(os.path.dirname(path), entry.get("file")))
@@ -58,7 +58,8 @@ for (time, grid), frame in zip(frames, points):
     assert np.array_equal(array(data, "deformation_gradient").reshape(-1, 3, 3)[:, 0, 1], frame["def_xy"])
     assert np.array_equal(array(data, "displacement_vector")[:, 1], frame["uy"])
 
-# boxes: at first squares that fill ground and footing, later as large as the deformation gradient says
+# Boxes are initially squares that fill ground and footing, and later have the size of the
+# deformation gradient.
 convert("points", "points.dump", "--boxes", "--out", "paraview/soil.pvd")
 for (time, grid), frame in zip(series("paraview/soil.pvd"), points):
     assert grid.GetNumberOfCells() == len(frame) and grid.GetNumberOfPoints() == 4 * len(frame)
@@ -82,13 +83,13 @@ for k, (time, grid) in enumerate(series("paraview/grains.pvd")):
     assert np.array_equal(array(lines.GetCellData(), "force")[:, 0], contact["force_x"])
     ends = at(lines).reshape(-1, 2, 3)
     assert np.array_equal(ends[:, 0, 0], grain["x"][contact["id1"].astype(int) - 1])
-    # as long as the radii without the overlap
+    # The length is that of the radii less the overlap.
     reach = sum(grain["radius"][contact[name].astype(int) - 1] for name in ("id1", "id2"))
     assert np.allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), reach - contact["overlap"], rtol=1e-7)
     corners = at(cells[k][1])
     assert np.allclose(corners[1] - corners[0], grain.cell[:, 0]) and np.allclose(corners[3] - corners[0], grain.cell[:, 1])
 
-# without branch vectors the nearest image is taken: the same lines
+# Without branch vectors the nearest image is used, which gives the same lines.
 with open("contacts.dump") as given, open("bare.dump", "w") as bare:
     for line in given:
         words = line.split()

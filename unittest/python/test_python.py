@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""The shared library through LAMMPS' Python module, and lmp on the same scene: the same bits.
+"""The shared library through LAMMPS' Python module gives the bits of lmp for the same scene.
 
     test_python.py cyclic_shear|footing|errors <lmp> <folder of the examples>
 """
@@ -30,12 +30,13 @@ def require(holds, what):
 
 
 def read_dump(path):
-    """The atoms of each frame of a dump, sorted by id."""
+    """Returns the atoms of each frame of a dump, sorted by id."""
     return [np.column_stack(list(frame.columns.values())) for frame in dumps.frames(path)]
 
 
 def cyclic_shear(lmp, examples):
-    """The example of the manual, and lmp told beforehand when to turn: their curves are the same."""
+    """Runs the example of the manual, and lmp with known times of reversals: their curves are the
+    same."""
     said = run(sys.executable, os.path.join(examples, 'python', 'cyclic_shear.py'))
     print(said)
     curve = np.loadtxt('cyclic_shear.txt')
@@ -44,7 +45,7 @@ def cyclic_shear(lmp, examples):
     mean = curve[:, 4:].mean(axis=1)
     require(mean.max() > 25e3 and mean.min() < -25e3, 'the shear stress reaches its limit in both directions')
 
-    # the same scene for lmp, from the text of the example
+    # lmp runs the same scene from the text of the example.
     with open(os.path.join(examples, 'python', 'cyclic_shear.py'), encoding='utf-8') as f:
         scene = f.read().split('commands_string(f"""')[1].split('"""')[0]
     scene = scene.format(packing=os.path.join(examples, 'packings', 'A_h0075.rve'), rate=0.2)
@@ -57,14 +58,15 @@ def cyclic_shear(lmp, examples):
     with open('in.cyclic_shear', 'w', encoding='utf-8') as f:
         f.write(scene)
     run(lmp, '-in', 'in.cyclic_shear', '-log', 'none')
-    frames = read_dump('curve.dump')[1:]    # not that of step 0
+    frames = read_dump('curve.dump')[1:]    # without step 0
     dumped = np.array([np.concatenate((frame[:, 1], frame[:, 2])) for frame in frames])
     require(dumped.shape == curve.shape, f'lmp has {dumped.shape[0]} rows, Python {curve.shape[0]}')
     require(np.array_equal(dumped, curve), f'largest difference {np.abs(dumped - curve).max()}')
 
 
 def footing(lmp, examples):
-    """A small footing, MPM and RVEs: per-atom arrays of fix and compute, global vectors, and atoms, as lmp writes them."""
+    """Runs a small footing with MPM and RVEs: per-atom arrays of fix and compute, global vectors,
+    and atoms are those of lmp."""
     from lammps import LMP_STYLE_ATOM, LMP_STYLE_GLOBAL, LMP_TYPE_ARRAY, LMP_TYPE_VECTOR, lammps
 
     script = os.path.join(examples, 'footing', 'in.footing')
@@ -107,7 +109,8 @@ def footing(lmp, examples):
 
 
 def errors(_lmp, examples):
-    """An error of a script is an exception with its message, and the interpreter lives on."""
+    """Expects that an error of a script is an exception with its message and the interpreter
+    continues."""
     from lammps import lammps
     packing = os.path.join(examples, 'packings', 'A_h0075.rve')
     header = ('units si\ndimension 2\nboundary f f p\natom_style sphere\nregion box block 0 1 0 1 -0.5 0.5\ncreate_box 1 box\n'

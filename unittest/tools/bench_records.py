@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Tests of tools/bench_records.py, and the check of bench/results.
+"""Tests tools/bench_records.py and checks bench/results.
 
     python3 bench_records.py <repository>
 """
@@ -28,7 +28,7 @@ class Records(unittest.TestCase):
         return bench_records.expand(json.loads(bench_records.text(record(*rows))))["rows"]
 
     def test_rows_are_those_that_were_written(self):
-        # metrics of a case are in the order of their names
+        # Metrics of a case are in the order of their names.
         rows = [row("steps", 10, "-", device="a", rves=1), row("wall", 1.5, device="a", rves=1), row("wall", 2.5, device="a", rves=1.0),
                 row("wall", 3.5, device="a", details={"best": 3.25}), row("wall", 4.5, device="b", details={"best": 3.25}, rves=1)]
         back = self.there_and_back(*rows)
