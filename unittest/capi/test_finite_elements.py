@@ -28,7 +28,10 @@ def consistent(specimen, f, stress):
 
 def run(columns, rows, increments, tangent_of=consistent, rough=False, tolerance=1e-6):
     specimen = biaxial.Specimen(PACKING, columns, rows, RATE, SUBSTEPS, rough, **OPTIONS)
-    answers = [specimen.solve_increment(STRAIN, PRESSURE, tangent_of, tolerance, 40) for _ in range(increments)]
+    answers = [
+        specimen.solve_increment(STRAIN, PRESSURE, tangent_of, tolerance, 40)
+        for _ in range(increments)
+    ]
     return specimen, answers
 
 
@@ -52,7 +55,8 @@ def alone(increments):
             p = nominal(x)
             if np.abs(lack(p)).max() < 1e-7 * PRESSURE:
                 break
-            slope = np.stack([(lack(nominal(x + 1e-5 * e)) - lack(p)) / 1e-5 for e in np.eye(2)], axis=1)
+            slope = np.stack([(lack(nominal(x + 1e-5 * e)) - lack(p)) / 1e-5 for e in np.eye(2)],
+                             axis=1)
             x = x - np.linalg.solve(slope, lack(p))
         batch.commit()
         axial.append(-p[1, 1])
@@ -69,17 +73,25 @@ class FiniteElements(unittest.TestCase):
             self.assertLess(np.ptp(values), 5e-4 * abs(values.mean()), name)
         np.testing.assert_allclose(specimen.batch["sxx"], -PRESSURE, rtol=1e-3)
 
-    def test_the_consistent_tangent_gains_two_digits_an_iteration_and_the_elastic_one_less_than_one(self):
+    def test_the_consistent_tangent_gains_two_digits_an_iteration_and_the_elastic_one_less_than_one(
+            self):
         def factors_of(tangent):
             """Returns the ratios of residuals of successive iterations after the first one, which
             moves the plates, at 0.4 to 0.6 % of strain, where grains slide."""
             specimen = biaxial.Specimen(PACKING, 1, 2, 0.2, 300, True, **OPTIONS)
             elastic = specimen.batch.tangents()
-            answers = [specimen.solve_increment(1e-3, PRESSURE, tangent or (lambda *_: elastic), 1e-6, 40) for _ in range(6)]
+            answers = [
+                specimen.solve_increment(1e-3, PRESSURE, tangent or (lambda *_: elastic), 1e-6, 40)
+                for _ in range(6)
+            ]
             residuals = [residuals for residuals, _ in answers[3:]]
             # otherwise there is no second factor
             self.assertTrue(all(len(r) >= 3 for r in residuals), residuals)
-            print(*(f"{r[0]:.1e} {r[1]:.1e} {r[2]:.1e}: order {np.log(r[2] / r[1]) / np.log(r[1] / r[0]):.2f}" for r in residuals), sep="\n")
+            print(*(
+                f"{r[0]:.1e} {r[1]:.1e} {r[2]:.1e}: order "
+                f"{np.log(r[2] / r[1]) / np.log(r[1] / r[0]):.2f}"
+                for r in residuals),
+                  sep="\n")
             return np.concatenate([np.divide(r[1:], r[:-1]) for r in residuals])
 
         # The factors are 1/90 to 1/300, and 1/6 to 1/3 for the elastic tangent, which omits
@@ -97,13 +109,15 @@ class FiniteElements(unittest.TestCase):
 
         _, newton = run(1, 2, 3)
         _, modified = run(1, 2, 3, tangent)
-        np.testing.assert_allclose([axial for _, axial in modified], [axial for _, axial in newton], rtol=1e-5)
+        np.testing.assert_allclose([axial for _, axial in modified], [axial for _, axial in newton],
+                                   rtol=1e-5)
         self.assertGreater(sum(len(r) for r, _ in modified), sum(len(r) for r, _ in newton))
 
     def test_rough_plates_make_the_specimen_bulge(self):
         specimen, _ = run(2, 4, 3, rough=True)
         u = specimen.displacement
-        at = lambda x, y: u[specimen.basis.nodal_dofs[0, np.argmin(np.hypot(specimen.mesh.p[0] - x, specimen.mesh.p[1] - y))]]
+        at = lambda x, y: u[specimen.basis.nodal_dofs[
+            0, np.argmin(np.hypot(specimen.mesh.p[0] - x, specimen.mesh.p[1] - y))]]
         left, right = at(0.0, 0.5 * biaxial.HEIGHT), at(biaxial.WIDTH, 0.5 * biaxial.HEIGHT)
         self.assertGreater(right - left, 1e-3 * biaxial.WIDTH * STRAIN)
         self.assertEqual(at(0.0, 0.0), 0.0)

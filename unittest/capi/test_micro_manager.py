@@ -84,7 +84,8 @@ class Participant:
 
     def advance(self, dt):
         if self.iteration == 1:
-            self.stresses.append(np.stack([self.written["Stress-1"], self.written["Stress-2"]], axis=1))
+            self.stresses.append(
+                np.stack([self.written["Stress-1"], self.written["Stress-2"]], axis=1))
             self.window, self.iteration = self.window + 1, 0
         else:
             self.iteration = 1
@@ -129,7 +130,8 @@ class MicroManager(unittest.TestCase):
 
         participant, rank = Participant.last, micro_simulation.RANK
         self.assertEqual(rank.calls, 2 * WINDOWS)
-        batch = gpu_rve.Batch([gpu_rve.Packing.read(micro_simulation.PACKING)] * POINTS, **micro_simulation.OPTIONS)
+        batch = gpu_rve.Batch([gpu_rve.Packing.read(micro_simulation.PACKING)] * POINTS,
+                              **micro_simulation.OPTIONS)
         steps = int(np.ceil(DT / rank.largest_step))
         before = np.tile(np.eye(2), (POINTS, 1, 1))
         participant.iteration = 1
@@ -142,7 +144,9 @@ class MicroManager(unittest.TestCase):
 
     def test_a_state_goes_to_another_simulation_by_bytes(self):
         first, second = (micro_simulation.MicroSimulation(k) for k in range(2))
-        one, other = ({"Displacement-Gradient-1": [a, 0.0], "Displacement-Gradient-2": [0.0, -1e-4]} for a in (1e-4, 2e-4))
+        one, other = ({
+            "Displacement-Gradient-1": [a, 0.0], "Displacement-Gradient-2": [0.0, -1e-4]
+        } for a in (1e-4, 2e-4))
         first.solve(one, DT)
         state = pickle.loads(pickle.dumps(first.get_state()))
         second.set_state(state)
@@ -167,9 +171,12 @@ class MicroManager(unittest.TestCase):
 
     def test_a_failure_names_the_simulation(self):
         sound, failing = (micro_simulation.MicroSimulation(k) for k in range(2))
-        answer = sound.solve({"Displacement-Gradient-1": [1e-4, 0.0], "Displacement-Gradient-2": [0.0, 0.0]}, DT)
-        failing.solve({"Displacement-Gradient-1": [-0.6, 0.0], "Displacement-Gradient-2": [0.0, -0.6]}, DT)
-        with self.assertRaisesRegex(RuntimeError, "micro simulation 1 did not bear its increment: .*overlap"):
+        answer = sound.solve(
+            {"Displacement-Gradient-1": [1e-4, 0.0], "Displacement-Gradient-2": [0.0, 0.0]}, DT)
+        failing.solve(
+            {"Displacement-Gradient-1": [-0.6, 0.0], "Displacement-Gradient-2": [0.0, -0.6]}, DT)
+        with self.assertRaisesRegex(RuntimeError,
+                                    "micro simulation 1 did not bear its increment: .*overlap"):
             answer["Stress-1"]
 
 

@@ -20,7 +20,10 @@ LARGEST = 200_000    # largest size of a notebook with its pictures [bytes]
 def printed(cell):
     """Returns the text output of a cell and the number of its pictures."""
     pictures = [output for output in cell.outputs if "image/png" in output.get("data", {})]
-    texts = [output.get("text", "") or output.get("data", {}).get("text/plain", "") for output in cell.outputs if output not in pictures]
+    texts = [
+        output.get("text", "") or output.get("data", {}).get("text/plain", "")
+        for output in cell.outputs if output not in pictures
+    ]
     return "".join(texts), len(pictures)
 
 
@@ -33,7 +36,10 @@ class Notebooks(unittest.TestCase):
                 self.assertLess(path.stat().st_size, LARGEST)
                 stored = nbformat.read(path, as_version=4)
                 run = copy.deepcopy(stored)
-                NotebookClient(run, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(FOLDER)}}).execute()
+                NotebookClient(run,
+                               timeout=600,
+                               kernel_name="python3",
+                               resources={"metadata": {"path": str(FOLDER)}}).execute()
                 for before, after in zip(stored.cells, run.cells):
                     if before.cell_type == "code":
                         self.assertEqual(printed(after), printed(before), before.source)

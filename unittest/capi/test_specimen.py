@@ -28,15 +28,31 @@ STRAINS = -np.log1p(-STRAIN) * np.arange(1, INCREMENTS + 1)
 
 def by_finite_elements():
     """Runs one element, since a specimen between smooth plates is uniform."""
-    specimen = biaxial.Specimen(gpu_rve.Packing.read(PACKING), 1, 1, RATE, SUBSTEPS, format="double", device="cpu")
-    return np.array([specimen.solve_increment(STRAIN, PRESSURE, lambda s, f, stress: s.consistent_tangent(f), 1e-4, 40)[1] for _ in range(INCREMENTS)])
+    specimen = biaxial.Specimen(gpu_rve.Packing.read(PACKING),
+                                1,
+                                1,
+                                RATE,
+                                SUBSTEPS,
+                                format="double",
+                                device="cpu")
+    return np.array([
+        specimen.solve_increment(STRAIN, PRESSURE, lambda s, f, stress: s.consistent_tangent(f),
+                                 1e-4, 40)[1] for _ in range(INCREMENTS)
+    ])
 
 
 def by_material_points(rate=RATE, cell=CELL):
     with tempfile.TemporaryDirectory() as folder:
         # The run ends slightly after the last strain of the comparison.
-        subprocess.run([LMP, "-in", EXAMPLES / "finite_elements" / "in.specimen", "-var", "packing", PACKING, "-var", "rate", str(rate), "-var", "h", str(cell),
-                        "-var", "strain", str(STRAIN * (INCREMENTS + 1)), "-screen", "none"], cwd=folder, check=True)
+        subprocess.run([
+            LMP, "-in", EXAMPLES / "finite_elements" / "in.specimen", "-var", "packing", PACKING,
+            "-var", "rate",
+            str(rate), "-var", "h",
+            str(cell), "-var", "strain",
+            str(STRAIN * (INCREMENTS + 1)), "-screen", "none"
+        ],
+                       cwd=folder,
+                       check=True)
         return biaxial.at_strains(pathlib.Path(folder) / "curve.specimen", STRAINS)
 
 
@@ -45,8 +61,12 @@ class Specimen(unittest.TestCase):
         elements, points = by_finite_elements(), by_material_points()
         self.assertGreater(elements[-1], 2.1 * PRESSURE)
         difference = np.abs(points / elements - 1)
-        print(f"finite elements and material points: {100 * difference[0]:.3f} % at first, {100 * difference.max():.3f} % at most up to 1 % of strain")
-        slower, finer = (np.abs(by_material_points(**change) / points - 1).max() for change in ({"rate": RATE / 2}, {"cell": CELL / 2}))
+        print(
+            f"finite elements and material points: {100 * difference[0]:.3f} % at first, "
+            f"{100 * difference.max():.3f} % at most up to 1 % of strain"
+        )
+        slower, finer = (np.abs(by_material_points(**change) / points - 1).max()
+                         for change in ({"rate": RATE / 2}, {"cell": CELL / 2}))
         print(f"half the rate {100 * slower:.3f} %, half the cells {100 * finer:.3f} %")
         # The error is of first order in the rate and of second order in the cell; the remaining
         # error is one change plus a third of the other. The nominal stress of an increment is

@@ -28,10 +28,13 @@ PRESSURE = 1e5
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 ffi = cffi.FFI()
-ffi.cdef("""void umat_(double *, double *, double *, double *, double *, double *, double *, double *, double *, double *, const double *, const double *,
-    const double *, const double *, const double *, const double *, const double *, const double *, const char *, const int *, const int *, const int *,
-    const int *, const double *, const int *, const double *, const double *, double *, const double *, const double *, const double *, const int *, const int *,
-    const int *, const int *, const int *, const int *);""")
+ffi.cdef(
+    """void umat_(double *, double *, double *, double *, double *, double *, double *, double *, double *,
+    double *, const double *, const double *, const double *, const double *, const double *,
+    const double *, const double *, const double *, const char *, const int *, const int *,
+    const int *, const int *, const double *, const int *, const double *, const double *,
+    double *, const double *, const double *, const double *, const int *, const int *, const
+    int *, const int *, const int *, const int *);""")
 library = ffi.dlopen(UMAT)
 
 
@@ -47,32 +50,44 @@ class Umat:
         self.point = Umat.points
         self.gradients, self.stresses = [], []
 
-    def __call__(self, stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, dtemp, predef, dpred, cmname,
-                 ndi, nshr, props, coords, drot, pnewdt, celent, dfgrd0, dfgrd1, *_, **__):
+    def __call__(self, stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran,
+                 dstran, time, dtime, temp, dtemp, predef, dpred, cmname, ndi, nshr, props, coords,
+                 drot, pnewdt, celent, dfgrd0, dfgrd1, *_, **__):
         def numbers(values):
             return ffi.new("double[]", [float(x) for x in np.ravel(values, order="F")])
 
         def whole(value):
             return ffi.new("int *", value)
 
-        answer, state, tangent, one = numbers(stress), numbers(statev), numbers(np.zeros((6, 6))), ffi.new("double *", 1.0)
+        answer, state, tangent, one = numbers(stress), numbers(statev), numbers(np.zeros(
+            (6, 6))), ffi.new("double *", 1.0)
         none, rest = ffi.NULL, whole(1)
-        library.umat_(answer, state, tangent, none, none, none, none, none, none, none, none, numbers(dstran), none, numbers([dtime]), none, none, none, none,
-                      self.name, whole(ndi), whole(nshr), whole(6), whole(len(statev)), numbers(props), whole(len(props)), numbers(coords), none, one, none,
-                      numbers(dfgrd0), numbers(dfgrd1), whole(self.point), rest, rest, rest, rest, rest)
+        library.umat_(answer, state, tangent, none, none, none, none, none, none, none, none,
+                      numbers(dstran), none, numbers([dtime]), none, none, none, none, self.name,
+                      whole(ndi), whole(nshr), whole(6), whole(len(statev)), numbers(props),
+                      whole(len(props)), numbers(coords), none, one, none, numbers(dfgrd0),
+                      numbers(dfgrd1), whole(self.point), rest, rest, rest, rest, rest)
         assert one[0] == 1.0, "the RVE did not bear an increment"
         found = np.array(list(answer))
         self.gradients.append(dfgrd1.copy())
         self.stresses.append(found)
-        return found + PRESSURE * np.array([1, 1, 1, 0, 0, 0]), np.array(list(state)), np.reshape(list(tangent), (6, 6), order="F")
+        return found + PRESSURE * np.array([1, 1, 1, 0, 0, 0]), np.array(list(state)), np.reshape(
+            list(tangent), (6, 6), order="F")
 
 
 def run(scenario, packing, displacements, dt, increments, substeps=100):
     """Returns the path of the driver after its first call, which is at rest: F (n + 1, 3, 3),
     Cauchy stresses (n + 1, 6), and the number of calls."""
     umat = Umat(packing)
-    step = SPSStep(loading_scenario=scenario, dtime=1.0, time_max=float(increments), dtime_max=1.0, props=[substeps * dt, dt, 1e-6, 1], nstatv=3,
-                   displacements=displacements, loading_direction_i=1, loading_direction_j=2)
+    step = SPSStep(loading_scenario=scenario,
+                   dtime=1.0,
+                   time_max=float(increments),
+                   dtime_max=1.0,
+                   props=[substeps * dt, dt, 1e-6, 1],
+                   nstatv=3,
+                   displacements=displacements,
+                   loading_direction_i=1,
+                   loading_direction_j=2)
     with open(os.devnull, "w") as nothing, contextlib.redirect_stdout(nothing):
         outputs = step.loading_scenario(step, umat).run_simulation()
     f = np.concatenate([np.eye(3)[None], outputs.all_dfgrd])
@@ -84,7 +99,8 @@ def run(scenario, packing, displacements, dt, increments, substeps=100):
 def by_gpu_rve(packing, f, dt, substeps=100):
     """Returns stresses of an RVE along the same path (n + 1, 6); components out of the plane of
     disks are zero."""
-    batch = gpu_rve.Batch([gpu_rve.Packing.read(EXAMPLES / "packings" / f"{packing}.rve")], **OPTIONS)
+    batch = gpu_rve.Batch([gpu_rve.Packing.read(EXAMPLES / "packings" / f"{packing}.rve")],
+                          **OPTIONS)
     d = batch.dimension
     rows = []
     for before, after in zip(np.concatenate([f[:1], f]), f):
@@ -102,7 +118,9 @@ class SinglePoint(unittest.TestCase):
         self.assertLess(calls, 3.5 * increments)
         # tolerance of the driver: 1e-3 of the stress relative to the cell pressure
         for k in free:
-            np.testing.assert_allclose(stress[1:, k], -PRESSURE, atol=1e-3 * np.abs(stress[-1] + PRESSURE).max())
+            np.testing.assert_allclose(stress[1:, k],
+                                       -PRESSURE,
+                                       atol=1e-3 * np.abs(stress[-1] + PRESSURE).max())
         # The two programs invert F by different formulas, whose results differ in the last digit.
         np.testing.assert_allclose(stress, by_gpu_rve(packing, f, dt), atol=1e-6 * PRESSURE)
         return f, stress
@@ -113,7 +131,11 @@ class SinglePoint(unittest.TestCase):
         self.assertGreater(stress[-1, 1] / stress[-1, 0], 2.0)
 
     def test_spheres_are_compressed_and_sheared_under_a_cell_pressure(self):
-        f, stress = self.check_path("compression torsion", "S500", [-0.02, 0.02], 2e-6, 20, free=(0, 2))
+        f, stress = self.check_path("compression torsion",
+                                    "S500", [-0.02, 0.02],
+                                    2e-6,
+                                    20,
+                                    free=(0, 2))
         self.assertAlmostEqual(f[-1, 0, 1], 0.02, 12)
         self.assertGreater(stress[-1, 3], 1e4)
 

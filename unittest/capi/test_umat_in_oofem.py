@@ -47,7 +47,8 @@ def alone():
         moved = STRAIN if increment > 0 else 0.0
 
         def stress_at(x):
-            return batch.trial([[1 + x[0], 0.5 * x[1]], [0.5 * x[1], 1 - moved]], DT["A_h0075"], SUBSTEPS)[0][0]
+            return batch.trial([[1 + x[0], 0.5 * x[1]], [0.5 * x[1], 1 - moved]], DT["A_h0075"],
+                               SUBSTEPS)[0][0]
 
         def lack(stress):
             return np.array([stress[0, 0] + PRESSURE, stress[0, 1]])
@@ -57,7 +58,8 @@ def alone():
         for _ in range(20):
             if np.abs(lack(stress)).max() < 1e-7 * PRESSURE:
                 break
-            slope = np.stack([(lack(stress_at(x + 1e-5 * e)) - lack(stress)) / 1e-5 for e in np.eye(2)], axis=1)
+            slope = np.stack(
+                [(lack(stress_at(x + 1e-5 * e)) - lack(stress)) / 1e-5 for e in np.eye(2)], axis=1)
             x = x - np.linalg.solve(slope, lack(stress))
             stress = stress_at(x)
         batch.commit()
@@ -74,7 +76,13 @@ class Oofem(unittest.TestCase):
 
     def run_specimen(self, packing, **options):
         dt = DT[packing]
-        text = specimen.deck(packing == "S500", UMAT, packing, [SUBSTEPS * dt, dt, 1e-5, 0], PRESSURE, STRAIN * INCREMENTS, INCREMENTS, tolerance=1e-6,
+        text = specimen.deck(packing == "S500",
+                             UMAT,
+                             packing, [SUBSTEPS * dt, dt, 1e-5, 0],
+                             PRESSURE,
+                             STRAIN * INCREMENTS,
+                             INCREMENTS,
+                             tolerance=1e-6,
                              **options)
         analysis = specimen.Analysis(text)
         for _ in range(INCREMENTS + 1):
@@ -94,13 +102,16 @@ class Oofem(unittest.TestCase):
                 found = analysis.stresses
                 for k, (row, column) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
                     if max(row, column) < batch.dimension:
-                        np.testing.assert_array_equal(found[:, k], stress[:, row, column], f"{name} {k}")
+                        np.testing.assert_array_equal(found[:, k], stress[:, row, column],
+                                                      f"{name} {k}")
                 # an equilibrium to the tolerance of Newton's iterations
                 for side in range(batch.dimension - 1):
                     self.assertAlmostEqual(found[:, side].mean() / -PRESSURE, 1.0, 4)
 
     def test_a_uniform_specimen_is_one_rve(self):
-        axial = [-analysis.stresses[:, 1].mean() for analysis in self.run_specimen("A_h0075", cells=2)]
+        axial = [
+            -analysis.stresses[:, 1].mean() for analysis in self.run_specimen("A_h0075", cells=2)
+        ]
         # The left side is held straight, so that a slightly anisotropic packing has a small shear
         # stress.
         np.testing.assert_allclose(axial, alone(), rtol=1e-4)

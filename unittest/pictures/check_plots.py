@@ -19,7 +19,10 @@ script = os.path.join(sys.argv[1], "plot_fields.py")
 
 
 def run(*words):
-    return subprocess.run([sys.executable, script, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+    return subprocess.run([sys.executable, script, *words],
+                          stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT,
+                          universal_newlines=True)
 
 
 frames = list(dumps.frames("points.dump"))
@@ -58,7 +61,8 @@ assert cmap == "RdBu_r" and norm.vmin == -2.0 and norm.vmax == 2.0
 
 # units give readable digits
 assert plot_fields.scale_and_label("q", np.array([10.0]))[1] == "deviatoric stress q [Pa]"
-assert plot_fields.scale_and_label("q", np.array([-3e6, 0.0])) == (1e-6, "deviatoric stress q [MPa]")
+assert plot_fields.scale_and_label("q", np.array([-3e6,
+                                                  0.0])) == (1e-6, "deviatoric stress q [MPa]")
 assert plot_fields.scale_and_label("q", np.array([3e6]), "lj") == (1.0, "deviatoric stress q")
 
 # messages

@@ -25,13 +25,16 @@ def series(path):
         reader = vtkXMLUnstructuredGridReader()
         reader.SetFileName(os.path.join(os.path.dirname(path), entry.get("file")))
         reader.Update()
-        assert reader.GetErrorCode() == 0 and reader.GetOutput().GetNumberOfPoints() > 0, entry.get("file")
+        assert reader.GetErrorCode() == 0 and reader.GetOutput().GetNumberOfPoints() > 0, entry.get(
+            "file")
         yield float(entry.get("timestep")), reader.GetOutput()
 
 
 def array(data, name):
     found = data.GetArray(name)
-    assert found is not None, (name, [data.GetArrayName(k) for k in range(data.GetNumberOfArrays())])
+    assert found is not None, (name, [
+        data.GetArrayName(k) for k in range(data.GetNumberOfArrays())
+    ])
     return vtk_to_numpy(found)
 
 
@@ -39,7 +42,8 @@ def at(grid):
     return vtk_to_numpy(grid.GetPoints().GetData())
 
 
-points, grains, contacts = (list(dumps.frames(name + ".dump")) for name in ("points", "grains", "contacts"))
+points, grains, contacts = (list(dumps.frames(name + ".dump"))
+                            for name in ("points", "grains", "contacts"))
 
 convert("points", "points.dump", "--out", "paraview/points.pvd")
 frames = list(series("paraview/points.pvd"))
@@ -55,7 +59,8 @@ for (time, grid), frame in zip(frames, points):
     stress = array(data, "stress").reshape(-1, 3, 3)
     for name, i, j in (("xx", 0, 0), ("yy", 1, 1), ("xy", 0, 1), ("xy", 1, 0), ("zz", 2, 2)):
         assert np.array_equal(stress[:, i, j], frame["stress_" + name])
-    assert np.array_equal(array(data, "deformation_gradient").reshape(-1, 3, 3)[:, 0, 1], frame["def_xy"])
+    assert np.array_equal(
+        array(data, "deformation_gradient").reshape(-1, 3, 3)[:, 0, 1], frame["def_xy"])
     assert np.array_equal(array(data, "displacement_vector")[:, 1], frame["uy"])
 
 # Boxes are initially squares that fill ground and footing, and later have the size of the
@@ -71,7 +76,8 @@ for (time, grid), frame in zip(series("paraview/soil.pvd"), points):
     assert np.array_equal(array(grid.GetCellData(), "p"), frame["p"])
 
 convert("grains", "grains.dump", "--contacts", "contacts.dump", "--out", "paraview/grains.pvd")
-chains, cells = list(series("paraview/grains.contacts.pvd")), list(series("paraview/grains.cell.pvd"))
+chains, cells = list(series("paraview/grains.contacts.pvd")), list(
+    series("paraview/grains.cell.pvd"))
 for k, (time, grid) in enumerate(series("paraview/grains.pvd")):
     grain, contact = grains[k], contacts[k]
     assert time == grain.time == chains[k][0] == cells[k][0]
@@ -85,9 +91,12 @@ for k, (time, grid) in enumerate(series("paraview/grains.pvd")):
     assert np.array_equal(ends[:, 0, 0], grain["x"][contact["id1"].astype(int) - 1])
     # The length is that of the radii less the overlap.
     reach = sum(grain["radius"][contact[name].astype(int) - 1] for name in ("id1", "id2"))
-    assert np.allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), reach - contact["overlap"], rtol=1e-7)
+    assert np.allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+                       reach - contact["overlap"],
+                       rtol=1e-7)
     corners = at(cells[k][1])
-    assert np.allclose(corners[1] - corners[0], grain.cell[:, 0]) and np.allclose(corners[3] - corners[0], grain.cell[:, 1])
+    assert np.allclose(corners[1] - corners[0], grain.cell[:, 0]) and np.allclose(
+        corners[3] - corners[0], grain.cell[:, 1])
 
 # Without branch vectors the nearest image is used, which gives the same lines.
 with open("contacts.dump") as given, open("bare.dump", "w") as bare:
