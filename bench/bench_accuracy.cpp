@@ -1,22 +1,28 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a setting of fix rve costs and what it loses: fixed scenes, each setting against a small-step reference in double precision. The
-// packings are all of disks or all of spheres.
+// Measures costs and errors of the settings of fix rve in fixed scenes. The error of a setting is
+// taken against a small-step reference in double precision. All packings are of disks or all of
+// spheres.
 //
-//   bench_accuracy <output.json> <packing.rve> [<packing.rve> ...] [--device cpu|cuda] [--copies N] [--machine words] [--scenes a,b]
+//   bench_accuracy <output.json> <packing.rve> [<packing.rve> ...] [--device cpu|cuda]
+//                  [--copies N] [--machine words] [--scenes a,b]
 //                  [--short] [--ensemble] [--presets] [--skipping] [--floor]
 //
-// With --ensemble packings of several numbers of grains are compared, in the mean and in their scatter: nothing else.
-// With --presets only the three presets run, for what they cost beside each other: no errors. So many copies of the packings can fill a device.
-// With --skipping adaptive substeps run with and without *quiescent*, for what skipping saves: no errors.
-// With --floor packings are held at rest in each number format, for the unbalanced force that remains and the pressure that it changes.
+// --ensemble compares only the mean and the scatter of packings with several numbers of grains.
+// --presets compares only the costs of the three presets. Enough copies of the packings fill a
+// device.
+// --skipping compares only the costs of adaptive substeps with and without *quiescent*.
+// --floor holds packings at rest in each number format and measures the unbalanced force that
+// remains and the change of the pressure.
 //
-// A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs agree in the mean only. Twins are therefore
-// run, alike but for grains that are displaced by a part of an overlap, and as long as all of them agree the error of a setting is taken
-// point by point; afterwards only means over the packings are compared. The packings are one batch; `copies` of each
-// fill a GPU. Planted defects, which must stand out, show that the scenes would find them.
+// A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs
+// agree in the mean only. The program therefore also runs twins, whose grains are displaced by a
+// part of an overlap. While all twins agree, the error of a setting is taken point by point;
+// afterwards only means over the packings are compared. The packings are one batch; `copies` of
+// each fill a GPU. Planted defects must exceed the limit, which shows that the scenes detect them.
 //
-// Cost is CPU time of the one thread, or wall time where a GPU works, with all threads of the host. Between macro steps a fixed piece of
-// work is timed too, and ratios of costs are ratios of times over it: what else the machine does at the moment slows both.
+// The cost is the CPU time of one thread. On a GPU it is the wall time, with all threads of the
+// host. A fixed piece of work is timed between macro steps, and costs are divided by its time, so
+// that other load on the machine cancels.
 
 #include "bench_report.h"
 #include "steps_on_device.h"
@@ -50,45 +56,49 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double PRESSURE = 1e5;    // of the packings and on the sides that a servo holds [Pa]
+// pressure of the packings and on the sides that a servo holds [Pa]
+constexpr double PRESSURE = 1e5;
 
-/// Strain rate of the element tests [1/s]: an inertial number of 2e-4. That of spheres is larger, as their mass is: disks are prisms of 1 m.
+/// Strain rate of the element tests [1/s]. The inertial number of disks is 2e-4; that of spheres is
+/// larger because disks are prisms of 1 m and have more mass.
 template <int D> constexpr double RATE = D == 2 ? 0.05 : 0.2;
 
-// Twins: displacements over the mean overlap, of the order of what truncation does in the first steps, so that both have been
-// amplified as much when curves part. In slow scenes the stiffness itself is at stake, which a displacement changes as much.
+// Displacements of the twins over the mean overlap. They are of the order of the truncation error
+// of the first steps, so that both are amplified as much until curves part. The smaller one is for
+// slow scenes, where a displacement changes the stiffness as much as truncation does.
 constexpr double DISPLACEMENT = 1e-3, DISPLACEMENT_SLOW = 1e-5;
-constexpr int NUM_TWINS =
-    5;    // beside the one that is not displaced; the first pair that parts counts
+// Number of twins in addition to the undisplaced run. The first pair that parts ends the comparison.
+constexpr int NUM_TWINS = 5;
 
-// Deviation of a twin at which the curves count as parted, over the pressure. A fifth of the limit below: what a setting loses until
-// then is its own.
+// Deviation of a twin over the pressure at which the curves count as parted. It is a fifth of
+// LIMIT, so that the errors before it are those of the setting.
 constexpr double PARTED = 0.002;
 
-// Error that a setting may have before bifurcation; defects must exceed it.
+// Largest error that a setting may have before bifurcation; defects must exceed it.
 constexpr double LIMIT = 0.01;
 
 constexpr int PACES = 40;    // measurements of the machine's pace in a run
 
-// Macro steps between looks at the stability bound, with details of all RVEs, as fix rve has it by default.
+// Macro steps between checks of the stability bound, with details of all RVEs; the default of fix
+// rve.
 constexpr int CHECK_INTERVAL = 100;
 
-// Where only costs are compared, scenes end when the preset reference has made so many DEM steps.
+// Number of DEM steps of the preset reference at which a scene ends where only costs are compared.
 constexpr double MOST_STEPS_FOR_COST = 1.2e5;
 
-// ---- scenes -----------------------------------------------------------------------------------------------------------------------
+// ---- scenes -------------------------------------------------------------------------------------
 
 template <int D> struct Scene {
   std::string name;
-  double rate;          // of strain [1/s]
-  double macro_step;    // [s]
-  int steps;            // macro steps
+  double rate;          // strain rate [1/s]
+  double macro_step;    // duration of a macro step [s]
+  int steps;            // number of macro steps
   bool servo;           // the axes that are not compressed are held at PRESSURE
   bool slow;    // begins sheared and at rest; errors are over the largest change of the stress
   Tensor<double, D> (*gradient)(double rate, double time);
 };
 
-/// Along the last axis.
+/// Returns the velocity gradient of compression along the last axis.
 template <int D> Tensor<double, D> compression(double rate, double)
 {
   auto gradient = Tensor<double, D>::zero();
@@ -103,14 +113,15 @@ template <int D> Tensor<double, D> shear(double rate, double)
   return gradient;
 }
 
-// amplitude 0.4 %
+// Returns the velocity gradient of cyclic shear with a strain amplitude of 0.4 %.
 template <int D> Tensor<double, D> cycles(double rate, double time)
 {
   const double quarter = std::fmod(time * rate / 0.004, 4.0);
   return shear<D>(quarter < 1.0 || quarter >= 3.0 ? rate : -rate, time);
 }
 
-/// Spheres are strained as much in a macro step as disks, and about as many DEM steps are in it.
+/// Returns the six element tests. The strain of a macro step is the same for spheres and disks, and
+/// about as many DEM steps are in it.
 template <int D> std::array<Scene<D>, 6> scenes()
 {
   const double rate = RATE<D>, macro_step = 5e-5 / rate, creep = rate / 100.0;
@@ -123,25 +134,26 @@ template <int D> std::array<Scene<D>, 6> scenes()
             shear<D>}}};
 }
 
-// ---- settings ---------------------------------------------------------------------------------------------------------------------
+// ---- settings -----------------------------------------------------------------------------------
 
 enum class Defect { None, HistoryDroppedAtRebuild, EulerCellInSinglePrecision };
 
 struct Setting {
-  std::string name = {}, knob = {};    // the knob that it turns, for the table
+  std::string name = {}, knob = {};    // the knob that the setting changes, for the table
   Format format = Format::Mixed;
   Arithmetic arithmetic = Arithmetic::Strict;
   double dt_fraction = 0.9;
   double mass_scaling = 1.0;
-  double damping = -1.0;    // Cundall's; negative: the packing's
-  double viscosity =
-      0.0;    // share of the critical one of a contact of mean grains, normal and tangential, instead of Cundall's
+  double damping = -1.0;    // Cundall's local damping; negative: that of the packing
+  // Viscous damping instead of Cundall's, normal and tangential, as a share of the critical damping
+  // of a contact of mean grains.
+  double viscosity = 0.0;
   double skin = 0.0;
   MacroStepOptions macro = {};
   Defect defect = Defect::None;
-  double displacement = 0.0;        // of grains at the start, over the mean overlap
-  int seed = 0;                     // of the displacements
-  double friction = -1.0;           // negative: the packing's
+  double displacement = 0.0;        // displacement of grains at the start over the mean overlap
+  int seed = 0;                     // seed of the displacements
+  double friction = -1.0;           // negative: that of the packing
   double rolling_friction = 0.0;    // with k_r = k_t
   bool track_energy = false;
   Arms arms = Arms::Contact;
@@ -167,7 +179,7 @@ MacroStepOptions samples(StressFrom from, int number, int spacing)
 const Setting REFERENCE{"small-step reference", "reference", Format::Double, Arithmetic::Strict,
                         0.05};
 
-/// From the cheapest to the one that the others are compared with.
+/// Presets from the cheapest to the one that the others are compared with.
 const Setting PRESETS[] = {{"draft", "preset", Format::Fast, Arithmetic::Strict, 0.9, 4.0},
                            {"standard", "preset", Format::Mixed, Arithmetic::Strict, 0.9},
                            {"reference", "preset", Format::Double, Arithmetic::Strict, 0.1}};
@@ -182,7 +194,7 @@ template <int D> std::vector<Setting> settings(bool cuda)
   if (cuda) {
     list.push_back({"fast, relaxed", "arithmetic", Format::Fast, Arithmetic::Relaxed});
     list.push_back({"mixed, relaxed", "arithmetic", Format::Mixed, Arithmetic::Relaxed});
-  } else if (D == 2)    // where it exists
+  } else if (D == 2)    // the format exists on CPUs for disks only
     list.push_back({"single", "format", Format::Single});
   for (const double fraction : {0.1, 0.2, 0.45, 0.7})
     list.push_back({"dt " + number(fraction), "dt", Format::Mixed, strict, fraction});
@@ -212,7 +224,8 @@ template <int D> std::vector<Setting> settings(bool cuda)
   with("average 3 2", "stress", samples(StressFrom::Average, 3, 2));
   with("regression 5 2", "stress", samples(StressFrom::Regression, 5, 2));
 
-  // what a scene may do without, or asks for: other physics in part, so that the cost is what counts
+  // Features that a scene may lack or need. They change the physics in part, so only the cost
+  // counts.
   const auto feature = [&](const std::string &name) -> Setting & {
     list.push_back({name, "feature"});
     return list.back();
@@ -234,7 +247,7 @@ template <int D> std::vector<Setting> settings(bool cuda)
   return list;
 }
 
-/// What the style refuses, or the defect has no meaning for.
+/// Returns true if fix rve accepts the setting in this scene and a defect has a meaning there.
 template <int D> bool fits(const Setting &setting, const Scene<D> &scene)
 {
   const bool of_a_strain = setting.macro.adaptive || setting.macro.quiescent_strain > 0.0 ||
@@ -242,25 +255,25 @@ template <int D> bool fits(const Setting &setting, const Scene<D> &scene)
   return !(scene.servo && of_a_strain);
 }
 
-// ---- runs -------------------------------------------------------------------------------------------------------------------------
+// ---- runs ---------------------------------------------------------------------------------------
 
 /// Stresses of one packing after each macro step.
 template <int D> using Curve = std::vector<Tensor<double, D>>;
 
 template <int D> struct Outcome {
-  std::vector<Curve<D>> curves;    // of each packing
+  std::vector<Curve<D>> curves;    // one of each packing
   double seconds = 0.0;            // for all packings and copies
-  double looking = 0.0;            // of these, for macro steps that end with details
-  double pace = 1.0;               // mean time of the fixed piece of work meanwhile [s]
-  double dem_steps = 0.0;          // of one packing, mean
-  std::string failure;             // words of the status; empty if all went well
+  double looking = 0.0;            // part of `seconds` for macro steps that end with details
+  double pace = 1.0;               // mean time of the fixed piece of work during the run [s]
+  double dem_steps = 0.0;          // mean number of DEM steps of one packing
+  std::string failure;             // description of the status; empty without failure
   double cost() const { return seconds / pace; }
 };
 
 struct Machine {
   Device device = Device::Cpu;
   int copies = 1;
-  int threads = 1;    // of the host
+  int threads = 1;    // threads of the host
 };
 
 template <int D> Options options_for(const Setting &setting, const Machine &machine)
@@ -289,12 +302,13 @@ template <int D> RveStateOf<D> prepared(RveStateOf<D> state, const Setting &sett
   }
   if (setting.viscosity > 0.0) {
     const double mass = state.mass() / state.num_grains();
-    // 2 sqrt(k m*) with the reduced mass m/2
+    // The critical damping is 2 sqrt(k m*) with the reduced mass m* = m/2.
     material.normal_viscosity = material.tangential_viscosity =
         setting.viscosity * 2.0 * std::sqrt(0.5 * mass * material.normal_stiffness);
   }
   if (setting.displacement > 0.0) {
-    // that of the mean grain, near enough: p h d/k_n of disks, p d^2/k_n of spheres
+    // The overlap is approximately that of the mean grain: p h d/k_n of disks, p d^2/k_n of
+    // spheres.
     const double of_a_grain = state.solid_volume() / state.num_grains();
     const double size =
         2.0 * (D == 2 ? std::sqrt(of_a_grain / kPi) : std::cbrt(0.75 * of_a_grain / kPi));
@@ -323,20 +337,21 @@ DriveOf<D> drive_for(const Scene<D> &scene, const Tensor<double, D> &gradient, d
       drive.stress_goal(a, a) = -PRESSURE;
     }
     drive.servo_gain = default_servo_gain(state);
-    drive.servo_max_rate = 5e-5 / drive.dt;    // as fix rve has it
+    drive.servo_max_rate = 5e-5 / drive.dt;    // the limit of fix rve
   }
   return drive;
 }
 
-/// Time of the work on this machine: that of the CPU, which does not go on while others are at it, or that of the wall [s].
+/// Returns the CPU time on a CPU, which does not advance while other programs run, and the wall
+/// time on a GPU [s].
 double now(const Machine &machine)
 {
   if (machine.device == Device::Cpu) return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// A fixed piece of work, DEM steps at rest in double precision: how fast the machine is at the moment. On a GPU, which is not
-/// shared, it is not needed.
+/// Measures the present speed of the machine by a fixed piece of work: DEM steps at rest in double
+/// precision. It does nothing on a GPU, which is not shared.
 template <int D> class Pace {
  public:
   Pace(const RveStateOf<D> &packing, const Machine &_machine) : machine(_machine)
@@ -368,7 +383,7 @@ template <int D> class Pace {
   double seconds = 0.0;
 };
 
-/// As fix rve does, but for the bound of their time steps.
+/// Notes RVEs that have stiffened, as fix rve does, but without a bound for their time steps.
 template <int D> void note_stiffened(macro::RvePointsOf<D> &points, const std::vector<int> &slots)
 {
   if (!points.any_has_stiffened()) return;
@@ -378,8 +393,9 @@ template <int D> void note_stiffened(macro::RvePointsOf<D> &points, const std::v
   points.note_check(stiffened);
 }
 
-/// Through the layer that fix rve uses, so that its knobs are these, and as it does: details are asked for when the bound is looked at,
-/// and in the end; on a GPU, where it is driven by increments alone, these and the stresses are there.
+/// Runs a scene with the classes that fix rve uses, so that settings have the meaning they have
+/// there. Details are requested when the stability bound is checked and at the end. On a GPU
+/// without a servo, increments and stresses lie in the memory of the device.
 template <int D>
 Outcome<D> run_points(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings,
                       const Setting &setting, const Machine &machine)
@@ -457,7 +473,7 @@ Outcome<D> run_points(const Scene<D> &scene, const std::vector<RveStateOf<D>> &p
   return outcome;
 }
 
-/// With a defect planted from outside: the engine has none.
+/// Runs a scene with a defect that is planted from outside, since the engine has none.
 template <int D>
 Outcome<D> run_with_defect(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings,
                            const Setting &setting, const Machine &machine)
@@ -482,7 +498,7 @@ Outcome<D> run_with_defect(const Scene<D> &scene, const std::vector<RveStateOf<D
       if (calls > 1) drive.substeps = 1;
       for (int call = 0; call < calls; ++call) {
         if (setting.defect == Defect::EulerCellInSinglePrecision) {
-          // H + dt L H, every number rounded to single precision
+          // H + dt L H with every number rounded to single precision
           const Tensor<double, D> old = cell;
           for (int a = 0; a < D; ++a)
             for (int b = 0; b < D; ++b) {
@@ -522,7 +538,8 @@ Outcome<D> run(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings
                                         : run_with_defect(scene, packings, setting, machine);
 }
 
-/// Sheared by 0.3 % and at rest again: tangential forces everywhere, from which slow shear goes on.
+/// Returns the packing after 0.3 % of shear and a rest. All its contacts have tangential forces,
+/// from which slow shear continues.
 template <int D> RveStateOf<D> sheared(const RveStateOf<D> &packing)
 {
   const auto engine = make_engine<D>(options_for<D>(REFERENCE, Machine()));
@@ -543,14 +560,14 @@ template <int D> RveStateOf<D> sheared(const RveStateOf<D> &packing)
   return engine->state(rve);
 }
 
-// ---- errors -----------------------------------------------------------------------------------------------------------------------
+// ---- errors -------------------------------------------------------------------------------------
 
 struct Errors {
-  std::vector<double> pointwise;    // largest before bifurcation, of each packing
-  double pressure = 0.0;            // difference of the mean pressure afterwards, relative
-  double stress_ratio = 0.0;        // of the mean q/p afterwards
-  double scatter = 0.0;    // standard error of the mean q/p over packings, in the reference
-  double before = 1.0;     // share of the scene before bifurcation, mean over packings
+  std::vector<double> pointwise;    // largest error before bifurcation, of each packing
+  double pressure = 0.0;            // relative difference of the mean pressure after bifurcation
+  double stress_ratio = 0.0;        // difference of the mean q/p after bifurcation
+  double scatter = 0.0;             // standard error of the mean q/p over packings in the reference
+  double before = 1.0;              // mean share of the scene before bifurcation over packings
 };
 
 template <int D> double stress_ratio(const Tensor<double, D> &stress)
@@ -560,10 +577,11 @@ template <int D> double stress_ratio(const Tensor<double, D> &stress)
   return result.deviatoric_stress() / result.mean_stress();
 }
 
-/// Of the errors of the packings, one for each seed: a verdict that holds for one of them need not hold for another.
+/// Statistics of the errors of all packings, one for each seed. A verdict for one seed need not
+/// hold for another.
 struct Range {
   double least, median, largest;
-  int beyond;    ///< how many exceed the limit
+  int beyond;    ///< number of errors beyond LIMIT
   int seeds;
 
   explicit Range(std::vector<double> errors) : seeds(static_cast<int>(errors.size()))
@@ -582,14 +600,15 @@ struct Range {
   }
 };
 
-/// The reference's curves, and how far they can be followed.
+/// The curves of the reference and the steps up to which other curves can follow them.
 template <int D> struct Standard {
   std::vector<Curve<D>> curves;
   std::vector<double> change;      ///< largest change of the stress of each packing [stress]
   std::vector<int> bifurcation;    ///< step at which the first twin has parted, or the end
 };
 
-/// Of two curves at a step: over the pressure, and in slow scenes of the change since the first step, over the largest change.
+/// Returns the deviation of two curves at a step over the pressure. In slow scenes it is the
+/// deviation of the changes since the first step over the largest change.
 template <int D>
 double deviation(const Scene<D> &scene, const Curve<D> &curve, const Curve<D> &exact, double change,
                  int step)
@@ -599,7 +618,8 @@ double deviation(const Scene<D> &scene, const Curve<D> &curve, const Curve<D> &e
   return norm((curve[step] - curve[0]) - (exact[step] - exact[0])) / change;
 }
 
-/// With the reference's own steps twins would take most of the time; chaos does not need them.
+/// Runs the twins. Their steps are larger than those of the reference, which would take most of the
+/// time; the onset of chaos does not need such small steps.
 template <int D>
 std::vector<Outcome<D>> twins_of(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings,
                                  const Machine &machine, int count)
@@ -681,9 +701,11 @@ Errors errors_of(const Standard<D> &standard, const Outcome<D> &outcome, const S
   return errors;
 }
 
-// ---- the reference itself -----------------------------------------------------------------------------------------------------------
+// ---- tests of the reference ---------------------------------------------------------------------
 
-/// Restitution of two grains with local damping is sqrt((1 - a)/(1 + a)): the impulse is carried in by 1 - a and out by 1 + a.
+/// Returns the relative error of the restitution of two grains with local damping. The exact value
+/// is sqrt((1 - a)/(1 + a)): the damping scales the impulse by 1 - a on approach and by 1 + a on
+/// separation.
 template <int D> double restitution_error(const Machine &machine)
 {
   Material material;
@@ -712,7 +734,8 @@ template <int D> double restitution_error(const Machine &machine)
   return std::fabs(-engine->state(rve).velocity[0] / 0.1 / expected - 1.0);
 }
 
-/// Affine stiffness of a packing at rest, in closed form, against one step.
+/// Returns the relative error of one step against the closed form of the affine stiffness of a
+/// packing at rest.
 template <int D> double stiffness_error(const RveStateOf<D> &packing, const Machine &machine)
 {
   const auto engine = make_engine<D>(options_for<D>(REFERENCE, machine));
@@ -731,8 +754,9 @@ template <int D> double stiffness_error(const RveStateOf<D> &packing, const Mach
   return norm(after[0].stress - before[0].result.stress - expected) / norm(expected);
 }
 
-/// Largest difference between a GPU's and the CPU's stress, with the preset standard, in pieces of uniaxial and of biaxial or triaxial compression
-/// (with a servo): none, so that what was compared with LAMMPS on a CPU holds here too.
+/// Returns the largest difference between stresses on a GPU and on a CPU over PRESSURE, with the
+/// preset standard, in uniaxial compression and in biaxial or triaxial compression with a servo.
+/// The expected value is zero, so that the comparison with LAMMPS on a CPU holds for the GPU too.
 template <int D>
 double difference_from_cpu(const std::vector<RveStateOf<D>> &packings, const Machine &machine)
 {
@@ -749,7 +773,7 @@ double difference_from_cpu(const std::vector<RveStateOf<D>> &packings, const Mac
   return largest;
 }
 
-// ---- the program ------------------------------------------------------------------------------------------------------------------
+// ---- main program -------------------------------------------------------------------------------
 
 struct Arguments {
   std::string output, machine, scenes;
@@ -776,7 +800,7 @@ Arguments parse(int argc, char **argv)
       arguments.machine = value();
     else if (word == "--scenes")
       arguments.scenes = "," + value() + ",";
-    else if (word == "--short")    // the defects and the standard preset only, in two scenes
+    else if (word == "--short")    // only the defects and the preset standard, in two scenes
       arguments.brief = true;
     else if (word == "--ensemble")
       arguments.ensemble = true;
@@ -798,7 +822,8 @@ Arguments parse(int argc, char **argv)
   return arguments;
 }
 
-/// Mean q/p in the second half of a scene and its scatter, for the packings of each number of grains, with the preset standard.
+/// Reports the mean q/p in the second half of a scene and its scatter with the preset standard, for
+/// each number of grains.
 template <int D>
 void compare_numbers_of_grains(const std::vector<RveStateOf<D>> &packings,
                                const Arguments &arguments, const Machine &machine,
@@ -844,8 +869,8 @@ void compare_numbers_of_grains(const std::vector<RveStateOf<D>> &packings,
   report.write();
 }
 
-/// What the digits of a format leave: packings that have come to rest in double precision are held in each format. Those of one stiffness
-/// are taken together.
+/// Reports the unbalanced force that the digits of a format leave. Packings at rest in double
+/// precision are held in each format; packings of the same stiffness are grouped.
 template <int D>
 void measure_floor(const std::vector<RveStateOf<D>> &packings, const Arguments &arguments,
                    const Machine &machine, bench::Report &report)
@@ -919,14 +944,15 @@ template <int D> bool is_wanted(const Scene<D> &scene, const std::string &scenes
   return scenes.empty() || scenes.find("," + scene.name + ",") != std::string::npos;
 }
 
-/// A GPU takes many times as long for steps with a servo, and is full of fewer of them.
+/// Reduces the copies of a scene with a servo, which takes many times as long on a GPU and needs
+/// fewer RVEs to fill it.
 template <int D> Machine for_scene(Machine machine, const Scene<D> &scene)
 {
   if (scene.servo) machine.copies = (machine.copies + 2) / 3;
   return machine;
 }
 
-/// The scene, or as much of it as the preset reference goes in MOST_STEPS_FOR_COST.
+/// Returns the scene with at most MOST_STEPS_FOR_COST DEM steps of the preset reference.
 template <int D> Scene<D> shortened(Scene<D> scene, const RveStateOf<D> &packing)
 {
   const double of_macro_step =
@@ -936,7 +962,8 @@ template <int D> Scene<D> shortened(Scene<D> scene, const RveStateOf<D> &packing
   return scene;
 }
 
-/// How many times cheaper each preset is than `reference`, scene by scene, and in the one where it is least.
+/// Reports the speedup of each preset over the preset reference in each scene, and the least of
+/// these speedups.
 template <int D>
 void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
                               const std::vector<RveStateOf<D>> &sheared_packings,
@@ -947,7 +974,8 @@ void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
                        {"code", "gpu_rve"},
                        {"dim", D},
                        {"grains", packings[0].num_grains()}};
-  std::map<std::string, std::pair<double, std::string>> least;    // of a preset, and its scene
+  // least speedup of a preset, and its scene
+  std::map<std::string, std::pair<double, std::string>> least;
   for (const Scene<D> &whole : scenes<D>()) {
     if (!is_wanted(whole, arguments.scenes)) continue;
     const std::vector<RveStateOf<D>> &start = whole.slow ? sheared_packings : packings;
@@ -1003,7 +1031,8 @@ void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
   report.write();
 }
 
-/// What *quiescent* costs or saves beside the same substeps without it, scene by scene. Each runs twice, in turn; the faster one counts.
+/// Reports the speedup by *quiescent* over the same substeps without it in each scene. Each setting
+/// runs twice, in turn; the faster run counts.
 template <int D>
 void compare_costs_of_skipping(const std::vector<RveStateOf<D>> &packings,
                                const std::vector<RveStateOf<D>> &sheared_packings,
@@ -1104,7 +1133,7 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
   std::string wanted = arguments.scenes;
   Setting finest = REFERENCE;
   if (arguments.brief) {
-    finest.dt_fraction = 0.2;    // defects are larger than its truncation
+    finest.dt_fraction = 0.2;    // the defects exceed the truncation error of this reference
     wanted = ",uniaxial," + scenes<D>().back().name + ",";
     all.erase(std::remove_if(all.begin(), all.end(),
                              [](const Setting &setting) {
@@ -1173,7 +1202,7 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
     report.write();
   }
   for (std::size_t s = 0; s < all.size(); ++s) {
-    // one scene may be blind to a defect
+    // A defect need not show in each scene, so all scenes are needed.
     if (all[s].defect != Defect::None && !flagged[s] && arguments.scenes.empty()) {
       std::printf("FAIL the planted defect goes unseen: %s\n", all[s].name.c_str());
       sound = false;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Throughput of the engine on the device at hand: copies of a packing of disks or of spheres are sheared, and whole calls with the short
-// answer are timed. Writes JSON rows (doc/performance.rst). Nothing is asserted about times; a failed RVE ends the experiment.
+// Measures the throughput of the engine. Copies of a packing of disks or of spheres are sheared,
+// and whole calls with the short answer are timed. The program writes JSON rows
+// (doc/src/performance.rst). It asserts nothing about times; a failed RVE ends the experiment.
 //
-//   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|substeps|grains|queue|features|rebuilds|
-//                memory|sanitize|races|profile] [--seconds S] [--rves N[,N...]] [--format fast|mixed|double] [--threads N] [--part K/N]
+//   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|
+//                substeps|grains|queue|features|rebuilds|skins|memory|sanitize|races|profile]
+//                [--seconds S] [--rves N[,N...]] [--format fast|mixed|double] [--threads N]
+//                [--part K/N]
 
 #include "bench_packings.h"
 #include "bench_report.h"
@@ -31,11 +34,11 @@ using nlohmann::json;
 using rve::Arithmetic;
 using rve::Format;
 
-constexpr double LARGEST_STRAIN =
-    0.05;                     // of a case: the packing shall stay much the same while it is timed
-constexpr int REPEATS = 5;    // of a case; the median of their rates is the result
+// Largest strain of a case, so that the packing stays much the same while it is timed.
+constexpr double LARGEST_STRAIN = 0.05;
+constexpr int REPEATS = 5;    // timings of a case; their median is the result
 
-/// Simple shear by steps of equal strain.
+/// Simple shear in steps of equal strain.
 template <int D> struct Shearing {
   double rate;         ///< [1/time]
   double time_step;    ///< [time]
@@ -49,8 +52,9 @@ template <int D> struct Shearing {
   double strain_of(int substeps) const { return rate * time_step * substeps; }
 };
 
-/// Disks at 0.05/s with 5e-5 s, as in the paper, whatever the packing. Spheres with 0.3 of their stable time step, by a strain of
-/// 5e-7 in each: an inertial number of 1e-4 at overlaps of 5e-4 diameters.
+/// Returns the shearing of an experiment. Disks have 0.05/s and 5e-5 s, as in the paper, for every
+/// packing. Spheres have 0.3 of their stable time step and a strain of 5e-7 per step, which is an
+/// inertial number of 1e-4 at overlaps of 5e-4 diameters.
 Shearing<2> shearing_of(const rve::RveState &)
 {
   return {0.05, 5e-5};
@@ -72,11 +76,13 @@ double seconds_since(Clock::time_point start)
 struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
-  double seconds = 0.5;     // of a case, about
-  std::vector<int> rves;    // instead of those that experiments take; the last where they take one
-  std::string format;       // of the numbers; empty: all
-  int threads = 0;          // of a GPU's block; 0: the engine chooses
-  int part = 0, parts = 1;    // of the suites for sanitizers, which processes share out among them
+  double seconds = 0.5;    // approximate duration of a case
+  // replaces the numbers of RVEs of experiments; the last one where an experiment has one number
+  std::vector<int> rves;
+  std::string format;    // number format; empty: all
+  int threads = 0;       // threads of a block on a GPU; 0: the engine chooses
+  // index and number of parts into which processes divide the suites for sanitizers
+  int part = 0, parts = 1;
 };
 
 struct Precision {
@@ -88,13 +94,13 @@ struct Precision {
   }
 };
 
-/// What all experiments share.
+/// Arguments, packing and report, which all experiments use.
 template <int D> struct Bench {
   Arguments arguments;
   rve::RveStateOf<D> packing;
   Report report;
-  std::string gpu;    // its name, short; empty on a CPU
-  int visits = 0;     // of programs for sanitizers, in all parts
+  std::string gpu;    // short name; empty on a CPU
+  int visits = 0;     // visited programs of the suites for sanitizers, over all parts
 
   int cores() const { return static_cast<int>(std::thread::hardware_concurrency()); }
   int many() const
@@ -116,7 +122,7 @@ template <int D> struct Bench {
                 all.end());
     return all;
   }
-  /// With what is chosen seldom: its kernels are compiled when they are run.
+  /// Returns all precisions including a rare one, whose kernels are compiled when they are run.
   std::vector<Precision> all_precisions() const
   {
     std::vector<Precision> all = precisions();
@@ -124,7 +130,7 @@ template <int D> struct Bench {
       all.push_back({Format::Mixed, Arithmetic::Relaxed});
     return all;
   }
-  /// The quickest and the default one.
+  /// Returns the fastest and the default precision.
   std::vector<Precision> two_precisions() const
   {
     return {precisions().front(), {Format::Mixed, Arithmetic::Strict}};
@@ -149,7 +155,7 @@ rve::Options with_contacts_of(const rve::RveStateOf<D> &packing, rve::Options op
   return options;
 }
 
-/// Copies of one packing in an engine of their own.
+/// Copies of one packing in their own engine.
 template <int D> struct Batch {
   rve::Options options;
   int grains;
@@ -166,7 +172,7 @@ template <int D> struct Batch {
     for (int &rve : rves) rve = engine->add(packing);
   }
 
-  /// The long answer of the first RVE where it stands.
+  /// Returns the long answer of the first RVE without a step.
   rve::ResultOf<D> look() const
   {
     std::vector<rve::ResultOf<D>> results;
@@ -181,7 +187,7 @@ void require_sound(std::uint32_t status)
     throw std::runtime_error("an RVE failed: " + rve::describe_status(status));
 }
 
-/// Seconds that some calls take. Answer: rve::ResponseOf<D> or rve::ResultOf<D>.
+/// Returns the seconds that the calls take. Answer is rve::ResponseOf<D> or rve::ResultOf<D>.
 template <int D, class Answer>
 double time_calls(rve::EngineOf<D> &engine, const std::vector<int> &rves,
                   const std::vector<rve::DriveOf<D>> &drives, long calls,
@@ -194,12 +200,13 @@ double time_calls(rve::EngineOf<D> &engine, const std::vector<int> &rves,
 
 struct Measured {
   double median = 0.0, best = 0.0, mean = 0.0;    // RVE-steps per second
-  long calls = 0;                                 // in a repeat
+  long calls = 0;                                 // number of calls in a repeat
   double rebuilds = 0.0;                          // per 1000 steps of the first RVE
-  double pressure = 0.0;    // of the first RVE at the end: all formats shall agree
+  double pressure = 0.0;    // final pressure of the first RVE; equal in all formats
 };
 
-/// Calls in a repeat, so that all repeats take about `seconds` and do not strain the packing too far.
+/// Returns the number of calls in a repeat for which all repeats take about `seconds` and strain
+/// the packing by at most LARGEST_STRAIN.
 long calls_in_repeat(double seconds, double seconds_per_call, double strain_of_call)
 {
   const double by_time = seconds / REPEATS / seconds_per_call;
@@ -207,11 +214,12 @@ long calls_in_repeat(double seconds, double seconds_per_call, double strain_of_c
   return std::max(1L, static_cast<long>(std::min(by_time, by_strain)));
 }
 
-/// One call to begin with, one to see how long it takes, and then the repeats.
+/// Measures the rates of REPEATS repeats, after one call for preparation and one that estimates the
+/// duration of a call.
 template <template <int> class Answer = rve::ResponseOf, int D>
 Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &of_all, double seconds)
 {
-  // whom no step is asked of is in no call, as those that sleep are in none of fix rve
+  // RVEs without a step are in no call, as quiescent RVEs of fix rve.
   std::vector<int> rves;
   std::vector<rve::DriveOf<D>> drives;
   for (std::size_t k = 0; k < of_all.size(); ++k) {
@@ -258,7 +266,8 @@ template <int D> Measured measure(const Batch<D> &batch, int substeps, double se
                  seconds);
 }
 
-/// "hooke", "hertz rolling", "hertz mindlin/force"
+/// Returns words for the contact law, for example "hooke", "hertz rolling" or "hertz
+/// mindlin/force".
 std::string words_of(const rve::ContactModel &contacts, const rve::Material &material)
 {
   const bool keeps_force =
@@ -308,7 +317,7 @@ void print(const json &keys, const std::string &note, const Measured &m)
   std::fflush(stdout);
 }
 
-/// What another code needs to run the same (compare_lammps.py).
+/// Returns the numbers that another code needs to run the same case (compare_lammps.py).
 template <int D> json conditions_of(const Batch<D> &batch)
 {
   const rve::Material &material = batch.material;
@@ -320,7 +329,7 @@ template <int D> json conditions_of(const Batch<D> &batch)
            linear ? material.tangential_stiffness : material.mindlin_stiffness}};
 }
 
-/// The rows of one case.
+/// Reports and prints one case.
 template <int D>
 void record(Bench<D> &bench, const json &keys, const Measured &m, const std::string &note = "",
             const json &conditions = json::object())
@@ -331,10 +340,11 @@ void record(Bench<D> &bench, const json &keys, const Measured &m, const std::str
   print(keys, note, m);
 }
 
-// ---------------------------------------------------------------------------------------------------------- experiments
+// ---- experiments ----
 
-/// The packing, and of spheres the same with Hertz' contacts that keep a displacement (*mindlin*) or a force: of disks they are for few, and
-/// their speed is not followed.
+/// Returns the packing and, for spheres, the same packing with Hertz' contacts that store a
+/// displacement (*mindlin*) or a force. The speed of disks with Hertz' contacts, which few users
+/// need, is not measured.
 template <int D> std::vector<rve::RveStateOf<D>> packings_by_law(const Bench<D> &bench)
 {
   std::vector<rve::RveStateOf<D>> packings = {bench.packing};
@@ -346,7 +356,7 @@ template <int D> std::vector<rve::RveStateOf<D>> packings_by_law(const Bench<D> 
   return packings;
 }
 
-/// Formats, numbers of RVEs, short and long calls.
+/// Measures formats, numbers of RVEs, short and long calls.
 template <int D> void run_core(Bench<D> &bench)
 {
   std::vector<int> counts = bench.arguments.rves;
@@ -371,7 +381,7 @@ template <int D> void run_core(Bench<D> &bench)
     }
 }
 
-/// Threads per block (Figure 11 and Table 6 of the paper).
+/// Measures numbers of threads per block (Figure 11 and Table 6 of the paper).
 template <int D> void run_block_sizes(Bench<D> &bench)
 {
   if (!bench.arguments.cuda) return;
@@ -388,7 +398,7 @@ template <int D> void run_block_sizes(Bench<D> &bench)
     }
 }
 
-/// Number of RVEs (Figures 12 and 13 of the paper).
+/// Measures numbers of RVEs (Figures 12 and 13 of the paper).
 template <int D> void run_counts(Bench<D> &bench)
 {
   const std::vector<int> counts = bench.arguments.cuda
@@ -404,7 +414,7 @@ template <int D> void run_counts(Bench<D> &bench)
     }
 }
 
-/// The rate of calls with one RVE each, in turn.
+/// Measures the rate of successive calls with one RVE each.
 template <int D> Measured measure_one_by_one(const Batch<D> &batch, int substeps)
 {
   const std::vector<rve::DriveOf<D>> drive = {batch.shearing.drive(substeps)};
@@ -430,7 +440,7 @@ template <int D> Measured measure_one_by_one(const Batch<D> &batch, int substeps
   return measured;
 }
 
-/// One launch for all RVEs against one for each.
+/// Compares one launch for all RVEs with a launch for each RVE.
 template <int D> void run_launches(Bench<D> &bench)
 {
   const int count = bench.arguments.cuda ? 1320 : bench.many();
@@ -447,7 +457,7 @@ template <int D> void run_launches(Bench<D> &bench)
     }
 }
 
-/// DEM steps per call: the cost of loading and storing the state.
+/// Measures numbers of DEM steps per call, which show the cost of loading and storing the state.
 template <int D> void run_substeps(Bench<D> &bench)
 {
   for (const Precision precision : bench.two_precisions())
@@ -459,7 +469,7 @@ template <int D> void run_substeps(Bench<D> &bench)
     }
 }
 
-/// Grains per RVE, about the same number of grains in all.
+/// Measures numbers of grains per RVE, with about the same number of grains in all.
 template <int D> void run_grains(Bench<D> &bench)
 {
   const std::vector<int> sizes = D == 2
@@ -469,7 +479,8 @@ template <int D> void run_grains(Bench<D> &bench)
   for (const int grains : sizes)
     packings.push_back(std::async(
         std::launch::async, [&bench, grains] { return bench::packing_of(bench.packing, grains); }));
-  // on a GPU of 132 multiprocessors long calls of one RVE of 8000 grains on each, or of several that are smaller
+  // The total gives each of 132 multiprocessors of a GPU one RVE of 8000 grains or several smaller
+  // ones.
   const int fewest = bench.arguments.cuda ? 132 : 2;
   const int total = bench.arguments.cuda ? fewest * 8000 : 10000 * bench.cores();
   const int substeps = bench.arguments.cuda ? 2000 : 20;
@@ -488,7 +499,8 @@ template <int D> void run_grains(Bench<D> &bench)
   }
 }
 
-/// Each RVE takes `steps_at(place)` steps; the places are evenly spread from 0 to 1 and well mixed (multiples of the golden ratio).
+/// Returns drives of `steps_at(place)` steps. The places are evenly distributed from 0 to 1 and
+/// well mixed (multiples of the golden ratio).
 template <int D, class StepsAt>
 std::vector<rve::DriveOf<D>> mixed_drives(const Shearing<D> &shearing, int count,
                                           const StepsAt &steps_at)
@@ -499,7 +511,8 @@ std::vector<rve::DriveOf<D>> mixed_drives(const Shearing<D> &shearing, int count
   return drives;
 }
 
-/// Numbers of steps from `mean`/10.5 to 20 times that, evenly spread: their mean is `mean`.
+/// Returns drives with numbers of steps from mean/10.5 to 20 times as many, evenly distributed
+/// about `mean`.
 template <int D>
 std::vector<rve::DriveOf<D>> unequal_drives(const Shearing<D> &shearing, int count, double mean)
 {
@@ -509,7 +522,8 @@ std::vector<rve::DriveOf<D>> unequal_drives(const Shearing<D> &shearing, int cou
   });
 }
 
-/// As adaptive substeps have them: of each hundred RVEs one takes 50 steps, every other one takes one, and the rest none; their mean is one.
+/// Returns drives as adaptive substeps produce them: one of a hundred RVEs takes 50 steps, half of
+/// the RVEs take one, and the rest none. The mean is one.
 template <int D> std::vector<rve::DriveOf<D>> drives_of_few(const Shearing<D> &shearing, int count)
 {
   return mixed_drives(shearing, count, [](double place) {
@@ -517,7 +531,7 @@ template <int D> std::vector<rve::DriveOf<D>> drives_of_few(const Shearing<D> &s
   });
 }
 
-/// As many steps in all, shared as equally as whole numbers allow.
+/// Returns drives with the same sum of steps, divided as equally as integers allow.
 template <int D>
 std::vector<rve::DriveOf<D>> equal_drives(const Shearing<D> &shearing,
                                           const std::vector<rve::DriveOf<D>> &unequal)
@@ -531,13 +545,14 @@ std::vector<rve::DriveOf<D>> equal_drives(const Shearing<D> &shearing,
   return drives;
 }
 
-/// RVEs whose numbers of substeps differ, by 1:20 or by 1:50 with a mean of one, against equal ones with the same sum.
+/// Compares RVEs with different numbers of substeps (in the ratio 1:20, or 1:50 with a mean of one)
+/// with RVEs of equal numbers and the same sum.
 template <int D> void run_queue(Bench<D> &bench)
 {
   for (const Precision precision : bench.two_precisions())
     for (const int mean : {1, 21, 1050}) {
       if (mean == 1 && bench.many() < 1000)
-        continue;    // of few RVEs none takes fifty steps, or too many do
+        continue;    // few RVEs do not represent one of a hundred
       const Shearing<D> shearing = shearing_of(bench.packing);
       const int spread = mean == 1 ? 50 : 20;
       const auto unequal = mean == 1 ? drives_of_few(shearing, bench.many())
@@ -558,7 +573,7 @@ template <int D> void run_queue(Bench<D> &bench)
     }
 }
 
-/// Dashpots of a tenth of critical damping for the mean grain.
+/// Adds dashpots with a tenth of the critical damping of the mean grain.
 template <int D> rve::RveStateOf<D> viscous(rve::RveStateOf<D> packing)
 {
   rve::Material &material = packing.material;
@@ -568,7 +583,7 @@ template <int D> rve::RveStateOf<D> viscous(rve::RveStateOf<D> packing)
   return packing;
 }
 
-/// Without friction, and without the tangential forces that it has left in the packing.
+/// Removes friction and the tangential forces of the packing.
 template <int D> rve::RveStateOf<D> frictionless(rve::RveStateOf<D> packing)
 {
   packing.material.friction = 0.0;
@@ -576,7 +591,7 @@ template <int D> rve::RveStateOf<D> frictionless(rve::RveStateOf<D> packing)
   return packing;
 }
 
-/// With rolling resistance, of spheres to twisting too.
+/// Adds rolling resistance, and for spheres also twisting resistance.
 template <int D> rve::RveStateOf<D> rolling(rve::RveStateOf<D> packing)
 {
   rve::Material &material = packing.material;
@@ -590,7 +605,8 @@ template <int D> rve::RveStateOf<D> rolling(rve::RveStateOf<D> packing)
   return packing;
 }
 
-/// The packing as an experiment wants it. `feature`: "frictionless", "viscous", "rolling" or "hertz"; others are no matter of the packing.
+/// Returns the packing with a feature: "frictionless", "viscous", "rolling" or "hertz". Other
+/// features do not change the packing.
 template <int D>
 rve::RveStateOf<D> with_feature(const rve::RveStateOf<D> &packing, const std::string &feature)
 {
@@ -601,7 +617,7 @@ rve::RveStateOf<D> with_feature(const rve::RveStateOf<D> &packing, const std::st
   return packing;
 }
 
-/// Constant stress along y, at that of the packing.
+/// Returns a drive that holds the normal stress along y at that of the packing.
 template <int D> rve::DriveOf<D> servo_drive(const rve::RveStateOf<D> &packing, int substeps)
 {
   const Shearing<D> shearing = shearing_of(packing);
@@ -613,7 +629,7 @@ template <int D> rve::DriveOf<D> servo_drive(const rve::RveStateOf<D> &packing, 
   return drive;
 }
 
-/// What else can be asked of a call, beside the plain one.
+/// Measures calls with features and compares them with the plain call.
 template <int D> void run_features(Bench<D> &bench)
 {
   const int substeps = 200;
@@ -645,7 +661,8 @@ template <int D> void run_features(Bench<D> &bench)
     }
 }
 
-/// Throughput over the skin of the lists: a thin one has fewer pairs that do not touch, and lists that do not live long.
+/// Measures the throughput over the skin of the lists. A thin skin has fewer pairs without contact
+/// and more rebuilds.
 template <int D> void run_skins(Bench<D> &bench)
 {
   const int substeps = 1000;
@@ -661,7 +678,8 @@ template <int D> void run_skins(Bench<D> &bench)
     }
 }
 
-/// What a rebuild of the lists costs, in steps: a skin so thin that there are many of them against the usual one.
+/// Measures the cost of a rebuild of the lists in steps, by a skin that is so thin that rebuilds
+/// are frequent.
 template <int D> void run_rebuilds(Bench<D> &bench)
 {
   const int substeps = 200;
@@ -677,14 +695,14 @@ template <int D> void run_rebuilds(Bench<D> &bench)
       record(bench, keys, of[thin], thin ? "thin skin" : "usual skin");
       const double more_rebuilds = 1e-3 * (of[1].rebuilds - of[0].rebuilds);    // per step
       if (thin && more_rebuilds > 0.0)
-        // means: repeats differ by a rebuild or two, and all of them are counted
+        // The means over all repeats count all rebuilds; single repeats differ by one or two.
         bench.report.add(keys, "steps_per_rebuild", (of[0].mean / of[1].mean - 1.0) / more_rebuilds,
                          "step");
     }
   }
 }
 
-/// Adds RVEs until there are `goal` or the memory is full, whose reason is printed.
+/// Adds RVEs until there are `goal` or the memory is full, and prints the reason.
 template <int D> class Filling {
  public:
   Filling(rve::EngineOf<D> &engine_in, const rve::RveStateOf<D> &packing_in) :
@@ -717,7 +735,7 @@ template <int D> class Filling {
   const rve::RveStateOf<D> &packing;
 };
 
-/// Seconds for every RVE to be advanced, in calls of `chunk` RVEs.
+/// Advances every RVE in calls of `chunk` RVEs and returns the seconds.
 template <int D> double advance_all(const Batch<D> &batch, int count, int chunk, int substeps)
 {
   double seconds = 0.0;
@@ -732,8 +750,8 @@ template <int D> double advance_all(const Batch<D> &batch, int count, int chunk,
   return seconds;
 }
 
-/// As many RVEs as are asked for, all in one call. Where the memory ends before, those that fit, in calls of a size whose buffers were
-/// there before it was filled.
+/// Measures a given number of RVEs in one call. If the memory is too small, it measures as many as
+/// fit, in calls of a size whose buffers were allocated before the memory was filled.
 template <int D> void run_memory(Bench<D> &bench)
 {
   const int goal = !bench.arguments.rves.empty() ? bench.arguments.rves.back()
@@ -765,20 +783,21 @@ template <int D> void run_memory(Bench<D> &bench)
               1e-6 * rate, 1e6 * filling.seconds / count);
 }
 
-/// The programs of the packing's dimension, by what a packing or a call asks for.
+/// Returns the names of the programs of a dimension that the suites for sanitizers visit.
 template <int D> std::vector<std::string> visited_programs()
 {
   if (D == 2) return {"plain", "frictionless", "steered", "general", "rolling"};
   return {"plain", "steered", "general", "rolling", "hertz"};
 }
 
-/// Threads of a block whose grains are in registers, where many RVEs share a multiprocessor.
+/// Threads of a block that keeps grains in registers when many RVEs share a multiprocessor.
 template <int D> constexpr int REGISTERS = D == 2 ? 416 : 256;
 
-/// The same for disks some of which have a servo: each thread has two.
+/// Threads of such a block for disks with a servo, where each thread has two grains.
 constexpr int STEERED = 224;
 
-/// Not a measurement: every path of the programs once, for compute-sanitizer. Throws when a path was not taken.
+/// Runs every path of the programs once, for compute-sanitizer. This is not a measurement. Throws
+/// if a path was not taken.
 template <int D>
 void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const Precision &precision,
                      int block, const bench::Company &company,
@@ -791,13 +810,15 @@ void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const P
     options.track_energy = program != "plain" && program != "frictionless" && program != "steered";
     const rve::RveStateOf<D> grains = with_feature(packing, program);
     bench::Company in = company;
-    // what has all books takes long under a sanitizer, and has one kernel for many
+    // The program with energy bookkeeping takes long under a sanitizer and has one kernel for many
+    // RVEs.
     if (options.track_energy && block != REGISTERS<D>) in = {true, 0, company.is_light};
     bench::visit_all_paths(options, grains, shearing_of(grains).time_step, in, program);
   }
 }
 
-/// Spheres have a kernel more, and take longer: of fewer grains.
+/// Runs all paths for compute-sanitizer. Spheres have one kernel more and take longer, so their
+/// packing has fewer grains.
 template <int D> void run_sanitize(Bench<D> &bench)
 {
   const auto packing = D == 2 ? bench.packing : bench::packing_of(bench.packing, 200);
@@ -813,8 +834,9 @@ template <int D> void run_sanitize(Bench<D> &bench)
     visit_all_paths(bench, packing, precision, STEERED, {true, 400, false}, {"steered"});
 }
 
-/// For racecheck, which takes long: each way to keep grains with each program in one number format, and each format with the programs that
-/// differ most. What a thread reads and writes on chip is the same in every arithmetic, and for every number of grains.
+/// Runs a selection of paths for racecheck, which takes long: each way to keep grains and each
+/// program in one number format, and each format with the programs that differ most. Reads and
+/// writes on chip do not depend on the arithmetic and the number of grains.
 template <int D> void run_races(Bench<D> &bench)
 {
   const auto packing = bench::packing_of(bench.packing, D == 2 ? 60 : 200);
@@ -831,7 +853,7 @@ template <int D> void run_races(Bench<D> &bench)
   }
 }
 
-/// For profile_pipes.py: a few long calls with many RVEs in each format.
+/// Runs a few long calls with many RVEs in each format, for profile_pipes.py.
 template <int D> void run_profile(Bench<D> &bench)
 {
   for (const rve::RveStateOf<D> &packing : packings_by_law(bench))
@@ -868,7 +890,7 @@ template <int D> const std::map<std::string, std::vector<Experiment<D>>> &suites
   return all;
 }
 
-// ------------------------------------------------------------------------------------------------------------- program
+// ---- main program ----
 
 std::string words_of_suites()
 {
@@ -899,7 +921,7 @@ std::vector<int> positive_integers(const std::string &option, const std::string 
   return numbers;
 }
 
-/// K - 1 and N of "K/N".
+/// Returns K - 1 and N for "K/N".
 std::pair<int, int> part_of_parts(const std::string &option, const std::string &word)
 {
   int part = 0, parts = 0, used = 0;
@@ -946,7 +968,7 @@ Arguments parse(int argc, char **argv)
   return arguments;
 }
 
-/// "H200" of "NVIDIA H200, mixed, strict", "H100" of "NVIDIA H100 80GB HBM3, ...".
+/// Returns "H200" for "NVIDIA H200, mixed, strict" and "H100" for "NVIDIA H100 80GB HBM3, ...".
 std::string short_gpu_name(const std::string &description)
 {
   std::stringstream words(description.substr(0, description.find(',')));
@@ -967,7 +989,8 @@ std::string cpu_name()
   return "CPU";
 }
 
-/// Names the machine, and wakes the device: the first calls would else be timed while its clock rises.
+/// Sets the name of the machine and runs the device until its clock has risen, so that the first
+/// timed calls are not slower.
 template <int D> void meet_the_device(Bench<D> &bench)
 {
   const std::string &suite = bench.arguments.suite;
@@ -986,7 +1009,7 @@ template <int D> void meet_the_device(Bench<D> &bench)
 template <int D> int run(const Arguments &arguments, const Report &report)
 {
   Bench<D> bench{arguments, rve::read_packing<D>(arguments.packing), report, ""};
-  // as beside LAMMPS (RankResources::threads_beside_gpu)
+  // The number of threads is that of LAMMPS with a GPU (RankResources::threads_beside_gpu).
   if (arguments.cuda) rve::most_in_a_team() = std::max(1, bench.cores() / 2);
   meet_the_device(bench);
   int failed = 0;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Time to generate random fields, and three ways to do it on several MPI ranks: on each rank alike (replicated), on one rank that gives it
-// to the others (one_rank, which random_field does), and by a Fourier transform whose rows are distributed (distributed). Square grids, and
-// a tenth of an edge or 60 nodes, whichever is less, as correlation length, so that no padding is needed.
-// Adds its rows to those of the file.
+// Measures the time to generate random fields, in three ways on several MPI ranks: on each rank
+// alike (replicated), on one rank that broadcasts it to the others (one_rank, as random_field
+// does), and by a Fourier transform with distributed rows (distributed). Grids are square. The
+// correlation length is a tenth of an edge or 60 nodes, whichever is less, so that no padding is
+// needed. The program adds its rows to those of the file.
 //
 //   mpirun -np 2 bench_field <output.json> [nodes per edge ...]
 
@@ -28,7 +29,8 @@ namespace {
 
 int num_ranks, me;
 
-/// Real transform of an m by m torus: each rank has some rows, and between the axes some columns.
+/// Real transform of an m by m torus. Each rank has some rows, and some columns between the
+/// transforms along the axes.
 class DistributedFft {
  public:
   explicit DistributedFft(int m) :
@@ -117,7 +119,8 @@ class DistributedFft {
   fftw_plan plans_[4];
 };
 
-/// Everything that CirculantEmbedding does, without padding and checks, for the exponential covariance; the noise is each rank's own.
+/// Generates a field of exponential covariance as CirculantEmbedding does, without padding and
+/// checks. Each rank draws its own noise.
 std::vector<double> distributed_field(int nodes, double length)
 {
   const int m = 2 * nodes;
@@ -154,7 +157,7 @@ std::vector<double> distributed_field(int nodes, double length)
   return all;
 }
 
-/// As random_field does: who waits leaves its core to the others.
+/// Synchronises all ranks as random_field does; a waiting rank sleeps and frees its core.
 void sleep_until_all_are_here()
 {
   MPI_Request all;
@@ -165,7 +168,7 @@ void sleep_until_all_are_here()
   }
 }
 
-/// The best of three, in seconds.
+/// Returns the least time of three runs [s].
 template <class Work> double seconds(const Work &work)
 {
   double best = HUGE_VAL;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Compiles kernels of the GPU engine at run time, one after the other, and says what each takes. Needs libnvrtc and no GPU.
+// Compiles kernels of the GPU engine at run time, one after the other, and prints times and sizes.
+// It needs libnvrtc and no GPU.
 //
-//   bench_kernels [--capability 90] [--program Rolling] [--format mixed] [--kernel advance_many] [--relaxed] [--keep FOLDER]
-//                 [--cache FOLDER]
+//   bench_kernels [--capability 90] [--program Rolling] [--format mixed] [--kernel advance_many]
+//                 [--relaxed] [--keep FOLDER] [--cache FOLDER]
 //
-// Without a choice: all programs of rve/engine/programs.h, formats and kernels. --keep writes code and text (PTX) to files, which
-// bench/compare_kernels.py compares with what nvcc made. --cache keeps them as a run does (GPU_RVE_KERNEL_CACHE), for a machine whose own time is dear.
+// The default is all programs of rve/engine/programs.h, all formats and all kernels. --keep writes
+// code and text (PTX) to files, which bench/compare_kernels.py compares with those of nvcc. --cache
+// stores kernels as a run does (GPU_RVE_KERNEL_CACHE), for a machine whose time is expensive.
 
 #include "rve/core/wall_time.h"
 #include "rve/engine/runtime_kernels.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packings of any number of grains, made from one that is given.
+// Packings of any number of grains, made from a given one.
 
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace bench {
 
-/// What a call without steps says of a state: its stress, in particular.
+/// Returns the result of a call without steps, which has the stress of the state.
 template <int D> rve::ResultOf<D> look_at(const rve::RveStateOf<D> &state)
 {
   rve::Options options;
@@ -42,8 +42,9 @@ template <int D> void forget_tangential_forces(rve::RveStateOf<D> &state)
   for (rve::PairOf<D> &pair : state.pairs) pair.tangential_force = {};
 }
 
-/// Of Hertz' and Mindlin's law, as stiff as the linear contacts at the mean overlap of two mean grains, which then bear the same force; without
-/// the tangential forces that are in the packing.
+/// Returns the packing with Hertz' and Mindlin's law and without its tangential forces. Contacts of
+/// two mean grains are as stiff as the linear ones at the mean overlap and bear the same force
+/// there.
 template <int D> rve::RveStateOf<D> with_hertz_contacts(rve::RveStateOf<D> state)
 {
   rve::require(state.material.law == rve::ContactLaw::Linear,
@@ -63,7 +64,8 @@ template <int D> rve::RveStateOf<D> with_hertz_contacts(rve::RveStateOf<D> state
   return state;
 }
 
-/// Copies side by side, `copies[a]` along cell vector a, without list and contact history. Coordinates stay exact to 2^-64 of the cell.
+/// Returns copies next to each other, `copies[a]` along cell vector a, without list and contact
+/// history. Coordinates are exact to 2^-64 of the cell.
 template <int D>
 rve::RveStateOf<D> tiled(const rve::RveStateOf<D> &tile, const std::array<int, D> &copies)
 {
@@ -98,7 +100,8 @@ rve::RveStateOf<D> tiled(const rve::RveStateOf<D> &tile, const std::array<int, D
   return state;
 }
 
-/// A number as a product of D factors that are as equal as its divisors allow, the largest first.
+/// Returns a number as a product of D factors that are as equal as its divisors allow, the largest
+/// first.
 template <int D> std::array<int, D> nearly_equal_factors(int number)
 {
   std::array<int, D> factors;
@@ -112,7 +115,8 @@ template <int D> std::array<int, D> nearly_equal_factors(int number)
   return factors;
 }
 
-/// A packing of the same material and radii at the same pressure, prepared without friction, to a hundredth of the pressure.
+/// Returns a packing of the same material, radii and pressure, prepared without friction to a
+/// tolerance of 1 % of the pressure.
 template <int D> rve::RveStateOf<D> prepared_like(const rve::RveStateOf<D> &model, int num_grains)
 {
   rve::PackingRecipe recipe;
@@ -131,8 +135,9 @@ template <int D> rve::RveStateOf<D> prepared_like(const rve::RveStateOf<D> &mode
   return rve::generate_packing(recipe, *engine);
 }
 
-/// A packing of `num_grains` like `model`: copies of it where the number is a multiple of its own, and otherwise copies of the
-/// largest packing up to its size that fits, which is prepared first.
+/// Returns a packing of `num_grains` like `model`. It consists of copies of the model if the number
+/// is a multiple of its own, and otherwise of copies of the largest smaller packing that fits,
+/// which is prepared first.
 template <int D> rve::RveStateOf<D> packing_of(const rve::RveStateOf<D> &model, int num_grains)
 {
   int copies = 1;

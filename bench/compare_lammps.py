@@ -1,17 +1,23 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Steps per second of RVEs of disks or spheres on one core and on all cores, and on a GPU: this engine against plain LAMMPS, side by side.
+r"""Compares the speed of this engine with plain LAMMPS for RVEs of disks or spheres.
 
-LAMMPS has one RVE per core, as it would have one per MPI rank: the RVEs know nothing of each other, so the ranks are separate processes that
-start together. The two codes run in turn, so that a machine whose speed drifts treats them alike; the ratio is the median over the rounds. LAMMPS has the
-contact law, time step and rate of shear of the engine; spheres run with linear springs and with the law of Hertz and Mindlin, which keeps
-displacements or forces.
+The result is RVE-steps per second on one core, on all cores, and on a GPU. LAMMPS has one RVE per
+core, as it would have one per MPI rank; since RVEs are independent, the ranks are separate
+processes that start together. The two codes run in turn, so that a drift of the machine's speed
+affects both; the ratio is the median over the rounds. LAMMPS has the contact law, time step and
+shear rate of the engine. Spheres run with linear springs and with the law of Hertz and Mindlin,
+which stores displacements or forces.
 
-    python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/A_h0075.rve --out bench/results/lammps-ratio-<machine>.json
-    python3 bench/compare_lammps.py --bin build/host/bin --packing examples/packings/S1000.rve --rves-per-core 1 --out bench/results/lammps-ratio-spheres-cpu.json
-    python3 bench/compare_lammps.py --bin build/cuda/bin --gpu 9600 ...     the engine on the GPU as well, with 9600 RVEs
+    python3 bench/compare_lammps.py --bin build/host/bin \
+        --packing examples/packings/A_h0075.rve --out bench/results/lammps-ratio-<machine>.json
+    python3 bench/compare_lammps.py --bin build/host/bin --rves-per-core 1 \
+        --packing examples/packings/S1000.rve --out bench/results/lammps-ratio-spheres-cpu.json
+    python3 bench/compare_lammps.py --bin build/cuda/bin --gpu 9600 ...    (9600 RVEs on the GPU
+    too)
 
-The first ratios are to one core of LAMMPS and to all cores, of the engine on as many; those of a GPU are to all cores.
+The CPU ratios compare the engine with LAMMPS on one core and on all cores; those of a GPU are
+relative to LAMMPS on all cores.
 """
 
 import argparse
@@ -31,9 +37,14 @@ HERE = pathlib.Path(__file__).resolve().parent
 
 
 def run(command, copies=1, **keywords):
-    """The outputs of so many copies of a command, started together."""
-    running = [subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **keywords)
-               for _ in range(copies)]
+    """Starts several copies of a command together and returns their outputs."""
+    running = [
+        subprocess.Popen(list(map(str, command)),
+                         stdout=subprocess.PIPE,
+                         stderr=subprocess.STDOUT,
+                         text=True,
+                         **keywords) for _ in range(copies)
+    ]
     outputs = [process.communicate()[0] for process in running]
     for process, output in zip(running, outputs):
         if process.returncode != 0:
@@ -42,43 +53,72 @@ def run(command, copies=1, **keywords):
 
 
 def lammps_rate(lmp, data, steps, cores, folder, dimension, law, conditions):
-    """Steps of all RVEs in a second, each at the speed that LAMMPS reports for it."""
-    normal, tangential = {"hooke": ("hooke", "linear_history"), "hertz": ("hertz", "mindlin"), "hertz mindlin/force": ("hertz", "mindlin/force")}[law]
-    contacts = f"{normal} {conditions['normal_stiffness']} 0.0 tangential {tangential} {conditions['tangential_stiffness']} 0.0 0.5 damping velocity"
-    command = [lmp, "-in", HERE / "in.granular_element", "-var", "data", data, "-var", "steps", steps, "-var", "dimension", dimension,
-               "-var", "contacts", contacts, "-var", "rate", conditions["strain_rate"], "-var", "dt", conditions["time_step"], "-log", "none"]
-    loops = [re.search(r"Loop time of (\S+) on 1 procs for (\d+) steps", text) for text in run(command, cores, cwd=folder)]
+    """Returns the steps of all RVEs per second, from the speed that LAMMPS reports for each."""
+    normal, tangential = {
+        "hooke": ("hooke", "linear_history"), "hertz": ("hertz", "mindlin"),
+        "hertz mindlin/force": ("hertz", "mindlin/force")
+    }[law]
+    contacts = (f"{normal} {conditions['normal_stiffness']} 0.0 tangential {tangential} "
+                f"{conditions['tangential_stiffness']} 0.0 0.5 damping velocity")
+    command = [
+        lmp, "-in", HERE / "in.granular_element", "-var", "data", data, "-var", "steps", steps,
+        "-var", "dimension", dimension, "-var", "contacts", contacts, "-var", "rate",
+        conditions["strain_rate"], "-var", "dt", conditions["time_step"], "-log", "none"
+    ]
+    loops = [
+        re.search(r"Loop time of (\S+) on 1 procs for (\d+) steps", text)
+        for text in run(command, cores, cwd=folder)
+    ]
     return sum(int(loop.group(2)) / float(loop.group(1)) for loop in loops)
 
 
 def engine_rates(bench, packing, device, seconds, rves, folder):
-    """{law: {(format, arithmetic, substeps): RVE-steps per second}} and {law: what LAMMPS needs to run the same}: on a CPU one RVE runs on
-    one thread, more on all."""
-    # a GPU is fed by all threads of the host; the CPU engine is told how many
-    environment = {name: value for name, value in os.environ.items() if device == "cpu" or name != "OMP_NUM_THREADS"}
-    run([bench, packing, "rates.json", "--device", device, "--suite", "core", "--seconds", seconds, "--rves", rves], cwd=folder, env=environment)
+    """Returns {law: {(format, arithmetic, substeps): RVE-steps per second}} and {law: conditions
+    for LAMMPS}.
+
+    On a CPU one RVE runs on one thread and more RVEs on all threads.
+    """
+    # All threads of the host serve a GPU; the CPU engine gets their number.
+    environment = {
+        name: value
+        for name, value in os.environ.items() if device == "cpu" or name != "OMP_NUM_THREADS"
+    }
+    run([
+        bench, packing, "rates.json", "--device", device, "--suite", "core", "--seconds", seconds,
+        "--rves", rves
+    ],
+        cwd=folder,
+        env=environment)
     rates, conditions = {}, {}
     for row in bench_records.read(pathlib.Path(folder) / "rates.json")["rows"]:
         case = row["case"]
         if row["metric"] == "rve_steps_per_second":
             law = case.get("law", "hooke")
-            rates.setdefault(law, {})[case["format"], case["arithmetic"], case["substeps"]] = row["value"]
+            rates.setdefault(law, {})[case["format"], case["arithmetic"],
+                                      case["substeps"]] = row["value"]
             conditions[law] = row["details"]
     return rates, conditions
 
 
 def measure(arguments, data, packing, dimension, cores, folder):
-    """Rounds of both codes: {law: [rate of LAMMPS]}, and for each device [{law: rates of the engine}]."""
+    """Runs rounds of both codes and returns {law: [rates of LAMMPS]} and, per device, [{law: rates
+    of the engine}]."""
     lammps, engine, gpu = {}, [], []
     rves = 1 if cores == 1 else arguments.rves_per_core * cores
     for _ in range(arguments.rounds):
-        rates, conditions = engine_rates(arguments.bin / "bench_engine", packing, "cpu", arguments.seconds, rves, folder)
+        rates, conditions = engine_rates(arguments.bin / "bench_engine", packing, "cpu",
+                                         arguments.seconds, rves, folder)
         engine.append(rates)
         for law, of_law in conditions.items():
-            lammps.setdefault(law, []).append(lammps_rate(arguments.bin / "lmp_plain", data, arguments.steps, cores, folder, dimension, law, of_law))
+            lammps.setdefault(law, []).append(
+                lammps_rate(arguments.bin / "lmp_plain", data, arguments.steps, cores, folder,
+                            dimension, law, of_law))
         if arguments.gpu and cores == arguments.cores:
-            gpu.append(engine_rates(arguments.bin / "bench_engine", packing, "cuda", arguments.seconds, arguments.gpu, folder)[0])
-    return lammps, [(device_name(cores), rves, engine)] + ([("gpu", arguments.gpu, gpu)] if gpu else [])
+            gpu.append(
+                engine_rates(arguments.bin / "bench_engine", packing, "cuda", arguments.seconds,
+                             arguments.gpu, folder)[0])
+    return lammps, [(device_name(cores), rves, engine)
+                    ] + ([("gpu", arguments.gpu, gpu)] if gpu else [])
 
 
 def device_name(cores):
@@ -94,25 +134,38 @@ def rows_of(grains, dimension, cores, lammps, engines):
     rows = []
     for law, rates_of_lammps in lammps.items():
         of_law = {"law": law} if dimension == 3 else {}
-        rows.append(row({"device": device_name(cores), "code": "lammps", "rves": cores, "format": "double", **of_law}, "rve_steps_per_second",
-                        statistics.median(rates_of_lammps), "1/s"))
-        print(f"{cores} cores: LAMMPS pair granular {law} {statistics.median(rates_of_lammps):.0f} RVE-steps/s")
+        rows.append(
+            row(
+                {
+                    "device": device_name(cores), "code": "lammps", "rves": cores,
+                    "format": "double", **of_law
+                }, "rve_steps_per_second", statistics.median(rates_of_lammps), "1/s"))
+        print(
+            f"{cores} cores: LAMMPS pair granular {law} {statistics.median(rates_of_lammps):.0f} "
+            "RVE-steps/s"
+        )
         for device, rves, rounds in engines:
             for name, arithmetic, substeps in rounds[0][law]:
                 rates = [round_[law][name, arithmetic, substeps] for round_ in rounds]
                 ratio = statistics.median(a / b for a, b in zip(rates, rates_of_lammps))
-                case = {"device": device, "code": "gpu_rve", "rves": rves, "format": name, "arithmetic": arithmetic, "substeps": substeps, **of_law}
+                case = {
+                    "device": device, "code": "gpu_rve", "rves": rves, "format": name,
+                    "arithmetic": arithmetic, "substeps": substeps, **of_law
+                }
                 if device == "gpu":
                     case["threads"] = "auto"
                 rows.append(row(case, "rve_steps_per_second", statistics.median(rates), "1/s"))
                 rows.append(row(case, "ratio_to_lammps", ratio, "1"))
-                print(f"  {device:7s} {name:7s} {arithmetic:8s} {substeps:5d} substeps per call: {statistics.median(rates):.0f} RVE-steps/s, "
-                      f"{ratio:.2f} times LAMMPS")
+                print(
+                    f"  {device:7s} {name:7s} {arithmetic:8s} {substeps:5d} substeps per call: "
+                    f"{statistics.median(rates):.0f} RVE-steps/s, "
+                    f"{ratio:.2f} times LAMMPS")
     return rows
 
 
 def number_of_grains(packing):
-    return int(re.search(r"^grains\s+(\d+)", packing.read_text(encoding="utf-8"), re.MULTILINE).group(1))
+    return int(
+        re.search(r"^grains\s+(\d+)", packing.read_text(encoding="utf-8"), re.MULTILINE).group(1))
 
 
 def dimension_of(packing):
@@ -122,10 +175,13 @@ def dimension_of(packing):
 
 def machine(with_gpu):
     with open("/proc/cpuinfo", encoding="utf-8") as file:
-        name = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "CPU")
+        name = next((line.split(":", 1)[1].strip()
+                     for line in file if line.startswith("model name")), "CPU")
     gpu = ""
     if with_gpu:
-        gpu = subprocess.run(["nvidia-smi", "--query-gpu=name", "--format=csv,noheader"], stdout=subprocess.PIPE, text=True,
+        gpu = subprocess.run(["nvidia-smi", "--query-gpu=name", "--format=csv,noheader"],
+                             stdout=subprocess.PIPE,
+                             text=True,
                              check=False).stdout.strip().split("\n")[0] + ", "
     return f"{gpu}{name}, {os.cpu_count()} CPU threads"
 
@@ -136,34 +192,59 @@ def command_line():
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--bin", required=True, type=pathlib.Path, help="folder with lmp, lmp_plain and bench_engine")
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bin",
+                        required=True,
+                        type=pathlib.Path,
+                        help="folder with lmp, lmp_plain and bench_engine")
     parser.add_argument("--packing", required=True, type=pathlib.Path)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--steps", type=int, default=20000, help="of LAMMPS in each round")
-    parser.add_argument("--seconds", type=float, default=0.5, help="of the engine in each case and round")
-    parser.add_argument("--cores", type=int, default=len(os.sched_getaffinity(0)), help="that `all` means")
+    parser.add_argument("--seconds",
+                        type=float,
+                        default=0.5,
+                        help="of the engine in each case and round")
+    parser.add_argument("--cores",
+                        type=int,
+                        default=len(os.sched_getaffinity(0)),
+                        help="that `all` means")
     parser.add_argument("--rves-per-core", type=int, default=8, help="of the engine on all cores")
-    parser.add_argument("--gpu", type=int, default=0, metavar="RVES", help="the engine on the GPU as well, with so many RVEs")
+    parser.add_argument("--gpu",
+                        type=int,
+                        default=0,
+                        metavar="RVES",
+                        help="the engine on the GPU as well, with so many RVEs")
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
     arguments.bin = arguments.bin.resolve()
     packing = arguments.packing.resolve()
     dimension = dimension_of(packing)
-    os.environ["OMP_NUM_THREADS"] = "1"    # of LAMMPS; bench_engine sets its threads itself
+    os.environ["OMP_NUM_THREADS"] = "1"    # for LAMMPS; bench_engine sets its threads itself
 
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         data = pathlib.Path(folder) / "packing.data"
-        run([arguments.bin / "lmp", "-in", HERE / "in.export_packing", "-var", "packing", packing, "-var", "data", data,
-             "-log", "none"], cwd=folder)
+        run([
+            arguments.bin / "lmp", "-in", HERE / "in.export_packing", "-var", "packing", packing,
+            "-var", "data", data, "-log", "none"
+        ],
+            cwd=folder)
         for cores in sorted({1, arguments.cores}):
-            rows += rows_of(number_of_grains(packing), dimension, cores, *measure(arguments, data, packing, dimension, cores, folder))
+            rows += rows_of(number_of_grains(packing), dimension, cores,
+                            *measure(arguments, data, packing, dimension, cores, folder))
 
     if arguments.out:
-        commit = os.environ.get("GPU_RVE_COMMIT") or subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE, check=False).stdout.strip()
-        report = {"machine": machine(arguments.gpu), "date": datetime.date.today().isoformat(), "commit": commit,
-                  "command": command_line(), "rows": rows}
+        commit = os.environ.get("GPU_RVE_COMMIT") or subprocess.run(
+            ["git", "rev-parse", "--short", "HEAD"],
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=HERE,
+            check=False).stdout.strip()
+        report = {
+            "machine": machine(arguments.gpu), "date": datetime.date.today().isoformat(),
+            "commit": commit, "command": command_line(), "rows": rows
+        }
         bench_records.write(report, arguments.out)
 
 

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Registers, stack (spills and arrays that are indexed) and shared memory of each CUDA kernel in a program, by cuobjdump of the CUDA toolkit.
+"""Lists registers, stack and shared memory of each CUDA kernel, by cuobjdump of the CUDA toolkit.
 
     python3 bench/kernel_resources.py build/cuda/bin/bench_engine --out bench/results/kernels.json
 
-Shared memory is the static part; what grows with the number of grains is given at launch.
+The stack has spills and indexed arrays. Shared memory is the static part; the part that grows with
+the number of grains is set at launch.
 """
 
 import argparse
@@ -26,13 +27,14 @@ USAGE = re.compile(r"REG:(\d+) STACK:(\d+) SHARED:(\d+)")
 
 
 def programs():
-    """Their names, in the order of the table."""
-    table = (HERE.parent / "src" / "GPU_RVE" / "rve" / "engine" / "programs.h").read_text(encoding="utf-8")
+    """Returns the names of programs in the order of the table."""
+    table = (HERE.parent / "src" / "GPU_RVE" / "rve" / "engine" /
+             "programs.h").read_text(encoding="utf-8")
     return [name.lower() for name in re.findall(r"^  program\((\w+),", table, re.M)]
 
 
 def kernels(text):
-    """Rows of `cuobjdump --dump-resource-usage`, after c++filt."""
+    """Returns rows from `cuobjdump --dump-resource-usage`, after c++filt."""
     names = programs()
     rows, arch, kernel = [], "", None
     for line in text.splitlines():
@@ -42,30 +44,47 @@ def kernels(text):
             kernel = KERNEL.search(line)
         usage = USAGE.search(line)
         if kernel and usage:
-            case = {"code": "gpu_rve", "experiment": "kernels", "arch": arch, "format": kernel.group(4).lower(),
-                    "arithmetic": "relaxed" if kernel.group(3) == "relaxed" else "strict", "kernel": kernel.group(1),
-                    "program": names[int(kernel.group(2))]}
-            rows.append({"case": case, "metric": "registers_per_thread", "value": int(usage.group(1)), "unit": "1",
-                         "details": {"stack_bytes": int(usage.group(2)), "shared_bytes": int(usage.group(3))}})
+            case = {
+                "code": "gpu_rve", "experiment": "kernels", "arch": arch,
+                "format": kernel.group(4).lower(),
+                "arithmetic": "relaxed" if kernel.group(3) == "relaxed" else "strict",
+                "kernel": kernel.group(1), "program": names[int(kernel.group(2))]
+            }
+            rows.append({
+                "case": case, "metric": "registers_per_thread", "value": int(usage.group(1)),
+                "unit": "1", "details": {
+                    "stack_bytes": int(usage.group(2)), "shared_bytes": int(usage.group(3))
+                }
+            })
             kernel = None
     order = ("arch", "format", "arithmetic", "kernel", "program")
     return sorted(rows, key=lambda row: [row["case"][key] for key in order])
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("--out", type=pathlib.Path)
     arguments = parser.parse_args()
-    mangled = subprocess.run(["cuobjdump", "--dump-resource-usage", arguments.program], stdout=subprocess.PIPE, text=True, check=True).stdout
-    text = subprocess.run(["c++filt"], input=mangled, stdout=subprocess.PIPE, text=True, check=True).stdout
+    mangled = subprocess.run(["cuobjdump", "--dump-resource-usage", arguments.program],
+                             stdout=subprocess.PIPE,
+                             text=True,
+                             check=True).stdout
+    text = subprocess.run(["c++filt"], input=mangled, stdout=subprocess.PIPE, text=True,
+                          check=True).stdout
     rows = kernels(text)
     if not rows:
         raise SystemExit(f"no kernel in {arguments.program}")
     for row in rows:
-        print(*row["case"].values(), row["value"], "registers", row["details"]["stack_bytes"], "bytes of stack")
+        print(*row["case"].values(), row["value"], "registers", row["details"]["stack_bytes"],
+              "bytes of stack")
     if arguments.out:
-        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], stdout=subprocess.PIPE, text=True, cwd=HERE, check=False).stdout.strip()
+        commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"],
+                                stdout=subprocess.PIPE,
+                                text=True,
+                                cwd=HERE,
+                                check=False).stdout.strip()
         program = arguments.program.name if os.path.isabs(arguments.program) else arguments.program
         report = {"date": datetime.date.today().isoformat(), "commit": commit,
                   "command": f"python3 bench/kernel_resources.py {program}", "rows": rows}

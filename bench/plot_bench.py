@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Draws what bench_engine measured: throughput over the number of RVEs, substeps per call, grains per RVE, and threads per block.
+"""Draws results of bench_engine: throughput over RVEs, substeps per call, grains per RVE, and
+threads per block.
 
     python3 bench/plot_bench.py bench/results/engine-H200.json [--out doc/src/figures]
 
-Writes performance_rves.png, performance_substeps.png, performance_grains.png and performance_block_size.png, of spheres performance_spheres_rves.png
-and so on; an experiment that is not in the file is left out. Needs numpy and matplotlib (Debian: python3-numpy, python3-matplotlib).
+The files are performance_rves.png, performance_substeps.png, performance_grains.png and
+performance_block_size.png, for spheres performance_spheres_rves.png and so on. Experiments that are
+not in the file are omitted. The script needs numpy and matplotlib (Debian: python3-numpy,
+python3-matplotlib).
 """
 
 import argparse
@@ -21,25 +24,30 @@ import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
 import bench_records
 
-LABELS = {("fast", "relaxed"): "fast, relaxed", ("fast", "strict"): "fast", ("mixed", "strict"): "mixed", ("mixed", "relaxed"): "mixed, relaxed", ("double", "strict"): "double"}
+LABELS = {("fast", "relaxed"): "fast, relaxed", ("fast", "strict"): "fast",
+          ("mixed", "strict"): "mixed", ("mixed", "relaxed"): "mixed, relaxed",
+          ("double", "strict"): "double"}
 STYLES = dict(zip(LABELS, ("o-", "s-", "^-", "D-", "v-")))
 
 
 def curves(report, experiment, key, metric="rve_steps_per_second"):
-    """{(format, arithmetic): (values of the key, results)}, in the order of the key; the automatic choice of threads is left out."""
+    """Returns {(format, arithmetic): (values of the key, results)} in the order of the key, without
+    the automatic choice of threads."""
     points = {}
     for row in report["rows"]:
         case = row["case"]
-        if case.get("experiment") == experiment and row["metric"] == metric and case.get(key) != "auto":
-            points.setdefault((case["format"], case["arithmetic"]), []).append((case[key], row["value"]))
+        if case.get("experiment") == experiment and row["metric"] == metric and case.get(
+                key) != "auto":
+            points.setdefault((case["format"], case["arithmetic"]), []).append(
+                (case[key], row["value"]))
     return {kind: np.array(sorted(rows)).T for kind, rows in points.items()}
 
 
 def automatic(report, experiment):
-    """{(format, arithmetic): result of the block size that the engine chooses}."""
-    return {(row["case"]["format"], row["case"]["arithmetic"]): row["value"] for row in report["rows"]
-            if row["case"].get("experiment") == experiment and row["metric"] == "rve_steps_per_second"
-            and row["case"].get("threads") == "auto"}
+    """Returns {(format, arithmetic): result with the block size that the engine chooses}."""
+    return {(row["case"]["format"], row["case"]["arithmetic"]): row["value"]
+            for row in report["rows"] if row["case"].get("experiment") == experiment
+            and row["metric"] == "rve_steps_per_second" and row["case"].get("threads") == "auto"}
 
 
 def start(report, xlabel, ylabel):
@@ -84,24 +92,36 @@ def plot_block_size(report):
     draw(axes, curves(report, "block_size", "threads"), 1e-6)
     for kind, rate in automatic(report, "block_size").items():
         axes.axhline(1e-6 * rate, linestyle=":", linewidth=1.0, color="gray")
-        axes.annotate(f"automatic, {LABELS[kind]}", (1.0, 1e-6 * rate), xycoords=("axes fraction", "data"), fontsize=7,
-                      ha="right", va="bottom", color="gray")
+        axes.annotate(f"automatic, {LABELS[kind]}", (1.0, 1e-6 * rate),
+                      xycoords=("axes fraction", "data"),
+                      fontsize=7,
+                      ha="right",
+                      va="bottom",
+                      color="gray")
     axes.set_xticks(range(0, 1025, 128))
     return figure
 
 
-PLOTS = {"rves": plot_rves, "substeps": plot_substeps, "grains": plot_grains, "block_size": plot_block_size}
+PLOTS = {
+    "rves": plot_rves, "substeps": plot_substeps, "grains": plot_grains,
+    "block_size": plot_block_size
+}
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("result", type=pathlib.Path)
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[1] / "doc" / "src" / "figures")
+    parser.add_argument(
+        "--out",
+        type=pathlib.Path,
+        default=pathlib.Path(__file__).resolve().parents[1] / "doc" / "src" / "figures")
     arguments = parser.parse_args()
     report = bench_records.read(arguments.result)
     arguments.out.mkdir(parents=True, exist_ok=True)
     there = {row["case"].get("experiment") for row in report["rows"]}
-    prefix = "performance_spheres" if any(row["case"].get("dim") == 3 for row in report["rows"]) else "performance"
+    prefix = "performance_spheres" if any(
+        row["case"].get("dim") == 3 for row in report["rows"]) else "performance"
     for experiment, plot in PLOTS.items():
         if experiment not in there:
             print(f"no experiment {experiment} in {arguments.result.name}")

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""What throughputs on a GPU are of the roof that bench/profile_pipes.py has found for their number format and contact law, and what bounds each of
-them.
+r"""Compares throughputs on a GPU with the roof of bench/profile_pipes.py and names their bounds.
 
-    python3 bench/roofline.py bench/results/profile-H200.json bench/results/engine-H200-full.json
-    python3 bench/roofline.py bench/results/profile-H200-spheres.json bench/results/engine-H200-spheres-full.json
+    python3 bench/roofline.py bench/results/profile-H200.json \
+        bench/results/engine-H200-full.json
+    python3 bench/roofline.py bench/results/profile-H200-spheres.json \
+        bench/results/engine-H200-spheres-full.json
 
-Adds a row roofline_fraction behind each row rve_steps_per_second of the second file, in place of what was there. The roof is one for grain-steps: the
-work on chip of a step is in proportion to the grains.
+Each row rve_steps_per_second of the second file gets a row roofline_fraction, which replaces a
+previous one. Roofs depend on the number format and the contact law. They count grain-steps, since
+the work on chip of a step is proportional to the grains.
 """
 
 import pathlib
@@ -16,12 +18,13 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
 import bench_records
 
-NEARLY_FULL = 0.65            # of a pipe: blocks wait for each other at barriers
-FEW_STEPS = 25                # of a call, whose other work then matters
+NEARLY_FULL = 0.65    # utilization of a pipe; barriers prevent more
+FEW_STEPS = 25    # steps of a call below which its other work matters
 
 
 def grains_in_registers(case):
-    """Of a block, at most (block_shape in cuda_kernels.h): one in a thread, of spheres two, where threads have enough of them."""
+    """Returns the largest number of grains in registers of a block (block_shape in cuda_kernels.h):
+    one per thread, or two spheres per thread if threads have enough registers."""
     threads = case["threads"] if isinstance(case.get("threads"), int) else 1024
     if case["dim"] == 2:
         return threads
@@ -29,7 +32,7 @@ def grains_in_registers(case):
 
 
 def bound(case, fraction, roof):
-    """What keeps a case from being quicker; doc/src/performance.rst says how that is known."""
+    """Returns the bound of the speed of a case; doc/src/performance.rst explains the criteria."""
     if case["grains"] > grains_in_registers(case):
         return "grains that are not in registers"
     if fraction >= NEARLY_FULL:
@@ -44,7 +47,7 @@ def bound(case, fraction, roof):
 
 
 def kind(case):
-    """What a roof is for."""
+    """Returns the key of a roof: format, arithmetic and contact law."""
     return case["format"], case["arithmetic"], case.get("law", "hooke")
 
 
@@ -58,12 +61,15 @@ def main():
         case = row["case"]
         if row["metric"] != "roofline_fraction":
             rows.append(row)
-        # the roofs are those of steps with friction, of spheres without resistance to rolling
-        if row["metric"] == "rve_steps_per_second" and case.get("feature") != "frictionless" and kind(case) in roofs:
+        # Roofs are for steps with friction and, for spheres, without rolling resistance.
+        if row["metric"] == "rve_steps_per_second" and case.get(
+                "feature") != "frictionless" and kind(case) in roofs:
             roof = roofs[kind(case)]
             fraction = row["value"] * case["grains"] / (roof["value"] * roof["case"]["grains"])
-            rows.append({"case": case, "metric": "roofline_fraction", "value": fraction, "unit": "1",
-                         "details": {"bound": bound({**case, **row.get("details", {})}, fraction, roof)}})
+            rows.append({
+                "case": case, "metric": "roofline_fraction", "value": fraction, "unit": "1",
+                "details": {"bound": bound({**case, **row.get("details", {})}, fraction, roof)}
+            })
     report["rows"] = rows
     report["roof"] = profile.name
     bench_records.write(report, path)

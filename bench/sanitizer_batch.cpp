@@ -24,7 +24,7 @@ namespace {
     if (!condition) throw std::runtime_error("the batch for the sanitizers: " + what);
   }
 
-  /// Strains of the first two axes, as an increment of the call.
+  /// Strains along the first two axes, applied as an increment of the call.
   struct Strain {
     double xx, xy, yy;
   };
@@ -52,7 +52,8 @@ namespace {
     return drive;
   }
 
-  /// The same packing in a cell whose second vector leans by the whole first one: b' = b + a, s' = (s_0 - s_1, s_1).
+  /// Returns the same packing in a cell whose second vector is sheared by the whole first one: b' =
+  /// b + a, s' = (s_0 - s_1, s_1).
   template <int D> RveStateOf<D> leaning(RveStateOf<D> packing)
   {
     for (int a = 0; a < D; ++a) packing.cell(a, 1) += packing.cell(a, 0);
@@ -61,7 +62,7 @@ namespace {
     return packing;
   }
 
-  /// The first call will find its forces much too large for the scale.
+  /// Returns the packing with a force scale that is much too fine for its forces.
   template <int D> RveStateOf<D> with_fine_force_scale(RveStateOf<D> packing)
   {
     packing.largest_contact_force = 1e-6;
@@ -70,11 +71,12 @@ namespace {
 
   template <int D> RveStateOf<D> with_a_runaway(RveStateOf<D> packing, double time_step)
   {
-    packing.velocity[0] = packing.cell(0, 0) / time_step;    // once through the cell in a step
+    // moves once through the cell in a step
+    packing.velocity[0] = packing.cell(0, 0) / time_step;
     return packing;
   }
 
-  /// Two grains apart in a square or cube of four diameters.
+  /// Returns two grains without contact in a square or cube of four diameters.
   template <int D> RveStateOf<D> two_grains(const RveStateOf<D> &packing)
   {
     RveStateOf<D> state;
@@ -102,7 +104,8 @@ namespace {
   std::vector<Visit<D>> visits(const RveStateOf<D> &packing, double dt, bool general, bool steered)
   {
     const auto small = strained<D>(dt, {0.0, 1e-3, 0.0}, 20);
-    // few spheres are not many across
+    // A packing of few spheres is only a few grains wide, so the strain is divided between two
+    // axes.
     const Strain crush = D == 2 ? Strain{0.0, 0.0, -0.6} : Strain{-0.4, 0.0, -0.4};
     std::vector<Visit<D>> all = {
         {"shear with rebuilds", packing, strained<D>(dt, {0.0, 0.03, 0.0}, 30), status::Ok},
@@ -127,7 +130,7 @@ namespace {
       all.push_back({"dashpots", viscous, small, status::Ok});
     }
     if (packing.material.rolling_friction > 0.0) {
-      RveStateOf<D> without = packing;    // in the same program
+      RveStateOf<D> without = packing;    // runs in the same program
       without.material.rolling_friction = 0.0;
       all.push_back({"no resistance", without, small, status::Ok});
     }
@@ -153,8 +156,8 @@ namespace {
     return dot(pair.rolling_force, pair.rolling_force) > 0.0 && pair.twisting_moment != 0.0;
   }
 
-  /// All visits in one call, among others so that there are `total`, with the long and with the short answer. With light company the others are
-  /// pairs of grains.
+  /// Runs all visits in one call of at least `total` RVEs, with the short and with the long answer.
+  /// The other RVEs are pairs of grains with light company, and packings otherwise.
   template <int D>
   void visit(rve::Options options, const RveStateOf<D> &packing, double time_step, int total,
              bool light_company, bool steered)
@@ -194,11 +197,12 @@ namespace {
                          [](const rve::PairOf<D> &pair) { return has_rolled(pair); }),
              "no contact has a rolling force");
     }
-    engine->add(engine->state(rves[0]));    // download and upload
+    engine->add(engine->state(rves[0]));    // tests download and upload
     engine->remove(rves[1]);
   }
 
-  /// A skin of a mean radius: more pairs than lists and workspaces are made for at first.
+  /// Runs RVEs with a skin of the mean diameter, whose lists and workspaces overflow their first
+  /// capacity.
   template <int D>
   void overflow(rve::Options options, const RveStateOf<D> &packing, double time_step)
   {

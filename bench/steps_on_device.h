@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macro steps of a batch whose increments and stresses lie in the memory of a GPU, as fix rve makes them under the points of fix mpm.
+// Macro steps of a batch whose increments and stresses lie in the memory of a GPU, as in fix rve
+// under the points of fix mpm.
 
 #pragma once
 
@@ -19,7 +20,7 @@ namespace bench {
 
 #if defined(GPU_RVE_WITH_CUDA)
 
-/// Points and slots are another's.
+/// Advances points of the caller, who keeps `points` and `slots` alive.
 template <int D> class StepsOnDevice {
   using Matrix = rve::Tensor<double, D>;
 
@@ -33,7 +34,8 @@ template <int D> class StepsOnDevice {
     there_.stress = stresses_.reserve(COMPONENTS * slots.size());
   }
 
-  /// The same increment for all from here on; `dt` and `substeps` as fix rve tells them.
+  /// Sets the same increment for all points in the following steps, with `dt` and `substeps` as fix
+  /// rve sets them.
   void set_increment(const Matrix &increment, double dt, int substeps)
   {
     increments_.all = increment;
@@ -46,7 +48,8 @@ template <int D> class StepsOnDevice {
     rve::check_cuda(cudaDeviceSynchronize(), "upload of increments");
   }
 
-  /// As RvePointsOf::advance(). False: nothing has happened, and it is for that one.
+  /// Advances as RvePointsOf::advance(). Returns false if it did nothing and RvePointsOf::advance()
+  /// must be called.
   bool advance(bool with_details, std::vector<int> &failed)
   {
     const bool is_as_before = points_.is_as_before(slots_, places_);
@@ -64,7 +67,7 @@ template <int D> class StepsOnDevice {
     return true;
   }
 
-  /// Of the first points, after advance().
+  /// Returns the stresses of the first `count` points after advance().
   std::vector<Matrix> stresses(std::size_t count)
   {
     std::vector<Matrix> first;
@@ -96,7 +99,7 @@ template <int D> class StepsOnDevice {
 
 #else
 
-/// None is there.
+/// Stands in for StepsOnDevice in builds without CUDA.
 template <int D> class StepsOnDevice {
  public:
   StepsOnDevice(macro::RvePointsOf<D> &, const std::vector<int> &, int) {}

@@ -22,7 +22,7 @@ import re
 import sys
 
 PARTS = ("case", "details")
-MOST_BYTES = 1_000_000    # of all records
+MOST_BYTES = 1_000_000    # largest size of all records together
 
 
 def rounded(value):
@@ -50,24 +50,36 @@ def expand(record):
     rows = []
     for row in record.get("rows", []):
         merged = (sorted({**defaults.get(part, {}), **row.get(part, {})}.items()) for part in PARTS)
-        case, details = ({key: value for key, value in items if value is not None} for items in merged)
+        case, details = ({key: value
+                          for key, value in items if value is not None} for items in merged)
         for metric, value in row.get("values", {row.get("metric"): row.get("value")}).items():
             unit = row.get("unit", units.get(metric, ""))
             rows.append({"case": case, "metric": metric, "value": value, "unit": unit})
             if details:
                 rows[-1]["details"] = details
-    return {**{key: value for key, value in record.items() if key not in ("defaults", "units")}, "rows": rows}
+    return {
+        **{key: value
+           for key, value in record.items() if key not in ("defaults", "units")}, "rows": rows
+    }
 
 
 def defaults_of(dictionaries):
     """Returns the items that more than half of two or more dictionaries have."""
-    count = collections.Counter((key, line(value)) for dictionary in dictionaries for key, value in dictionary.items())
-    return {key: json.loads(value) for (key, value), times in count.items() if 2 * times > len(dictionaries) > 1}
+    count = collections.Counter(
+        (key, line(value)) for dictionary in dictionaries for key, value in dictionary.items())
+    return {
+        key: json.loads(value)
+        for (key, value), times in count.items() if 2 * times > len(dictionaries) > 1
+    }
 
 
 def differences(dictionary, defaults):
     """Returns the items that differ from the defaults, and null for a default without an item."""
-    own = {key: value for key, value in dictionary.items() if key not in defaults or line(defaults[key]) != line(value)}
+    own = {
+        key: value
+        for key, value in dictionary.items()
+        if key not in defaults or line(defaults[key]) != line(value)
+    }
     return own | {key: None for key in defaults if key not in dictionary}
 
 
@@ -78,7 +90,8 @@ def text(record):
     units, lines, last = {}, [], None
     for row in rows:
         if units.setdefault(row["metric"], row["unit"]) != row["unit"]:
-            raise ValueError(f"{row['metric']} has the units {units[row['metric']]} and {row['unit']}")
+            raise ValueError(
+                f"{row['metric']} has the units {units[row['metric']]} and {row['unit']}")
         own = {part: differences(row[part], defaults[part]) for part in PARTS}
         if own != last or row["metric"] in lines[-1]["values"]:
             lines.append({part: some for part, some in own.items() if some} | {"values": {}})
@@ -105,22 +118,29 @@ def write(record, path):
 
 
 def faults(folder):
-    """Returns what is wrong with the records of a folder, one message for each fault."""
+    """Returns one message for each error in the records of a folder."""
     found, size = [], 0
     for name in sorted(os.listdir(folder)):
         path = os.path.join(folder, name)
         size += os.path.getsize(path)
         if re.search(r"(?<![0-9a-z])(?=[a-f]*[0-9])[0-9a-f]{7,40}(?![0-9a-z])", name):
-            found.append(f"{name}: the name has the hash of a commit; there is one record for each machine and suite")
+            found.append(
+                f"{name}: the name has the hash of a commit; there is one record for each machine "
+                "and suite"
+            )
         with open(path, encoding="utf-8") as stream:
             content = stream.read()
         try:
             if text(expand(json.loads(content))) != content:
-                found.append(f"{name}: the form is not compact; run python3 tools/bench_records.py {path}")
+                found.append(
+                    f"{name}: the form is not compact; run python3 tools/bench_records.py {path}")
         except (ValueError, KeyError) as error:
             found.append(f"{name}: {error!r}")
     if size > MOST_BYTES:
-        found.append(f"{size} bytes are more than {MOST_BYTES}; remove superseded records and details that nothing reads")
+        found.append(
+            f"{size} bytes are more than {MOST_BYTES}; remove superseded records and details that "
+            "nothing reads"
+        )
     return found
 
 

@@ -1,24 +1,40 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Reads text dumps of LAMMPS (dump custom, local, rve/grain) frame by frame. For the scripts that draw and convert results.
+"""Reads text dumps of LAMMPS (dump custom, local, rve/grain) frame by frame, for other scripts.
 
     for frame in dumps.frames("points.dump"):
         frame.step, frame.time, frame["stress_xx"]
 
-Columns are NumPy arrays by name: give them names a person understands with dump_modify colname (the manual: Reading results). Needs
-numpy (Debian: python3-numpy).
+Columns are NumPy arrays by name; dump_modify colname gives them readable names (the manual: Reading
+results). The module needs numpy (Debian: python3-numpy).
 """
 
 import numpy as np
 
-# What this package's columns are called in the manual and the examples, with unit (SI) and words for axes
+# Names of this package's columns in the manual and the examples, with unit (SI) and label of an
+# axis.
 QUANTITIES = {
-    "ux": ("horizontal displacement", "m"), "uy": ("vertical displacement", "m"), "displacement": ("displacement |u|", "m"),
-    "stress_xx": ("stress xx", "Pa"), "stress_yy": ("stress yy", "Pa"), "stress_xy": ("stress xy", "Pa"),
-    "stress_yx": ("stress yx", "Pa"), "stress_zz": ("stress zz", "Pa"), "p": ("mean stress p", "Pa"), "q": ("deviatoric stress q", "Pa"),
-    "eps_v": ("volumetric strain", ""), "eps_q": ("deviatoric strain", ""), "eps_p": ("plastic strain", ""), "density": ("density", "kg/m³"),
-    "void_ratio": ("void ratio", ""), "coordination": ("coordination number", ""), "anisotropy": ("anisotropy of the contacts", ""),
-    "inertial": ("inertial number", ""), "sliding": ("share of sliding contacts", ""), "vx": ("horizontal velocity", "m/s"),
-    "vy": ("vertical velocity", "m/s"), "dem_steps": ("DEM steps", ""),
+    "ux": ("horizontal displacement", "m"),
+    "uy": ("vertical displacement", "m"),
+    "displacement": ("displacement |u|", "m"),
+    "stress_xx": ("stress xx", "Pa"),
+    "stress_yy": ("stress yy", "Pa"),
+    "stress_xy": ("stress xy", "Pa"),
+    "stress_yx": ("stress yx", "Pa"),
+    "stress_zz": ("stress zz", "Pa"),
+    "p": ("mean stress p", "Pa"),
+    "q": ("deviatoric stress q", "Pa"),
+    "eps_v": ("volumetric strain", ""),
+    "eps_q": ("deviatoric strain", ""),
+    "eps_p": ("plastic strain", ""),
+    "density": ("density", "kg/m³"),
+    "void_ratio": ("void ratio", ""),
+    "coordination": ("coordination number", ""),
+    "anisotropy": ("anisotropy of the contacts", ""),
+    "inertial": ("inertial number", ""),
+    "sliding": ("share of sliding contacts", ""),
+    "vx": ("horizontal velocity", "m/s"),
+    "vy": ("vertical velocity", "m/s"),
+    "dem_steps": ("DEM steps", ""),
 }
 
 
@@ -27,7 +43,7 @@ class Frame:
 
     def __init__(self, step, time, units, cell, origin, columns):
         self.step, self.time, self.units = step, time, units
-        self.cell, self.origin = cell, origin    # columns of `cell` are the vectors of the box
+        self.cell, self.origin = cell, origin    # columns of `cell` are the box vectors
         self.columns = columns
 
     def __getitem__(self, name):
@@ -43,7 +59,7 @@ class Frame:
 
 
 def box(words, rows):
-    """Vectors (columns) and origin of the box of a frame, in any of LAMMPS' three forms."""
+    """Returns vectors (columns) and origin of the box of a frame, in any of LAMMPS' three forms."""
     if words[:2] == ["abc", "origin"]:
         return rows[:, :3].T, rows[:, 3]
     xy, xz, yz = rows[:, 2] if words[:3] == ["xy", "xz", "yz"] else (0.0, 0.0, 0.0)
@@ -54,7 +70,7 @@ def box(words, rows):
 
 
 def frames(path):
-    """All frames of a dump, one after the other."""
+    """Yields all frames of a dump."""
     step = time = units = cell = origin = None
     count = 0
     with open(path) as stream:
@@ -69,15 +85,25 @@ def frames(path):
             elif line.startswith("ITEM: NUMBER OF"):
                 count = int(stream.readline())
             elif line.startswith("ITEM: BOX BOUNDS"):
-                cell, origin = box(words[3:], np.array([[float(word) for word in stream.readline().split()] for _ in range(3)]))
+                cell, origin = box(
+                    words[3:],
+                    np.array(
+                        [[float(word) for word in stream.readline().split()] for _ in range(3)]))
             elif line.startswith("ITEM:"):
                 names = words[2:]
-                table = np.array([[float(word) for word in stream.readline().split()] for _ in range(count)]).reshape(count, -1)
+                table = np.array([[float(word) for word in stream.readline().split()]
+                                  for _ in range(count)]).reshape(count, -1)
                 if count and table.shape[1] != len(names):
-                    raise SystemExit(f"{path}: step {step} has {table.shape[1]} numbers in a row and {len(names)} names of columns")
+                    raise SystemExit(
+                        f"{path}: step {step} has {table.shape[1]} numbers in a row and "
+                        f"{len(names)} names of columns"
+                    )
                 if "id" in names and count:
                     table = table[np.argsort(table[:, names.index("id")], kind="stable")]
-                columns = {name: table[:, k] if count else np.empty(0) for k, name in enumerate(names)}
+                columns = {
+                    name: table[:, k] if count else np.empty(0)
+                    for k, name in enumerate(names)
+                }
                 yield Frame(step, time, units, cell, origin, columns)
                 time = None
             else:
@@ -93,13 +119,14 @@ def last_frame(path):
 
 
 def spacing(frame):
-    """Distance between neighbouring points at first [length], from displacements if the dump has them."""
+    """Returns the initial distance between neighbouring points [length], by displacements if the
+    dump has them."""
     if "ux" in frame:
         lines = np.unique(np.round(frame["x"] - frame["ux"], 6))
         if len(lines) > 1:
             return np.diff(lines).min()
     width, height = np.ptp(frame["x"]), np.ptp(frame["y"])
-    # n points on a rectangle, each with a square of its own
+    # n points on a rectangle with equal squares
     n = len(frame)
     if n < 2:
         raise SystemExit("one point has no distance to others: say how large it is with --size")
@@ -108,11 +135,12 @@ def spacing(frame):
 
 
 def domains(frame, side):
-    """Corners (points, 4, 2) of the deformed squares that belong to the points: by their deformation gradient, def_xx to def_yy, if the
-    dump has it, otherwise as they were."""
+    """Returns corners (points, 4, 2) of the squares of points, deformed by the deformation
+    gradient, def_xx to def_yy, if the dump has it."""
     corners = 0.5 * side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     at = np.stack([frame["x"], frame["y"]], axis=1)
     if "def_xx" in frame:
-        gradient = np.stack([frame[name] for name in ("def_xx", "def_xy", "def_yx", "def_yy")], axis=1).reshape(-1, 2, 2)
+        gradient = np.stack([frame[name] for name in ("def_xx", "def_xy", "def_yx", "def_yy")],
+                            axis=1).reshape(-1, 2, 2)
         return at[:, None, :] + np.einsum("nij,kj->nki", gradient, corners)
     return at[:, None, :] + corners[None, :, :]

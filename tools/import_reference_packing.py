@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-2.0-only
-"""Convert a reference packing (<case>.csv with id, radius, x, y and <case>.json with H, h, kn, ...) to a GPU_RVE packing file.
+"""Converts a reference packing to a packing file of GPU_RVE.
 
 usage: import_reference_packing.py <case>.csv <output>.rve [friction [local_damping]]
 
-Mass is per unit depth, velocities and tangential forces are zero. Units are SI. Positions become fractional coordinates by
-exact rational arithmetic and are rounded once, to 2^-64 of the cell. Only Python's standard library is used.
+<case>.csv has id, radius, x, y, and <case>.json has H, h, kn, ... in SI units. Mass is per unit
+depth; velocities and tangential forces are zero. Positions become fractional coordinates by exact
+rational arithmetic, rounded once to 2^-64 of the cell. The script uses only Python's standard
+library.
 """
 
 import csv
@@ -17,7 +19,8 @@ from fractions import Fraction
 
 
 def fractional_coordinates(x, y, cell):
-    """Position [m] and cell matrix (columns are the cell vectors) [m] -> two integers s 2^64."""
+    """Returns two integers s 2^64 for a position [m] and a cell matrix whose columns are the cell
+    vectors [m]."""
     (hxx, hxy), (hyx, hyy) = [[Fraction(component) for component in row] for row in cell]
     determinant = hxx * hyy - hxy * hyx
     s = ((hyy * x - hxy * y) / determinant, (hxx * y - hyx * x) / determinant)
@@ -25,7 +28,8 @@ def fractional_coordinates(x, y, cell):
 
 
 def checksum(lines):
-    """Of a packing file: FNV-1a, 64 bits, over its statements without comments, with one blank between two words."""
+    """Returns the checksum of a packing file: FNV-1a, 64 bits, over its statements without
+    comments, with one blank between two words."""
     sum = 0xcbf29ce484222325
     for words in (line.split("#")[0].split() for line in lines):
         for byte in (" ".join(words) + "\n").encode() if words else b"":
@@ -52,15 +56,21 @@ def convert(csv_path, output_path, friction, local_damping):
     ]
     lines = [
         "# Packing of one RVE (GPU_RVE): plane disks in a periodic cell, x = H s. SI units.",
-        f"# {len(grains)} disks, {case['p0'] / 1000:g} kPa, void ratio {case['void_ratio']:.4f}, prepared without"
+        f"# {len(grains)} disks, {case['p0'] / 1000:g} kPa, void ratio {case['void_ratio']:.4f}, "
+        "prepared without"
         f" friction by {case['code']}, seed {case['seed']}",
-        "gpu_rve_packing 1", "", "material",
+        "gpu_rve_packing 1",
+        "",
+        "material",
     ]
     lines += [f"  {name} {float(value)!r}    # [{unit}]" for name, value, unit in material]
     lines += ["", "# rows of H; its columns are the cell vectors [length]", "cell"]
     lines += [f"  {float(row[0])!r} {float(row[1])!r}" for row in case["H"]]
-    lines += ["", f"grains {len(grains)}",
-              "# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y [length/time], spin [1/time]"]
+    lines += [
+        "", f"grains {len(grains)}",
+        "# id, radius [length], s_x 2^64, s_y 2^64 [-], peculiar velocity c_x, c_y [length/time], "
+        "spin [1/time]"
+    ]
     for index, (radius, x, y) in enumerate(grains):
         s = fractional_coordinates(x, y, case["H"])
         lines.append(f"{index + 1} {radius!r} {s[0]} {s[1]} 0 0 0")

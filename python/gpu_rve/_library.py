@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The shared library librve and its functions, by the header that lies beside it."""
+"""The shared library librve and its functions, declared by the header next to it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ HERE = pathlib.Path(__file__).resolve().parent
 
 
 class Error(Exception):
-    """Wrong input, a lack of memory, or a failure of the library; the text is the library's."""
+    """Wrong input, a lack of memory, or a failure of the library; the text is that of the library.
+    """
 
 
 def _places() -> Iterator[tuple[pathlib.Path, pathlib.Path]]:
-    """Where library and header may be: those that the environment names (GPU_RVE_LIBRARY), beside this file, or a tree that is being developed."""
+    """Returns candidates for library and header: the environment (GPU_RVE_LIBRARY), the folder of
+    this file, or a build tree."""
     if "GPU_RVE_LIBRARY" in os.environ:
         library = pathlib.Path(os.environ["GPU_RVE_LIBRARY"])
         yield library, library.parent / "librve.h"
@@ -29,7 +31,8 @@ def _places() -> Iterator[tuple[pathlib.Path, pathlib.Path]]:
 
 
 def _declarations(header: str) -> str:
-    """What cffi can read of the header: without comments, directives of the preprocessor and what is for C++ only."""
+    """Returns the declarations of the header that cffi can parse: without comments, preprocessor
+    directives and parts for C++."""
     text = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
     text = re.sub(r"#ifdef __cplusplus.*?#endif", "", text, flags=re.S)
     text = re.sub(r"^\s*#.*$", "", text, flags=re.M)
@@ -43,10 +46,14 @@ def _load() -> tuple[Any, Any]:
         ffi = cffi.FFI()
         ffi.cdef(_declarations(header.read_text(encoding="utf-8")))
         lib = ffi.dlopen(str(library))
-        expected = dict(re.findall(r"#define RVE_API_(MAJOR|MINOR) (\d+)", header.read_text(encoding="utf-8")))
+        expected = dict(
+            re.findall(r"#define RVE_API_(MAJOR|MINOR) (\d+)", header.read_text(encoding="utf-8")))
         found = divmod(lib.rve_api_version(), 1000)
         if found[0] != int(expected["MAJOR"]) or found[1] < int(expected["MINOR"]):
-            raise ImportError(f"{library} has interface {found[0]}.{found[1]}; {header} is of {expected['MAJOR']}.{expected['MINOR']}")
+            raise ImportError(
+                f"{library} has interface {found[0]}.{found[1]}; {header} is of "
+                f"{expected['MAJOR']}.{expected['MINOR']}"
+            )
         return ffi, lib
     missing = [str(path) for places in _places() for path in places if not path.exists()]
     raise ImportError("librve was not found: there is no " + ", no ".join(dict.fromkeys(missing)))
@@ -60,7 +67,7 @@ def text(pointer: Any) -> str:
 
 
 def check(code: int) -> None:
-    """Raises what the library says unless a call succeeded."""
+    """Raises the library's error unless a call succeeded."""
     if code == lib.RVE_SUCCESS:
         return
     message = text(lib.rve_error())
@@ -70,7 +77,8 @@ def check(code: int) -> None:
 
 
 def words(values: Mapping[str, Any]) -> bytes:
-    """Keywords and values as the library reads them: True and False are yes and no; what is None is left out."""
+    """Returns keywords and values as the library reads them: True and False are yes and no, and
+    None is omitted."""
     parts = []
     for keyword, value in values.items():
         if value is None:
@@ -82,12 +90,13 @@ def words(values: Mapping[str, Any]) -> bytes:
 
 
 def doubles(array: np.ndarray) -> Any:
-    """A NumPy array of float64 in C order as a pointer, without a copy."""
+    """Returns a pointer to a NumPy array of float64 in C order, without a copy."""
     return ffi.from_buffer("double[]", array, require_writable=False)
 
 
 def saved_by(save: Any, pointer: Any) -> bytes:
-    """The bytes that a function of librve gives: how many there are, then they themselves."""
+    """Returns the bytes that a function of librve writes: the first call gives their number, the
+    second one the bytes."""
     size = ffi.new("size_t *")
     check(save(pointer, ffi.NULL, 0, size))
     buffer = bytearray(size[0])
@@ -96,11 +105,11 @@ def saved_by(save: Any, pointer: Any) -> bytes:
 
 
 def api_version() -> tuple[int, int]:
-    """(major, minor) of the library's interface."""
+    """Returns (major, minor) of the library's interface."""
     major, minor = divmod(lib.rve_api_version(), 1000)
     return major, minor
 
 
 def release() -> str:
-    """Release of GPU_RVE, as "0.1.0"."""
+    """Returns the release of GPU_RVE, such as "0.1.0"."""
     return text(lib.rve_release())

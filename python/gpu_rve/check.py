@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""gpu-rve-check: does the library work here? Prepares a small packing, compresses it, and compares trials with what was committed."""
+"""gpu-rve-check tests the installed library: it prepares a small packing, compresses it, and
+compares trials with committed states."""
 
 import sys
 
@@ -10,8 +11,17 @@ from . import Batch, Packing, api_version, release
 
 def main() -> int:
     print(f"gpu_rve {release()}, interface {'.'.join(map(str, api_version()))}")
-    packing = Packing.create(shape="disk", grains=60, seed=1, radius=(0.0025, 0.005), kn=1e6, friction=0.5, density=2650.0, damping=0.3,
-                             thickness=0.075, mass_depth=0.075, pressure=1e5)
+    packing = Packing.create(shape="disk",
+                             grains=60,
+                             seed=1,
+                             radius=(0.0025, 0.005),
+                             kn=1e6,
+                             friction=0.5,
+                             density=2650.0,
+                             damping=0.3,
+                             thickness=0.075,
+                             mass_depth=0.075,
+                             pressure=1e5)
     batch = Batch([packing] * 4)
     print(batch)
     dt = 0.5 * batch.time_steps().min()
@@ -22,7 +32,8 @@ def main() -> int:
     p = batch["p"]
     print("mean stress after 0 to 0.03 % of compression:", ", ".join(f"{x:.4g}" for x in p))
     sound = np.array_equal(first, again) and not statuses.any() and bool(np.all(np.diff(p) > 0))
-    print("in order" if sound else "NOT in order: trials differ, or pressure does not grow with compression")
+    print("in order"
+          if sound else "NOT in order: trials differ, or pressure does not grow with compression")
     return 0 if sound else 1
 
 

@@ -15,8 +15,9 @@ from ._library import check, doubles, ffi, lib, saved_by, words
 class Packing:
     """A periodic packing of disks (dimension 2) or spheres (dimension 3).
 
-    Made by :meth:`read`, :meth:`create` or :meth:`Batch.packing`. Parameters of the material are got and set by their keywords:
-    ``packing["friction"] = 0.3``. It can be pickled, and is then what it was to the bit.
+    :meth:`read`, :meth:`create` and :meth:`Batch.packing` make packings. Parameters of the material
+    are read and set by their keywords: ``packing["friction"] = 0.3``. Pickling keeps a packing to
+    the bit.
     """
 
     def __init__(self, pointer: Any):
@@ -24,20 +25,23 @@ class Packing:
 
     @classmethod
     def read(cls, file: str | os.PathLike) -> Packing:
-        """From a packing file."""
+        """Reads a packing file."""
         pointer = ffi.new("rve_packing **")
         check(lib.rve_packing_read(os.fsencode(file), pointer))
         return cls(pointer[0])
 
     @classmethod
     def create(cls, *, radius: tuple[float, float], **recipe: float | str) -> Packing:
-        """Prepares a packing: a loose cloud that is compressed to a pressure, on one CPU thread, in seconds to minutes.
+        """Prepares a packing by compressing a loose cloud to a pressure, on one CPU thread, in
+        seconds to minutes.
 
         :param radius: smallest and largest radius; uniform between them [length]
-        :param recipe: ``shape`` ("disk" or "sphere"), ``grains``, ``seed``, ``pressure`` [stress], ``k0`` (a number [-], or "rest": what the grains make
-            of it while their lateral strain is zero), ``void_ratio``, ``void_ratio_tolerance``, ``friction_prep``, ``damping_prep``, ``tolerance``,
-            ``contact`` ("hooke", "hertz", "dmt"), ``format``, ``device``, ``threads``, and the parameters of the material: ``kn``, ``kt``
-            [force/length], ``friction``, ``density`` [mass/length^3], ``damping``, ...; as of the LAMMPS command create_rve
+        :param recipe: ``shape`` ("disk" or "sphere"), ``grains``, ``seed``, ``pressure`` [stress],
+            ``k0`` (a number [-], or "rest": the ratio at zero lateral strain), ``void_ratio``,
+            ``void_ratio_tolerance``, ``friction_prep``, ``damping_prep``, ``tolerance``,
+            ``contact`` ("hooke", "hertz", "dmt"), ``format``, ``device``, ``threads``, and the
+            parameters of the material: ``kn``, ``kt`` [force/length], ``friction``, ``density``
+            [mass/length^3], ``damping``, ...; those of the LAMMPS command create_rve
         """
         pointer = ffi.new("rve_packing **")
         recipe = {**recipe, "radius_min": radius[0], "radius_max": radius[1]}
@@ -46,7 +50,7 @@ class Packing:
 
     @classmethod
     def read_library(cls, file: str | os.PathLike) -> list[Packing]:
-        """All packings of a library, in its order, or the one of a packing file."""
+        """Reads all packings of a library in its order, or the one of a packing file."""
         count = ffi.new("size_t *")
         check(lib.rve_library_read(os.fsencode(file), ffi.NULL, 0, count))
         pointers = ffi.new("rve_packing *[]", count[0])
@@ -54,28 +58,29 @@ class Packing:
         return [cls(pointer) for pointer in pointers]
 
     def image(self, number: int) -> Packing:
-        """The same grains in a mirror or turned by right angles: 0 to 7 of disks, 0 to 47 of spheres; 0 is the packing itself."""
+        """Returns the same grains in a mirror or rotated by right angles: 0 to 7 for disks, 0 to 47
+        for spheres; 0 is the packing itself."""
         pointer = ffi.new("rve_packing **")
         check(lib.rve_packing_image(self._pointer, integer(number, "number"), pointer))
         return Packing(pointer[0])
 
     def copy(self) -> Packing:
-        """Another packing with the same state, to the bit: what is done to the one is not seen by the other."""
+        """Returns an independent packing with the same state to the bit."""
         pointer = ffi.new("rve_packing **")
         check(lib.rve_packing_copy(self._pointer, pointer))
         return Packing(pointer[0])
 
     def write(self, file: str | os.PathLike) -> None:
-        """A packing file, whole or not at all."""
+        """Writes a packing file, completely or not at all."""
         check(lib.rve_packing_write(self._pointer, os.fsencode(file)))
 
     def save(self) -> bytes:
-        """The whole state, exact: a file has no counters, energies and list of pairs."""
+        """Returns the whole state, exact; a file has no counters, energies and list of pairs."""
         return saved_by(lib.rve_packing_save, self._pointer)
 
     @classmethod
     def restore(cls, saved: bytes) -> Packing:
-        """From what :meth:`save` gave."""
+        """Restores a packing from :meth:`save`."""
         pointer = ffi.new("rve_packing **")
         check(lib.rve_packing_restore(ffi.from_buffer(saved), len(saved), pointer))
         return cls(pointer[0])
@@ -117,7 +122,7 @@ class Packing:
 
     @property
     def cell(self) -> np.ndarray:
-        """H (D, D), its columns are the cell vectors [length]."""
+        """H (D, D); its columns are the cell vectors [length]."""
         return self._array(b"cell", self.dimension, self.dimension)
 
     @property
@@ -137,19 +142,21 @@ class Packing:
 
     @property
     def velocities(self) -> np.ndarray:
-        """(N, D) peculiar: without the mean field L x [length/time]."""
+        """(N, D) peculiar velocities, without the mean field L x [length/time]."""
         return self._array(b"velocity", self.grains, self.dimension)
 
     @property
     def spins(self) -> np.ndarray:
-        """(N), of spheres (N, 3) [1/time]."""
+        """(N), for spheres (N, 3) [1/time]."""
         return self._array(b"spin", self.grains, *((3,) if self.dimension == 3 else ()))
 
     def contacts(self) -> dict[str, np.ndarray]:
-        """Contacts between grains with the forces of their springs, C of them.
+        """Returns the C contacts between grains with the forces of their springs.
 
-        :return: ``grains`` (C, 2) ids from 0 on, the smaller one first; ``branch`` (C, D) from the first grain to the second [length]; ``overlap`` (C)
-            [length]; ``normal_force`` (C), repulsion positive [force]; ``force`` (C, D) on the first grain [force]; ``sliding`` (C) bool
+        :return: ``grains`` (C, 2) ids from 0, the smaller one first; ``branch`` (C, D) from the
+            first grain to the second [length]; ``overlap`` (C) [length]; ``normal_force`` (C),
+            repulsion positive [force]; ``force`` (C, D) on the first grain [force]; ``sliding`` (C)
+            bool
         """
         d = self.dimension
         rows = ffi.new("size_t *")

@@ -11,7 +11,8 @@ from .packing import Packing
 
 
 def grains(packing: Packing, axes: Any = None, forces: bool = True) -> Any:
-    """The grains of a packing of disks in its cell, and the forces between them as lines as thick as they are large.
+    """Draws the disks of a packing in its cell, and contact forces as lines with a proportional
+    width.
 
     :return: the axes
     """
@@ -19,12 +20,21 @@ def grains(packing: Packing, axes: Any = None, forces: bool = True) -> Any:
     from matplotlib.collections import EllipseCollection
 
     if packing.dimension != 2:
-        raise ValueError("grains() draws disks; the packing is of spheres: force_chains() draws their contacts")
+        raise ValueError(
+            "grains() draws disks; the packing is of spheres: force_chains() draws their contacts")
     if axes is None:
         _, axes = plt.subplots(figsize=(6, 6))
     x, size = packing.positions, 2.0 * packing.radii
-    axes.add_collection(EllipseCollection(size, size, np.zeros_like(size), units="xy", offsets=x, transOffset=axes.transData, facecolor="0.88",
-                                          edgecolor="0.6", linewidth=0.4))
+    axes.add_collection(
+        EllipseCollection(size,
+                          size,
+                          np.zeros_like(size),
+                          units="xy",
+                          offsets=x,
+                          transOffset=axes.transData,
+                          facecolor="0.88",
+                          edgecolor="0.6",
+                          linewidth=0.4))
     if forces:
         force_chains(packing, axes)
     else:
@@ -34,9 +44,10 @@ def grains(packing: Packing, axes: Any = None, forces: bool = True) -> Any:
 
 
 def force_chains(packing: Packing, axes: Any = None) -> Any:
-    """The forces between the grains of a packing, disks or spheres, as lines from center to center as thick as they are large, in the cell.
+    """Draws contact forces of a packing in the cell, as lines from center to center with a
+    proportional width.
 
-    :return: the axes, of spheres those of a projection "3d"
+    :return: the axes, for spheres those of a projection "3d"
     """
     import matplotlib.pyplot as plt
     from matplotlib.collections import LineCollection
@@ -52,9 +63,11 @@ def force_chains(packing: Packing, axes: Any = None) -> Any:
     if d == 3:
         from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 
-        axes.add_collection3d(Line3DCollection(lines, linewidths=0.5 * widths, color="tab:red", capstyle="round"))
+        axes.add_collection3d(
+            Line3DCollection(lines, linewidths=0.5 * widths, color="tab:red", capstyle="round"))
     else:
-        axes.add_collection(LineCollection(list(lines), linewidths=widths, color="tab:red", capstyle="round"))
+        axes.add_collection(
+            LineCollection(list(lines), linewidths=widths, color="tab:red", capstyle="round"))
     _draw_cell(packing, axes)
     _frame(axes)
     return axes
@@ -66,7 +79,9 @@ def _draw_cell(packing: Packing, axes: Any) -> None:
     for k, first in enumerate(corners):
         for second in corners[k + 1:]:
             if np.abs(first - second).sum() == 1:
-                axes.plot(*(np.stack([first, second]) @ packing.cell.T).T, color="0.4", linewidth=0.8)
+                axes.plot(*(np.stack([first, second]) @ packing.cell.T).T,
+                          color="0.4",
+                          linewidth=0.8)
 
 
 def _frame(axes: Any) -> None:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""RVEs as one incremental law of all quadrature points of a host, on flat arrays: the interface of IncrSmallStrainModel of fenics-constitutive."""
+"""RVEs as one incremental law of all quadrature points of a host on flat arrays: the interface of
+IncrSmallStrainModel of fenics-constitutive."""
 
 from __future__ import annotations
 
@@ -17,42 +18,54 @@ ROOT_TWO = float(np.sqrt(2.0))
 
 
 class TrialFailed(Error):
-    """An RVE does not bear an increment: the host takes a smaller one."""
+    """Raised if an RVE fails in an increment; the host should try a smaller one."""
 
 
 class SmallStrainModel:
-    """RVEs behind the quadrature points of a host that asks for all of them at once.
+    """RVEs behind the quadrature points of a host that evaluates all of them at once.
 
-    Vectors are Mandel's: xx, yy, zz, sqrt(2) xy of disks, a plane; and sqrt(2) xz, sqrt(2) yz besides of spheres. Disks have no stress zz: it is 0.
-    Nothing of the host is needed here. One that checks types gets them by ``class Grains(SmallStrainModel, IncrSmallStrainModel)``, with its own word for
-    ``constraint``: plane strain of disks, full of spheres.
+    Vectors are Mandel's: xx, yy, zz, sqrt(2) xy for disks (plane), and also sqrt(2) xz, sqrt(2) yz
+    for spheres. Disks have no stress zz; it is 0.
 
-    Grains do not fit in the history of a host. It has one number for each point, of the trial that made the state: :meth:`evaluate` begins from the state
-    that the number names and writes that of its own trial. Such a number in a later call says that the host has accepted the trial. Only the committed state and
-    the last trial can be named. A host without history calls :meth:`update` instead.
+    The class does not import the host. A host that checks types gets them by ``class
+    Grains(SmallStrainModel, IncrSmallStrainModel)``, with its own word for ``constraint``: plane
+    strain for disks, full for spheres.
+
+    The history of a host cannot store grains. It has one number for each point, that of the trial
+    that made the state: :meth:`evaluate` begins from the state that the number names and writes
+    that of its own trial. Such a number in a later call shows that the host has accepted the trial.
+    Only the committed state and the last trial can be named. A host without history calls
+    :meth:`update` instead.
 
     :param packings: one for each point
     :param substeps: DEM steps of an increment
-    :param time_scale: time of the RVEs by that of the host [-]
-    :param probe: strain of the differences that the tangent is made of [-]
-    :param rotates: False: the RVE takes the strain of an increment alone, as small strains are meant; True: it takes 1 + grad u, for hosts whose lengths are
-        those at the beginning of the increment. The stress is Cauchy's, the tangent its derivative by a strain that follows
+    :param time_scale: time of the RVEs over that of the host [-]
+    :param probe: strain of the differences for the tangent [-]
+    :param rotates: False: the RVE gets only the strain of an increment, as in small strains; True:
+        it gets 1 + grad u, for hosts whose lengths are those at the beginning of the increment. The
+        stress is Cauchy's, the tangent its derivative by a subsequent strain
     :param options: of :class:`Batch`
     """
 
     constraint: Any = None
 
-    def __init__(self, packings: Sequence[Packing], substeps: int, time_scale: float = 1.0, probe: float = 1e-5, rotates: bool = False,
+    def __init__(self,
+                 packings: Sequence[Packing],
+                 substeps: int,
+                 time_scale: float = 1.0,
+                 probe: float = 1e-5,
+                 rotates: bool = False,
                  **options: float | str | bool):
         self.batch = Batch(packings, **options)
-        substeps = integer(substeps, "substeps", 1)
-        self.substeps, self.time_scale, self.probe, self.rotates = substeps, time_scale, probe, rotates
-        self.trials = 0    # of all RVEs, with those of tangents
-        # numbers of trials: the one that is committed, the one that may be, and how many there were
+        self.substeps = integer(substeps, "substeps", 1)
+        self.time_scale, self.probe, self.rotates = time_scale, probe, rotates
+        self.trials = 0    # number of trials of all RVEs, with those for tangents
+        # Numbers of trials: the committed one, the one that may be committed, and their count.
         self._committed, self._last, self._count = 0, 0, 0
         d = self.batch.dimension
-        self._pairs = [(k, k) for k in range(d)] + [(a, b) for a in range(d) for b in range(a + 1, d)]
-        # where these components are in a vector: disks have a zz between
+        self._pairs = [(k, k) for k in range(d)] + [(a, b) for a in range(d)
+                                                    for b in range(a + 1, d)]
+        # Positions of the components in a vector; disks have a zz in between.
         self._places = [0, 1, 3] if d == 2 else list(range(6))
 
     @property
@@ -68,27 +81,33 @@ class SmallStrainModel:
         return {HISTORY: 1}
 
     def stress(self) -> np.ndarray:
-        """Stresses of the committed states (n * S), with which a host begins; a trial that was not accepted is forgotten."""
-        tensors, _ = self.batch.trial(np.eye(self.batch.dimension), float(self.batch.time_steps().min()), 0)
+        """Stresses of the committed states (n * S), with which a host begins; a trial that was not
+        accepted is dropped."""
+        tensors, _ = self.batch.trial(np.eye(self.batch.dimension),
+                                      float(self.batch.time_steps().min()), 0)
         self.batch.revert()
         self._last = self._committed
         vectors = np.zeros((len(self.batch), self.stress_strain_dim))
         vectors[:, self._places] = self._components(tensors)
         return vectors.ravel()
 
-    def evaluate(self, t: float, del_t: float, grad_del_u: np.ndarray, stress: np.ndarray, tangent: np.ndarray | None,
-                 history: dict[str, np.ndarray] | None) -> None:
-        """A trial of all RVEs; overwrites stress, tangent and history. Raises :class:`TrialFailed` if an RVE does not bear it, and overwrites nothing.
+    def evaluate(self, t: float, del_t: float, grad_del_u: np.ndarray, stress: np.ndarray,
+                 tangent: np.ndarray | None, history: dict[str, np.ndarray] | None) -> None:
+        """Makes a trial of all RVEs; overwrites stress, tangent and history. Raises
+        :class:`TrialFailed` if an RVE fails, and then overwrites nothing.
 
-        :param t: time of the host; the RVEs do not ask for it
+        :param t: time of the host, which RVEs do not use
         :param del_t: of the increment [time]
-        :param grad_del_u: gradient of the increment of displacement (n * D * D), rows one after another [-]
-        :param stress: Mandel's (n * S); what is in it is not read, since RVEs know their stress [stress]
-        :param tangent: derivative of the stress by the strain (n * S * S), by differences: a trial more for each component; None for none [stress]
-        :param history: :data:`HISTORY` (n), 0 at the beginning; None for a host that calls :meth:`update`
+        :param grad_del_u: gradient of the increment of displacement (n * D * D), in row order [-]
+        :param stress: Mandel's (n * S); only an output, since RVEs store their stress [stress]
+        :param tangent: derivative of the stress by the strain (n * S * S), by differences with one
+            more trial for each component; None: no tangent [stress]
+        :param history: :data:`HISTORY` (n), 0 at the beginning; None for a host that calls
+            :meth:`update`
         """
         n, d, s = len(self.batch), self.batch.dimension, self.stress_strain_dim
-        for array, name, size in ((grad_del_u, "grad_del_u", n * d * d), (stress, "stress", n * s), (tangent, "tangent", n * s * s)):
+        for array, name, size in ((grad_del_u, "grad_del_u", n * d * d), (stress, "stress", n * s),
+                                  (tangent, "tangent", n * s * s)):
             if array is not None and array.size != size:
                 raise Error(f"{name} has {array.size} numbers; of {n} points it must have {size}")
         if del_t <= 0.0:
@@ -99,11 +118,12 @@ class SmallStrainModel:
         gradients = np.asarray(grad_del_u, dtype=float).reshape(n, d, d)
         if not self.rotates:
             gradients = 0.5 * (gradients + gradients.swapaxes(1, 2))
-        # from here on the trial before this one is gone
+        # The trial before this one is dropped here.
         self._last = self._committed
         self._count += 1
-        probed = [self._trial(self._probed(gradients, pair), dt) for pair in self._pairs] if tangent is not None else []
-        # the trial that may be committed is the last one
+        probed = [self._trial(self._probed(gradients, pair), dt)
+                  for pair in self._pairs] if tangent is not None else []
+        # The last trial is the one that may be committed.
         found = self._trial(np.eye(d) + gradients, dt)
         self._last = self._count
         stress.reshape(n, s)[:, self._places] = found
@@ -113,13 +133,14 @@ class SmallStrainModel:
             matrices = tangent.reshape(n, s, s)
             matrices[...] = 0.0
             for (a, b), place, column in zip(self._pairs, self._places, probed):
-                # a probe of a shear is one of the engineering strain, 1/sqrt(2) of Mandel's
-                matrices[:, self._places, place] = (column - found) / self.probe * (1.0 if a == b else ROOT_TWO)
+                # The probe of a shear has an engineering strain of 1/sqrt(2) of Mandel's.
+                matrices[:, self._places,
+                         place] = (column - found) / self.probe * (1.0 if a == b else ROOT_TWO)
         if history is not None:
             history[HISTORY][...] = self._last
 
     def update(self) -> None:
-        """The last trial becomes the committed state; where there is none nothing changes."""
+        """Makes the last trial the committed state; without a trial nothing changes."""
         if self._last == self._committed:
             return
         self.batch.commit()
@@ -129,8 +150,12 @@ class SmallStrainModel:
         """Commits the last trial if these numbers of states are its own."""
         first = float(numbers.flat[0])
         if np.any(numbers != first) or first not in (self._committed, self._last):
-            raise Error(f"history '{HISTORY}' names state {first:g}" + (" and others" if np.any(numbers != first) else "")
-                        + f"; there are the committed state {self._committed} and the last trial {self._last}, for all points alike")
+            raise Error(
+                f"history '{HISTORY}' names state {first:g}" +
+                (" and others" if np.any(numbers != first) else "") +
+                f"; there are the committed state {self._committed} and the last trial "
+                f"{self._last}, for all points alike"
+            )
         if first != self._committed:
             self.update()
 
@@ -139,7 +164,8 @@ class SmallStrainModel:
         strain = np.zeros((d, d))
         strain[pair] += 0.5 * self.probe
         strain[pair[::-1]] += 0.5 * self.probe
-        return (np.eye(d) + strain) @ (np.eye(d) + gradients) if self.rotates else np.eye(d) + gradients + strain
+        return (np.eye(d) + strain) @ (
+            np.eye(d) + gradients) if self.rotates else np.eye(d) + gradients + strain
 
     def _trial(self, increments: np.ndarray, dt: float) -> np.ndarray:
         self.trials += 1
@@ -147,9 +173,17 @@ class SmallStrainModel:
         if (failed := self.batch.failed(statuses)).any():
             self.batch.revert()
             first = int(np.argmax(failed))
-            raise TrialFailed(f"{failed.sum()} of {len(failed)} RVEs do not bear the increment; RVE {first}: {status_text(statuses[first])}")
+            raise TrialFailed(
+                f"{failed.sum()} of {len(failed)} RVEs do not bear the increment; RVE {first}: "
+                f"{status_text(statuses[first])}"
+            )
         return self._components(stresses)
 
     def _components(self, tensors: np.ndarray) -> np.ndarray:
-        """Mandel's components (n, pairs) of stresses, which are symmetric but for moments that grains do not bear at rest: the mean of xy and yx."""
-        return np.stack([tensors[:, a, b] if a == b else (tensors[:, a, b] + tensors[:, b, a]) / ROOT_TWO for a, b in self._pairs], axis=1)
+        """Returns Mandel's components (n, pairs) of stresses; xy is the mean of xy and yx, which
+        differ by moments of grains in motion."""
+        return np.stack([
+            tensors[:, a, b] if a == b else (tensors[:, a, b] + tensors[:, b, a]) / ROOT_TWO
+            for a, b in self._pairs
+        ],
+                        axis=1)

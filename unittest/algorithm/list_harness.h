@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Builds Verlet lists as a block program, outside of the step loop, so that tests can look at them.
+// Builds Verlet lists as a block program outside of the step loop, so that tests can read them.
 
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace rve_test {
 
-/// Builds the next list from the one that the image holds and stores it, if it fits.
+/// Builds the next list from the one of the image and stores it if it fits.
 template <class Scene> struct BuildList {
   char *image, *workspace;
   rve::MotionOf<Scene> *motion;
@@ -62,7 +62,7 @@ struct ListedPair {
   bool extra;    ///< not in one of the owner's slots
 };
 
-/// Grains without contacts' history at first; build() as often as wanted.
+/// Grains that begin without contact histories; build() may be called any number of times.
 template <class Numbers> class ListHarness {
   using Scene = rve::ProgramScene<rve::Program::Plain, Numbers>;
 
@@ -95,7 +95,7 @@ template <class Numbers> class ListHarness {
 
   void set_pair_capacity(int capacity) { pair_capacity = capacity; }
 
-  /// Returns the number of pairs that build_list found.
+  /// Builds the list and returns its number of pairs.
   int build(int threads)
   {
     BlockArray<char> memory(image), workspace(std::vector<char>(workspace_size(), 0));
@@ -106,7 +106,7 @@ template <class Numbers> class ListHarness {
     return count.values()[0];
   }
 
-  /// The same by one CPU thread, on either backend.
+  /// Builds the list by one CPU thread, also in a Cuda test.
   int build_serial()
   {
     std::vector<char> workspace(workspace_size());
@@ -131,7 +131,7 @@ template <class Numbers> class ListHarness {
     return result;
   }
 
-  /// Gives every listed pair the history that `value(i, j)` says.
+  /// Sets the history of every listed pair to `value(i, j)`.
   template <class Value> void set_histories(Value value)
   {
     const auto view = this->view();
@@ -144,7 +144,7 @@ template <class Numbers> class ListHarness {
           static_cast<History>(value(view.extra_first[m], view.extra_second[m]));
   }
 
-  /// What the format knows of the grains.
+  /// Returns the radii in the precision of the format.
   std::vector<double> radii()
   {
     const auto view = this->view();
@@ -162,7 +162,7 @@ template <class Numbers> class ListHarness {
 
   rve::Tensor2 cell;
   double skin;
-  std::vector<char> image;    ///< between builds
+  std::vector<char> image;    ///< image between builds
 
  private:
   rve::ImageView<Scene> view()
@@ -188,15 +188,15 @@ template <class Numbers> class ListHarness {
   const int extra_capacity;
 };
 
-/// Grains thrown into a cell of the given shape at random, overlapping at will.
+/// Grains at random positions in a cell of the given shape, with any overlaps.
 struct Throw {
   rve::Tensor2 cell;
   std::vector<double> radius;
   std::vector<std::uint64_t> fractional;
 };
 
-/// Radii from 1 to `size_ratio`; the cell is `shape` grown until the disks cover `solid_fraction` of it, or it is wide enough for
-/// the minimum image.
+/// Returns grains with radii from 1 to `size_ratio`. The cell is `shape`, scaled until the disks
+/// cover `solid_fraction` of it or until it is wide enough for the minimum image.
 inline Throw throw_grains(const rve::Tensor2 &shape, int num_grains, double size_ratio,
                           double solid_fraction, double skin, std::uint64_t seed)
 {

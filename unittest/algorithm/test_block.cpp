@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The execution vocabulary: every collective against a plain loop, for any number of threads.
+// Functions of a block: every collective against a plain loop, for any number of threads.
 
 #include "rve/algorithm/reorder.h"
 #include "support/block_runner.h"
@@ -30,7 +30,8 @@ class Block : public BlockTest {
       }
   }
 
-  /// Calls check(threads, count, in_registers) for all combinations that the contract of resident items allows.
+  /// Calls check(threads, count, in_registers) for all combinations that the contract of resident
+  /// items allows.
   template <class Check> void for_resident_sizes(Check check)
   {
     for_sizes([&](int threads, int count) {
@@ -51,7 +52,7 @@ std::vector<double> random_numbers(int count, std::uint64_t seed)
   return numbers;
 }
 
-/// 64-bit numbers whose sum carries between the halves, in both directions.
+/// Returns 64-bit numbers whose sum carries between the halves, in both directions.
 std::vector<std::int64_t> random_integers(int count, std::uint64_t seed)
 {
   Random random(seed);
@@ -74,7 +75,7 @@ struct VisitAll {
   }
 };
 
-/// Each phase reads what other items wrote in the phase before.
+/// Each phase reads the results of other items from the phase before.
 struct ReverseTwice {
   int count;
   int *numbers, *mirror;
@@ -85,7 +86,7 @@ struct ReverseTwice {
   }
 };
 
-/// What is done aside of a phase is done once, and seen after it.
+/// Work aside of a phase runs once, and its results are visible after the phase.
 struct CountAside {
   int count;
   int *visits, *calls;    ///< (count), (5)
@@ -114,7 +115,7 @@ struct CountOnce {
 struct AnyIsSet {
   int count;
   const int *flags;
-  int *answers;    // one per item: every thread must have the same
+  int *answers;    // one per item: every thread must have the same answer
   int *asides;
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
@@ -150,10 +151,10 @@ struct SumAndMaximum {
 struct SumIntegers {
   int count;
   const std::int64_t *numbers;
-  std::int64_t *answers;    // three per item, and three more
+  std::int64_t *answers;    // three per item and three more
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
-    for (int round = 0; round < 2; ++round) {    // twice: the scratch memory is used again
+    for (int round = 0; round < 2; ++round) {    // twice, to reuse the scratch memory
       const auto sums =
           block.template sum_integers<3>(count, [&](typename Block::Item i, std::int64_t *term) {
             term[0] += numbers[i];
@@ -179,12 +180,12 @@ struct Scan {
   }
 };
 
-/// Three numbers of a grain, of another size and alignment than one.
+/// Three numbers of a grain; size and alignment differ from those of one number.
 struct Triple {
   double number[3];
 };
 
-/// Puts items in the order of their keys, those of the same key as they were.
+/// Sorts items by their keys; items of the same key keep their order.
 struct OrderByKey {
   static constexpr int KEYS = 4;
   int count;
@@ -222,7 +223,8 @@ struct AddToCounters {
   }
 };
 
-/// Item i adds to sum i % num_sums; then every sum is collected, filled and collected again, and a last time when it is empty.
+/// Item i adds to sum i % num_sums. Then every sum is collected, filled and collected again, and
+/// collected a last time when it is empty.
 template <class Integer> struct AccumulateAndCollect {
   int count, num_sums;
   const Integer *numbers;
@@ -261,12 +263,12 @@ struct ItemState {
   int slots[3];
 };
 
-/// Items change their own numbers over several phases, and read what their neighbours publish.
+/// Items change their own numbers over several phases and read the published numbers of neighbours.
 struct KeepResident {
   int count;
   ItemState *states;
   double *published;
-  double *answers;    // read from `states` after they were saved, by another item
+  double *answers;    // read from `states` by another item after they were saved
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
@@ -301,11 +303,12 @@ std::vector<ItemState> item_states(int count)
   return states;
 }
 
-/// Phases over places: those of items, and those of threads that have none. An item counts two, and so does a place without one.
+/// Phases over places: those of items and those of threads without an item. An item counts two and
+/// an empty place one.
 struct VisitPlaces {
   int count;
   int *visits;    ///< (places)
-  int *found;     ///< (2) whether the last item is in a place, and whether nobody's is
+  int *found;     ///< (2) 1 if the last item is in a place; 1 if an item with a negative number is
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
@@ -323,22 +326,22 @@ struct VisitPlaces {
   }
 };
 
-/// The collectives over resident items; the answers are stored by every item, and by one more.
+/// The collectives over resident items. Every item stores the answers, and one more thread does.
 struct CollectFromItems {
   int count;
   const float *sizes;    // not negative
   const std::int64_t *numbers;
   float *largest;                  // (count + 1)
   std::int64_t *sums;              // (count + 1, 2)
-  int *any_above, *any_at_all;     // (count + 1) whether a size is above 1e3, or above -1
-  rve::Reduction<2> *reduction;    // where all threads can read it
-  std::int64_t *added;             // (3) sums, and what one thread makes of them
+  int *any_above, *any_at_all;     // (count + 1) 1 if a size exceeds 1e3; 1 if a size exceeds -1
+  rve::Reduction<2> *reduction;    // in memory that all threads can read
+  std::int64_t *added;             // (3) sums, and a result that one thread computes from them
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
     auto size = block.resident(const_cast<float *>(sizes));
     block.own_items(count, [&](Item i) { size.load(i); });
-    for (int round = 0; round < 2; ++round) {    // twice: the scratch memory is used again
+    for (int round = 0; round < 2; ++round) {    // twice, to reuse the scratch memory
       block.template reduce_items<2, std::int64_t>(
           count,
           [&](Item i, std::int64_t *term, float &most) {
@@ -403,7 +406,7 @@ TEST_F(Block, PhasesAreSeparatedByABarrier)
   });
 }
 
-TEST_F(Block, WhatIsDoneAsideIsDoneOnceAndSeenAfterThePhase)
+TEST_F(Block, AsideWorkRunsOnceAndIsVisibleAfterThePhase)
 {
   for_sizes([](int threads, int count) {
     BlockArray<int> visits(std::vector<int>(count, 0)), calls(std::vector<int>(5, 0));
@@ -416,7 +419,7 @@ TEST_F(Block, WhatIsDoneAsideIsDoneOnceAndSeenAfterThePhase)
   });
 }
 
-TEST_F(Block, OnceIsDoneOnce)
+TEST_F(Block, OnceRunsOnce)
 {
   for (const int threads : block_sizes()) {
     BlockArray<int> calls(std::vector<int>{0});
@@ -427,7 +430,7 @@ TEST_F(Block, OnceIsDoneOnce)
   }
 }
 
-TEST_F(Block, AnyTellsEveryThreadOfASingleItem)
+TEST_F(Block, AnyIsTrueOnEveryThreadForASingleItem)
 {
   for_sizes([](int threads, int count) {
     for (const int set : {-1, 0, count / 2, count - 1}) {
@@ -448,7 +451,7 @@ TEST_F(Block, SumOfDoublesHasTheSameBitsForAnyNumberOfThreads)
 {
   for_sizes([](int threads, int count) {
     const auto numbers = random_numbers(count, 1);
-    double expected = 0.0;    // chunks of 32, each in order, then the chunks in order
+    double expected = 0.0;    // chunks of 32 in order, then the chunks in order
     for (int first = 0; first < count; first += 32) {
       double chunk = 0.0;
       for (int i = first; i < std::min(count, first + 32); ++i) chunk += numbers[i];
@@ -557,7 +560,7 @@ TEST_F(Block, ItemsAreOrderedByAKeyWithAllArraysAndKeepTheirOrderWithinIt)
   });
 }
 
-TEST_F(Block, AddsAreExactWhereManyItemsMeet)
+TEST_F(Block, ConcurrentAdditionsAreExact)
 {
   for_sizes([](int threads, int count) {
     std::vector<std::int32_t> numbers(count), counters(AddToCounters::COUNTERS, -5);
@@ -577,8 +580,8 @@ TEST_F(Block, AddsAreExactWhereManyItemsMeet)
 
 TEST_F(Block, AccumulatedSumsAreCollectedExactlyAndLeaveZero)
 {
-  // 64-bit sums are two limbs of 24 bits and the rest: 256 terms below 2^55 / 256 fit, also if all are at an end of the range,
-  // or carry from limb to limb
+  // 64-bit sums consist of two limbs of 24 bits and the rest. 256 terms below 2^55 / 256 fit, even
+  // if all are at one end of the range or carry from limb to limb.
   constexpr std::int64_t LIMIT = std::int64_t(1) << 47;
   constexpr int MOST_TERMS = 256;
   const std::vector<std::vector<std::int64_t>> mixtures = {
@@ -647,7 +650,7 @@ TEST_F(Block, FetchAddGivesEachItemItsOwnTicketAndFetchMinTheSmallest)
   });
 }
 
-TEST_F(Block, ResidentNumbersLiveAcrossPhasesAndArePublishedAndSaved)
+TEST_F(Block, ResidentNumbersPersistAcrossPhasesAndArePublishedAndSaved)
 {
   for_resident_sizes([](int threads, int count, bool in_registers) {
     std::vector<ItemState> expected = item_states(count);
@@ -689,7 +692,7 @@ TEST_F(Block, PlacesAreThoseOfAllItemsAndOfThreadsWithoutOne)
 
     const auto result = visits.values();
     for (int i = 0; i < count; ++i) ASSERT_EQ(result[i], 2);
-    // by a block that has such threads, in both phases
+    // The block has threads without an item in both phases.
     for (int i = count; i < places; ++i) {
       ASSERT_EQ(result[i], result.back());
       ASSERT_NE(result[i], 1);
@@ -699,10 +702,11 @@ TEST_F(Block, PlacesAreThoseOfAllItemsAndOfThreadsWithoutOne)
   });
 }
 
-TEST_F(Block, CollectivesOverResidentItemsTellEveryThreadTheSame)
+TEST_F(Block, CollectivesOverResidentItemsAgreeOnAllThreads)
 {
   for_resident_sizes([](int threads, int count, bool in_registers) {
-    for (const int giant : {-1, 0, count / 2, count - 1}) {    // the item above 1e3, if any
+    // index of the item above 1e3; -1: none
+    for (const int giant : {-1, 0, count / 2, count - 1}) {
       SCOPED_TRACE("giant " + std::to_string(giant));
       Random random(6);
       std::vector<float> sizes(count);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The numbers that an RVE returns, against the O(N^2) oracle in double precision.
+// Results of an RVE against the O(N^2) oracle in double precision.
 
 #include "oracle/homogenization.h"
 #include "rve/engine/engine.h"
@@ -15,8 +15,9 @@ using namespace rve_test;
 
 namespace {
 
-/// A format with the relative error that its contact forces have at the overlaps of these tests (1e-3 to 1e-2): `fast` rounds
-/// R^2 - d^2 at 6e-8 R^2; `mixed` rounds the rest in fp32; `double` sums forces in units of 2^-52 of the largest.
+/// A format with the relative error of its contact forces at the overlaps of these tests (1e-3 to
+/// 1e-2): `fast` rounds R^2 - d^2 by 6e-8 R^2; `mixed` rounds the rest in fp32; `double` sums
+/// forces in units of 2^-52 of the largest.
 struct FormatCase {
   Format format;
   double error;
@@ -33,7 +34,7 @@ class Homogenization : public ::testing::TestWithParam<FormatCase> {
     return make_engine(options);
   }
 
-  /// The state after `steps` of simple shear, as the engine has it, and what the engine says of it.
+  /// Returns the state after `steps` of simple shear as the engine stores it, and its result.
   std::pair<RveState, Result> sheared(const RveState &start, double rate, int steps) const
   {
     const auto rves = engine();
@@ -42,7 +43,7 @@ class Homogenization : public ::testing::TestWithParam<FormatCase> {
     Drive drive = Drive::constant_velocity_gradient(Tensor2{{0.0, rate, 0.0, 0.0}}, 5e-5, steps);
     rves->advance({rve}, {drive}, results);
     EXPECT_EQ(results[0].status & status::Fatal, 0u) << describe_status(results[0].status);
-    rves->advance({rve}, {Drive()}, results);    // no substeps: evaluate
+    rves->advance({rve}, {Drive()}, results);    // a call without substeps evaluates the state
     return {rves->state(rve), results[0]};
   }
 
@@ -61,12 +62,12 @@ class Homogenization : public ::testing::TestWithParam<FormatCase> {
     EXPECT_EQ(result.num_rattlers, oracle.num_rattlers);
     EXPECT_DOUBLE_EQ(result.coordination_number, oracle.coordination_number);
     EXPECT_DOUBLE_EQ(result.mechanical_coordination_number, oracle.mechanical_coordination_number);
-    // the same count; in fp32 a spring at its limit may be judged either way
+    // The counts agree; in fp32 a spring at its limit may count either way.
     EXPECT_NEAR(result.sliding_fraction, oracle.sliding_fraction,
                 GetParam().format == Format::Fast ? 2.01 / count : 1e-12);
     EXPECT_NEAR(result.void_ratio, oracle.void_ratio,
                 1e-6 * (1.0 + oracle.void_ratio));    // radii of `fast` are fp32
-    // per grain the forces of its contacts cancel: their errors do not
+    // The forces on a grain cancel, but not their errors.
     EXPECT_NEAR(result.unbalanced_ratio, oracle.unbalanced_ratio, 4.0 * error);
     EXPECT_NEAR(result.kinetic_energy, oracle.kinetic_energy,
                 1e-12 * oracle.kinetic_energy);    // sums in double
@@ -96,7 +97,7 @@ TEST_P(Homogenization, OfAPackingAtRest)
 {
   const auto [state, result] = sheared(packing_of_400(), 0.0, 0);
 
-  EXPECT_NEAR(result.mean_stress(), 1e5, 2e3);    // as it was prepared
+  EXPECT_NEAR(result.mean_stress(), 1e5, 2e3);    // the pressure of the preparation
   EXPECT_EQ(result.kinetic_energy, 0.0);
   expect_equal_to_oracle(state, result);
 }
@@ -157,7 +158,7 @@ TEST_P(Homogenization, OfAGasIsZeroStress)
 
 TEST_P(Homogenization, StressIsSymmetricInEquilibriumAndSlopesWithTheElasticEnergy)
 {
-  // hyperelastic without friction: V sigma : dF = dE
+  // Without friction the packing is hyperelastic: V sigma : dF = dE.
   RveState start = packing_of_400();
   start.material.friction = 0.0;
   const double strain = 1e-6;
@@ -177,7 +178,8 @@ TEST_P(Homogenization, StressIsSymmetricInEquilibriumAndSlopesWithTheElasticEner
 
     const double slope = (energy(direction, 1.0) - energy(direction, -1.0)) / (2.0 * strain);
 
-    // the difference of two energies (about 10 strain units of the stress) carries their rounding divided by the strain
+    // The difference of two energies (about 10 strain units of the stress) has their rounding error
+    // divided by the strain.
     const double error = GetParam().error * result.elastic_energy / strain / 10.0 +
         1e-4 * volume * result.mean_stress();
     EXPECT_NEAR(slope, expected, error);

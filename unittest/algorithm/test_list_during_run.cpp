@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A run never misses a contact: after every step each touching pair is in the list, whatever the cell and the grains do.
+// A run finds all contacts: after every step each touching pair is in the list, for any motion of
+// the cell and the grains.
 
 #include "oracle/all_pairs.h"
 #include "rve/algorithm/verlet_list.h"
@@ -19,7 +20,7 @@ namespace {
 
 struct Course {
   const char *name;
-  double loosening;             // the cell at first, relative to the dense packing
+  double loosening;             // initial cell relative to the dense packing
   Tensor2 velocity_gradient;    // [1/time]
   double shaking;               // [length/time]
   double skin;                  // [length]; 0: automatic
@@ -67,7 +68,7 @@ TEST_P(ListDuringARun, HoldsEveryContact)
     const auto engine = make_engine(options);
     const int rve = engine->add(start);
     std::vector<Result> results;
-    // contacts thinner than the rounding of fp32 lengths may be seen by one side only
+    // Contacts thinner than the rounding error of fp32 lengths may appear on one side only.
     const double doubt = format == Format::Fast ? 1e-8 : 1e-14;
 
     for (int step = 0; step < course.steps; step += course.steps_per_look) {
@@ -96,13 +97,14 @@ TEST_P(ListDuringARun, HoldsEveryContact)
     }
     EXPECT_GE(results[0].counters.rebuilds, course.rebuilds_expected);
     EXPECT_LE(results[0].counters.rebuilds,
-              course.steps / 2);    // and it is not rebuilt all the time
+              course.steps / 2);    // the list is not rebuilt in every step
   }
 }
 
 TEST(AllowedDisplacement, KeepsUnlistedPairsApartForAnyStrain)
 {
-  // A pair just outside of the list, both grains moved towards each other as far as allowed, in a strained cell.
+  // A pair is just outside of the list, and both grains move towards each other as far as allowed
+  // in a strained cell.
   Random random(1);
   const Tensor2 list_cell{{2.0, 0.3, -0.2, 1.7}};
   const double skin = 0.05, smallest = 0.1, largest = 0.4;
@@ -112,7 +114,7 @@ TEST(AllowedDisplacement, KeepsUnlistedPairsApartForAnyStrain)
     for (double &x : g.component) x += random.uniform(-0.06, 0.06);
     const double allowed =
         allowed_displacement(g * list_cell, inverse(list_cell), 2.0 * largest, skin);
-    if (allowed <= 0.0) continue;    // a new list at once
+    if (allowed <= 0.0) continue;    // the list must be rebuilt at once
     const double sum = random.integer(0, 1) ? 2.0 * smallest
                                             : random.uniform(2.0 * smallest, 2.0 * largest);
     const double angle = random.uniform(0.0, 6.2831853);
@@ -125,5 +127,5 @@ TEST(AllowedDisplacement, KeepsUnlistedPairsApartForAnyStrain)
                                 << smallest_stretch(g);    // see SmallestStretch
     closest = std::min(closest, gap);
   }
-  EXPECT_LT(closest, 0.01 * skin);    // the bound is not wasteful: it is nearly reached
+  EXPECT_LT(closest, 0.01 * skin);    // the bound is sharp: it is nearly reached
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Who owns which pair, and what becomes of the contact history.
+// Ownership of pairs and preservation of the contact history.
 
 #include "list_harness.h"
 #include "rve/engine/packing_io.h"
@@ -27,14 +27,14 @@ int count_extra(const std::vector<ListedPair> &pairs)
       std::count_if(pairs.begin(), pairs.end(), [](const ListedPair &pair) { return pair.extra; }));
 }
 
-/// A history that tells which pair it belongs to; exact in fp32.
+/// Returns a history that identifies its pair; exact in fp32.
 double mark(int i, int j)
 {
   return 1.0 + 1024.0 * std::min(i, j) + std::max(i, j);
 }
 
-/// Builds a list, marks it, moves the grains and the cell and builds again. Returns how many marks were found on owned
-/// and on extra pairs.
+/// Builds a list, marks it, moves the grains and the cell and builds again. Returns the numbers of
+/// marks on owned and on extra pairs.
 template <class Format>
 std::pair<int, int> marks_after_rebuild(Throw grains, double skin, int threads)
 {
@@ -67,7 +67,7 @@ std::pair<int, int> marks_after_rebuild(Throw grains, double skin, int threads)
       ++fresh;
     }
   }
-  EXPECT_GT(fresh, 10);    // some come, some go: the test means something
+  EXPECT_GT(fresh, 10);    // pairs appear and disappear, so that the test is significant
   EXPECT_LT(kept + kept_extra, static_cast<int>(before.size()));
   return {kept, kept_extra};
 }
@@ -76,7 +76,8 @@ std::pair<int, int> marks_after_rebuild(Throw grains, double skin, int threads)
 
 TYPED_TEST(PairOwnership, OfAPackingLeavesNoPairOver)
 {
-  // A_h1 has 2.8 to 2.9 pairs for the three slots of a grain: there the search for a place may end before the last few have one
+  // A_h1 has 2.8 to 2.9 pairs per grain for three slots: the search for a free slot may end before
+  // the last few pairs have one.
   for (const char *name : {"/A_h0075.rve", "/A_h1.rve", "/A20_h0075.rve"}) {
     const auto packing = rve::read_packing(std::string(RVE_PACKINGS_DIR) + name);
     double mean = 0.0;
@@ -96,7 +97,7 @@ TYPED_TEST(PairOwnership, OfAPackingLeavesNoPairOver)
 
 TYPED_TEST(PairOwnership, OfATriangularLatticeIsNearlyPerfect)
 {
-  // the tightest case: three pairs for each grain, every slot taken
+  // The most difficult case has three pairs for each grain, so that every slot is used.
   const int side = 16;
   std::vector<double> radius(side * side, 1.0);
   std::vector<std::uint64_t> fractional;
@@ -111,7 +112,8 @@ TYPED_TEST(PairOwnership, OfATriangularLatticeIsNearlyPerfect)
 
   EXPECT_EQ(num_pairs, 3 * side * side);
   EXPECT_LE(count_extra(list.pairs()),
-            side * side / 32);    // the rounds of offers are limited: a few pairs may stay over
+            // the rounds of offers are limited, so that a few pairs may be left
+            side * side / 32);
 }
 
 TYPED_TEST(PairOwnership, OverloadedListsPutTheSurplusIntoExtraPairs)
@@ -131,7 +133,7 @@ TYPED_TEST(PairOwnership, OverloadedListsPutTheSurplusIntoExtraPairs)
     }
     EXPECT_EQ(static_cast<int>(pairs.size()), num_pairs);
     EXPECT_EQ(static_cast<int>(names.size()), num_pairs);    // each pair exactly once
-    for (const ListedPair &pair : pairs)    // extra pairs only where the slots are full
+    for (const ListedPair &pair : pairs)    // extra pairs exist only if the slots are full
       EXPECT_EQ(owned[pair.owner] < rve::PairCounts<2>::owned && pair.extra, false);
     EXPECT_GE(count_extra(pairs), num_pairs - rve::PairCounts<2>::owned * 257);
   }

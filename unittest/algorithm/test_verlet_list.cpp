@@ -27,8 +27,8 @@ const Shape SHAPES[] = {
     {"mirrored", {{0.0, 1.0, 1.2, 0.4}}},
 };
 
-/// Asserts that the list holds each pair within the skin once, and no other. Pairs so close to the border that the rounding of
-/// the format decides (`doubt`) may be in or out.
+/// Expects that the list has each pair within the skin once and no other pair. A pair closer to the
+/// limit than the rounding error `doubt` may be in the list or not.
 template <class Format>
 void expect_all_pairs(ListHarness<Format> &list, int num_pairs, double doubt, int images = 1)
 {
@@ -51,7 +51,8 @@ void expect_all_pairs(ListHarness<Format> &list, int num_pairs, double doubt, in
 
 template <class Format> class VerletList : public BlockTest {
  public:
-  /// Rounding of a branch vector, relative: the fractions of `fast` are exact, its fp32 lengths are not.
+  /// Relative rounding error of a branch vector: the fractions of `fast` are exact, its fp32
+  /// lengths are not.
   static constexpr double doubt = sizeof(typename Format::Wide) == 4 ? 1e-5 : 1e-12;
 };
 using Formats = ::testing::Types<rve::FastNumbers, rve::MixedNumbers, rve::DoubleNumbers>;
@@ -77,8 +78,9 @@ TYPED_TEST(VerletList, HoldsAllPairsWithinTheSkinAndNoOther)
     }
 }
 
-/// Grains that lie nine deep, so that some own more pairs than there is room for beside those of the others.
-TYPED_TEST(VerletList, HoldsAllPairsOfGrainsThatOwnMoreThanMostDo)
+/// The grains overlap ninefold, so that some own more pairs than their share of the scratch memory
+/// holds.
+TYPED_TEST(VerletList, HoldsAllPairsOfGrainsWithManyPairs)
 {
   const int n = 257, room = rve::kScratch<2> * sizeof(double) / sizeof(std::int32_t);
   const auto grains = throw_grains(SHAPES[1].cell, n, 3.0, 9.0, 0.4, 11);
@@ -112,7 +114,7 @@ TYPED_TEST(VerletList, FollowsGrainsAndCellFromBuildToBuild)
   }
 }
 
-TYPED_TEST(VerletList, LeavesTheOldListAloneWhenTheNewOneDoesNotFit)
+TYPED_TEST(VerletList, KeepsTheOldListIfTheNewOneDoesNotFit)
 {
   auto grains = throw_grains(SHAPES[0].cell, 100, 2.0, 0.8, 0.3, 7);
   ListHarness<TypeParam> list(grains.cell, grains.radius, grains.fractional, 0.3);
@@ -124,7 +126,7 @@ TYPED_TEST(VerletList, LeavesTheOldListAloneWhenTheNewOneDoesNotFit)
 
   const int second_count = list.build(128);
 
-  EXPECT_GT(second_count, first_count);    // says what is needed
+  EXPECT_GT(second_count, first_count);    // the count of the required capacity
   EXPECT_EQ(list.image, before);
   list.set_pair_capacity(second_count);
   EXPECT_EQ(list.build(128), second_count);
@@ -142,5 +144,5 @@ TEST_F(LargeVerletList, OfTwentyThousandGrainsHoldsAllPairs)
 
   ASSERT_GT(num_pairs, 30000);
   expect_all_pairs(list, num_pairs, 1e-11,
-                   0);    // wide cell: the smallest fractional difference is the nearest image
+                   0);    // in a wide cell the smallest fractional difference is the nearest image
 }

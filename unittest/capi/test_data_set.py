@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Data sets of random strain paths: read by h5py alone, the same for any batches and threads, what an RVE answers that goes the way of a path, and what is refused.
+"""Data sets of random strain paths: h5py reads them, batches and threads do not change them, an RVE
+on a path gives their results, and invalid input is refused.
 
     python3 test_data_set.py <examples> <folder to write in>
 """
@@ -26,10 +27,13 @@ os.makedirs(FOLDER)
 
 
 def make(name, *words):
-    """Exit status, what was said, and the file."""
+    """Makes a data set and returns exit status, output, and the file."""
     file = os.path.join(FOLDER, name + ".h5")
-    done = subprocess.run([sys.executable, SCRIPT, "--out", file, "--device", "cpu", "--digits", "float64", *words],
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+    done = subprocess.run(
+        [sys.executable, SCRIPT, "--out", file, "--device", "cpu", "--digits", "float64", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        universal_newlines=True)
     return done.returncode, done.stdout, file
 
 
@@ -38,7 +42,10 @@ def arrays(file):
         return {name: data[name][:] for name in data if isinstance(data[name], h5py.Dataset)}
 
 
-WORDS = ["--samples", "60", "--piece", "2e-3", "--packing", *PACKINGS, "--vary", "friction", "0.2", "0.6", "--seed", "7", "--contacts"]
+WORDS = [
+    "--samples", "60", "--piece", "2e-3", "--packing", *PACKINGS, "--vary", "friction", "0.2",
+    "0.6", "--seed", "7", "--contacts"
+]
 
 
 class Paths(unittest.TestCase):
@@ -49,9 +56,11 @@ class Paths(unittest.TestCase):
         cls.data = arrays(cls.file)
 
     def test_do_not_depend_on_batches_threads_and_parts(self):
-        # chunks of two paths: batches of three begin and end within one, and seven end within one
-        for name, words, rows in (("batches", ["--paths", "7", "--batch", "3", "--threads", "2", "--chunk", "2"], slice(0, 7)),
-                                  ("part", ["--paths", "3", "--first", "4", "--chunk", "1"], slice(4, 7))):
+        # Chunks have two paths: batches of three begin and end within a chunk, and batches of seven
+        # end within one.
+        for name, words, rows in (("batches", [
+                "--paths", "7", "--batch", "3", "--threads", "2", "--chunk", "2"
+        ], slice(0, 7)), ("part", ["--paths", "3", "--first", "4", "--chunk", "1"], slice(4, 7))):
             code, said, file = make(name, *words, *WORDS)
             self.assertEqual(code, 0, said)
             other = arrays(file)
@@ -68,16 +77,20 @@ class Paths(unittest.TestCase):
             strain = np.cumsum(path.rates, axis=0)
             self.assertLess(np.abs(np.trace(strain, axis1=1, axis2=2)).max(), 0.005 + 1e-12)
             np.testing.assert_allclose(make_data_set.size(path.rates), 2e-4, rtol=1e-12)
-            # a reversal is the opposite strain to the last digit; at random directions are never opposite
-            turned = np.einsum("nab,nab->n", path.rates[1:], path.rates[:-1]) < -(1.0 - 1e-12) * 4e-8
+            # A reversal is the exact opposite strain; random directions are never opposite.
+            turned = np.einsum("nab,nab->n", path.rates[1:],
+                               path.rates[:-1]) < -(1.0 - 1e-12) * 4e-8
             self.assertEqual(turned.sum(), self.data["reversals"][k])
             gradient = np.eye(2)
             for sample, increment in enumerate(make_data_set.exponential(path.rates), 1):
                 gradient = increment @ gradient
-                np.testing.assert_allclose(self.data["deformation_gradient"][k, sample], gradient, atol=1e-12)
+                np.testing.assert_allclose(self.data["deformation_gradient"][k, sample],
+                                           gradient,
+                                           atol=1e-12)
 
     def test_an_rve_that_goes_a_path_has_its_stresses(self):
-        # from what is in the file alone, in numbers that were rounded where the increments are found again; early, before rounding matters to grains
+        # The increments follow from the numbers in the file, which are rounded; the test uses early
+        # increments, before rounding matters to grains.
         k, samples = 3, 10
         with h5py.File(self.file) as data:
             settings = json.loads(data.attrs["settings"])
@@ -88,33 +101,42 @@ class Paths(unittest.TestCase):
             with open(packing, "wb") as stream:
                 stream.write(content)
             gradients = data["deformation_gradient"][k]
-            friction = data["parameters"][k, list(data["parameters"].attrs["keywords"]).index("friction")]
+            friction = data["parameters"][
+                k, list(data["parameters"].attrs["keywords"]).index("friction")]
         grains = gpu_rve.Packing.read(packing)
         grains["friction"] = friction
         batch = gpu_rve.Batch([grains], format=settings["format"], device="cpu", threads=1)
         dt = 0.5 * batch.time_steps()[0]
-        diameter, density = 2.0 * grains.radii.mean(), grains["density"] * grains["mass_depth"] / grains["thickness"]
+        diameter, density = 2.0 * grains.radii.mean(
+        ), grains["density"] * grains["mass_depth"] / grains["thickness"]
         for sample in range(1, samples):
             rate = settings["inertia"] / diameter * np.sqrt(batch["p"][0] / density)
             increment = gradients[sample] @ np.linalg.inv(gradients[sample - 1])
             stress, _ = batch.advance(increment, dt, int(np.ceil(settings["strain"] / (rate * dt))))
-            np.testing.assert_allclose(stress[0], self.data["stress"][k, sample], atol=1e-3 * np.abs(stress).max())
+            np.testing.assert_allclose(stress[0],
+                                       self.data["stress"][k, sample],
+                                       atol=1e-3 * np.abs(stress).max())
 
     def test_put_their_work_into_springs_motion_and_losses(self):
-        change = {name: self.data[name] - self.data[name][:, :1] for name in ("work", "elastic", "kinetic", "loss_friction", "loss_damping", "loss_viscous")}
+        change = {
+            name: self.data[name] - self.data[name][:, :1]
+            for name in ("work", "elastic", "kinetic", "loss_friction", "loss_damping",
+                         "loss_viscous")
+        }
         left = 2.0 * change["work"] - sum(change.values())
         through = np.abs(np.diff(self.data["work"], axis=1)).sum(axis=1)
         self.assertLess((np.abs(left[:, -1]) / through).max(), 1e-3)
         self.assertGreater(change["loss_friction"][:, -1].min(), 0.0)
 
     def test_say_how_far_they_are_from_the_first_line_on(self):
-        # into a log, too: what is said here goes through a pipe
+        # The output also goes through a pipe into a log.
         lines = self.said.splitlines()
         self.assertEqual(lines[0], "7 of 7 paths begin")
         self.assertTrue(any(line.startswith("7 of 7 paths, ") for line in lines), self.said)
 
     def test_cross_chunks(self):
-        # more paths than the default chunk has, in batches that do not divide it
+        # There are more paths than the default chunk has, in batches that do not divide their
+        # number.
         words = ["--samples", "2", "--seed", "7", "--packing", PACKINGS[0]]
         files = []
         for name, more in (("one_chunk", ["--chunk", "70"]), ("chunks", ["--batch", "33"])):
@@ -129,11 +151,14 @@ class Paths(unittest.TestCase):
             np.testing.assert_array_equal(values, other[key], err_msg=key)
 
     def test_have_checksums(self):
-        # a byte in the middle of a chunk changes: h5py refuses to read it, and not the other chunks
-        code, said, file = make("torn", "--paths", "2", "--samples", "2", "--chunk", "1", "--packing", PACKINGS[0])
+        # One byte in the middle of a chunk changes: h5py refuses this chunk but not the others.
+        code, said, file = make("torn", "--paths", "2", "--samples", "2", "--chunk", "1",
+                                "--packing", PACKINGS[0])
         self.assertEqual(code, 0, said)
         with h5py.File(file) as data:
-            self.assertTrue(all(data[name].fletcher32 for name in data if isinstance(data[name], h5py.Dataset) and data[name].size))
+            self.assertTrue(
+                all(data[name].fletcher32 for name in data
+                    if isinstance(data[name], h5py.Dataset) and data[name].size))
             chunk = data["stress"].id.get_chunk_info(1)
         with open(file, "r+b") as stream:
             stream.seek(chunk.byte_offset + chunk.size // 2)
@@ -146,21 +171,29 @@ class Paths(unittest.TestCase):
                 data["stress"][1]
 
     def test_are_those_of_the_textbook_way(self):
-        # the first piece from its random numbers by tensors of numpy, but for rounding, in the plane and in space
-        options = make_data_set.new_parser().parse_args(["--most_volume", "1", "--most_shear", "1"])    # the first draw is within the limits
+        # The first piece follows from its random numbers by numpy tensors up to rounding, in the
+        # plane and in space.
+        options = make_data_set.new_parser().parse_args(
+            ["--most_volume", "1", "--most_shear", "1"])    # the first draw is within the limits
         for dimension in (2, 3):
             path = make_data_set.Path(5, 11, dimension, options)
             self.assertEqual(sum(path.counts), options.samples)
             self.assertEqual(path.rates.shape, (options.samples, dimension, dimension))
             np.testing.assert_array_equal(path.directions, np.swapaxes(path.directions, 1, 2))
-            np.testing.assert_allclose(make_data_set.size(path.directions), 1.0, rtol=1e-15 * dimension**2)
-            random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(entropy=5, spawn_key=(11,))))
+            np.testing.assert_allclose(make_data_set.size(path.directions),
+                                       1.0,
+                                       rtol=1e-15 * dimension**2)
+            random = np.random.Generator(
+                np.random.PCG64(np.random.SeedSequence(entropy=5, spawn_key=(11, ))))
             random.uniform(size=0)
             length = max(1, round(random.exponential(options.piece / options.strain)))
             drawn = random.normal(size=(dimension, dimension))
             deviator = 0.5 * (drawn + drawn.T) - np.trace(drawn) / dimension * np.eye(dimension)
-            first = deviator / np.linalg.norm(deviator) + options.volumetric * random.normal() / np.sqrt(dimension) * np.eye(dimension)
-            np.testing.assert_allclose(path.directions[0], first / np.linalg.norm(first), atol=1e-14)
+            first = deviator / np.linalg.norm(deviator) + options.volumetric * random.normal(
+            ) / np.sqrt(dimension) * np.eye(dimension)
+            np.testing.assert_allclose(path.directions[0],
+                                       first / np.linalg.norm(first),
+                                       atol=1e-14)
             self.assertEqual(path.counts[0], length)
 
     def test_say_where_they_are_from(self):
@@ -172,7 +205,8 @@ class Paths(unittest.TestCase):
             self.assertEqual(data["stress"].compression, "gzip")
             settings = json.loads(data.attrs["settings"])
             self.assertEqual(settings["packing"], [os.path.basename(name) for name in PACKINGS])
-            self.assertEqual([data[f"packings/{k}"].attrs["name"] for k in range(2)], settings["packing"])
+            self.assertEqual([data[f"packings/{k}"].attrs["name"] for k in range(2)],
+                             settings["packing"])
             self.assertEqual(settings["samples"], 60)
             self.assertEqual(list(data["fn_fabric"].attrs["components"]), ["xx", "yy", "xy"])
         np.testing.assert_array_equal(self.data["packing"], np.arange(7) % 2)
@@ -182,8 +216,9 @@ class Paths(unittest.TestCase):
 
 class Failures(unittest.TestCase):
     def test_of_an_rve_end_its_path_and_no_other(self):
-        # so much compression that grains overlap by more than their limit
-        code, said, file = make("crushed", "--paths", "6", "--samples", "8", "--strain", "0.05", "--piece", "0.1", "--volumetric", "3", "--most_volume", "0.8",
+        # The compression exceeds the overlap limit.
+        code, said, file = make("crushed", "--paths", "6", "--samples", "8", "--strain", "0.05",
+                                "--piece", "0.1", "--volumetric", "3", "--most_volume", "0.8",
                                 "--most_shear", "0.5", "--inertia", "0.1")
         self.assertEqual(code, 0, said)
         data = arrays(file)
@@ -196,9 +231,15 @@ class Failures(unittest.TestCase):
             self.assertTrue(np.isnan(data["stress"][k, data["length"][k]:]).all())
 
     def test_are_said_before_anything_runs(self):
-        for words, message in ((["--paths", "0"], "--paths is 0; it must be 1 or more"), (["--chunk", "0"], "--chunk is 0; it must be 1 or more"), (["--reversals", "1"], "it must be from 0 to below 1"),
-                               (["--vary", "fiction", "0", "1"], "fiction"), (["--vary", "friction", "-1", "1"], "friction"),
-                               (["--most_volume", "1e-4"], "no path stays within less"), (["--packing", "no.rve"], "no.rve")):
+        for words, message in ((["--paths", "0"], "--paths is 0; it must be 1 or more"), ([
+                "--chunk", "0"
+        ], "--chunk is 0; it must be 1 or more"), ([
+                "--reversals", "1"
+        ], "it must be from 0 to below 1"), (["--vary", "fiction", "0", "1"], "fiction"), ([
+                "--vary", "friction", "-1", "1"
+        ], "friction"), (["--most_volume",
+                          "1e-4"], "no path stays within less"), (["--packing",
+                                                                   "no.rve"], "no.rve")):
             code, said, file = make("wrong", *words)
             self.assertNotEqual(code, 0, words)
             self.assertIn(message, said)

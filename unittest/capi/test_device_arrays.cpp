@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The C interface with arrays in the memory of a GPU: the bits that arrays of the host have, and errors of arrays that are elsewhere.
+// The C interface with arrays in the memory of a GPU: the same bits as with arrays of the host, and
+// errors of arrays elsewhere.
 
 #include "librve.h"
 
@@ -63,7 +64,7 @@ Batch batch_of(const std::string &file)
   return {batch, rve_batch_free};
 }
 
-/// 1 + 1e-4 times a matrix that is not symmetric, for each of `count` RVEs.
+/// Returns 1 + 1e-4 times a nonsymmetric matrix for each of `count` RVEs.
 Numbers increments(int dimension, std::size_t count)
 {
   Numbers f;
@@ -146,7 +147,7 @@ TEST_P(DeviceArrays, MayBeMixedWithArraysOfTheHost)
   EXPECT_EQ(mixed, plain);
   trial(rve_trial_device, f.data(), received.pointer());
   EXPECT_EQ(received.values(), plain);
-  // the same array for both
+  // One array serves as input and output.
   trial(rve_trial_device, given.pointer(), given.pointer());
   EXPECT_EQ(given.values(), plain);
 }

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""Arrays in the memory of a GPU, by DLPack, with each of PyTorch and CuPy that is here. GPU_RVE_LIBRARY names the library, which is built with CUDA.
+"""Arrays in the memory of a GPU by DLPack, with each installed library of PyTorch and CuPy.
 
     python3 test_device_arrays.py <folder of the packings of the examples>
 
-Without a GPU, or without both libraries, it is skipped (77), or fails with GPU_RVE_REQUIRE_CUDA=1.
+GPU_RVE_LIBRARY names the library, which is built with CUDA. Without a GPU or without both libraries
+the test is skipped (77), or fails with GPU_RVE_REQUIRE_CUDA=1.
 """
 
 import os
@@ -26,11 +27,12 @@ def batch_of(packing, device="cuda"):
 
 
 def increments(dimension, n, seed):
-    return np.eye(dimension) + 1e-4 * np.random.default_rng(seed).uniform(-1, 1, (n, dimension, dimension))
+    return np.eye(dimension) + 1e-4 * np.random.default_rng(seed).uniform(
+        -1, 1, (n, dimension, dimension))
 
 
 class DeviceArrays:
-    """What holds for the arrays of any library."""
+    """Tests for the arrays of any library."""
 
     module = None
 
@@ -75,7 +77,8 @@ class DeviceArrays:
     def test_quantities_and_stiffness_have_the_bits_of_host_arrays(self):
         for packing, d in self.grains():
             batch = batch_of(packing)
-            for work in (lambda **out: batch.quantity("p", **out), lambda **out: batch.quantity("syy", [1], **out), batch.affine_stiffness):
+            for work in (lambda **out: batch.quantity("p", **out),
+                         lambda **out: batch.quantity("syy", [1], **out), batch.affine_stiffness):
                 plain = work()
                 out = self.to_device(np.zeros(plain.shape))
                 work(out=out)
@@ -83,17 +86,27 @@ class DeviceArrays:
 
     def test_arrays_that_do_not_fit_are_refused_and_change_nothing(self):
         for packing, d in self.grains():
-            batch, on_cpu, f = batch_of(packing), batch_of(packing, "cpu"), increments(d, COUNT, seed=3)
-            state, good, room = batch.save(), self.to_device(f), self.to_device(np.zeros((COUNT, d, d)))
+            batch, on_cpu, f = batch_of(packing), batch_of(packing, "cpu"), increments(d,
+                                                                                       COUNT,
+                                                                                       seed=3)
+            state, good, room = batch.save(), self.to_device(f), self.to_device(
+                np.zeros((COUNT, d, d)))
             for message, work in (
-                    ("increments has dtype float32; it must have float64", lambda: batch.advance(self.to_device(f.astype(np.float32)), DT[d], 1)),
-                    ("increments has shape", lambda: batch.advance(self.to_device(f[0]), DT[d], 1)),
-                    ("increments has strides", lambda: batch.advance(self.to_device(np.zeros((d, d, COUNT))).swapaxes(0, 2), DT[d], 1)),
-                    ("out has dtype int64", lambda: batch.advance(good, DT[d], 1, out=self.to_device(np.zeros((COUNT, d, d), np.int64)))),
-                    ("out has shape", lambda: batch.advance(self.to_device(f[:2]), DT[d], 1, which=[0, 1], out=room)),
-                    ("dt is in the memory of a device", lambda: batch.advance(good, self.to_device(np.full(COUNT, DT[d])), 1)),
-                    ("increments is in the memory of a device, and the batch is on CPU", lambda: on_cpu.advance(good, DT[d], 1)),
-                    ("out is in the memory of a device, and the batch is on CPU", lambda: on_cpu.advance(f, DT[d], 1, out=room))):
+                ("increments has dtype float32; it must have float64",
+                 lambda: batch.advance(self.to_device(f.astype(np.float32)), DT[d], 1)),
+                ("increments has shape", lambda: batch.advance(self.to_device(f[0]), DT[d], 1)),
+                ("increments has strides", lambda: batch.advance(
+                    self.to_device(np.zeros((d, d, COUNT))).swapaxes(0, 2), DT[d], 1)),
+                ("out has dtype int64", lambda: batch.advance(
+                    good, DT[d], 1, out=self.to_device(np.zeros((COUNT, d, d), np.int64)))),
+                ("out has shape",
+                 lambda: batch.advance(self.to_device(f[:2]), DT[d], 1, which=[0, 1], out=room)),
+                ("dt is in the memory of a device",
+                 lambda: batch.advance(good, self.to_device(np.full(COUNT, DT[d])), 1)),
+                ("increments is in the memory of a device, and the batch is on CPU",
+                 lambda: on_cpu.advance(good, DT[d], 1)),
+                ("out is in the memory of a device, and the batch is on CPU",
+                 lambda: on_cpu.advance(f, DT[d], 1, out=room))):
                 with self.assertRaisesRegex(gpu_rve.Error, message):
                     work()
             self.assertEqual(batch.save(), state)
@@ -118,7 +131,8 @@ class ArraysOfTorch(DeviceArrays, unittest.TestCase):
         for packing, d in self.grains():
             batch, f = batch_of(packing), increments(d, COUNT, seed=2)
             plain, _ = batch.trial(f, DT[d], 40)
-            given, source, big = self.to_device(np.zeros((COUNT, d, d))), self.to_device(f), torch.ones(4000, 4000, device="cuda")
+            given, source, big = self.to_device(np.zeros(
+                (COUNT, d, d))), self.to_device(f), torch.ones(4000, 4000, device="cuda")
             torch.cuda.synchronize()
             with torch.cuda.stream(torch.cuda.Stream()):
                 for _ in range(50):
@@ -142,10 +156,10 @@ class ArraysOfCupy(DeviceArrays, unittest.TestCase):
 
 
 def obstacle_of(arrays):
-    """Why a library cannot be used here; empty if it can."""
+    """Returns the reason why a library cannot be used; empty if it can."""
     try:
         arrays.find()
-    except Exception as error:    # each says in its own way that there is no driver
+    except Exception as error:    # each library reports a missing driver in its own way
         return str(error)
     return ""
 
@@ -160,5 +174,6 @@ if __name__ == "__main__":
             obstacle = str(error)
     if obstacle:
         print(obstacle)
-        sys.exit(1 if os.environ.get("GPU_RVE_REQUIRE_CUDA", "").lower() in ("1", "true", "yes", "on") else 77)
+        sys.exit(1 if os.environ.get("GPU_RVE_REQUIRE_CUDA", "").lower() in ("1", "true", "yes",
+                                                                             "on") else 77)
     unittest.main(verbosity=2)

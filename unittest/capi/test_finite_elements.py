@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The finite elements of examples/finite_elements with RVEs behind their points: equilibrium, Newton's convergence, and the curve of one RVE alone.
+"""The finite elements of examples/finite_elements with RVEs: equilibrium, convergence of Newton's
+method, and the curve of a single RVE.
 
     python3 test_finite_elements.py <examples>        with gpu_rve and scikit-fem
 """
@@ -27,12 +28,16 @@ def consistent(specimen, f, stress):
 
 def run(columns, rows, increments, tangent_of=consistent, rough=False, tolerance=1e-6):
     specimen = biaxial.Specimen(PACKING, columns, rows, RATE, SUBSTEPS, rough, **OPTIONS)
-    answers = [specimen.solve_increment(STRAIN, PRESSURE, tangent_of, tolerance, 40) for _ in range(increments)]
+    answers = [
+        specimen.solve_increment(STRAIN, PRESSURE, tangent_of, tolerance, 40)
+        for _ in range(increments)
+    ]
     return specimen, answers
 
 
 def alone(increments):
-    """Axial stress of one RVE whose width and shear are found such that its sides bear the pressure and its plates no shear force, by Newton's method."""
+    """Returns the axial stress of one RVE with the pressure on its sides and no shear force on its
+    plates; Newton's method finds its width and shear."""
     batch = gpu_rve.Batch([PACKING], **OPTIONS)
     dt, axial = STRAIN / RATE / SUBSTEPS, []
 
@@ -50,7 +55,8 @@ def alone(increments):
             p = nominal(x)
             if np.abs(lack(p)).max() < 1e-7 * PRESSURE:
                 break
-            slope = np.stack([(lack(nominal(x + 1e-5 * e)) - lack(p)) / 1e-5 for e in np.eye(2)], axis=1)
+            slope = np.stack([(lack(nominal(x + 1e-5 * e)) - lack(p)) / 1e-5 for e in np.eye(2)],
+                             axis=1)
             x = x - np.linalg.solve(slope, lack(p))
         batch.commit()
         axial.append(-p[1, 1])
@@ -61,24 +67,35 @@ class FiniteElements(unittest.TestCase):
     def test_a_uniform_specimen_is_one_rve(self):
         specimen, answers = run(2, 2, 5)
         np.testing.assert_allclose([axial for _, axial in answers], alone(5), rtol=1e-5)
-        # and all its points are alike, but for what an equilibrium lacks and grains make of it
+        # All points are alike up to the residual of the equilibrium and its effect on grains.
         for name in ("sxx", "syy", "void_ratio"):
             values = specimen.batch[name]
             self.assertLess(np.ptp(values), 5e-4 * abs(values.mean()), name)
         np.testing.assert_allclose(specimen.batch["sxx"], -PRESSURE, rtol=1e-3)
 
-    def test_the_consistent_tangent_gains_two_digits_an_iteration_and_the_elastic_one_less_than_one(self):
+    def test_the_consistent_tangent_gains_two_digits_an_iteration_and_the_elastic_one_less_than_one(
+            self):
         def factors_of(tangent):
-            """Of the residual in each iteration after the first one, which moves the plates; at 0.4 to 0.6 % of strain, where grains slide."""
+            """Returns the ratios of residuals of successive iterations after the first one, which
+            moves the plates, at 0.4 to 0.6 % of strain, where grains slide."""
             specimen = biaxial.Specimen(PACKING, 1, 2, 0.2, 300, True, **OPTIONS)
             elastic = specimen.batch.tangents()
-            answers = [specimen.solve_increment(1e-3, PRESSURE, tangent or (lambda *_: elastic), 1e-6, 40) for _ in range(6)]
+            answers = [
+                specimen.solve_increment(1e-3, PRESSURE, tangent or (lambda *_: elastic), 1e-6, 40)
+                for _ in range(6)
+            ]
             residuals = [residuals for residuals, _ in answers[3:]]
-            self.assertTrue(all(len(r) >= 3 for r in residuals), residuals)    # else nothing is said of the second factor
-            print(*(f"{r[0]:.1e} {r[1]:.1e} {r[2]:.1e}: order {np.log(r[2] / r[1]) / np.log(r[1] / r[0]):.2f}" for r in residuals), sep="\n")
+            # otherwise there is no second factor
+            self.assertTrue(all(len(r) >= 3 for r in residuals), residuals)
+            print(*(
+                f"{r[0]:.1e} {r[1]:.1e} {r[2]:.1e}: order "
+                f"{np.log(r[2] / r[1]) / np.log(r[1] / r[0]):.2f}"
+                for r in residuals),
+                  sep="\n")
             return np.concatenate([np.divide(r[1:], r[:-1]) for r in residuals])
 
-        # 1/90 to 1/300, and 1/6 to 1/3: the elastic one lacks what slides
+        # The factors are 1/90 to 1/300, and 1/6 to 1/3 for the elastic tangent, which omits
+        # sliding.
         self.assertLess(factors_of(consistent).max(), 1 / 50)
         self.assertGreater(factors_of(None).min(), 1 / 10)
 
@@ -92,13 +109,15 @@ class FiniteElements(unittest.TestCase):
 
         _, newton = run(1, 2, 3)
         _, modified = run(1, 2, 3, tangent)
-        np.testing.assert_allclose([axial for _, axial in modified], [axial for _, axial in newton], rtol=1e-5)
+        np.testing.assert_allclose([axial for _, axial in modified], [axial for _, axial in newton],
+                                   rtol=1e-5)
         self.assertGreater(sum(len(r) for r, _ in modified), sum(len(r) for r, _ in newton))
 
     def test_rough_plates_make_the_specimen_bulge(self):
         specimen, _ = run(2, 4, 3, rough=True)
         u = specimen.displacement
-        at = lambda x, y: u[specimen.basis.nodal_dofs[0, np.argmin(np.hypot(specimen.mesh.p[0] - x, specimen.mesh.p[1] - y))]]
+        at = lambda x, y: u[specimen.basis.nodal_dofs[
+            0, np.argmin(np.hypot(specimen.mesh.p[0] - x, specimen.mesh.p[1] - y))]]
         left, right = at(0.0, 0.5 * biaxial.HEIGHT), at(biaxial.WIDTH, 0.5 * biaxial.HEIGHT)
         self.assertGreater(right - left, 1e-3 * biaxial.WIDTH * STRAIN)
         self.assertEqual(at(0.0, 0.0), 0.0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The C interface: the bits of the engine, trials that leave no trace, errors as texts.
+// The C interface: the bits of the engine, trials that change no state, errors as texts.
 
 #include "librve.h"
 
@@ -54,7 +54,7 @@ Batch batch_of(const std::string &file, std::size_t count, const char *options =
 
 using Numbers = std::vector<double>;
 
-/// 1 + strain/100 times a matrix that is not symmetric, of RVE k.
+/// Returns 1 + strain/100 times a nonsymmetric matrix of RVE k.
 Numbers increment(int dimension, int k)
 {
   Numbers f(dimension * dimension, 0.0);
@@ -145,7 +145,7 @@ TEST(Librve, AdvancesDisksAndSpheresToTheBitsOfTheEngine)
   expect_the_bits_of_the_engine<3>(SPHERES);
 }
 
-TEST(Librve, TrialsLeaveNoTrace)
+TEST(Librve, TrialsChangeNoState)
 {
   for (const std::string &file : {DISKS, SPHERES}) {
     const Batch tried = batch_of(file, 2), plain = batch_of(file, 2);
@@ -159,11 +159,11 @@ TEST(Librve, TrialsLeaveNoTrace)
       ASSERT_EQ(rve_commit(tried.get()), RVE_SUCCESS);
       EXPECT_EQ(saved(tried.get()), saved(plain.get()));
     }
-    // one that is forgotten
+    // a trial that is discarded
     const double before = quantity(plain.get(), "p", 0);
     const std::vector<char> state = saved(plain.get());
     move(plain.get(), Kind::Trial, {0}, 9);
-    EXPECT_EQ(saved(plain.get()), state);    // of what is committed
+    EXPECT_EQ(saved(plain.get()), state);    // results of the committed state
     EXPECT_NE(quantity(plain.get(), "p", 0), before);
     ASSERT_EQ(rve_revert(plain.get()), RVE_SUCCESS);
     EXPECT_EQ(quantity(plain.get(), "p", 0), before);
@@ -171,7 +171,7 @@ TEST(Librve, TrialsLeaveNoTrace)
   }
 }
 
-TEST(Librve, TrialsBeginFromWhatAnAdvanceHasLeft)
+TEST(Librve, TrialsBeginFromTheStateOfAnAdvance)
 {
   for (const std::string &file : {DISKS, SPHERES}) {
     const Batch batch = batch_of(file, 1), plain = batch_of(file, 1);
@@ -187,7 +187,7 @@ TEST(Librve, TrialsBeginFromWhatAnAdvanceHasLeft)
   }
 }
 
-TEST(Librve, AnRveDoesNotKnowItsBatch)
+TEST(Librve, ResultsDoNotDependOnTheBatch)
 {
   const Packing packing = read(DISKS);
   const Batch four = batch_of({packing.get(), packing.get(), packing.get(), packing.get()},
@@ -247,7 +247,7 @@ namespace {
 constexpr std::size_t CALLS = 10;
 constexpr int STEPS_PER_CALL = 20;
 
-/// Columns syy, sxx, def_yy of all RVEs of a batch, before a path and after each call.
+/// Returns columns syy, sxx, def_yy of all RVEs of a batch, before a path and after each call.
 Numbers follow(rve_batch *batch, const char *path, std::size_t calls = CALLS,
                std::vector<std::uint32_t> *statuses = nullptr)
 {
@@ -275,14 +275,15 @@ TEST(Librve, APathOfRatesIsAnAdvanceByTheirExponential)
     ASSERT_EQ(rve_advance(advanced.get(), nullptr, 1, f.data(), dt.data(), &steps, stress.data(),
                           nullptr),
               RVE_SUCCESS);
-    // the exponential by a series
+    // the exponential by its series
     EXPECT_NEAR(table[3 * (call + 1)], stress[3], 1e-9 * std::fabs(stress[3]));
   }
 }
 
 namespace {
 
-/// What a host sees of a batch that makes trials, advances, paths and tangents, and is saved and restored on the way.
+/// Returns all results of a batch that makes trials, advances, paths and tangents, and is saved and
+/// restored.
 std::vector<Numbers> answers_of(const std::string &file, const std::string &options)
 {
   const Batch batch = batch_of(file, 2, options.c_str());
@@ -324,7 +325,7 @@ void expect_the_same_answers(const std::string &options)
                                found = answers_of(file, options);
     ASSERT_EQ(found.size(), expected.size());
     for (std::size_t k = 0; k < found.size();
-         ++k)    // NaN, of a tangent that was not found, is as good
+         ++k)    // NaN of a tangent that was not found counts as equal
       EXPECT_EQ(0,
                 std::memcmp(found[k].data(), expected[k].data(), sizeof(double) * found[k].size()))
           << "answer " << k << " of " << file << " with " << options;
@@ -354,7 +355,7 @@ TEST(Librve, AnswersHaveTheSameBitsOnAGpu)
   expect_the_same_answers(options);
 }
 
-TEST(Librve, APathHoldsAStressAndEndsWhereItSays)
+TEST(Librve, PathHoldsAStressAndEndsAtItsCondition)
 {
   const Batch batch = batch_of(DISKS, 2);
   const std::size_t calls = 60;
@@ -363,14 +364,14 @@ TEST(Librve, APathHoldsAStressAndEndsWhereItSays)
                                "path two stage rate yy -0.1 rate xx 0 until time > 1",
                                calls);
   const double *last = &table[calls * 6];
-  EXPECT_NEAR(last[1], -1e5, 2e3);    // what the servo swings by
+  EXPECT_NEAR(last[1], -1e5, 2e3);    // amplitude of the servo's oscillation
   EXPECT_NEAR(last[2], std::exp(-1e-3), 0.1 * STEPS_PER_CALL * DT_DISKS);
   EXPECT_LT(last[3 + 1], -1.02e5);    // the sides of the other do not move
   EXPECT_EQ(Numbers(last, last + 3), Numbers(last - 6, last - 3));    // the first one has ended
   EXPECT_NE(last[3], last[3 - 6]);
 }
 
-TEST(Librve, APathThatCannotBeChangesNothing)
+TEST(Librve, InvalidPathChangesNothing)
 {
   const Batch batch = batch_of(DISKS, 2);
   const std::vector<char> state = saved(batch.get());
@@ -390,7 +391,7 @@ TEST(Librve, APathThatCannotBeChangesNothing)
   expect("stage rate yy 1 until time > 1", DT_DISKS, 0, "p", "substeps is 0");
   expect("stage rate yy 1 until time > 1", DT_DISKS, 1, "pea", "there is no");
   expect("stage rat yy 1", DT_DISKS, 1, "p", "path:1");
-  // a shear in one call that no logarithm tells from another, in the second stage
+  // The second stage has a shear in one call whose logarithm is not unique.
   expect("stage rate yy 0.1 until time > 1e-5 stage rate xy 1e9 until time > 1", DT_DISKS, 1, "p",
          "");
 }
@@ -425,11 +426,12 @@ void put_word(std::vector<char> &bytes, std::size_t place, std::uint64_t word)
   std::memcpy(bytes.data() + place, &word, sizeof(word));
 }
 
-// of saved RVEs: magic, dimension, number, size, checksum; then the size of the first record and the record
+// Positions in saved RVEs: magic, dimension, number, size, checksum; then the size of the first
+// record and the record.
 constexpr std::size_t PLACE_OF_DIMENSION = 8, PLACE_OF_COUNT = 16, PLACE_OF_CHECKSUM = 32,
                       PLACE_OF_LENGTH = 40;
 
-/// As a release of interface 1.2 wrote them: the checksum is that of the records alone.
+/// Returns the bytes that a release of interface 1.2 wrote; the checksum covers the records only.
 std::vector<char> first_version_of(std::vector<char> bytes)
 {
   bytes[7] = '1';
@@ -450,7 +452,7 @@ TEST(Librve, ADamagedHeaderOfSavedRvesIsRefused)
     EXPECT_EQ(rve_restore(two.get(), damaged.data(), damaged.size()), RVE_BAD_INPUT);
     EXPECT_STREQ(rve_error(), "the saved RVEs are damaged");
   }
-  // with a checksum that matches, numbers that would lead behind the end
+  // The bytes have correct checksums and numbers that point beyond the end.
   const auto expect = [&](std::vector<char> bytes, const std::string &message) {
     bytes = first_version_of(bytes);
     rve_packing *packing = nullptr;
@@ -512,7 +514,7 @@ TEST(Librve, ARefusedCallLeavesTheTrialBeforeIt)
     refused[4].increments.back() = std::nan("");
     refused[5].increments[d * d] = -1.0;
     refused[6].dt[0] = HUGE_VAL;
-    refused[7].substeps[1] = 0;    // no step, but an increment that is not the identity
+    refused[7].substeps[1] = 0;    // an increment other than the identity without a step
     const auto expect_unchanged = [&](int code) {
       EXPECT_EQ(code, RVE_BAD_INPUT);
       EXPECT_EQ(quantity(batch.get(), "p", 0), p) << rve_error();
@@ -552,7 +554,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
       return function(batch.get(), nullptr, 2, increments.data(), dt.data(), substeps.data(),
                       nullptr, nullptr);
     };
-    // in the first call, after a trial that was good, and in an advance
+    // The increment is refused in the first call, after a valid trial, and in an advance.
     for (int k = 0; k < 2; ++k) {
       EXPECT_EQ(call(rve_trial, 1.7), RVE_BAD_INPUT);
       EXPECT_NE(std::string(rve_error()).find("dt of RVE 1 is "), std::string::npos) << rve_error();
@@ -562,7 +564,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
     ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
     EXPECT_EQ(call(rve_advance, 1.7), RVE_BAD_INPUT);
     EXPECT_EQ(saved(batch.get()), state);
-    // a call without steps has no step that could be too long
+    // A call without steps cannot have a step that is too long.
     const std::vector<std::int32_t> none = {0, 0};
     const Numbers dt(2, 1.0);
     EXPECT_EQ(rve_trial(batch.get(), nullptr, 2, increments.data(), dt.data(), none.data(), nullptr,
@@ -570,7 +572,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
               RVE_SUCCESS)
         << rve_error();
     ASSERT_EQ(rve_revert(batch.get()), RVE_SUCCESS);
-    // a path of them
+    // a path with such increments
     Numbers table(16, -7.0);
     EXPECT_EQ(rve_follow_path(batch.get(), nullptr, 2, "stage rate yy -0.1 until time > 1",
                               1.7 * bounds[0], 5, 3, "p", table.data(), nullptr),
@@ -583,7 +585,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
 
 TEST(Librve, AStepThatGrowingStiffnessMakesTooLongIsRefused)
 {
-  // Hertz disks: the stiffness grows with the overlaps, while hardly any contact is new
+  // Hertz disks: the stiffness increases with the overlaps, with hardly any new contact.
   rve_packing *packing = nullptr;
   ASSERT_EQ(rve_packing_create("shape disk grains 60 seed 1 radius uniform 0.003 0.006 density "
                                "2650 pressure 1e3 thickness 0.075 contact hertz hertz_kn 5e9 "
@@ -668,7 +670,7 @@ TEST(Librve, AFailureHasAStatusAndKeepsTheState)
   EXPECT_EQ(saved(batch.get()), state);
 }
 
-TEST(Librve, BatchesWorkInThreadsOfTheirOwn)
+TEST(Librve, BatchesUseTheirOwnThreads)
 {
   const Batch one = batch_of(DISKS, 2), other = batch_of(DISKS, 2), alone = batch_of(DISKS, 2);
   const auto work = [](rve_batch *batch) {
@@ -684,7 +686,8 @@ TEST(Librve, BatchesWorkInThreadsOfTheirOwn)
   EXPECT_EQ(saved(other.get()), saved(alone.get()));
 }
 
-// Four threads that make batches of two threads each, try, save and fail: no batch sees another, and each thread reads its own error.
+// Four threads create batches of two threads each, try, save and fail. No batch affects another
+// one, and each thread reads its own error.
 TEST(Librve, ThreadsShareNothing)
 {
   const char *const options = "format double device cpu threads 2";
@@ -710,9 +713,9 @@ TEST(Librve, ThreadsShareNothing)
   EXPECT_EQ(together, alone);
 }
 
-TEST(Librve, AffineStiffnessBoundsTheFirstStepOfARest)
+TEST(Librve, AffineStiffnessIsTheFirstStepFromRest)
 {
-  // by its definition it is the change of stress of one small step without relaxation
+  // The stiffness is defined as the change of stress of one small step without relaxation.
   const Batch batch = batch_of(DISKS, 1);
   Numbers stiffness(4 * 3);
   ASSERT_EQ(rve_affine_stiffness(batch.get(), nullptr, 1, stiffness.data()), RVE_SUCCESS);
@@ -770,22 +773,23 @@ const std::string GROUND =
 
 }    // namespace
 
-// Earth pressure at rest of grains with an angle of friction of some 25 degrees: about 1 - sin(phi), Jaky 1944.
+// The ratio is the earth pressure at rest of grains with an angle of friction of about 25 degrees:
+// about 1 - sin(phi), Jaky 1944.
 TEST(Librve, GrainsFindTheirEarthPressureAtRest)
 {
   const Packing rest = created(GROUND + "pressure 20e3 k0 rest");
-  // where the sides stop
+  // The sides stop where they are at this lower pressure.
   const Packing before = created(GROUND + "pressure 1e3");
   const Batch batch = batch_of({rest.get()});
 
-  EXPECT_NEAR(quantity(batch.get(), "syy", 0), -20e3, 21.0);    // the recipe's tolerance, 1e-3
+  EXPECT_NEAR(quantity(batch.get(), "syy", 0), -20e3, 21.0);    // tolerance of the recipe, 1e-3
   EXPECT_NEAR(quantity(batch.get(), "sxx", 0) / quantity(batch.get(), "syy", 0), 0.55, 0.25);
   const Numbers cell = array(rest, "cell", 4), first = array(before, "cell", 4);
   EXPECT_EQ(cell[0], first[0]);
   EXPECT_LT(cell[3], first[3]);
 }
 
-TEST(Librve, WordsOfAScriptGiveItsPacking)
+TEST(Librve, ArgumentsOfAScriptGiveItsPacking)
 {
   const Packing by_script = created(GROUND + "pressure 1e4");
   std::string bounds = GROUND;
@@ -829,7 +833,7 @@ TEST(Librve, ReadsLibrariesAndImagesOfTheirPackings)
   const Packing alone(pointers[0], rve_packing_free);
   EXPECT_EQ(count, 1u);
 
-  // a mirror that reverses x: the same normal stresses, the other shear stress
+  // A mirror that reverses x keeps the normal stresses and reverses the shear stress.
   rve_packing *seen = nullptr;
   EXPECT_EQ(rve_packing_image(alone.get(), 8, &seen), RVE_BAD_INPUT);
   EXPECT_NE(std::string(rve_error()).find("8"), std::string::npos) << rve_error();
@@ -843,7 +847,7 @@ TEST(Librve, ReadsLibrariesAndImagesOfTheirPackings)
   EXPECT_NEAR(quantity(batch.get(), "sxy", 1), -quantity(batch.get(), "sxy", 0), 1e-9 * p);
 }
 
-TEST(Librve, TangentsAreProbedInTheFormatThatIsAskedFor)
+TEST(Librve, TangentsAreProbedInTheRequestedFormat)
 {
   const Batch fast = batch_of(DISKS, 1, "format fast device cpu threads 1"),
               exact = batch_of(DISKS, 1, OPTIONS);
@@ -856,7 +860,7 @@ TEST(Librve, TangentsAreProbedInTheFormatThatIsAskedFor)
   };
   const char *const words = "format double strain_steps 100 most_steps 500";
   EXPECT_EQ(tangent(exact, words), tangent(exact, "strain_steps 100 most_steps 500"));
-  // the grains of the one have lost digits when they came into their engine
+  // The engine with format fast has rounded its grains.
   const Numbers of_fast = tangent(fast, words), of_exact = tangent(exact, words);
   for (int k = 0; k < 9; ++k) EXPECT_NEAR(of_fast[k], of_exact[k], 0.02 * of_exact[0]);
 }
@@ -941,7 +945,7 @@ TEST(Librve, WrongInputIsNamedAndThrowsNothing)
       "-1");
   expect(rve_trial(batch.get(), &first, 1, nullptr, good.data(), &substeps, nullptr, nullptr),
          "increments is a null pointer");
-  // an advance beside a trial
+  // an advance while a trial is pending
   move(batch.get(), Kind::Trial, {0}, 0);
   Numbers more = increments;
   expect(rve_advance(batch.get(), &first, 1, more.data(), good.data(), &substeps, nullptr, nullptr),
@@ -960,7 +964,7 @@ TEST(Librve, ABatchOnCpuThreadsTakesNoArraysOfADevice)
   const std::vector<char> state = saved(batch.get());
   const Numbers increments = {1, 0, 0, 1}, dt = {DT_DISKS};
   const std::int32_t substeps = 1;
-  // nothing may read or write it
+  // The address must be neither read nor written.
   double *const array = reinterpret_cast<double *>(8);
   const auto expect = [](int code, const std::string &name) {
     EXPECT_EQ(code, RVE_BAD_INPUT);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The micro simulation of examples/precice in preCICE's Micro Manager: its own checks of a class, and its coupling loop with a participant of ours
-in place of libprecice, which neither Debian 12 nor PyPI has.
+"""The micro simulation of examples/precice in preCICE's Micro Manager: its checks of a class, and
+its coupling loop with a participant that replaces libprecice, which neither Debian 12 nor PyPI has.
 
     python3 test_micro_manager.py <examples>        with gpu_rve and micro-manager-precice
 """
@@ -23,8 +23,11 @@ POINTS, WINDOWS, DT = 5, 3, 1e-3
 
 
 class Participant:
-    """What the Micro Manager calls of preCICE. The macro program tries a wrong displacement gradient first in each time window, goes back, and then is
-    right."""
+    """The functions of preCICE that the Micro Manager calls.
+
+    In each time window the macro program first tries a wrong displacement gradient, goes back, and
+    then uses the right one.
+    """
 
     def __init__(self, name, config, rank, size):
         self.window, self.iteration = 0, 0
@@ -32,7 +35,7 @@ class Participant:
         Participant.last = self
 
     def gradients(self):
-        """Rows of grad u at all points (2, POINTS, 2), of an iteration of a window."""
+        """Returns rows of grad u at all points (2, POINTS, 2) in an iteration of a window."""
         rng = np.random.default_rng(10 * self.window + self.iteration)
         right = 1e-4 * (self.window + 1) * np.random.default_rng(1).uniform(-1, 1, (2, POINTS, 2))
         return right if self.iteration == 1 else right + 1e-4 * rng.uniform(-1, 1, right.shape)
@@ -68,7 +71,7 @@ class Participant:
         return self.iteration == 0
 
     def requires_reading_checkpoint(self):
-        return self.iteration == 1    # advance() has just closed the wrong one
+        return self.iteration == 1    # advance() has just ended the wrong iteration
 
     def is_time_window_complete(self):
         return self.iteration == 0
@@ -81,7 +84,8 @@ class Participant:
 
     def advance(self, dt):
         if self.iteration == 1:
-            self.stresses.append(np.stack([self.written["Stress-1"], self.written["Stress-2"]], axis=1))
+            self.stresses.append(
+                np.stack([self.written["Stress-1"], self.written["Stress-2"]], axis=1))
             self.window, self.iteration = self.window + 1, 0
         else:
             self.iteration = 1
@@ -111,7 +115,8 @@ class MicroManager(unittest.TestCase):
         from micro_manager.micro_simulation import MicroSimulationClass, load_backend_class
 
         found = load_backend_class("micro_simulation")
-        self.assertIs(found, micro_simulation.MicroSimulation)    # not a wrapper around a class that is not of the interface
+        # the class itself and not a wrapper
+        self.assertIs(found, micro_simulation.MicroSimulation)
         log = types.SimpleNamespace(log_info_rank_zero=print)
         checked = MicroSimulationClass(found, "micro_simulation", "rve", 1, None, log)
         self.assertEqual(checked.check_initialize(checked(7), None), (False, False, False, None))
@@ -125,7 +130,8 @@ class MicroManager(unittest.TestCase):
 
         participant, rank = Participant.last, micro_simulation.RANK
         self.assertEqual(rank.calls, 2 * WINDOWS)
-        batch = gpu_rve.Batch([gpu_rve.Packing.read(micro_simulation.PACKING)] * POINTS, **micro_simulation.OPTIONS)
+        batch = gpu_rve.Batch([gpu_rve.Packing.read(micro_simulation.PACKING)] * POINTS,
+                              **micro_simulation.OPTIONS)
         steps = int(np.ceil(DT / rank.largest_step))
         before = np.tile(np.eye(2), (POINTS, 1, 1))
         participant.iteration = 1
@@ -138,7 +144,9 @@ class MicroManager(unittest.TestCase):
 
     def test_a_state_goes_to_another_simulation_by_bytes(self):
         first, second = (micro_simulation.MicroSimulation(k) for k in range(2))
-        one, other = ({"Displacement-Gradient-1": [a, 0.0], "Displacement-Gradient-2": [0.0, -1e-4]} for a in (1e-4, 2e-4))
+        one, other = ({
+            "Displacement-Gradient-1": [a, 0.0], "Displacement-Gradient-2": [0.0, -1e-4]
+        } for a in (1e-4, 2e-4))
         first.solve(one, DT)
         state = pickle.loads(pickle.dumps(first.get_state()))
         second.set_state(state)
@@ -163,9 +171,12 @@ class MicroManager(unittest.TestCase):
 
     def test_a_failure_names_the_simulation(self):
         sound, failing = (micro_simulation.MicroSimulation(k) for k in range(2))
-        answer = sound.solve({"Displacement-Gradient-1": [1e-4, 0.0], "Displacement-Gradient-2": [0.0, 0.0]}, DT)
-        failing.solve({"Displacement-Gradient-1": [-0.6, 0.0], "Displacement-Gradient-2": [0.0, -0.6]}, DT)
-        with self.assertRaisesRegex(RuntimeError, "micro simulation 1 did not bear its increment: .*overlap"):
+        answer = sound.solve(
+            {"Displacement-Gradient-1": [1e-4, 0.0], "Displacement-Gradient-2": [0.0, 0.0]}, DT)
+        failing.solve(
+            {"Displacement-Gradient-1": [-0.6, 0.0], "Displacement-Gradient-2": [0.0, -0.6]}, DT)
+        with self.assertRaisesRegex(RuntimeError,
+                                    "micro simulation 1 did not bear its increment: .*overlap"):
             answer["Stress-1"]
 
 

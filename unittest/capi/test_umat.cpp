@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The UMAT of examples/umat as a host calls it: the bits of librve, states by number, tangents, what an RVE does not bear.
+// The UMAT of examples/umat as a finite element program calls it: the bits of librve, states by
+// number, tangents, and increments that an RVE refuses.
 
 #include "librve.h"
 
@@ -42,7 +43,7 @@ struct Answer {
   double new_time = 1.0;
 };
 
-/// A point of a host.
+/// An integration point of a finite element program.
 struct Point {
   std::string material = "S500";
   double largest_step = DT_SPHERES, probe = 0.0;
@@ -54,13 +55,13 @@ struct Point {
   {
     Answer answer;
     answer.state = state;
-    std::string name = material + std::string(80 - material.size(), ' ');    // Fortran's
+    std::string name = material + std::string(80 - material.size(), ' ');    // Fortran string
     const std::array<double, 4> props = {1.0, largest_step, probe, finite_strain ? 1.0 : 0.0};
     const double duration = STEPS * largest_step, coords[3] = {0.0, 0.0, 0.0};
     const int ndi = 3, ntens = ndi + nshr, nstatv = 3, nprops = 4, point = 1;
     double none[9] = {};
     const int nothing = 0;
-    // Fortran's matrices
+    // matrices in Fortran's order
     Gradient columns0{}, columns1{};
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
@@ -106,7 +107,7 @@ Gradient stretched(const Strain &e)
           0.5 * e[5], 0.5 * e[4], 0.5 * e[5], 1.0 + e[2]};
 }
 
-/// The same RVE by librve itself.
+/// The same RVE through librve.
 class Direct {
  public:
   Direct()
@@ -136,7 +137,7 @@ class Direct {
   std::unique_ptr<rve_batch, void (*)(rve_batch *)> batch{nullptr, rve_batch_free};
 };
 
-TEST(Umat, AnswersWithTheBitsOfTheLibrary)
+TEST(Umat, HasTheBitsOfTheLibrary)
 {
   const Point point = new_point();
   Direct direct;
@@ -150,7 +151,7 @@ TEST(Umat, AnswersWithTheBitsOfTheLibrary)
   }
 }
 
-TEST(Umat, IterationsLeaveNoTrace)
+TEST(Umat, IterationsChangeNoState)
 {
   Point point = new_point();
   point.probe = 1e-5;
@@ -166,7 +167,7 @@ TEST(Umat, IterationsLeaveNoTrace)
   }
 }
 
-TEST(Umat, TheHostMayAcceptATrialThatIsNotTheLast)
+TEST(Umat, EarlierTrialMayBeAccepted)
 {
   const Point point = new_point();
   Direct direct;
@@ -179,7 +180,7 @@ TEST(Umat, TheHostMayAcceptATrialThatIsNotTheLast)
   EXPECT_EQ(next.stress, direct.advance(stretched(strain_of(2))));
 }
 
-TEST(Umat, PointsKnowNothingOfEachOther)
+TEST(Umat, PointsAreIndependent)
 {
   const Point one = new_point(), other = new_point();
 
@@ -192,7 +193,7 @@ TEST(Umat, PointsKnowNothingOfEachOther)
             other.call(there.state, strain_of(1)).stress);
 }
 
-TEST(Umat, AFirstIncrementThatIsTriedAgainHasTheSameRve)
+TEST(Umat, RepeatedFirstIncrementHasTheSameRve)
 {
   const Point point = new_point();
 
@@ -208,7 +209,7 @@ TEST(Umat, FiniteStrainFollowsTheGradientOfDeformation)
   point.finite_strain = true;
   Direct direct;
 
-  // F1 F0^-1 with an F0 that is a stretch by powers of two: exact
+  // F1 F0^-1 is exact, since F0 is a stretch by powers of two.
   const Gradient f0 = {2, 0, 0, 0, 0.5, 0, 0, 0, 4};
   Gradient g = stretched(strain_of(3));
   g[1] += 1e-4;    // a rotation as well
@@ -234,7 +235,7 @@ TEST(Umat, TheTangentIsTheDerivativeOfTheStress)
     for (int row = 0; row < 6; ++row)
       EXPECT_NEAR(after.stress[row] - before.stress[row],
                   before.tangent[row + 6 * column] * point.probe,
-                  1e-9 * std::abs(before.stress[0]))    // the rounding of 1 + strain
+                  1e-9 * std::abs(before.stress[0]))    // rounding error of 1 + strain
           << row << " by " << column;
   }
 }
@@ -251,7 +252,8 @@ TEST(Umat, TheAffineStiffnessIsStifferThanTheTangent)
   for (int k = 0; k < 6; ++k) EXPECT_LT(upper[7 * k], 3.0 * tangent[7 * k]) << k;
 }
 
-/// Of finite strain: the derivative of the Kirchhoff stress by the rate of deformation, over J.
+/// For finite strain the tangent is the derivative of the Kirchhoff stress by the rate of
+/// deformation, over J.
 TEST(Umat, TheTangentOfFiniteStrainHasTheChangeOfVolume)
 {
   Point point = new_point();
@@ -272,7 +274,7 @@ TEST(Umat, TheTangentOfFiniteStrainHasTheChangeOfVolume)
   }
 }
 
-TEST(Umat, DisksServeInPlaneStrain)
+TEST(Umat, DisksWorkInPlaneStrain)
 {
   const Point space = new_disks();
   Point plane = new_disks();
@@ -289,7 +291,7 @@ TEST(Umat, DisksServeInPlaneStrain)
       EXPECT_EQ(four.tangent[row + 4 * column], six.tangent[row + 6 * column]);
 }
 
-TEST(Umat, AnRveThatDoesNotBearAnIncrementAsksForASmallerOne)
+TEST(Umat, FailedIncrementRequestsASmallerOne)
 {
   const Point point = new_point();
   const Answer before = point.call({}, strain_of(0));
@@ -304,7 +306,7 @@ TEST(Umat, AnRveThatDoesNotBearAnIncrementAsksForASmallerOne)
   EXPECT_EQ(point.call(before.state, strain_of(1)).stress, direct.advance(stretched(strain_of(1))));
 }
 
-TEST(UmatDeathTest, SaysWhatIsWrong)
+TEST(UmatDeathTest, ReportsErrors)
 {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   const auto end = testing::ExitedWithCode(1);

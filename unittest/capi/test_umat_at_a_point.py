@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""The UMAT of examples/umat with finite strains, in a driver of others: singlepointsim, which leads UMATs of Abaqus through paths of deformation gradients.
+"""The UMAT of examples/umat with finite strains in the driver singlepointsim, which runs UMATs of
+Abaqus along paths of deformation gradients.
 
-    python3 test_umat_at_a_point.py <examples> <librve_umat.so>        with gpu_rve and singlepointsim
+    python3 test_umat_at_a_point.py <examples> <librve_umat.so>
 
-Its scenarios have stresses that are zero. Grains have none at zero stress, so the driver sees what is beyond the cell pressure, as the gauges of a triaxial cell do.
+It needs gpu_rve and singlepointsim. Scenarios of the driver have zero stresses. Grains need a cell
+pressure, so that the driver gets the stress relative to it, as the gauges of a triaxial cell do.
 """
 
 import contextlib
@@ -26,15 +28,19 @@ PRESSURE = 1e5
 PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 ffi = cffi.FFI()
-ffi.cdef("""void umat_(double *, double *, double *, double *, double *, double *, double *, double *, double *, double *, const double *, const double *,
-    const double *, const double *, const double *, const double *, const double *, const double *, const char *, const int *, const int *, const int *,
-    const int *, const double *, const int *, const double *, const double *, double *, const double *, const double *, const double *, const int *, const int *,
-    const int *, const int *, const int *, const int *);""")
+ffi.cdef(
+    """void umat_(double *, double *, double *, double *, double *, double *, double *, double *, double *,
+    double *, const double *, const double *, const double *, const double *, const double *,
+    const double *, const double *, const double *, const char *, const int *, const int *,
+    const int *, const int *, const double *, const int *, const double *, const double *,
+    double *, const double *, const double *, const double *, const int *, const int *, const
+    int *, const int *, const int *, const int *);""")
 library = ffi.dlopen(UMAT)
 
 
 class Umat:
-    """What the driver takes for a UMAT that f2py has compiled. Keeps F and Cauchy stress of each call; a point has a number of its own in the process."""
+    """Stands in for a UMAT compiled by f2py, and stores F and Cauchy stress of each call; a point
+    has its own number in the process."""
 
     points = 0
 
@@ -44,42 +50,57 @@ class Umat:
         self.point = Umat.points
         self.gradients, self.stresses = [], []
 
-    def __call__(self, stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, dtemp, predef, dpred, cmname,
-                 ndi, nshr, props, coords, drot, pnewdt, celent, dfgrd0, dfgrd1, *_, **__):
+    def __call__(self, stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran,
+                 dstran, time, dtime, temp, dtemp, predef, dpred, cmname, ndi, nshr, props, coords,
+                 drot, pnewdt, celent, dfgrd0, dfgrd1, *_, **__):
         def numbers(values):
             return ffi.new("double[]", [float(x) for x in np.ravel(values, order="F")])
 
         def whole(value):
             return ffi.new("int *", value)
 
-        answer, state, tangent, one = numbers(stress), numbers(statev), numbers(np.zeros((6, 6))), ffi.new("double *", 1.0)
+        answer, state, tangent, one = numbers(stress), numbers(statev), numbers(np.zeros(
+            (6, 6))), ffi.new("double *", 1.0)
         none, rest = ffi.NULL, whole(1)
-        library.umat_(answer, state, tangent, none, none, none, none, none, none, none, none, numbers(dstran), none, numbers([dtime]), none, none, none, none,
-                      self.name, whole(ndi), whole(nshr), whole(6), whole(len(statev)), numbers(props), whole(len(props)), numbers(coords), none, one, none,
-                      numbers(dfgrd0), numbers(dfgrd1), whole(self.point), rest, rest, rest, rest, rest)
+        library.umat_(answer, state, tangent, none, none, none, none, none, none, none, none,
+                      numbers(dstran), none, numbers([dtime]), none, none, none, none, self.name,
+                      whole(ndi), whole(nshr), whole(6), whole(len(statev)), numbers(props),
+                      whole(len(props)), numbers(coords), none, one, none, numbers(dfgrd0),
+                      numbers(dfgrd1), whole(self.point), rest, rest, rest, rest, rest)
         assert one[0] == 1.0, "the RVE did not bear an increment"
         found = np.array(list(answer))
         self.gradients.append(dfgrd1.copy())
         self.stresses.append(found)
-        return found + PRESSURE * np.array([1, 1, 1, 0, 0, 0]), np.array(list(state)), np.reshape(list(tangent), (6, 6), order="F")
+        return found + PRESSURE * np.array([1, 1, 1, 0, 0, 0]), np.array(list(state)), np.reshape(
+            list(tangent), (6, 6), order="F")
 
 
 def run(scenario, packing, displacements, dt, increments, substeps=100):
-    """The path of the driver, from the end of its first call on, which is at rest: F (n + 1, 3, 3), Cauchy stresses (n + 1, 6), and the number of its calls."""
+    """Returns the path of the driver after its first call, which is at rest: F (n + 1, 3, 3),
+    Cauchy stresses (n + 1, 6), and the number of calls."""
     umat = Umat(packing)
-    step = SPSStep(loading_scenario=scenario, dtime=1.0, time_max=float(increments), dtime_max=1.0, props=[substeps * dt, dt, 1e-6, 1], nstatv=3,
-                   displacements=displacements, loading_direction_i=1, loading_direction_j=2)
+    step = SPSStep(loading_scenario=scenario,
+                   dtime=1.0,
+                   time_max=float(increments),
+                   dtime_max=1.0,
+                   props=[substeps * dt, dt, 1e-6, 1],
+                   nstatv=3,
+                   displacements=displacements,
+                   loading_direction_i=1,
+                   loading_direction_j=2)
     with open(os.devnull, "w") as nothing, contextlib.redirect_stdout(nothing):
         outputs = step.loading_scenario(step, umat).run_simulation()
     f = np.concatenate([np.eye(3)[None], outputs.all_dfgrd])
-    # an increment is done with the last of its calls
+    # The last call of an increment completes it.
     last = {gradient.tobytes(): stress for gradient, stress in zip(umat.gradients, umat.stresses)}
     return f, np.array([last[gradient.tobytes()] for gradient in f]), len(umat.gradients)
 
 
 def by_gpu_rve(packing, f, dt, substeps=100):
-    """Stresses of an RVE that is led along the same path (n + 1, 6), zero out of the plane of disks."""
-    batch = gpu_rve.Batch([gpu_rve.Packing.read(EXAMPLES / "packings" / f"{packing}.rve")], **OPTIONS)
+    """Returns stresses of an RVE along the same path (n + 1, 6); components out of the plane of
+    disks are zero."""
+    batch = gpu_rve.Batch([gpu_rve.Packing.read(EXAMPLES / "packings" / f"{packing}.rve")],
+                          **OPTIONS)
     d = batch.dimension
     rows = []
     for before, after in zip(np.concatenate([f[:1], f]), f):
@@ -92,11 +113,15 @@ class SinglePoint(unittest.TestCase):
     def check_path(self, scenario, packing, displacements, dt, increments, free):
         f, stress, calls = run(scenario, packing, displacements, dt, increments)
         self.assertEqual(len(f), increments + 1)
-        # the tangent is right: its Newton iterations end with the second one or so, of five before it halves its step
+        # With the right tangent, Newton's method ends after about two iterations, of five before
+        # the driver halves its step.
         self.assertLess(calls, 3.5 * increments)
-        for k in free:    # the driver's tolerance is 1e-3 of what is beyond the cell pressure
-            np.testing.assert_allclose(stress[1:, k], -PRESSURE, atol=1e-3 * np.abs(stress[-1] + PRESSURE).max())
-        # F of the one is inverted by another formula than that of the other: their digits differ in the last place
+        # tolerance of the driver: 1e-3 of the stress relative to the cell pressure
+        for k in free:
+            np.testing.assert_allclose(stress[1:, k],
+                                       -PRESSURE,
+                                       atol=1e-3 * np.abs(stress[-1] + PRESSURE).max())
+        # The two programs invert F by different formulas, whose results differ in the last digit.
         np.testing.assert_allclose(stress, by_gpu_rve(packing, f, dt), atol=1e-6 * PRESSURE)
         return f, stress
 
@@ -106,7 +131,11 @@ class SinglePoint(unittest.TestCase):
         self.assertGreater(stress[-1, 1] / stress[-1, 0], 2.0)
 
     def test_spheres_are_compressed_and_sheared_under_a_cell_pressure(self):
-        f, stress = self.check_path("compression torsion", "S500", [-0.02, 0.02], 2e-6, 20, free=(0, 2))
+        f, stress = self.check_path("compression torsion",
+                                    "S500", [-0.02, 0.02],
+                                    2e-6,
+                                    20,
+                                    free=(0, 2))
         self.assertAlmostEqual(f[-1, 0, 1], 0.02, 12)
         self.assertGreater(stress[-1, 3], 1e4)
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Compiled for x86-64-v3: what packs make of arrays of 8 numbers.
+// Operations of packs on arrays of 8 numbers, compiled for x86-64-v3.
 
 #include "core/pack_probe.h"
 

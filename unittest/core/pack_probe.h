@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packs from code that is not compiled for them: arrays of 8 numbers in and out.
+// Functions that apply packs to arrays of 8 numbers, for code that is not compiled for packs.
 
 #pragma once
 
@@ -14,12 +14,14 @@ void pack_convert(const double *x, float *y);
 void pack_round(const float *x, std::int32_t *q);
 void pack_round(const double *x, std::int64_t *q);
 
-/// a+b, a-b, ab, -a, ab+c, |a|, copysign, smaller, larger, root, 1/root, 1/a; a or c by < > >= <= !=; c or 0 by <
+/// Results, in this order: a+b, a-b, ab, -a, ab+c, |a|, copysign, smaller, larger, root, 1/root,
+/// 1/a; a or c by < > >= <= !=; c or 0 by <.
 constexpr int PACK_OPERATIONS = 18;
 void pack_apply(const float *x, const float *y, const float *z, float (*results)[8]);
 void pack_apply(const double *x, const double *y, const double *z, double (*results)[8]);
 
-/// Where x < 0 nothing is left of a record of K numbers, else it comes back as it was.
+/// A record of K numbers, which pack_mask_records() sets to zero where x < 0 and else leaves
+/// unchanged.
 template <class T, int K> struct PackRecord {
   T number[K];
 };

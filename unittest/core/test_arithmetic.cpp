@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Root, quotient, minimum, maximum and numbers from integers: IEEE rounded, the same bits on every backend.
+// Root, quotient, minimum, maximum and numbers from integers are IEEE rounded, with the same bits
+// on every backend.
 
 #include "rve/core/arithmetic.h"
 #include "rve/core/fixed_point.h"
@@ -23,7 +24,7 @@ template <class Real> struct Numbers {
   Real root, inverse, reciprocal;
 };
 
-/// The quotient of each x and y, and the root of it.
+/// Computes the quotient of each x and y and its root.
 template <class Real> struct Quotient {
   Real quotient, root;
 };
@@ -88,8 +89,8 @@ template <class Real> bool same_bits(const Numbers<Real> &x, const Numbers<Real>
   return std::memcmp(&x, &y, sizeof(x)) == 0;
 }
 
-/// IEEE rounded: fp64 has more than twice the digits of fp32 and two, so that rounding its root or quotient once more is as
-/// good as rounding the exact one.
+/// Returns IEEE rounded results. fp64 has more than twice the digits of fp32 plus two, so that a
+/// second rounding of its root or quotient gives the same as rounding the exact one.
 Numbers<float> rounded(float x)
 {
   const float root = static_cast<float>(std::sqrt(static_cast<double>(x)));
@@ -119,7 +120,8 @@ using Arithmetic = BlockTest;
 
 TEST_F(Arithmetic, RootAndQuotientsInFp32AreRoundedForEveryMantissa)
 {
-  // all 2^24 numbers of [1, 4): the other binades differ from these two by powers of four only
+  // The loop covers all 2^24 numbers of [1, 4); the other binades differ from these two by powers
+  // of four only.
   constexpr int CHUNK = 1 << 20;
   const float one = 1.0f;
   std::uint32_t bits;
@@ -152,7 +154,8 @@ TEST_F(Arithmetic, RootAndQuotientsInFp64AreThoseOfTheHost)
   Random random(2);
   std::vector<double> x(1000000);
   for (double &value : x) value = std::ldexp(random.uniform(1.0, 2.0), random.integer(-60, 60));
-  // beside powers of two: where all bits of a root are ones, an iteration for its reciprocal rounds the wrong way most easily
+  // Numbers next to powers of two: if all bits of a root are ones, an iteration for its reciprocal
+  // easily rounds in the wrong direction.
   for (int n = -60; n <= 60; ++n) {
     double below = std::ldexp(1.0, n), above = below;
     for (int ulp = 0; ulp < 32; ++ulp) {
@@ -161,7 +164,7 @@ TEST_F(Arithmetic, RootAndQuotientsInFp64AreThoseOfTheHost)
       above = std::nextafter(above, 2.0 * above);
     }
   }
-  // and beside squares, whose roots are short
+  // Numbers next to squares, whose roots are short.
   for (int k = 1; k <= 4096; ++k) {
     const double square = static_cast<double>(k) * k;
     for (const double value : {std::nextafter(square, 0.0), square, std::nextafter(square, 1e9)})
@@ -183,13 +186,13 @@ template <class Real> void expect_quotients_of_the_host(int most)
   std::vector<Real> x(1000000), y(x.size());
   for (std::size_t k = 0; k < x.size(); ++k) {
     x[k] = static_cast<Real>(std::ldexp(random.uniform(1.0, 2.0), random.integer(-most, most)));
-    // half of them near one another, as in two steps
+    // Half of the numbers are close to each other, as in two steps.
     const double factor = k % 2 ? random.uniform(0.999, 1.001)
                                 : std::ldexp(random.uniform(1.0, 2.0), random.integer(-30, 30));
     y[k] = static_cast<Real>(factor) * x[k];
   }
   x[0] = Real(0);
-  // divisors beside powers of two
+  // divisors next to powers of two
   Real below = Real(1), above = Real(1);
   for (std::size_t k = 1; k < 1000; k += 2) {
     y[k] = below = std::nextafter(below, Real(0));
@@ -215,7 +218,7 @@ TEST_F(Arithmetic, QuotientsInFp64AreThoseOfTheHost)
   expect_quotients_of_the_host<double>(300);
 }
 
-TEST_F(Arithmetic, SmallerAndLargerPickOneOfTheTwo)
+TEST_F(Arithmetic, MinimumAndMaximumReturnOneOfTheOperands)
 {
   for (const float x : {-2.0f, 0.0f, 1e-30f, 3.0f})
     for (const float y : {-2.0f, 0.0f, 1e-30f, 3.0f}) {
@@ -231,7 +234,8 @@ TEST_F(Arithmetic, IntegersOf64BitsAreRoundedAsOnTheHost)
   Random random(4);
   std::vector<std::int64_t> integers = {0, std::numeric_limits<std::int64_t>::max(),
                                         std::numeric_limits<std::int64_t>::min()};
-  // of all lengths, and beside powers of two; those of more than 53 bits lie between two numbers, many of them half way
+  // Integers of all lengths and next to powers of two. Those of more than 53 bits lie between two
+  // numbers, many of them half-way.
   for (int n = 0; n < 63; ++n) {
     const std::uint64_t power = std::uint64_t(1) << n;
     for (int sample = 0; sample < 10000; ++sample) {

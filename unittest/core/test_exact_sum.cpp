@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sums without an order: their scale.
+// The scale of sums whose result does not depend on the order.
 
 #include "rve/core/exact_sum.h"
 

@@ -21,13 +21,13 @@ template <class Format> class FractionOfTheCell : public ::testing::Test {
 using Formats = ::testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
 TYPED_TEST_SUITE(FractionOfTheCell, Formats);
 
-/// Number of units in the cell, 2^32 or 2^64.
+/// Returns the number of units in the cell, 2^32 or 2^64.
 template <class Format> Integer128 units_in_cell()
 {
   return Integer128(1) << (8 * sizeof(typename Format::Coordinate));
 }
 
-/// The image of `difference` in [-1/2, 1/2) of the cell, by adding whole cells.
+/// Returns the image of `difference` in [-1/2, 1/2) of the cell by adding whole cells.
 Integer128 nearest_image(Integer128 difference, Integer128 cell)
 {
   while (difference >= cell / 2) difference -= cell;
@@ -58,7 +58,7 @@ TYPED_TEST(FractionOfTheCell, WrappedDifferenceIsTheNearestImage)
 
     for (int a = 0; a < 2; ++a) {
       const Integer128 expected = nearest_image(Integer128(to[a]) - Integer128(from[a]), cell);
-      // one conversion to the format, rounded once: the same bits
+      // One conversion to the format, rounded once, gives the same bits.
       const auto rounded =
           static_cast<typename TypeParam::Wide>(static_cast<std::int64_t>(expected));
       ASSERT_EQ(difference[a], rounded);
@@ -127,7 +127,8 @@ template <class Float, class Integer> void expect_ties_to_even()
   EXPECT_EQ((rounded<Float, Integer>(-2.5)), -2);
   EXPECT_EQ((rounded<Float, Integer>(Float(2.499))), 2);
   EXPECT_EQ((rounded<Float, Integer>(Float(-2.501))), -3);
-  EXPECT_EQ((rounded<Float, Integer>(4194304.5f)), 4194304);    // the last half that fp32 holds
+  // the largest half-integer that fp32 holds
+  EXPECT_EQ((rounded<Float, Integer>(4194304.5f)), 4194304);
   EXPECT_EQ((rounded<Float, Integer>(4194305.5f)), 4194306);
 }
 

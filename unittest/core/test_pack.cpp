@@ -20,7 +20,7 @@ namespace {
 
 template <class T> bool same_bits(T x, T y)
 {
-  // which NaN is left to the compiler: it may exchange the operands of a product
+  // The compiler may choose which NaN results, since it may exchange the operands of a product.
   return std::memcmp(&x, &y, sizeof(T)) == 0 || (x != x && y != y);
 }
 
@@ -33,7 +33,7 @@ inline void round_one(double x, std::int64_t &q)
   round_to(x, q);
 }
 
-/// Numbers that conversions and comparisons may stumble over, then random bits.
+/// Returns numbers that are difficult for conversions and comparisons, and then random bits.
 template <class T> std::vector<T> awkward_numbers(std::uint64_t seed)
 {
   const double two_31 = 2147483648.0, two_51 = two_31 * 1048576.0, two_63 = two_31 * two_31 * 2.0;
@@ -147,7 +147,7 @@ TYPED_TEST(Packs, ComputeAsOneNumber)
 {
   using T = TypeParam;
   std::vector<T> x = awkward_numbers<T>(4), y = awkward_numbers<T>(5), z = awkward_numbers<T>(6);
-  // every pair of awkward numbers meets
+  // The shifts give every pair of awkward numbers.
   for (std::size_t shift = 0; shift < 45; ++shift)
     for (std::size_t k = 0; k < 45; ++k) {
       x[100 + 45 * shift + k] = x[k];
@@ -186,7 +186,8 @@ TYPED_TEST(Packs, ComputeAsOneNumber)
   }
 }
 
-/// Histories of several numbers: a pair that does not touch forgets all of them, its neighbours in the pack none.
+/// Expects that all numbers of a history are reset for a pair without contact and no number of its
+/// neighbours in the pack.
 template <class T, class Number, int K> void expect_masked_records()
 {
   const T x[8] = {1, -1, -2, 0, 3, -4, 5, 6};
@@ -198,7 +199,7 @@ template <class T, class Number, int K> void expect_masked_records()
   pack_mask_records(x, records);
 
   for (int lane = 0; lane < 9; ++lane) {
-    const bool kept = lane == 8 || x[lane] >= T(0);    // the last one is of the next pack
+    const bool kept = lane == 8 || x[lane] >= T(0);    // the last one belongs to the next pack
     for (int k = 0; k < K; ++k)
       EXPECT_EQ(records[lane].number[k], kept ? number(lane, k) : Number(0)) << lane << ' ' << k;
   }

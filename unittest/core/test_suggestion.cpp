@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a misspelt word may have meant.
+// Suggestions for misspelt words.
 
 #include "rve/core/suggestion.h"
 
@@ -17,20 +17,21 @@ TEST(EditDistance, CountsInsertedDeletedReplacedAndSwappedLetters)
   EXPECT_EQ(edit_distance("frriction", "friction"), 1u);
   EXPECT_EQ(edit_distance("frictiom", "friction"), 1u);
   EXPECT_EQ(edit_distance("frictoin", "friction"), 1u);
-  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);    // Levenshtein's, of the textbooks
+  // the textbook example of Levenshtein's distance
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
   EXPECT_EQ(edit_distance("", "dt"), 2u);
   EXPECT_EQ(edit_distance("dt", ""), 2u);
   EXPECT_EQ(edit_distance("Servo", "servo"), 0u);
 }
 
-TEST(EditDistance, IsTheSameFromBothSides)
+TEST(EditDistance, IsSymmetric)
 {
   for (const char *a : {"quiescent", "quiet", "servo_gain", "", "x"})
     for (const char *b : {"servo", "device", "dt_check", "xx", ""})
       EXPECT_EQ(edit_distance(a, b), edit_distance(b, a)) << a << " " << b;
 }
 
-TEST(NearestWords, TheMostAlikeComeFirstAndNoMoreThanThree)
+TEST(NearestWords, MostSimilarComeFirstAndAtMostThree)
 {
   const Words known = {"servo_gain", "device", "servo", "drive", "servo_max_rate", "serves"};
 
@@ -40,7 +41,7 @@ TEST(NearestWords, TheMostAlikeComeFirstAndNoMoreThanThree)
   EXPECT_EQ(nearest_words("packings", known), Words{});
 }
 
-TEST(NearestWords, AShortWordIsLikeNoOtherShortOne)
+TEST(NearestWords, ShortWordsAreNotSimilar)
 {
   const Words known = {"kn", "kt", "dt", "friction"};
 
@@ -48,7 +49,7 @@ TEST(NearestWords, AShortWordIsLikeNoOtherShortOne)
   EXPECT_EQ(nearest_words("kN", known), (Words{"kn", "kt"}));
 }
 
-TEST(DidYouMean, NamesWhatIsNearOrElseAll)
+TEST(DidYouMean, NamesSimilarWordsOrElseAll)
 {
   const Words known = {"friction", "density"};
 

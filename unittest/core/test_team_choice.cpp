@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How TeamChoice decides on machines that are made up: what a loop takes is a formula, so that nothing depends on the machine of the test.
+// Decisions of TeamChoice on simulated machines, where a formula gives the time of a loop, so that
+// the machine of the test has no influence.
 
 #include "rve/core/team_choice.h"
 #include "rve/core/threads.h"
@@ -14,9 +15,10 @@
 namespace {
 
 constexpr int ITEMS = 1000;
-constexpr double ALONE = 40e-6;    // s: a loop of one thread
+constexpr double ALONE = 40e-6;    // time of a loop with one thread [s]
 
-/// Loops on a machine: the time that they take, how many of them one thread did, and the most in a row that a team did.
+/// Results of loops on a machine: their time, the number of loops with one thread, and the longest
+/// sequence of loops with a team.
 struct Outcome {
   double seconds = 0.0;
   int alone = 0, loops = 0, in_a_row = 0;
@@ -39,19 +41,19 @@ Outcome work(rve::TeamChoice &choice, double seconds, const std::function<double
   return outcome;
 }
 
-/// All cores are free: a team of `threads` needs its share of the work and 2 us to meet.
+/// All cores are free: a team of `threads` needs its share of the work and 2 us to synchronise.
 double quiet(bool alone, int threads)
 {
   return alone ? ALONE : ALONE / threads + 2e-6;
 }
 
-/// Others want the cores too: now and then somebody of the team does not run for 4 ms.
+/// Other programs use the cores: at times a thread of the team does not run for 4 ms.
 double busy(bool alone, rve_test::Random &random, double share)
 {
   return alone ? ALONE : ALONE / 2 + (random.uniform(0.0, 1.0) < share ? 4e-3 : 2e-6);
 }
 
-TEST(TeamChoice, KeepsTheTeamWhereCoresAreFree)
+TEST(TeamChoice, KeepsTheTeamOnFreeCores)
 {
   for (const int threads : {2, 4, 16, 64}) {
     rve::TeamChoice choice;
@@ -63,7 +65,7 @@ TEST(TeamChoice, KeepsTheTeamWhereCoresAreFree)
   }
 }
 
-TEST(TeamChoice, OneThreadWorksWhereTheTeamWaits)
+TEST(TeamChoice, UsesOneThreadIfTheTeamWaits)
 {
   for (const double share : {0.05, 0.3, 1.0}) {
     rve::TeamChoice choice;
@@ -78,8 +80,9 @@ TEST(TeamChoice, OneThreadWorksWhereTheTeamWaits)
   }
 }
 
-/// A thread that does not run for 8 ms once in a thousand loops of a team costs less than one thread alone, and its windows are slower.
-TEST(TeamChoice, KeepsTheTeamWhereWaitsAreRare)
+/// A thread that does not run for 8 ms once in a thousand loops of a team costs less than the use
+/// of one thread, although the windows with such a delay are slower.
+TEST(TeamChoice, KeepsTheTeamIfWaitsAreRare)
 {
   for (const double share : {1e-4, 1e-3}) {
     double seconds = 0.0, best = 0.0;
@@ -98,7 +101,7 @@ TEST(TeamChoice, KeepsTheTeamWhereWaitsAreRare)
   }
 }
 
-TEST(TeamChoice, OneThreadWorksWhereATeamIsAlwaysSlower)
+TEST(TeamChoice, UsesOneThreadIfATeamIsAlwaysSlower)
 {
   rve::TeamChoice choice;
   const auto loop = [](bool alone) { return alone ? 5e-6 : 9e-6; };
@@ -107,7 +110,7 @@ TEST(TeamChoice, OneThreadWorksWhereATeamIsAlwaysSlower)
   EXPECT_LT(outcome.seconds, 1.02 * outcome.loops * 5e-6);
 }
 
-TEST(TeamChoice, FollowsWhatOthersDo)
+TEST(TeamChoice, FollowsTheLoadOfOtherPrograms)
 {
   rve::TeamChoice choice;
   rve_test::Random random(2);
@@ -115,30 +118,31 @@ TEST(TeamChoice, FollowsWhatOthersDo)
   const auto taken_cores = [&](bool alone) { return busy(alone, random, 0.3); };
   work(choice, 20.0, free_cores);
   EXPECT_FALSE(choice.alone());
-  // they come: the team is given up before it has lost a second
+  // Other programs start: the team is given up before it has lost a second.
   const Outcome came = work(choice, 2.0, taken_cores);
   EXPECT_LT(came.seconds, came.loops * ALONE + 1.0);
   EXPECT_TRUE(choice.alone());
-  // they go: it comes back when the next trial is paid for
+  // Other programs end: the team returns with the next affordable trial.
   work(choice, 10.0, free_cores);
   const Outcome gone = work(choice, 5.0, free_cores);
   EXPECT_LT(gone.seconds, 1.02 * gone.loops * quiet(false, 2));
 }
 
-TEST(LightWork, FewItemsAreForOneThread)
+TEST(LightWork, FewItemsUseOneThread)
 {
   for (int loop = 0; loop < 1000; ++loop) {
     const rve::LightWork work(511, 4);
     EXPECT_EQ(work.team, 1);
   }
-  // what is not judged tells nothing: the choice begins here, with one thread, and tries the team after a window
+  // Loops before the first measurement have no influence: the choice begins with one thread and
+  // tries the team after a window.
   int loops = 0;
   while (rve::LightWork(512, 4).team == 1) ASSERT_LT(++loops, 100);
   EXPECT_GT(loops, 50);
   EXPECT_EQ(rve::LightWork(512, 1).team, 1);
 }
 
-TEST(LightWork, HasNoMoreThreadsThanATeamMayHaveBesideAGpu)
+TEST(LightWork, ThreadsAreLimitedWithAGpu)
 {
   const int before = rve::most_in_a_team().exchange(3);
   EXPECT_EQ(rve::team_for(512, 8), 3);

@@ -71,7 +71,7 @@ TEST(Tensor, IdentityAndTransposeInThreeDimensions)
   expect_same(transpose(a * b), transpose(b) * transpose(a));
 }
 
-TEST(Tensor, InverseUndoesTheTensor)
+TEST(Tensor, InverseTimesTheTensorIsTheIdentity)
 {
   Random random(2);
   for (int sample = 0; sample < 1000; ++sample) {
@@ -82,7 +82,7 @@ TEST(Tensor, InverseUndoesTheTensor)
     const Tensor2 unit = inverse(t) * t;
 
     expect_near(unit, Tensor2::identity(),
-                4e-16 / std::fabs(det) * 8.0);    // a few roundings times the condition
+                4e-16 / std::fabs(det) * 8.0);    // a few roundings times the condition number
   }
 }
 
@@ -129,9 +129,9 @@ TEST(Tensor, IsFiniteIfAllComponentsAre)
     }
 }
 
-TEST(Vec, ProductsKeepTheirBitsWhenBothVectorsTurnAround)
+TEST(Vec, ProductsKeepTheirBitsWhenBothVectorsChangeSign)
 {
-  // the force of a contact must not depend on which of the two grains owns the pair
+  // The force of a contact must not depend on which of the two grains owns the pair.
   Random random(4);
   for (int sample = 0; sample < 1000; ++sample) {
     const Vec<double, 2> x{{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0)}};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which card serves and what is said where none can: decided without a card, so tested on any machine.
+// The choice of a GPU and the messages if none can run. The decision needs no GPU, so that any
+// machine can test it.
 
 #include "cuda/cuda_choice.h"
 
@@ -23,9 +24,9 @@ CardCode code_of(const std::string &list, const CudaCard &card)
 
 }    // namespace
 
-TEST(CudaChoice, BinariesServeLaterCardsOfTheirGenerationAndTextAllLaterCards)
+TEST(CudaChoice, BinariesRunOnLaterGpusOfTheirGenerationAndTextOnAllLaterGpus)
 {
-  // code for one kind of card only, as the default was once
+  // code for one kind of GPU only
   EXPECT_EQ(code_of("90", A100), CardCode::None);
   EXPECT_EQ(code_of("90", RTX4090), CardCode::None);
   EXPECT_EQ(code_of("90", H200), CardCode::Binary);
@@ -36,7 +37,7 @@ TEST(CudaChoice, BinariesServeLaterCardsOfTheirGenerationAndTextAllLaterCards)
   EXPECT_EQ(code_of("86-virtual", RTX4090), CardCode::Ptx);
 }
 
-TEST(CudaChoice, TheDefaultWithoutACardRunsOnAllCardsThatTheKernelsCanRunOn)
+TEST(CudaChoice, DefaultBuildRunsOnAllSupportedGpus)
 {
   for (const CudaCard &card : {A100, RTX3090, RTX4090, B200, RTX5090}) {
     EXPECT_EQ(code_of("80-virtual:90", card), CardCode::Ptx) << card.name;
@@ -46,7 +47,7 @@ TEST(CudaChoice, TheDefaultWithoutACardRunsOnAllCardsThatTheKernelsCanRunOn)
   EXPECT_EQ(code_of("80-virtual:90", T4), CardCode::None);
 }
 
-TEST(CudaChoice, SuffixesBindCodeToACardOrAGeneration)
+TEST(CudaChoice, SuffixesBindCodeToAGpuOrAGeneration)
 {
   EXPECT_EQ(code_of("90a", H200), CardCode::Binary);
   EXPECT_EQ(code_of("90a", B200), CardCode::None);
@@ -54,7 +55,7 @@ TEST(CudaChoice, SuffixesBindCodeToACardOrAGeneration)
   EXPECT_EQ(code_of("100f-virtual", RTX5090), CardCode::None);
 }
 
-TEST(CudaChoice, ACardWithoutCodeIsNamedWithWhatThereIsAndTheRemedy)
+TEST(CudaChoice, GpuWithoutCodeIsNamedWithTheBuildAndTheRemedy)
 {
   EXPECT_EQ(card_obstacle(RTX4090, cuda_architectures("80-real:86-virtual:90")), "");
   EXPECT_EQ(
@@ -68,7 +69,7 @@ TEST(CudaChoice, ACardWithoutCodeIsNamedWithWhatThereIsAndTheRemedy)
             "CMAKE_CUDA_ARCHITECTURES=100");
 }
 
-TEST(CudaChoice, ACardThatNoBuildCanServeIsToldSo)
+TEST(CudaChoice, UnsupportedGpuIsNamed)
 {
   EXPECT_EQ(
       card_obstacle(T4, cuda_architectures("80-virtual:90")),
@@ -76,7 +77,7 @@ TEST(CudaChoice, ACardThatNoBuildCanServeIsToldSo)
       "(A100, GeForce RTX 30) or newer");
 }
 
-TEST(CudaChoice, ACardThatDoesNotTakeTheCodeSaysWhy)
+TEST(CudaChoice, GpuThatCannotLoadTheCodeReportsWhy)
 {
   EXPECT_EQ(
       loading_obstacle(RTX4090, CardCode::Ptx, "unsupported toolchain"),
@@ -87,7 +88,7 @@ TEST(CudaChoice, ACardThatDoesNotTakeTheCodeSaysWhy)
             "the NVIDIA H200 (compute capability 9.0) cannot be used (out of memory)");
 }
 
-TEST(CudaChoice, DriversAndHiddenDevicesHaveTheirOwnWords)
+TEST(CudaChoice, DriversAndHiddenDevicesHaveTheirOwnMessages)
 {
   EXPECT_EQ(
       driver_obstacle(DriverTrouble::NoDriver, 0, 13000, nullptr, "x"),
@@ -108,7 +109,7 @@ TEST(CudaChoice, DriversAndHiddenDevicesHaveTheirOwnWords)
       "no CUDA device can be used (system not yet initialized)");
 }
 
-TEST(CudaChoice, RanksTakeTheCardsThatCanServeInTurn)
+TEST(CudaChoice, RanksTakeUsableGpusInTurn)
 {
   const std::vector<std::string> obstacles = {"", "too old", ""};
   const int expected[] = {0, 2, 0, 2};
@@ -119,7 +120,7 @@ TEST(CudaChoice, RanksTakeTheCardsThatCanServeInTurn)
   }
 }
 
-TEST(CudaChoice, WithoutAnyTheObstaclesAreToldOnceEach)
+TEST(CudaChoice, WithoutAUsableGpuEachObstacleIsReportedOnce)
 {
   const CudaChoice choice = choose_card({"too old", "no code", "too old"}, 1);
   EXPECT_EQ(choice.number, -1);

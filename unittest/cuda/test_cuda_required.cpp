@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the environment may say of a CUDA device.
+// Values of the environment variable that requires a CUDA device.
 
 #include "cuda/cuda_required.h"
 #include "support/environment.h"
@@ -17,7 +17,7 @@ constexpr const char *NAME = "GPU_RVE_REQUIRE_CUDA";
 
 }    // namespace
 
-TEST(CudaRequired, YesIsSaidInFourWays)
+TEST(CudaRequired, YesHasFourForms)
 {
   for (const char *word : {"1", "true", "yes", "on", "YES", "True"}) {
     const rve_test::Environment environment(NAME, word);
@@ -26,7 +26,7 @@ TEST(CudaRequired, YesIsSaidInFourWays)
   }
 }
 
-TEST(CudaRequired, NoIsSaidInFourWaysOrNotAtAll)
+TEST(CudaRequired, NoHasFourFormsAndIsTheDefault)
 {
   for (const char *word :
        {"0", "false", "no", "off", "No", "", static_cast<const char *>(nullptr)}) {
@@ -35,7 +35,7 @@ TEST(CudaRequired, NoIsSaidInFourWaysOrNotAtAll)
   }
 }
 
-TEST(CudaRequired, AnythingElseIsAnErrorThatNamesIt)
+TEST(CudaRequired, OtherValuesAreErrors)
 {
   for (const char *word : {"2", "y", "ja", " 1", "cuda"}) {
     const rve_test::Environment environment(NAME, word);

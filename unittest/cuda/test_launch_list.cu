@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are handed over together do what they would do one by one, whether the list is new, the same again, or another one.
+// Kernels that are launched as a list give the results of single launches, for a new list, the same
+// list again, and another list.
 
 #include "cuda/launch_list.cuh"
 #include "support/block_runner.h"
@@ -8,7 +9,8 @@
 
 namespace {
 
-/// Does not commute with itself for other numbers: the order shows.
+/// The operation does not commute with itself for other numbers, so that the result shows the
+/// order.
 __global__ void scale_and_add(long long *number, long long factor, long long term)
 {
   rve::follow();
@@ -45,7 +47,7 @@ class LaunchListTest : public rve_test::BlockTest {
   long long expected = 0;
 };
 
-TEST_F(LaunchListTest, SameListAgainAndAgainIsAGraphAndDoesTheSame)
+TEST_F(LaunchListTest, RepeatedListIsAGraphWithTheSameResults)
 {
   for (int round = 0; round < 5; ++round) {
     for (int k = 0; k < 6; ++k) add(2 + k % 2, k);
@@ -54,7 +56,7 @@ TEST_F(LaunchListTest, SameListAgainAndAgainIsAGraphAndDoesTheSame)
   }
 }
 
-TEST_F(LaunchListTest, ListsThatTakeTurnsKeepTheirGraphs)
+TEST_F(LaunchListTest, AlternatingListsKeepTheirGraphs)
 {
   for (int round = 0; round < 4; ++round)
     for (int which = 0; which < 3; ++which) {
@@ -64,7 +66,7 @@ TEST_F(LaunchListTest, ListsThatTakeTurnsKeepTheirGraphs)
   EXPECT_EQ(list.graphs(), 9);
 }
 
-TEST_F(LaunchListTest, OtherArgumentsAreOtherLists)
+TEST_F(LaunchListTest, OtherArgumentsMakeAnotherList)
 {
   for (int round = 0; round < 6; ++round) {
     for (int k = 0; k < 5; ++k) add(3, k < 4 ? k : round);
@@ -73,7 +75,7 @@ TEST_F(LaunchListTest, OtherArgumentsAreOtherLists)
   EXPECT_EQ(list.graphs(), 0);
 }
 
-TEST_F(LaunchListTest, ShortListsAndForgottenOnes)
+TEST_F(LaunchListTest, ShortListsHaveNoGraphAndDiscardedListsDoNotRun)
 {
   for (int round = 0; round < 3; ++round) {
     add(3, 1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Adhesion that reaches beyond touching, through the whole engine: the force over the distance, the work of parting, and packings whose
-// grains hold each other at a distance.
+// Adhesion with a reach beyond the contact, through the whole engine: the force over the distance,
+// the work of separation, and packings whose grains attract each other at a distance.
 
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
@@ -66,7 +66,7 @@ Spheres cubic_with_gaps(const Material &material, double gap)
   return simple_cubic(material, 4, RADIUS, -gap);
 }
 
-/// Two spheres with a gap along x that part with a velocity.
+/// Returns two spheres with a gap along x that separate with a velocity.
 Spheres parting(const Material &material, double gap, double velocity)
 {
   const double x = RADIUS + 0.5 * gap;
@@ -87,7 +87,8 @@ double relative_velocity(const Spheres &state)
   return state.velocity[3] - state.velocity[0];
 }
 
-/// At which two spheres that just touch are never seen again: half of the reduced mass times its square is the work f_a h/2.
+/// Returns the escape velocity of two touching spheres: half of the reduced mass times its square
+/// is the work f_a h/2.
 double escape_velocity(const Material &material)
 {
   return std::sqrt(pull(material) * REACH / (0.5 * sphere_mass(material, RADIUS)));
@@ -95,7 +96,7 @@ double escape_velocity(const Material &material)
 
 }    // namespace
 
-TEST(AdhesionAtADistance, FallsToZeroInALine)
+TEST(AdhesionAtADistance, DecreasesLinearlyToZero)
 {
   const Material material = sticky();
   for (const Format format : {Format::Double, Format::Mixed, Format::Fast})
@@ -104,7 +105,7 @@ TEST(AdhesionAtADistance, FallsToZeroInALine)
       const Spheres state = cubic_with_gaps(material, gap);
       const ResultOf<3> result = SphereRig(state, options_for(state, format)).advance(DriveOf<3>());
       const double full = pull(material) / (spacing * spacing);
-      // `mixed`: forces are fp32; `fast`: so is the gap, of which it has what the radius leaves
+      // forces are fp32 in `mixed`; the gap is fp32 too in `fast`, relative to the radii
       const double error = format == Format::Double ? 1e-10 : format == Format::Mixed ? 5e-6 : 1e-4;
       for (int a = 0; a < 3; ++a)
         EXPECT_NEAR(result.stress(a, a), (1.0 - share) * full, error * full)
@@ -140,18 +141,19 @@ TEST(AdhesionAtADistance, SoftensAnArray)
   const double c11 = -pull(material) / REACH / l, tension = 0.6 * pull(material) / (l * l);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      // the unit of the sums is made for contacts as deep as grains
+      // The unit of the sums is made for contacts as deep as grains.
       EXPECT_NEAR(answer.stiffness.component[4 * i][j], i == j ? c11 : -tension,
                   1e-6 * std::fabs(c11));
 }
 
-TEST(AdhesionAtADistance, LetsGoAfterItsWork)
+TEST(AdhesionAtADistance, GrainsSeparateAfterTheWorkOfAdhesion)
 {
-  // a gap g takes f_a (g - g^2/2h)
+  // Over a gap g the adhesion takes the work f_a (g - g^2/2h).
   const Material material = sticky();
   const double escape = escape_velocity(material);
   for (const Format format : {Format::Double, Format::Mixed, Format::Fast}) {
-    // the first kick is a whole one, half a step too much: 1.25e-4 of the escape velocity, over 0.6 of it in the end
+    // The first kick is a whole one, half a step too much: 1.25e-4 of the escape velocity, relative
+    // to the final 0.6 of it.
     const double error = format == Format::Fast ? 1e-3 : 3e-4;
     const double fast = 1.25 * escape, slow = 0.8 * escape, dt = REACH / escape / 4000;
     const Spheres leaves = parting(material, 0.0, fast), returns = parting(material, 0.0, slow);
@@ -168,13 +170,13 @@ TEST(AdhesionAtADistance, LetsGoAfterItsWork)
       farthest = std::max(farthest, gap_of(held.state()));
     }
     EXPECT_NEAR(farthest, (1.0 - 0.6) * REACH, error * REACH) << to_string(format);
-    // momentum to the last bit, with many slots in which there is no partner
+    // Momentum is conserved to the last bit, although many slots have no partner.
     const Spheres end = held.state();
     for (int a = 0; a < 3; ++a) EXPECT_EQ(end.velocity[a], -end.velocity[3 + a]);
   }
 }
 
-TEST(AdhesionAtADistance, DrawsGrainsIntoContact)
+TEST(AdhesionAtADistance, PullsGrainsIntoContact)
 {
   const Material material = sticky();
   const double share = 0.9, dt = REACH / escape_velocity(material) / 4000;
@@ -193,9 +195,9 @@ TEST(AdhesionAtADistance, DrawsGrainsIntoContact)
   EXPECT_NEAR(-before, expected, 5e-3 * expected);
 }
 
-TEST(AdhesionAtADistance, RemembersNothing)
+TEST(AdhesionAtADistance, HasNoHistory)
 {
-  // what pairs hold along their contact is gone when they come apart, and is written down as heat
+  // The energy in tangential springs dissipates when pairs separate, and enters the bookkeeping.
   Material material = sticky_with_everything();
   material.local_damping = material.normal_viscosity = 0.0;
   Spheres state = disordered_spheres(material, 5, 3);
@@ -263,7 +265,8 @@ TEST(AdhesionAtADistance, OfDisksBalancesItsEnergy)
 
 TEST(AdhesionAtADistance, DoesNotDependOnTheListOfNeighbours)
 {
-  // a list that is built in nearly every step misses none who comes into reach; nor does one that is never built again
+  // A list finds all contacts within reach, both if it is rebuilt in nearly every step and if it is
+  // never rebuilt.
   const Spheres state = disordered_spheres(sticky_with_everything(), 6, 7);
   std::vector<Spheres> ends;
   std::vector<std::int64_t> rebuilds;
@@ -281,9 +284,9 @@ TEST(AdhesionAtADistance, DoesNotDependOnTheListOfNeighbours)
   EXPECT_EQ(ends[0].spin, ends[1].spin);
 }
 
-TEST(AdhesionAtADistance, IsFoundWhenALivingRveGetsIt)
+TEST(AdhesionAtADistance, ExistingRveFindsItsNewContacts)
 {
-  // its list was built for contacts without a reach
+  // The list of this state was built for contacts without a reach.
   Material without = sticky_with_everything();
   without.adhesion_reach = 0.0;
   const Spheres state = disordered_spheres(without, 6, 7);
@@ -323,26 +326,27 @@ TEST(ListOfARecord, IsNotTrustedWithALargerSkinThanItWasBuiltFor)
   whole.strain(stretch, 2e-6, 2000);
   EXPECT_EQ(again.state().fractional, whole.state().fractional);
   EXPECT_EQ(again.state().velocity, whole.state().velocity);
-  // one that claims to have been built for that skin misses contacts
+  // A list that falsely claims to have been built for this skin misses contacts.
   Spheres claims = deserialize<3>(record.data(), record.size());
   claims.list_margin = wide.skin + REACH;
   SphereRig deceived(claims, wide);
   deceived.strain(stretch, 2e-6, 2000);
   EXPECT_NE(deceived.state().fractional, whole.state().fractional);
-  // and with the skin that it was built for it is
+  // With the skin that the list was built for, the list is used.
   const std::vector<char> same = serialize(SphereRig(first.state(), narrow).state());
   EXPECT_EQ(same, record);
 }
 
-TEST(AdhesionAtADistance, BoundsNoTimeStep)
+TEST(AdhesionAtADistance, DoesNotLimitTheTimeStep)
 {
-  // in reach of each other, but not in touch: only the contact that may come counts, as where all are apart
+  // Grains are in reach of each other but do not touch. Only contacts that may form count, as if
+  // all grains were apart.
   const Spheres near = cubic_with_gaps(sticky(), 0.5 * REACH),
                 far = cubic_with_gaps(sticky(), 2.0 * REACH);
   EXPECT_EQ(stable_time_step(near), stable_time_step(far));
 }
 
-TEST(AdhesionAtADistance, ErrorNamesTheReachThatIsNone)
+TEST(AdhesionAtADistance, InvalidReachIsAnError)
 {
   for (const double share : {1e-7, 1.1}) {
     Material material = sticky();
@@ -357,9 +361,9 @@ TEST(AdhesionAtADistance, ErrorNamesTheReachThatIsNone)
   }
 }
 
-TEST(AdhesionAtADistance, ErrorNamesTheCellThatItIsTooLongFor)
+TEST(AdhesionAtADistance, TooLongAReachForTheCellIsAnError)
 {
-  // two contact distances and a hair wide without the reach
+  // The cell is slightly wider than two contact distances without the reach.
   Material material = sticky();
   std::vector<double> x{0.01, 0.01, 0.01};
   material.adhesion_reach = 0.0;

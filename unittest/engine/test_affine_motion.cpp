@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The cell and what it carries along: without forces the motion is affine, to rounding.
+// Affine motion of the cell and the grains: without forces the motion is affine to rounding.
 
 #include "support/rve_rig.h"
 
@@ -30,7 +30,7 @@ void expect_near(const Tensor2 &a, const Tensor2 &b, double tolerance, const std
 
 }    // namespace
 
-TEST(AffineMotion, FreeGrainsKeepTheirFractionalCoordinatesAndTheCellEndsExactly)
+TEST(AffineMotion, FreeGrainsKeepFractionalCoordinatesAndTheFinalCellIsExact)
 {
   const RveState before = paper_gas();
   for (const Format format : ALL_FORMATS)
@@ -46,7 +46,7 @@ TEST(AffineMotion, FreeGrainsKeepTheirFractionalCoordinatesAndTheCellEndsExactly
       EXPECT_EQ(result.counters.lattice_reductions, 0) << motion.name;
       EXPECT_EQ(after.fractional, loaded.fractional) << motion.name;
       EXPECT_EQ(after.velocity, loaded.velocity)
-          << motion.name;    // zero: no impulse from the mean field
+          << motion.name;    // zero: the mean field exerts no impulse
       EXPECT_EQ(after.spin, loaded.spin) << motion.name;
       EXPECT_EQ(components(after.cell), components(drive.deformation * before.cell)) << motion.name;
       EXPECT_EQ(components(result.deformation), components(drive.deformation)) << motion.name;
@@ -73,7 +73,7 @@ TEST(AffineMotion, MaterialPointsFollowTheDeformationThroughLatticeReductions)
 {
   RveState before = paper_gas();
   for (double &r : before.radius)
-    r *= 1e-3;    // so small that even at gamma = 3 no two of them meet
+    r *= 1e-3;    // grains so small that no two of them touch even at gamma = 3
   RveRig rig(before);
 
   rig.strain(gradient(0, 1, 1.0), 1e-3, 100, 30);
@@ -106,9 +106,9 @@ TEST(AffineMotion, JumpOfTheVelocityGradientGivesNoImpulse)
   EXPECT_EQ(rig.state().fractional, before.fractional);
 }
 
-TEST(AffineMotion, PeculiarVelocityCarriesGrainsAcrossTheBoundaryWithoutAJump)
+TEST(AffineMotion, PeculiarVelocityIsContinuousAcrossTheBoundary)
 {
-  // one disk flies through a sheared cell for many crossings: s = s0 + H^-1 c t, wrapped
+  // One disk crosses a sheared cell many times: s = s0 + H^-1 c t, wrapped.
   RveState state = state_of(paper_material(), Tensor2{{0.1, 0.03, 0.0, 0.08}}, {0.004, 0.004},
                             {0.02, 0.02, 0.02, 0.05});
   state.velocity = {1.7, -0.9, 1.7, -0.9};
@@ -120,7 +120,8 @@ TEST(AffineMotion, PeculiarVelocityCarriesGrainsAcrossTheBoundaryWithoutAJump)
   for (int a = 0; a < 2; ++a) {
     const double start = static_cast<double>(state.fractional[a]) * 0x1p-64;
     const double error = static_cast<double>(rig.state().fractional[a]) * 0x1p-64 - (start + s[a]);
-    // 1000 displacements of 0.02 of the cell, each known to a few 2^-53 of itself; the sum of doubles here to 20 * 2^-53
+    // The engine adds 1000 displacements of 0.02 of the cell with relative errors of a few 2^-53;
+    // the sum of doubles in this test has an error of 20 * 2^-53.
     EXPECT_NEAR(error, std::round(error), 1000 * 0.02 * 4e-16) << "up to whole cells";
   }
 }
@@ -129,7 +130,7 @@ TEST(AffineMotion, PeculiarVelocityCarriesGrainsAcrossTheBoundaryWithoutAJump)
 
 class PairAcrossTheBoundary : public ::testing::Test {
  protected:
-  /// Overlapping disks in the middle of the cell, or moved by a shift of fractional coordinates.
+  /// Returns overlapping disks in the middle of the cell, shifted by fractional coordinates.
   static RveState pair_at(std::uint64_t shift_x, std::uint64_t shift_y)
   {
     RveState state = state_of(paper_material(), Tensor2{{0.08, 0.01, -0.005, 0.07}}, {0.005, 0.004},
@@ -176,7 +177,8 @@ TEST_F(PairAcrossTheBoundary, MovesAsThePairInsideDoes)
 
 TEST_F(PairAcrossTheBoundary, SlipsByTheVelocityGradientTimesTheBranch)
 {
-  // one step from rest: the tangential spring is k_t dt t.(L b), with the branch to the nearest image
+  // one step from rest: the tangential spring is k_t dt t.(L b), with the branch to the nearest
+  // image
   const RveState inside = pair_at(0, 0);
   const RveState state =
       pair_at((0 - inside.fractional[0] - (std::uint64_t(5) << 56)) & ~0xffffffffull, 0);

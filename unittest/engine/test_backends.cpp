@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The same bits from every build of the block program: both instruction sets of the CPU, and the GPU.
+// All builds of the block program give the same bits: both instruction sets of the CPU, and the
+// GPU.
 
 #include "cuda/cuda_required.h"
 #include "rve/core/error.h"
@@ -36,7 +37,7 @@ template <class T> void append(std::vector<char> &bytes, const T &value)
   bytes.insert(bytes.end(), first, first + sizeof(T));
 }
 
-/// Every member of the result, without the padding between them.
+/// Returns the bytes of every member of the result, without padding.
 template <int D> std::vector<char> bytes_of(const ResultOf<D> &r)
 {
   std::vector<char> bytes;
@@ -55,7 +56,7 @@ template <int D> std::vector<char> bytes_of(const ResultOf<D> &r)
   return bytes;
 }
 
-/// One RVE of a scene and what happens to it in each call.
+/// One RVE of a scene and its drives in each call.
 template <int D> struct ActorOf {
   std::string name;
   RveStateOf<D> state;
@@ -74,14 +75,14 @@ DriveOf<D> shear_at_pressure(const RveStateOf<D> &state, double rate, double dt,
     drive.stress_goal(a, a) = -PRESSURE;
   }
   drive.velocity_gradient(0, 1) = rate;
-  // that of default_servo_gain(), which packings of disks have
+  // The gain is that of default_servo_gain() for packings of disks.
   const double width = D == 2 ? state.material.thickness : std::cbrt(state.cell_volume());
   drive.servo_gain = 10.0 * width / state.mass();
   drive.servo_max_rate = 20.0;
   return drive;
 }
 
-/// The same by modes: p, and the differences of the normal stresses.
+/// Returns the same drive in terms of modes: p and the differences of the normal stresses.
 template <int D>
 DriveOf<D> shear_at_pressure_by_modes(const RveStateOf<D> &state, double rate, double dt,
                                       int substeps)
@@ -115,8 +116,8 @@ Material dry_material()
   return packing_of_400().material;
 }
 
-/// RVEs of different sizes, drives and numbers of substeps. The skin of 5 mm, more than a grain radius, lists more pairs than the
-/// first capacities hold: lists must grow.
+/// Returns RVEs of different sizes, drives and numbers of substeps. A skin of 5 mm, larger than the
+/// radii, lists more pairs than the first capacities hold, so lists must grow.
 constexpr double WIDE_SKIN = 5e-3;
 
 std::vector<Actor> full_scene(bool viscous, bool rolling = false)
@@ -150,7 +151,8 @@ std::vector<Actor> full_scene(bool viscous, bool rolling = false)
   return actors;
 }
 
-/// Spheres, more of them than a block has threads too. A skin of half a radius, for the same reason.
+/// Returns RVEs of spheres, one of them with more spheres than a block has threads. A skin of half
+/// a radius makes lists grow.
 constexpr double WIDE_SKIN_OF_SPHERES = 2.5e-3;
 
 std::vector<ActorOf<3>> spheres_scene(bool viscous, int substeps = 300)
@@ -173,7 +175,7 @@ std::vector<ActorOf<3>> spheres_scene(bool viscous, int substeps = 300)
                Tensor3{{0.5, 12.0, -4.0, 20.0, 0.8, -15.0, 0.0, 7.0, -1.0}}, dt, substeps / 2)}};
 }
 
-/// So many spheres, cubed, on a path; so many RVEs of them.
+/// Returns `count` RVEs of side^3 spheres on paths.
 std::vector<ActorOf<3>> spheres_on_paths(int side, int count)
 {
   Material material = dry_material();
@@ -189,7 +191,7 @@ std::vector<ActorOf<3>> spheres_on_paths(int side, int count)
   return actors;
 }
 
-/// Few steps for what is slow: a single thread of a GPU.
+/// Returns the scene with few steps, for a single thread of a GPU, which is slow.
 std::vector<Actor> short_scene()
 {
   RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 1), middle = packing_of_400();
@@ -202,13 +204,14 @@ std::vector<Actor> short_scene()
 }
 
 template <int D> struct OutcomeOf {
-  std::vector<std::vector<char>> states;                  // at the end, by actor
-  std::vector<std::vector<std::vector<char>>> results;    // by call and actor, with stiffness
+  std::vector<std::vector<char>> states;    // final states, by actor
+  // results with stiffness, by call and actor
+  std::vector<std::vector<std::vector<char>>> results;
   std::vector<ResultOf<D>> last;
 };
 using Outcome = OutcomeOf<2>;
 
-/// The same for these actors.
+/// Returns the options with the contact model of these actors.
 template <int D> Options with_contacts_of(const std::vector<ActorOf<D>> &actors, Options options)
 {
   std::vector<RveStateOf<D>> states;
@@ -217,7 +220,7 @@ template <int D> Options with_contacts_of(const std::vector<ActorOf<D>> &actors,
   return options;
 }
 
-/// Who is on stage, and what to do in each call.
+/// RVEs of a call and their drives.
 template <int D> struct CastOf {
   std::vector<int> rves;
   std::vector<DriveOf<D>> drives;
@@ -266,7 +269,8 @@ void expect_same_bits(const OutcomeOf<D> &x, const OutcomeOf<D> &y,
   }
 }
 
-/// States after calls with the short answer, which have kernels of their own on a GPU, with the answers of all.
+/// States after calls with the short answer, which have their own kernels on a GPU, and all
+/// answers.
 template <int D> struct BriefOutcomeOf {
   std::vector<RveStateOf<D>> states;
   std::vector<std::vector<char>> answers;    // by actor
@@ -291,8 +295,8 @@ BriefOutcomeOf<D> play_briefly(EngineOf<D> &engine, const std::vector<ActorOf<D>
   return outcome;
 }
 
-/// The same calls answered by Results of one engine and by Responses of the other: the same status, contacts, stress and
-/// states, to the bit. The last actor fails.
+/// Expects that Results of one engine and Responses of the other agree to the bit in status,
+/// contacts, stress and states for the same calls. The last actor fails.
 void expect_short_answers(Engine &full, Engine &brief, std::vector<Actor> actors)
 {
   Actor crushed{"crushed", packing_of_400(),
@@ -301,7 +305,7 @@ void expect_short_answers(Engine &full, Engine &brief, std::vector<Actor> actors
   const auto [of_full, drives] = enter(full, actors);
   const std::vector<int> of_brief = enter(brief, actors).rves;
   std::vector<Result> results;
-  std::vector<Response> responses(1);    // of another size than the batch
+  std::vector<Response> responses(1);    // another size than that of the batch
   for (int call = 0; call < 3; ++call) {
     full.advance(of_full, drives, results);
     brief.advance(of_brief, drives, responses);
@@ -339,7 +343,7 @@ std::string name_of(const ::testing::TestParamInfo<Format> &info)
 INSTANTIATE_TEST_SUITE_P(Formats, Backends,
                          ::testing::Values(Format::Fast, Format::Mixed, Format::Double), name_of);
 
-/// Both on the CPU and the GPU, or skipped where there is none.
+/// Compares the CPU with the GPU; skipped without a GPU.
 class CpuAndCuda : public Backends {
  protected:
   void SetUp() override
@@ -355,7 +359,8 @@ class CpuAndCuda : public Backends {
 INSTANTIATE_TEST_SUITE_P(Formats, CpuAndCuda,
                          ::testing::Values(Format::Fast, Format::Mixed, Format::Double), name_of);
 
-/// Pairs beyond what the slots of the grains and the first extra list hold: the list must have grown.
+/// Returns true if the list has grown: it holds more pairs than the slots of the grains and the
+/// first extra list.
 template <int D> bool has_grown(const ResultOf<D> &result)
 {
   constexpr int owned = D == 2 ? 3 : 4;
@@ -363,7 +368,7 @@ template <int D> bool has_grown(const ResultOf<D> &result)
       owned * result.num_grains + initial_extra_capacity<D>(result.num_grains);
 }
 
-/// That the run went through everything that may differ.
+/// Expects that the run had all events that may differ between backends.
 template <int D>
 void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<ActorOf<D>> &actors)
 {
@@ -380,11 +385,11 @@ void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<ActorOf<D>> 
   }
 }
 
-// ---- instruction sets -------------------------------------------------------------------------------------------------------
+// ---- instruction sets ---------------------------------------------------------------------------
 
 #if defined(RVE_WITH_X86_64_V3) && !defined(RVE_WITHOUT_BASELINE)
 
-/// A state advanced by one build of the kernels: image and answers.
+/// Image and answers of a state that one build of the kernels has advanced.
 struct KernelRun {
   StateImage image;
   AnswerRecord<2> answer;
@@ -405,7 +410,7 @@ KernelRun run_kernel(const HostKernel<2> &kernel, StateImage image, const DriveR
   return run;
 }
 
-/// Simple shear past a lattice reduction.
+/// Returns a simple shear past a lattice reduction.
 DriveRecord<2> kernel_drive()
 {
   DriveRecord<2> drive = DriveRecord<2>();
@@ -431,7 +436,7 @@ SteeringRecord<2> kernel_steering(const RveState &state)
 bool same_records(const KernelRun &x, const KernelRun &y)
 {
   static_assert(sizeof(AnswerRecord<2>) == 4 * 4 + 6 * 8, "no padding");
-  // all but the padding at the end
+  // all bytes except the padding at the end
   const std::size_t size = reinterpret_cast<const char *>(x.detail.stiffness + kStiffness<2>) -
       reinterpret_cast<const char *>(&x.detail);
   return std::memcmp(&x.answer, &y.answer, sizeof(AnswerRecord<2>)) == 0 &&
@@ -452,7 +457,8 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
   RveState state = packing_of_400();
   state.cell = 1.01 * state.cell;
   shake(state, 0.2, 5);
-  state.largest_contact_force = 1e4;    // coarse enough for the whole call: nobody repeats it here
+  // coarse enough for the whole call, which is not repeated here
+  state.largest_contact_force = 1e4;
   RveState viscous = state;
   viscous.material.normal_viscosity = 3.0;
   viscous.material.tangential_viscosity = 1.5;
@@ -491,12 +497,13 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     EXPECT_GE(baseline.detail.progress.lattice_reductions, 1);
     EXPECT_GT(baseline.detail.num_sliding, 20);
     EXPECT_GT(baseline.detail.stiffness[0], 0.0);
-    // the richer program of the baseline may leave other signs of zeros in what nobody reads without friction
+    // The baseline program may store zeros of other signs in numbers that are not read without
+    // friction.
     const Program memory = features_of(one.scene).memory;
     EXPECT_TRUE(serialize(read_image(format, baseline.image, memory)) ==
                 serialize(read_image(format, v3.image, memory)));
     EXPECT_TRUE(same_records(baseline, v3));
-    EXPECT_FALSE(baseline.image.bytes == image.bytes);    // something happened
+    EXPECT_FALSE(baseline.image.bytes == image.bytes);    // the state has changed
   }
 #else
   GTEST_SKIP() << "built for one instruction set only";
@@ -505,7 +512,8 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
 
 TEST_P(Backends, SceneOfTheComparisonGoesThroughRebuildsReductionsGrowthAndSliding)
 {
-  // what CpuAndCuda compares, without a device: so that the counters are watched on every machine
+  // The scene is the one that CpuAndCuda compares, so that its counters are checked on machines
+  // without a device.
   const auto actors = full_scene(false);
 
   const Outcome outcome =
@@ -525,9 +533,9 @@ TEST_P(Backends, SceneOfSpheresGoesThroughRebuildsReductionsGrowthAndSliding)
   expect_eventful(outcome, actors);
 }
 
-TEST_P(Backends, ShortAnswerIsThatOfTheResultAndTheMotionIsTheSame)
+TEST_P(Backends, ShortAndLongAnswersAndStatesAgree)
 {
-  // with servos and dashpots, or plain paths only, or with rolling resistance
+  // general: with servos and dashpots; plain: without them; rolling: with rolling resistance
   for (const char *scene : {"plain", "general", "rolling"}) {
     SCOPED_TRACE(scene);
     auto actors = full_scene(scene != std::string("plain"), scene == std::string("rolling"));
@@ -542,9 +550,9 @@ TEST_P(Backends, ShortAnswerIsThatOfTheResultAndTheMotionIsTheSame)
   }
 }
 
-// Nobody knows the forces of a gas before its first collision. Where they are beyond the range of the sums, what overlaps then is no sign of
-// crushed grains.
-TEST_P(Backends, GasWhoseFirstForcesAreBeyondTheRangeIsRepeatedAndGoesOn)
+// The forces of a packing without contacts are unknown before its first collision. If they exceed
+// the range of the sums, the call is repeated, and the overlap limit is not reported as exceeded.
+TEST_P(Backends, FirstContactsBeyondTheForceRangeRepeatTheCall)
 {
   RveState gas = triangular_packing(dry_material(), 6, 8, 0.0037, 1);
   gas.cell = 1.7 * gas.cell;
@@ -563,9 +571,10 @@ TEST_P(Backends, GasWhoseFirstForcesAreBeyondTheRangeIsRepeatedAndGoesOn)
   EXPECT_GT(end.counters.repeats, 0);
 }
 
-TEST_P(Backends, RvesThatNeedMoreDoNotChangeABitOfTheOthers)
+TEST_P(Backends, RvesWithMoreFeaturesDoNotChangeABitOfTheOthers)
 {
-  // a servo or a dashpot anywhere in the batch takes another build of the block program, and a turning one another path
+  // A servo or a dashpot in the batch selects another build of the block program, and a rotation
+  // another path.
   RveState state = packing_of_400();
   shake(state, 0.2, 3);
   const Drive straight = Drive::constant_velocity_gradient(Tensor2{{0.5, 3.0, 3.0, 0.8}}, DT, 150);
@@ -650,7 +659,8 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
   }
 }
 
-// more than multiprocessors, and all small: some with a servo and some without in one call, and one with fewer grains than a warp has threads
+// The call has more RVEs than a GPU has multiprocessors, all small, with and without servos, and
+// one with fewer grains than a warp has threads.
 TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
 {
   auto actors = full_scene(false);
@@ -671,8 +681,8 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
   EXPECT_GT(on_gpu.last[0].counters.rebuilds, 10);
 }
 
-// many small RVEs, and one of each size that is kept in another way: with registers for one or two grains in a thread, in some formats or in
-// none, or passing by
+// The call has many small RVEs and one RVE for each way of storing grains: one or two grains per
+// thread in registers, in some formats or none, or in memory.
 TEST_P(CpuAndCuda, GiveTheSameSpheresOfAllSizes)
 {
   for (const int side : {5, 6, 9, 11, 13}) {
@@ -694,13 +704,13 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresOfAllSizes)
   }
 }
 
-TEST_P(CpuAndCuda, TurnRvesToTheSameBits)
+TEST_P(CpuAndCuda, RotateRvesToTheSameBits)
 {
   const auto turned_scene = [&](const std::vector<Actor> &actors, Device device) {
     const auto engine =
         make_engine(with_contacts_of(actors, options_for(GetParam(), device, WIDE_SKIN)));
     play(*engine, actors, 2);
-    std::vector<int> rves(actors.size());    // in the order of play(), all but the second
+    std::vector<int> rves(actors.size());    // in the order of play(), without the second actor
     std::iota(rves.begin(), rves.end(), 0);
     const int left_alone = 1;
     rves.erase(rves.begin() + left_alone);
@@ -741,7 +751,7 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithTheAutomaticSkinAndEnergyTracking)
 
 TEST_P(CpuAndCuda, GiveTheSameBitsWithRollingResistance)
 {
-  // more grains than threads too, and an RVE without resistance among the others
+  // The batch has an RVE with more grains than threads and one without rolling resistance.
   auto actors = full_scene(true, true);
   actors[1].state.material.rolling_friction = 0.0;
   Options options = with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN));
@@ -760,8 +770,8 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithRollingResistance)
       *make_engine(with_contacts_of(others, options_for(GetParam(), Device::Cuda))), others);
 }
 
-// The batch moves to another engine in the middle.
-TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceComesLate)
+// The batch moves to another engine half-way.
+TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceIsAddedLater)
 {
   const auto actors = short_scene();
   Outcome outcomes[2];
@@ -792,7 +802,7 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceComesLate)
   expect_same_bits(outcomes[0], outcomes[1], all);
 }
 
-// on the CPU this is another program
+// On the CPU this is another program.
 TEST_P(CpuAndCuda, GiveTheSameBitsWithoutFriction)
 {
   auto actors = full_scene(false);
@@ -808,7 +818,8 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithoutFriction)
   expect_same_bits(on_cpu, on_gpu, actors);
 }
 
-/// Most make one step, and two make a hundred, of which one turns through several segments of its path.
+/// Returns RVEs of which most make one step and two make a hundred; one of these rotates through
+/// several segments of its path.
 template <int D> std::vector<ActorOf<D>> few_with_many_steps(const RveStateOf<D> &state, double dt)
 {
   auto strain = Tensor<double, D>::zero(), spin = strain;
@@ -836,7 +847,7 @@ void expect_same_with_few_long_calls(Options options, const RveStateOf<D> &state
   expect_same_bits(play(*cpu, actors, 3), play(*gpu, actors, 3), actors);
 }
 
-// a GPU prepares as many steps as most RVEs make, and blocks plan the others on the way
+// A GPU prepares as many steps as most RVEs make; blocks plan further steps during the call.
 TEST_P(CpuAndCuda, GiveTheSameBitsWhereFewRvesMakeManySteps)
 {
   expect_same_with_few_long_calls(options_for(GetParam(), Device::Cpu, 0.0), packing_of_400(), DT);
@@ -862,7 +873,7 @@ TEST_P(CpuAndCuda, GiveTheSameBitsForEveryBlockSize)
   }
 }
 
-TEST_P(CpuAndCuda, TakeOverFromEachOtherBitForBit)
+TEST_P(CpuAndCuda, ContinueEachOthersStatesBitForBit)
 {
   const auto actors = short_scene();
   const auto cpu = make_engine(options_for(GetParam(), Device::Cpu));
@@ -879,16 +890,17 @@ TEST_P(CpuAndCuda, TakeOverFromEachOtherBitForBit)
     EXPECT_TRUE(straight.states[k] == second.states[k]) << actors[k].name;
 }
 
-// ---- memory -----------------------------------------------------------------------------------------------------------------
+// ---- memory -------------------------------------------------------------------------------------
 
-/// What as many RVEs of 400 grains and calls with them take, as the engine estimates it [bytes].
+/// Returns the engine's estimate of the memory for this number of RVEs of 400 grains and for calls
+/// with them [bytes].
 double estimate(Engine &engine, int num_rves)
 {
   return static_cast<double>(num_rves) * static_cast<double>(engine.bytes_per_rve(400)) +
       static_cast<double>(engine.bytes_of_call(num_rves, 400));
 }
 
-TEST_P(Backends, TellTheMemoryThatIsFreeAndWhatCallsTake)
+TEST_P(Backends, ReportFreeMemoryAndTheMemoryOfCalls)
 {
   const auto engine = make_engine(options_for(GetParam(), Device::Cpu));
 
@@ -903,8 +915,9 @@ TEST_P(Backends, TellTheMemoryThatIsFreeAndWhatCallsTake)
   EXPECT_GT(engine->bytes_of_call(1, 4000), engine->bytes_of_call(1, 400));
 }
 
-/// An estimate that is too low ends a run in its set-up, one that is too high forbids runs that would fit.
-TEST_P(CpuAndCuda, EstimateOfMemoryCoversWhatTheDeviceGivesAway)
+/// An estimate that is too low ends a run in its set-up; one that is too high forbids runs that
+/// would fit.
+TEST_P(CpuAndCuda, MemoryEstimateCoversTheDeviceAllocation)
 {
   const int count = 20000;
   const auto engine = make_engine(options_for(GetParam(), Device::Cuda));

@@ -33,8 +33,8 @@ Material without_losses()
 struct Collision {
   double restitution;
   double duration;
-  double tangential_change;    ///< of the relative velocity of the centres
-  double spin;                 ///< of the first disk afterwards
+  double tangential_change;    ///< change of the relative velocity of the centres
+  double spin;                 ///< final spin of the first disk
 };
 
 Collision collide(const RveState &before, double dt, Format format = Format::Double)
@@ -55,8 +55,9 @@ Collision collide(const RveState &before, double dt, Format format = Format::Dou
 
 }    // namespace
 
-// The contact starts within a step of the touching configuration and ends within a step of its end, so the restitution is
-// wrong by O((w dt)^2) and the duration by up to two steps. One contact takes pi/(w dt) = 4000 steps.
+// The contact starts within a step of the touching configuration and ends within a step of its end.
+// Therefore the error of the restitution is O((w dt)^2), and that of the duration up to two steps.
+// One contact takes pi/(w dt) = 4000 steps.
 class TwoDiskCollision : public ::testing::Test {
  protected:
   const double dt = M_PI / contact_frequency() / 4000.0;
@@ -71,7 +72,7 @@ TEST_F(TwoDiskCollision, WithoutDampingReturnsTheSpeedAfterHalfAPeriod)
   EXPECT_NEAR(collision.duration, M_PI / contact_frequency(), 2.0 * dt);
 }
 
-TEST_F(TwoDiskCollision, CundallDampingScalesTheForceOnTheWayInAndOut)
+TEST_F(TwoDiskCollision, CundallDampingScalesTheForceOnApproachAndRebound)
 {
   for (const double alpha : {0.1, 0.3, 0.7}) {
     Material material = without_losses();
@@ -79,9 +80,9 @@ TEST_F(TwoDiskCollision, CundallDampingScalesTheForceOnTheWayInAndOut)
 
     const Collision collision = collide(approaching_disks(RADIUS, material, 0.1), dt);
 
-    // The factor turns from 1+alpha to 1-alpha at the step in which the velocity changes sign. Up to one kick too large
-    // there, where the velocity is zero, is second order in w dt = 8e-4 for the energy, but it is a start ahead by
-    // (1+alpha)/(1-alpha) steps.
+    // The factor changes from 1+alpha to 1-alpha in the step in which the velocity changes sign. An
+    // error of up to one kick there, where the velocity is zero, is of second order in w dt = 8e-4
+    // for the energy, but shifts the time by (1+alpha)/(1-alpha) steps.
     EXPECT_NEAR(collision.restitution, std::sqrt((1.0 - alpha) / (1.0 + alpha)), 1e-5);
     EXPECT_NEAR(collision.duration,
                 0.5 * M_PI / contact_frequency() *
@@ -98,7 +99,8 @@ TEST_F(TwoDiskCollision, DashpotGivesTheRestitutionOfADampedOscillator)
 
     const Collision collision = collide(approaching_disks(RADIUS, material, 0.1), dt);
 
-    // the dashpot sees the velocity of half a step before: first order in w dt = 8e-4, times the damping
+    // The dashpot uses the velocity of half a step before; the error is of first order in w dt =
+    // 8e-4, times the damping.
     const double damped = contact_frequency() * std::sqrt(1.0 - ratio * ratio);
     EXPECT_NEAR(collision.restitution, std::exp(-ratio * contact_frequency() * M_PI / damped),
                 2.0 * ratio * 8e-4);
@@ -119,7 +121,7 @@ TEST_F(TwoDiskCollision, ErrorOfTheDashpotHalvesWithTheTimeStep)
   EXPECT_LT(std::fabs(fine), 0.25 * std::fabs(coarse));
 }
 
-TEST_F(TwoDiskCollision, EveryFormatKnowsTheRestitution)
+TEST_F(TwoDiskCollision, EveryFormatHasTheRestitution)
 {
   Material material = without_losses();
   material.local_damping = 0.3;
@@ -128,14 +130,16 @@ TEST_F(TwoDiskCollision, EveryFormatKnowsTheRestitution)
     const Collision collision =
         collide(approaching_disks(RADIUS, material, 0.1), 10.0 * dt, format);
 
-    // `fast`: 400 steps, each rounds the overlap of 3e-5 m (0.1 m / 2^32 = 2e-11 m and fp32): 1e-6 a step at most
+    // In `fast` each of 400 steps rounds the overlap of 3e-5 m (0.1 m / 2^32 = 2e-11 m and fp32),
+    // which is at most 1e-6 per step.
     EXPECT_NEAR(collision.restitution, std::sqrt(0.7 / 1.3), 4e-4) << to_string(format);
   }
 }
 
 TEST_F(TwoDiskCollision, GrossSlidingTransfersTheCoulombImpulse)
 {
-  // velocities so small that neither the overlap (6e-7 of the radius) nor the turning normal (3e-6 rad) matters
+  // The velocities are so small that neither the overlap (6e-7 of the radius) nor the rotation of
+  // the normal (3e-6 rad) matters.
   const double normal_velocity = 1e-5, tangential_velocity = 3e-5;
   Material material = without_losses();
   material.friction = 0.1;
@@ -143,13 +147,14 @@ TEST_F(TwoDiskCollision, GrossSlidingTransfersTheCoulombImpulse)
   const Collision collision =
       collide(approaching_disks(RADIUS, material, normal_velocity, tangential_velocity), dt);
 
-  // impulse J = mu m* (1 + e) v_n along the tangent, on the centres and with arm r on I = m r^2/2.
-  // The second disk moves down relative to the first, friction on it points up; both disks are turned clockwise...
+  // The impulse J = mu m* (1 + e) v_n acts along the tangent on the centres, and with arm r on I =
+  // m r^2/2. The second disk moves down relative to the first, so that friction on it points up,
+  // and both disks rotate clockwise.
   EXPECT_NEAR(collision.restitution, 1.0, 1e-5);
   EXPECT_NEAR(collision.tangential_change, 0.1 * 2.0 * normal_velocity, 1e-5 * normal_velocity);
   EXPECT_NEAR(std::fabs(collision.spin), 0.1 * 2.0 * normal_velocity / RADIUS,
               1e-5 * normal_velocity / RADIUS);
-  // ...that is, the way on which their surfaces would roll: first disk up, second down
+  // Clockwise is the sense in which the surfaces would roll: first disk up, second disk down.
   EXPECT_LT(collision.spin, 0.0);
 }
 
@@ -170,8 +175,9 @@ TEST_F(TwoDiskCollision, ObliqueImpactConservesAngularMomentum)
 
   rig.strain(Tensor2::zero(), dt, 8000);
 
-  // the arms of both torques add up to the branch, so force and torques balance at every instant; the torque's integer
-  // (2^-52 of the largest) and the half step between x and c leave rounding errors
+  // The arms of both torques add up to the branch, so that force and torques balance at every
+  // instant. Rounding errors of the torque's integer (2^-52 of the largest) and the half step
+  // between x and c remain.
   ASSERT_EQ(rig.result().num_contacts, 0);
   EXPECT_NE(rig.state().spin[0], 0.0);
   EXPECT_NEAR(angular_momentum(rig.state()) / angular_momentum(before), 1.0, 1e-9);

@@ -12,7 +12,8 @@ using namespace rve_test;
 
 namespace {
 
-/// Equal disks on a disturbed square grid, overlapping their neighbours, with velocities whose sum is exactly zero.
+/// Returns equal disks on a disturbed square grid that overlap their neighbours, with velocities
+/// whose sum is exactly zero.
 RveState disturbed_grid(int side, const Material &material, double radius, double overlap)
 {
   std::mt19937_64 random(7);
@@ -52,7 +53,8 @@ Momentum momentum(const RveState &state)
   return sum;
 }
 
-/// A density that makes the mass of a disk of this radius, as the engine computes it, a power of two.
+/// Returns a density for which the engine computes a power of two as the mass of a disk of this
+/// radius.
 double density_for_mass(double radius, double mass)
 {
   double density = mass / (M_PI * radius * radius);
@@ -66,18 +68,20 @@ double density_for_mass(double radius, double mass)
 
 // ---- momentum ----
 
-// Each contact adds one integer to one grain and takes the same from the other, so the forces of a step add up to exactly
-// zero, in every format. What can break momentum is the kick, c + dt F/m in floating point. With masses and time step powers
-// of two nothing in the kick is rounded while forces and velocities fit the mantissa, and momentum is conserved to the bit.
+// Each contact adds one integer to one grain and subtracts it from the other, so the forces of a
+// step add up to exactly zero in every format. Only the kick c + dt F/m in floating point can
+// violate momentum conservation. If masses and time step are powers of two, the kick is exact while
+// forces and velocities fit the mantissa, and momentum is conserved to the bit.
 TEST(Momentum, IsConservedToTheLastBitForPowerOfTwoMassesAndStep)
 {
   Material material = paper_material();
   material.local_damping =
-      0.0;    // Cundall's damping is an outer force: it does not conserve momentum
+      0.0;    // Cundall's damping is an external force, which does not conserve momentum
   const double radius = 0x1p-8;
   material.density = density_for_mass(radius, 0x1p-3);
   RveState state = disturbed_grid(8, material, radius, 1e-5);
-  // a coarse force unit, so that sums of forces and velocities fit 53 bits: largest force 10 N in 2^52 / 2^12 units
+  // The force unit is so coarse that sums of forces and velocities fit 53 bits: largest force 10 N
+  // in 2^52 / 2^12 units.
   state.largest_contact_force = 10.0 * 4096.0;
   RveRig rig(state);
 
@@ -91,7 +95,7 @@ TEST(Momentum, IsConservedToTheLastBitForPowerOfTwoMassesAndStep)
   EXPECT_EQ(after.component[1], 0.0L);
 }
 
-// In general each kick rounds: the acceleration, its product with dt, and the new velocity.
+// Each kick rounds the acceleration, its product with dt, and the new velocity.
 TEST(Momentum, DriftsByNoMoreThanTheRoundingOfTheKicks)
 {
   RveState packing = paper_packing();
@@ -107,8 +111,9 @@ TEST(Momentum, DriftsByNoMoreThanTheRoundingOfTheKicks)
       largest_size = std::max(largest_size, static_cast<double>(momentum(rig.state()).size));
     }
 
-    // roundings have no direction: their sum over N grains and all steps grows like sqrt(N steps) (m |c| is size / N);
-    // ten times that, for the unequal grains and the five roundings
+    // Roundings have no preferred direction: their sum over N grains and all steps grows like
+    // sqrt(N steps) (m |c| is size / N). The factor of ten allows for unequal grains and five
+    // roundings.
     const Momentum after = momentum(rig.state());
     EXPECT_GT(largest_size, 1e-6);
     for (int a = 0; a < 2; ++a)
@@ -175,11 +180,11 @@ TEST(Energy, ResidualFallsWithTheTimeStep)
   EXPECT_LT(std::fabs(fine.residual()), 0.7 * std::fabs(coarse.residual()));
 }
 
-TEST(Energy, DashpotsTakeWhatTheBalanceLeaves)
+TEST(Energy, DashpotsDissipateTheRestOfTheBalance)
 {
   RveState packing = paper_packing();
   packing.material.local_damping = 0.0;
-  packing.material.normal_viscosity = 60.0;    // a tenth of critical
+  packing.material.normal_viscosity = 60.0;    // a tenth of the critical damping
   packing.material.tangential_viscosity = 30.0;
 
   const EnergyBalance balance = balance_of(packing, gradient(0, 1, 0.2), 2e-5, 2000, 1);
@@ -200,8 +205,8 @@ TEST(Energy, UndampedFrictionlessGrainsKeepTheirEnergy)
 
   rig.strain(Tensor2::zero(), 2e-6, 5000);
 
-  // kinetic energy is that of half a step before: the sum swings by w dt/2 ~ 1e-2 of what motion and springs exchange, and
-  // that is a thirtieth of the energy
+  // The kinetic energy is that of half a step before, so the sum oscillates by w dt/2 ~ 1e-2 of the
+  // energy that motion and springs exchange, which is a thirtieth of the energy.
   EXPECT_NEAR(rig.result().elastic_energy + rig.result().kinetic_energy, energy, 3e-4 * energy);
   EXPECT_GT(rig.result().kinetic_energy, 1.5 * before.kinetic_energy);
 }

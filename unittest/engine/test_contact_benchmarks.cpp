@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Benchmarks of one contact against closed forms, after Chung & Ooi, Granular Matter 13, 643 (2011), in the plane and for
-// linear springs; the numbers at the rules are those of their tests. Their wall is a disk of a hundred times the mass here: the
-// closed forms are those of a pair.
+// Benchmarks of one contact against closed forms, after Chung & Ooi, Granular Matter 13, 643
+// (2011), in the plane and with linear springs. The numbers at the rules are those of their tests.
+// A disk of a hundred times the mass replaces their wall; the closed forms are those of a pair.
 //
-// With GPU_RVE_WRITE_CURVES=<folder> in the environment, the oblique impacts are written there as oblique_impact.csv
-// (plot_contact_benchmarks.py draws them). The largest errors are properties of the tests in --gtest_output=xml.
+// If the environment variable GPU_RVE_WRITE_CURVES names a folder, the oblique impacts are written
+// there as oblique_impact.csv (plot_contact_benchmarks.py draws them). The largest errors are
+// properties of the tests in --gtest_output=xml.
 
 #include "oracle/linear_impact.h"
 #include "support/rve_rig.h"
@@ -48,11 +49,11 @@ double frequency(const DiskPair &pair)
   return std::sqrt(STIFFNESS / pair.mass_eff());
 }
 
-/// Place of the contact point and direction of the line of centres.
+/// Position of the contact point and direction of the line of centres.
 struct Frame {
   const char *name;
-  double turn;    ///< of the normal against the x axis [rad]
-  double x, y;    ///< of the contact [length]
+  double turn;    ///< angle of the normal from the x axis [rad]
+  double x, y;    ///< position of the contact [length]
   Tensor2 cell;
 };
 
@@ -74,10 +75,10 @@ std::vector<Frame> all_frames()
           {"across the corner of a sheared cell", 2.4, 0.0, 0.0, sheared}};
 }
 
-/// What the contact point sees at first touch, or at the end.
+/// Velocities at the contact point at first touch or at the end.
 struct Motion {
   double approach;      ///< normal velocity, positive when the centres approach
-  double tangential;    ///< of centre 2 relative to centre 1, along t = (-n_y, n_x)
+  double tangential;    ///< velocity of centre 2 relative to centre 1, along t = (-n_y, n_x)
   double spin[2];
 };
 
@@ -91,7 +92,7 @@ Vec<double, 2> normal_of(const Frame &frame)
   return {{std::cos(frame.turn), std::sin(frame.turn)}};
 }
 
-/// The pair at its first touch, momentum zero.
+/// Returns the pair at its first touch, with zero momentum.
 RveState touching(const Material &material, const DiskPair &pair, const Motion &motion,
                   const Frame &frame)
 {
@@ -106,7 +107,7 @@ RveState touching(const Material &material, const DiskPair &pair, const Motion &
   state.velocity = {share_1 * relative[0], share_1 * relative[1], share_2 * relative[0],
                     share_2 * relative[1]};
   state.spin = {motion.spin[0], motion.spin[1]};
-  // the unit of the force integers fits this collision, not a guess from the radii
+  // The unit of the force integers fits this collision; a guess from the radii would not.
   state.largest_contact_force = motion.approach * std::sqrt(STIFFNESS * pair.mass_eff());
   return state;
 }
@@ -119,13 +120,14 @@ Motion motion_of(const RveState &state, const Frame &frame)
   return {-dot(relative, n), cross(n, relative), {state.spin[0], state.spin[1]}};
 }
 
-/// Time step such that the contact takes `steps` of them and a half: it ends in the middle of a step, the worst moment.
+/// Returns a time step for which the contact takes `steps` and a half, so that it ends in the
+/// middle of a step, the worst case.
 double time_step(const DiskPair &pair, int steps)
 {
   return M_PI / frequency(pair) / (steps + 0.5);
 }
 
-/// Through the whole contact, in one call.
+/// Runs the whole contact in one call.
 Motion collide(const Material &material, const DiskPair &pair, const Motion &before, int steps,
                const Frame &frame = plain_frame(), Format format = Format::Double)
 {
@@ -137,8 +139,8 @@ Motion collide(const Material &material, const DiskPair &pair, const Motion &bef
   return motion_of(rig.state(), frame);
 }
 
-/// The closed form of an impact without normal losses: the impulse J that changes the slip by -J/m_t also changes the velocity
-/// of the centres by -J/m*, and each spin by r J/I.
+/// Returns the closed form of an impact without normal losses: the impulse J that changes the slip
+/// by -J/m_t changes the velocity of the centres by -J/m* and each spin by r J/I.
 Motion exact_rebound(const Material &material, const DiskPair &pair, const Motion &before)
 {
   const LinearImpact impact(pair, material.normal_stiffness, material.tangential_stiffness,
@@ -151,7 +153,7 @@ Motion exact_rebound(const Material &material, const DiskPair &pair, const Motio
   return after;
 }
 
-/// Largest difference of velocities and surface velocities r w, as a share of `speed`.
+/// Returns the largest difference of velocities and surface velocities r w, as a share of `speed`.
 double difference(const DiskPair &pair, const Motion &a, const Motion &b, double speed)
 {
   double most =
@@ -161,7 +163,7 @@ double difference(const DiskPair &pair, const Motion &a, const Motion &b, double
   return most / speed;
 }
 
-/// The largest error that a test met, kept as a property of the test.
+/// Stores the largest error of a test as a property of the test.
 class Worst {
  public:
   explicit Worst(const std::string &name_in = "largest_error") : name(name_in) {}
@@ -177,13 +179,16 @@ class Worst {
   double most = 0.0;
 };
 
-/// Speed of oblique impacts: overlaps of 3e-10 m. The closed forms hold for small overlaps; at this speed the centres pass
-/// each other by 1e-9 m, 2e-7 of a radius, during the contact, and the overlap is known to 1e-8 of itself.
+/// Speed of oblique impacts, with overlaps of 3e-10 m. The closed forms hold for small overlaps. At
+/// this speed the centres pass each other by 1e-9 m, or 2e-7 of a radius, during the contact, and
+/// the relative rounding error of the overlap is 1e-8.
 constexpr double SLOW = 1e-6;
 
-/// Bound of the error of velocities after an impact, relative to `speed`, the largest of the approach. The last step of the
-/// contact gives (w dt)^2/8, see ForceFollowsTheHalfSineInEveryFrame; the steps in which sliding begins and ends are given as
-/// much. The closed form errs by half of the angle by which the line of centres turns (measured), which goes with the speed.
+/// Returns the bound of the error of velocities after an impact, relative to `speed`, the largest
+/// of the approach. The last step of the contact contributes (w dt)^2/8, see
+/// ForceFollowsTheHalfSineInEveryFrame; the steps in which sliding begins and ends contribute as
+/// much. The closed form errs by half of the angle by which the line of centres turns (measured),
+/// which is proportional to the speed.
 double impact_error(const DiskPair &pair, int steps, double speed)
 {
   const double turn = speed * M_PI / frequency(pair) / std::min(pair.radius[0], pair.radius[1]);
@@ -195,7 +200,7 @@ double radians(double degrees)
   return degrees * M_PI / 180.0;
 }
 
-Motion oblique(double speed, double angle)    ///< from the normal
+Motion oblique(double speed, double angle)    ///< angle from the normal
 {
   return {speed * std::cos(angle), speed * std::sin(angle), {0.0, 0.0}};
 }
@@ -204,9 +209,9 @@ Motion oblique(double speed, double angle)    ///< from the normal
 
 // ---- 1, 2: elastic normal impact
 
-// A head-on collision has no small parameter: the overlap of the leapfrog is v dt sin(k theta)/sin(theta) with
-// sin(theta/2) = w dt/2, which leaves rounding. The half sine of the oscillator differs from it by (w dt)^2/8 in amplitude and
-// k (w dt)^3/24 in phase.
+// A head-on collision has no small parameter. The overlap of the leapfrog is v dt sin(k
+// theta)/sin(theta) with sin(theta/2) = w dt/2, so that only rounding errors remain. The half sine
+// of the oscillator differs from it by (w dt)^2/8 in amplitude and k (w dt)^3/24 in phase.
 TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
 {
   const double speed = 0.1;
@@ -226,7 +231,8 @@ TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
       const double force = result.largest_contact_force;
       if (k <= steps) {
         const double of_leapfrog = STIFFNESS * speed * dt * std::sin(k * theta) / std::sin(theta);
-        // a place in the cell is known to 1e-17 m, the overlap of 3e-5 m to 3e-13 of itself, and 200 steps add up
+        // A position in the cell is exact to 1e-17 m and an overlap of 3e-5 m to a relative 3e-13;
+        // 200 steps add up.
         EXPECT_NEAR(leapfrog.see((force - of_leapfrog) / peak), 0.0, 1e-10) << frame.name;
         EXPECT_NEAR(half_sine.see((force - peak * std::sin(omega * k * dt)) / peak), 0.0,
                     0.3 * std::pow(omega * dt, 2))
@@ -240,8 +246,8 @@ TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
 
     EXPECT_NEAR(largest_overlap * omega / speed, 1.0, 0.3 * std::pow(omega * dt, 2)) << frame.name;
     EXPECT_NEAR(in_contact * dt, M_PI / omega, 1.01 * dt) << frame.name;
-    // The leapfrog conserves c^2 + w^2 delta_k delta_(k+1). The last overlap is delta, the gap after it v dt - delta: the speed
-    // is too large by at most (w dt)^2/8.
+    // The leapfrog conserves c^2 + w^2 delta_k delta_(k+1). With a last overlap delta and a gap v
+    // dt - delta after it, the speed is too large by at most (w dt)^2/8.
     EXPECT_GE(-after.approach / speed, 1.0 - 1e-10) << frame.name;
     EXPECT_LE(-after.approach / speed, 1.0 + 0.13 * std::pow(omega * dt, 2)) << frame.name;
     EXPECT_NEAR(after.tangential / speed, 0.0, 1e-10) << frame.name;
@@ -255,7 +261,7 @@ TEST(NormalImpact, UnequalDisksExchangeMomentumAndEnergy)
   Worst worst;
 
   for (const double ratio :
-       {1.0, 1.5, 3.0, 10.0}) {    // of the radii; the masses go with the square
+       {1.0, 1.5, 3.0, 10.0}) {    // ratio of the radii; the masses are proportional to the square
     const DiskPair pair = disks(0.01 / ratio, 0.01);
     const double m1 = pair.mass(0), m2 = pair.mass(1);
     for (const Frame &frame : all_frames()) {
@@ -270,10 +276,10 @@ TEST(NormalImpact, UnequalDisksExchangeMomentumAndEnergy)
       ASSERT_EQ(result.num_contacts, 0);
       const std::vector<double> after = rig.state().velocity;
       const double v1 = after[0] * n[0] + after[1] * n[1], v2 = after[2] * n[0] + after[3] * n[1];
-      const double error = 0.13 * std::pow(M_PI / steps, 2);    // of the leapfrog, see above
+      const double error = 0.13 * std::pow(M_PI / steps, 2);    // error of the leapfrog, see above
       EXPECT_NEAR(worst.see(v1 / speed - (m1 - m2) / (m1 + m2)), 0.0, error + 1e-10) << frame.name;
       EXPECT_NEAR(worst.see(v2 / speed - 2.0 * m1 / (m1 + m2)), 0.0, error + 1e-10) << frame.name;
-      // the two get the same integers as forces
+      // Both disks get the same integers as forces.
       EXPECT_NEAR((m1 * v1 + m2 * v2) / (m1 * speed), 1.0, 1e-12) << frame.name;
     }
   }
@@ -281,8 +287,8 @@ TEST(NormalImpact, UnequalDisksExchangeMomentumAndEnergy)
 
 // ---- 3: restitution by a dashpot
 
-// zeta = -ln e/sqrt(pi^2 + ln^2 e). The law has no cut-off of tension: contact ends where the overlap does, and from the phase
-// pi - 2 asin(zeta) on the dashpot pulls the disks back.
+// zeta = -ln e/sqrt(pi^2 + ln^2 e). The law does not cut off tension: the contact ends when the
+// overlap vanishes, and after the phase pi - 2 asin(zeta) the dashpot attracts the disks.
 TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
 {
   const double speed = 0.1;
@@ -306,7 +312,8 @@ TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
       pushing += trace(result.stress) < 0.0;
     } while (rig.result().num_contacts > 0);
 
-    // the dashpot sees the velocity of half a step before: first order in w dt, times the damping
+    // The dashpot uses the velocity of half a step before; the error is of first order in w dt,
+    // times the damping.
     const double error = 2.0 * zeta * omega * dt;
     EXPECT_NEAR(worst.see(-motion_of(rig.state(), frame).approach / speed - restitution), 0.0,
                 error)
@@ -318,10 +325,10 @@ TEST(DashpotImpact, RestitutionDurationAndTensionAreThoseOfADampedOscillator)
 
 // ---- 4, 5: oblique impact
 
-// Closed forms that do not need the times of sliding and sticking; they check the oracle too.
+// These closed forms do not need the times of sliding and sticking, and test the oracle too.
 TEST(ObliqueImpact, GrossSlidingTransfersTheCoulombImpulse)
 {
-  // k_t = k_n: the contact slides all the way when tan(angle) > mu (6 - k_n/k_t) = 5 mu
+  // For k_t = k_n the contact slides throughout if tan(angle) > mu (6 - k_n/k_t) = 5 mu.
   const double friction = 0.1;
   const Material material = elastic(friction);
   Worst worst;
@@ -343,8 +350,9 @@ TEST(ObliqueImpact, GrossSlidingTransfersTheCoulombImpulse)
     }
 }
 
-// k_t = k_n/3 gives the tangential spring the frequency of the normal one: half a period, and the slip is reversed. This holds
-// up to tan(angle) = 3 mu, where gross sliding begins: the whole curve is closed.
+// For k_t = k_n/3 the tangential spring has the frequency of the normal one: after half a period
+// the slip is reversed. This holds up to tan(angle) = 3 mu, where gross sliding begins, so the
+// whole curve has a closed form.
 TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
 {
   const double friction = 0.4;
@@ -359,7 +367,7 @@ TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
     const double exact = std::tan(radians(angle)) < 3.0 * friction
         ? -before.tangential
         : before.tangential - 6.0 * friction * before.approach;
-    // the slip is the sum of three velocities
+    // The slip is the sum of three velocities.
     EXPECT_NEAR(worst.see((rebound - exact) / SLOW), 0.0, 3.0 * impact_error(pair, 1000, SLOW))
         << angle;
     EXPECT_NEAR(exact_rebound(material, pair, before).tangential,
@@ -367,8 +375,9 @@ TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
   }
 }
 
-// k_t = 4/3 k_n gives twice the frequency: a whole period, and the surfaces leave as they came, without spin. With the limit
-// (2/3)(v_t/v_n) |sin 2s| < mu sin s, sticking lasts for tan(angle) < 3/4 mu.
+// For k_t = 4/3 k_n the tangential frequency is twice the normal one: after a whole period the
+// surfaces have their initial velocity, without spin. With the limit (2/3)(v_t/v_n) |sin 2s| < mu
+// sin s, the contact sticks for tan(angle) < 3/4 mu.
 TEST(ObliqueImpact, TwiceTheFrequencyGivesTheSlipBack)
 {
   const double friction = 1.0;
@@ -404,8 +413,8 @@ constexpr ObliqueCase OBLIQUE_CASES[] = {{0.1, 1.0, 0.005, 0.005},
 
 /// Errors over all impact angles, relative to the speed.
 struct ObliqueErrors {
-  double largest;    ///< of all velocities
-  double slip;       ///< root mean square
+  double largest;    ///< largest error of all velocities
+  double slip;       ///< root mean square error of the slip
 };
 
 ObliqueErrors oblique_errors(const ObliqueCase &c, int steps, const Frame &frame, Surface surface,
@@ -429,7 +438,7 @@ ObliqueErrors oblique_errors(const ObliqueCase &c, int steps, const Frame &frame
 
 }    // namespace
 
-TEST(ObliqueImpact, SticksAndSlidesAsTheLinearSpringsDo)
+TEST(ObliqueImpact, SticksAndSlidesAsTheLinearOscillators)
 {
   Worst worst;
   for (const ObliqueCase &c : OBLIQUE_CASES)
@@ -439,7 +448,7 @@ TEST(ObliqueImpact, SticksAndSlidesAsTheLinearSpringsDo)
           << c.friction << " " << c.stiffness_ratio << " " << surface.first;
 }
 
-TEST(ObliqueImpact, KnowsNoDirectionsAndNoBoundary)
+TEST(ObliqueImpact, DoesNotDependOnDirectionsAndBoundaries)
 {
   Worst worst;
   for (const Frame &frame : all_frames())
@@ -448,8 +457,9 @@ TEST(ObliqueImpact, KnowsNoDirectionsAndNoBoundary)
         << frame.name;
 }
 
-// Second order, although the force has kinks: where sliding begins and ends it is continuous. Single angles scatter with the
-// place of the kink in its step, the mean over the angles does not.
+// The convergence is of second order, although the force has kinks, since it is continuous where
+// sliding begins and ends. Single angles scatter with the position of the kink in its step; their
+// mean does not.
 TEST(ObliqueImpact, ErrorFallsWithTheSquareOfTheTimeStep)
 {
   const double coarse = oblique_errors(OBLIQUE_CASES[1], 50, plain_frame(), {0.0, 0.0}).slip;
@@ -463,7 +473,8 @@ TEST(ObliqueImpact, ErrorFallsWithTheSquareOfTheTimeStep)
   EXPECT_NEAR(std::log(middle / fine) / std::log(4.0), 2.0, 0.25);
 }
 
-// The closed form is the limit of small overlaps: what remains goes with the speed.
+// The closed form is the limit of small overlaps: the remaining difference is proportional to the
+// speed.
 TEST(ObliqueImpact, DistanceToTheClosedFormFallsWithTheSpeed)
 {
   const double fast =
@@ -474,10 +485,10 @@ TEST(ObliqueImpact, DistanceToTheClosedFormFallsWithTheSpeed)
   EXPECT_NEAR(std::log10(fast / slow), 1.0, 0.2);
 }
 
-// `mixed` has the gap and the history in double precision and single precision behind them: a thousand steps leave 2e-6.
-// `fast` has the gap in single precision, 1e-9 m for these radii: at 1 cm/s the overlaps are 1e-6 m (radii 1 and 10 mm) to
-// 3e-6 m.
-TEST(ObliqueImpact, EveryFormatAtTheOverlapThatItHolds)
+// `mixed` has the gap and the history in double precision and all else in single precision: a
+// thousand steps have an error of 2e-6. `fast` has the gap in single precision, 1e-9 m for these
+// radii; at 1 cm/s the overlaps are 1e-6 m (radii 1 and 10 mm) to 3e-6 m.
+TEST(ObliqueImpact, EveryFormatIsAccurateAtItsOverlaps)
 {
   struct {
     Format format;
@@ -497,7 +508,7 @@ TEST(ObliqueImpact, EveryFormatAtTheOverlapThatItHolds)
 
 // ---- 6, 7, 8: normal impact of spinning disks
 
-TEST(SpinningImpact, SpinTurnsIntoTangentialVelocity)
+TEST(SpinningImpact, SpinIsConvertedIntoTangentialVelocity)
 {
   Worst worst;
   for (const DiskPair &pair : {disks(), disks(0.003, 0.006), disks(0.001, 0.01)})
@@ -506,7 +517,7 @@ TEST(SpinningImpact, SpinTurnsIntoTangentialVelocity)
            {-5.0, -1.0, -0.2, 0.05, 0.3, 0.8, 1.5, 3.0, 10.0}) {    // r w/v_n
         const Material material = elastic(friction, 0.7 * STIFFNESS);
         const double fastest = SLOW * std::max(1.0, std::fabs(surface));
-        // one disk spins, or both with equal surface velocities
+        // One disk spins, or both with equal surface velocities.
         for (const double partner : {0.0, 1.0}) {
           const Motion before{
               SLOW,
@@ -523,7 +534,8 @@ TEST(SpinningImpact, SpinTurnsIntoTangentialVelocity)
       }
 }
 
-// Disks that roll on each other, or whose tangential velocity makes up for the spin, have no slip and feel no friction.
+// Disks that roll on each other, or whose tangential velocity compensates the spin, have no slip
+// and no friction.
 TEST(SpinningImpact, WithoutSlipThereIsNoFriction)
 {
   const Material material = elastic(0.5);
@@ -535,7 +547,8 @@ TEST(SpinningImpact, WithoutSlipThereIsNoFriction)
 
     const Motion after = collide(material, pair, before, 1000);
 
-    // the arms shrink by half the overlap, 1e-7 of the radius, and leave this share of r w as slip
+    // The arms shrink by half the overlap, 1e-7 of the radius, which leaves this share of r w as
+    // slip.
     const Motion exact{-SLOW, before.tangential, {before.spin[0], before.spin[1]}};
     const Motion rebound{-SLOW, after.tangential, {after.spin[0], after.spin[1]}};
     EXPECT_LT(worst.see(difference(pair, rebound, exact, SLOW)), 1e-6);
@@ -546,23 +559,26 @@ TEST(SpinningImpact, WithoutSlipThereIsNoFriction)
 
 namespace {
 
-/// Six disks, large and small in turn, one above the other; the column closes through the periodic boundary and is compressed.
-/// Each disk has a neighbor above and below, whose tangential forces cancel and whose torques add up: only the spins change, the
-/// load stays. The surface velocity of every contact is a_1 w_1 + a_2 w_2 with the arms a = r - overlap/2.
+/// Six disks, alternately large and small, one above the other. The column closes through the
+/// periodic boundary and is compressed. The tangential forces on each disk from its neighbours
+/// above and below cancel and their torques add up: only the spins change, and the load stays. The
+/// surface velocity of every contact is a_1 w_1 + a_2 w_2 with the arms a = r - overlap/2.
 struct Column {
   double overlap;
   DiskPair pair = disks(0.005, 0.004);
 
   double arm(int kind) const { return pair.radius[kind] - 0.5 * overlap; }
   double surface_velocity(const double *spin) const { return arm(0) * spin[0] + arm(1) * spin[1]; }
-  /// Of the motion m_r v' = -f of the surface velocity, with two contacts on each disk [mass].
+  /// Returns the mass m_r in the motion m_r v' = -f of the surface velocity, with two contacts on
+  /// each disk [mass].
   double mass() const
   {
     double compliance = 0.0;
     for (int i = 0; i < 2; ++i) compliance += 2.0 * arm(i) * arm(i) / pair.inertia(i);
     return 1.0 / compliance;
   }
-  /// Spins that roll and have the same sum of I w/a with alternating signs, which equal torques per arm conserve.
+  /// Returns the spins of rolling with the same alternating sum of I w/a, which equal torques per
+  /// arm conserve.
   double rolling_spin(int kind, const double *spin) const
   {
     const double conserved =
@@ -590,8 +606,9 @@ struct Column {
 
 }    // namespace
 
-// Without dashpots: the spring is loaded up to the limit mu N, the spins slow down at the rate 2 mu N a/I until the surfaces
-// stop, and the energy of the spring makes them swing about rolling.
+// Without dashpots the spring is loaded up to the limit mu N and the spins decrease at the rate 2
+// mu N a/I until the surfaces stop. The energy of the spring then makes them oscillate about
+// rolling.
 TEST(RollingTransition, SpinsSlowDownByFrictionUntilTheSurfacesStop)
 {
   const Column column{1e-6};
@@ -610,8 +627,8 @@ TEST(RollingTransition, SpinsSlowDownByFrictionUntilTheSurfacesStop)
   const auto spin_of = [&](int kind, double velocity) {    // equal torques per arm
     return spin[kind] + (velocity - v0) * 2.0 * mass * column.arm(kind) / column.pair.inertia(kind);
   };
-  // The step in which sliding begins cuts a corner off the force, k_t v dt^2/8 of impulse. The swing, of 6 % of the velocity,
-  // has a phase error of (omega dt)^2/24 per radian, for 15 radians.
+  // The step in which sliding begins changes the impulse by k_t v dt^2/8. The oscillation, of 6 %
+  // of the velocity, has a phase error of (omega dt)^2/24 per radian, for 15 radians.
   const double tolerance =
       0.2 * std::pow(omega * dt, 2) * std::fabs(spin_of(1, 0.0) - spin[1]) / spin[0];
   RveRig rig(column.state(material, spin[0], spin[1]));
@@ -634,13 +651,14 @@ TEST(RollingTransition, SpinsSlowDownByFrictionUntilTheSurfacesStop)
   }
 }
 
-// With a tangential dashpot the swing dies out: the contacts slide at the full limit from the first step until the velocity is
-// gamma mu N/(k_t m_r), and the end is rolling, w_1 a_1 = -w_2 a_2, with the conserved difference of I w/a.
+// With a tangential dashpot the oscillation decays. The contacts slide at the limit from the first
+// step until the velocity is gamma mu N/(k_t m_r). The final state is rolling, w_1 a_1 = -w_2 a_2,
+// with the conserved difference of I w/a.
 TEST(RollingTransition, DashpotEndsInRollingForEveryFormat)
 {
-  // `double` carries the rounding of the overlap, 1e-11 of it. In single precision a spin that falls by the same amount in every
-  // step is rounded the same way, by 2^-24 of the first spin at most; `fast` has 1e-9 m of rounding in an overlap of 3e-5 m
-  // besides.
+  // `double` has the rounding of the overlap, a relative 1e-11. In single precision a spin that
+  // decreases by the same amount in every step is rounded in the same direction, by at most 2^-24
+  // of the first spin; `fast` also rounds an overlap of 3e-5 m by 1e-9 m.
   struct {
     Format format;
     double overlap, error, error_per_step;
@@ -652,7 +670,7 @@ TEST(RollingTransition, DashpotEndsInRollingForEveryFormat)
     const Column column{c.overlap};
     Material material = elastic(0.5);
     const double mass = column.mass(), omega = std::sqrt(STIFFNESS / mass);
-    material.tangential_viscosity = std::sqrt(STIFFNESS * mass);    // half of critical damping
+    material.tangential_viscosity = std::sqrt(STIFFNESS * mass);    // half of the critical damping
     const double limit = material.friction * STIFFNESS * column.overlap;
     const double spin[2] = {1e7 * column.overlap, 0.0}, v0 = column.surface_velocity(spin);
     const double last = material.tangential_viscosity * limit / (STIFFNESS * mass);
@@ -667,7 +685,8 @@ TEST(RollingTransition, DashpotEndsInRollingForEveryFormat)
     EXPECT_EQ(rig.result().sliding_fraction, 1.0) << name;
     const RveState before = rig.state();
     for (int i = 0; i < 6; ++i) {
-      // the force of the first step acts for a whole step, as do the others: linear to rounding
+      // The force of the first step acts for a whole step, as the others do: the decrease is linear
+      // to rounding.
       const double exact = spin[i % 2] -
           (sliding - 2) * dt * 2.0 * limit * column.arm(i % 2) / column.pair.inertia(i % 2);
       EXPECT_NEAR(slide.see((before.spin[i] - exact) / spin[0]), 0.0, error) << name;
@@ -684,7 +703,7 @@ TEST(RollingTransition, DashpotEndsInRollingForEveryFormat)
   }
 }
 
-TEST(RollingTransition, RollingUnderLoadGoesOnForever)
+TEST(RollingTransition, RollingUnderLoadContinuesWithoutLoss)
 {
   const Column column{1e-6};
   const double spin[2] = {10.0, -10.0 * column.arm(0) / column.arm(1)};
@@ -693,14 +712,15 @@ TEST(RollingTransition, RollingUnderLoadGoesOnForever)
   rig.strain(Tensor2::zero(), 1e-6, 20000);    // 0.2 rad
 
   const RveState after = rig.state();
-  // the overlap is known to 1e-11 of itself, so the arms have 1e-15 of slip, against which the spring acts
+  // The relative rounding error of the overlap is 1e-11, so the arms have a slip of 1e-15, which
+  // the spring counteracts.
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(after.spin[i] / spin[i % 2], 1.0, 1e-12);
   EXPECT_EQ(rig.result().sliding_fraction, 0.0);
 }
 
 // ---- the figure
 
-// Asserted like every other oblique impact, and written where a reader asks for it.
+// Oblique impacts at all angles are tested and, on request, written to a file.
 TEST(ObliqueImpact, ReboundFollowsTheClosedFormAtEveryAngle)
 {
   const char *folder = std::getenv("GPU_RVE_WRITE_CURVES");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fabric of contacts, branches and forces on arrays that have it in closed form, and energies of springs by kind. unittest/lammps/test_fabric.cpp has
-// LAMMPS' compute fabric beside them.
+// Fabric of contacts, branches and forces on arrays with closed forms, and energies of springs by
+// kind. unittest/lammps/test_fabric.cpp compares them with LAMMPS' compute fabric.
 
 #include "rve/engine/contact_measures.h"
 #include "rve/engine/contact_model.h"
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double RADIUS = 0.005;    // [m]
 
-/// Disks of a rectangular array, 4 by 4, at these distances.
+/// Returns 4 by 4 disks in a rectangular array with these distances.
 RveState rectangles(double along_x, double along_y)
 {
   std::vector<double> xy;
@@ -29,7 +29,7 @@ RveState rectangles(double along_x, double along_y)
                   std::vector<double>(16, RADIUS), xy);
 }
 
-/// Spheres of an array of boxes, 4 by 4 by 4, with these overlaps along the axes.
+/// Returns 4 by 4 by 4 spheres in an orthorhombic array with these overlaps along the axes.
 Spheres boxes(const Vec<double, 3> &overlap)
 {
   std::vector<double> xyz;
@@ -63,7 +63,8 @@ TEST(Fabric, OfTheHexagonalLatticeIsIsotropic)
 
 TEST(Fabric, OfRectanglesHasTheContrastOfForcesAndBranchesAlongTheAxes)
 {
-  // forces k (2r - l): 10 N along x, 30 N along y. In the plane N_xx = 2 (f_x - f_y)/(f_x + f_y), and B the same of branches.
+  // The forces k (2r - l) are 10 N along x and 30 N along y. In the plane N_xx = 2 (f_x - f_y)/(f_x
+  // + f_y), and B is the same with branches.
   const double lx = 2.0 * RADIUS - 1e-5, ly = 2.0 * RADIUS - 3e-5;
   const auto measures = contact_measures(rectangles(lx, ly));
 
@@ -74,9 +75,9 @@ TEST(Fabric, OfRectanglesHasTheContrastOfForcesAndBranchesAlongTheAxes)
   EXPECT_NEAR(measures.mean_normal_force, 20.0, 1e-8);
 }
 
-TEST(Fabric, OfColumnsPointsAlongThem)
+TEST(Fabric, OfColumnsIsAlongThem)
 {
-  // contacts along x alone: <n n> is xx, C = 4 (xx - 1/2)
+  // Only contacts along x exist: <n n> is xx, C = 4 (xx - 1/2).
   const auto measures = contact_measures(rectangles(2.0 * RADIUS - 1e-5, 2.1 * RADIUS));
 
   EXPECT_NEAR(measures.contact(0, 0), 2.0, 1e-12);
@@ -86,7 +87,7 @@ TEST(Fabric, OfColumnsPointsAlongThem)
 
 TEST(Fabric, OfBoxesOfSpheresHasTheContrastOfForcesAlongTheAxes)
 {
-  // in space N_aa = 15/2 (f_a - f)/(3 f) with the mean f
+  // In space N_aa = 15/2 (f_a - f)/(3 f) with the mean f.
   const double kn = spheres_material().normal_stiffness;
   const Vec<double, 3> overlap{{1e-5, 2e-5, 3e-5}};
   const auto measures = contact_measures(boxes(overlap));
@@ -100,7 +101,8 @@ TEST(Fabric, OfBoxesOfSpheresHasTheContrastOfForcesAlongTheAxes)
 
 TEST(Fabric, TangentialForcesAreComparedWithNormalOnes)
 {
-  // 10 N along the contact and 20 N across it where the normal is x, none where it is y: X = diag(5, 0), T = 4/f (X - tr X/2)
+  // Contacts along x have 10 N along and 20 N across the contact, contacts along y none: X =
+  // diag(5, 0), T = 4/f (X - tr X/2).
   RveState state = rectangles(2.0 * RADIUS - 2e-5, 2.0 * RADIUS - 2e-5);
   for (int i = 0; i < 16; ++i)
     state.pairs.push_back({i, i / 4 * 4 + (i + 1) % 4, i % 2 ? 10.0 : -10.0});
@@ -112,9 +114,9 @@ TEST(Fabric, TangentialForcesAreComparedWithNormalOnes)
   EXPECT_NEAR(measures.elastic_normal, 32 * 0.5 * 1e6 * 4e-10, 1e-12);
 }
 
-TEST(Fabric, TurnsWithTheRve)
+TEST(Fabric, RotatesWithTheRve)
 {
-  // a sheared packing and the same one turned by 90 degrees: x y become y -x
+  // A sheared packing is compared with the same one rotated by 90 degrees, where x y become y -x.
   RveRig rig(paper_packing());
   rig.strain(gradient(0, 1, 1.0), 2e-5, 500);
   RveState state = rig.state(), turned = state;
@@ -143,7 +145,8 @@ TEST(Fabric, OfGrainsThatDoNotTouchIsZero)
 
 TEST(Sliding, IsSharedByStrongAndWeakContacts)
 {
-  // 30 N along x, 10 N along y: the mean is 20 N. Of 16 each 2 and 4 have the tangential force that friction allows.
+  // The forces are 30 N along x and 10 N along y, 20 N on average. Two and four of 16 contacts each
+  // have the tangential force of the friction limit.
   RveState state = rectangles(2.0 * RADIUS - 3e-5, 2.0 * RADIUS - 1e-5);
   const double friction = state.material.friction;
   ASSERT_GT(friction, 0.0);
@@ -161,7 +164,7 @@ TEST(Sliding, IsSharedByStrongAndWeakContacts)
 
 TEST(Sliding, IsThatOfTheEngineAndOfWeakContacts)
 {
-  // Radjai et al. 1998: in a sheared packing nearly all contacts that slide are weak
+  // In a sheared packing nearly all sliding contacts are weak (Radjai et al. 1998).
   RveRig rig(paper_packing());
   const Result &result = rig.strain(gradient(0, 1, 1.0), 2e-5, 500);
   const auto measures = contact_measures(rig.state());
@@ -171,7 +174,7 @@ TEST(Sliding, IsThatOfTheEngineAndOfWeakContacts)
   const double all =
       measures.strong * measures.sliding_strong + (1.0 - measures.strong) * measures.sliding_weak;
   EXPECT_GT(all, 0.02);
-  // a few contacts are within 1e-3 of the limit
+  // A few contacts are within 1e-3 of the limit.
   EXPECT_NEAR(all, result.sliding_fraction, 5.0 / result.num_contacts);
 }
 
@@ -192,7 +195,8 @@ TEST(ElasticEnergy, OfDisksIsThatOfTheEngineByKinds)
 
 TEST(ElasticEnergy, OfRollingIsThatOfItsSprings)
 {
-  // 16 springs of k_r stretched to 3 N, and 16 to -2 N; normal forces of 20 N allow 4 N. E = f^2 / (2 k_r)
+  // 16 springs of k_r have 3 N and 16 have -2 N; normal forces of 20 N allow 4 N. E = f^2 / (2
+  // k_r).
   RveState state = rectangles(2.0 * RADIUS - 2e-5, 2.0 * RADIUS - 2e-5);
   state.material.rolling_stiffness = 5e5;
   state.material.rolling_friction = 0.2;
@@ -209,10 +213,12 @@ TEST(ElasticEnergy, OfRollingIsThatOfItsSprings)
   EXPECT_EQ(measures.elastic_tangential, 0.0);
 }
 
-TEST(ElasticEnergy, OfTurningSpheresIsThatOfTheirSprings)
+TEST(ElasticEnergy, OfRollingAndTwistingSpheresIsThatOfTheirSprings)
 {
-  // The contacts along x of an array, 64 of them, with 20 N: f_r^2 / (2 k_r) of 1.5 N across the normal, and m^2 / (2 k_q) of a moment of 1 mN m. After Marshall k_q = k_t R d / 2 at
-  // the overlap d, and what is remembered is the moment M of the angle M / (k_t R^2 / 2).
+  // The 64 contacts along x of an array have 20 N. Their rolling forces of 1.5 N across the normal
+  // store f_r^2 / (2 k_r), and their moments of 1 mN m store m^2 / (2 k_q). After Marshall, k_q =
+  // k_t R d / 2 at the overlap d, and the stored number is the moment M of the angle M / (k_t R^2 /
+  // 2).
   for (const double marshall : {0.0, 1.0}) {
     SCOPED_TRACE(marshall);
     const double overlap = 2e-5, reduced_radius = 0.5 * RADIUS;
@@ -241,7 +247,7 @@ TEST(ElasticEnergy, OfTurningSpheresIsThatOfTheirSprings)
     const double rolling = 64 * 1.5 * 1.5 / (2.0 * 4e5);
     EXPECT_NEAR(measures.elastic_rolling, rolling, 1e-9 * rolling);
     EXPECT_NEAR(measures.elastic_twisting, 64 * energy,
-                1e-8 * 64 * energy);    // the overlap is a difference
+                1e-8 * 64 * energy);    // the overlap is a difference of close numbers
     EXPECT_EQ(measures.elastic_tangential, 0.0);
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A medium in a cell twice as wide: the same forces, whichever face of the cell a contact goes through, and the same motion after.
+// A packing in a cell twice as wide has the same forces, whichever face of the cell a contact
+// crosses, and then moves in the same way.
 
 #include "support/rve_rig.h"
 #include "support/small_packings.h"
@@ -36,7 +37,7 @@ template <int D> struct Rig {
     return results[0];
   }
   const ResultOf<D> &evaluate() { return advance(DriveOf<D>()); }
-  /// Extension along the first axis and shear, at constant volume.
+  /// Applies extension along the first axis and shear, at constant volume.
   const ResultOf<D> &shear(int steps)
   {
     Tensor<double, D> l = Tensor<double, D>::zero();
@@ -47,7 +48,8 @@ template <int D> struct Rig {
   }
 };
 
-/// Sheared until cell vectors have changed, by contacts that stick and slide.
+/// Returns a packing that is sheared beyond a change of cell vectors, with contacts that stick and
+/// slide.
 template <int D> RveStateOf<D> sheared_packing(Format format)
 {
   Rig<D> rig(small_packing<D>(), format);
@@ -57,7 +59,8 @@ template <int D> RveStateOf<D> sheared_packing(Format format)
   return rig.engine->state(0);
 }
 
-/// By rounding of positions, relative to overlaps of 1e-3 of the diameter, and of forces.
+/// Returns the relative rounding error of positions, for overlaps of 1e-3 of the diameter, and of
+/// forces.
 double rounding(Format format)
 {
   return format == Format::Fast ? 2e-4 : format == Format::Mixed ? 1e-6 : 1e-11;
@@ -92,7 +95,7 @@ TYPED_TEST_SUITE(Copies, Dimensions);
 
 }    // namespace
 
-TYPED_TEST(Copies, HaveTheForcesOfTheMediumWhateverFaceAContactGoesThrough)
+TYPED_TEST(Copies, HaveTheSameForcesForContactsThroughAnyFace)
 {
   constexpr int D = TypeParam::value;
   for (const Format format : ALL_FORMATS) {
@@ -113,8 +116,8 @@ TYPED_TEST(Copies, HaveTheForcesOfTheMediumWhateverFaceAContactGoesThrough)
   }
 }
 
-// As long as what parts them has not grown: a sheared packing is chaotic.
-TYPED_TEST(Copies, MoveAsTheMediumDoes)
+// The copies agree only while their difference has not grown, since a sheared packing is chaotic.
+TYPED_TEST(Copies, MoveAsTheOriginal)
 {
   constexpr int D = TypeParam::value;
   const RveStateOf<D> state = sheared_packing<D>(Format::Double);
@@ -130,11 +133,11 @@ TYPED_TEST(Copies, MoveAsTheMediumDoes)
   for (const double c : end.velocity) fastest = std::max(fastest, std::fabs(c));
   for (int k = 0; k < D * n; ++k)
     EXPECT_NEAR(end.velocity[k], end.velocity[D * n + k], 2.0 * PARTING * fastest);
-  // but not to the bit: they shall part
+  // The copies do not agree to the bit, since they must be able to part.
   EXPECT_NE(end.velocity[0], end.velocity[D * n]);
 }
 
-TYPED_TEST(Copies, StandWhereTheCellIsNarrowest)
+TYPED_TEST(Copies, DoubleTheNarrowestDirection)
 {
   constexpr int D = TypeParam::value;
   const RveStateOf<D> state = small_packing<D>();
@@ -147,7 +150,7 @@ TYPED_TEST(Copies, StandWhereTheCellIsNarrowest)
     EXPECT_DOUBLE_EQ(wide(a, a), (a == D - 1 ? 2.0 : 1.0) * flat.cell(a, a));
 }
 
-TYPED_TEST(Copies, AreOneGrainAcrossOnceTheyAreNearAndStillAlike)
+TYPED_TEST(Copies, CountAsOneGrainWideWhenTheyAreCloseAndEqual)
 {
   constexpr int D = TypeParam::value;
   RveStateOf<D> state = small_packing<D>();
@@ -164,7 +167,7 @@ TYPED_TEST(Copies, AreOneGrainAcrossOnceTheyAreNearAndStillAlike)
   EXPECT_TRUE(is_one_grain_across(near, 2));
   EXPECT_TRUE(is_one_grain_across(side_by_side(near), 4));
 
-  // each of the copies by a fifth of its diameter or more, in directions of their own
+  // Each copy moves by at least a fifth of its diameter in its own direction.
   Random random(1);
   for (int i = 0; i < state.num_grains(); ++i)
     near.fractional[D * i + D - 1] += static_cast<std::uint64_t>(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What is said, and who serves, where the CUDA runtime finds a driver that is too old or that has no device: the driver is a stub
-// (stub_driver.c), so a machine without one can test it. RVE_TEST_OBSTACLE in the environment is what is to be said.
+// Messages and the choice of the device if the CUDA runtime finds a driver that is too old or has
+// no device. The driver is a stub (stub_driver.c), so that machines without a driver can run the
+// test. The environment variable RVE_TEST_OBSTACLE has the expected message.
 
 #include "rve/engine/engine.h"
 #include "support/environment.h"
@@ -32,7 +33,7 @@ Options options_for(Device device)
 
 }    // namespace
 
-TEST(CudaDrivers, AutoTakesTheCpuAndSaysWhy)
+TEST(CudaDrivers, AutoSelectsTheCpuAndReportsWhy)
 {
   const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
   std::string notice;
@@ -43,7 +44,7 @@ TEST(CudaDrivers, AutoTakesTheCpuAndSaysWhy)
   EXPECT_EQ(notice.find(expected()), 0u) << notice;
 }
 
-TEST(CudaDrivers, AnExplicitChoiceAndADemandAreErrors)
+TEST(CudaDrivers, ExplicitAndRequiredDevicesAreErrors)
 {
   {
     const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);

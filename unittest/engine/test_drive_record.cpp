@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The quick look at a drive, which most of them pass, finds what the long ones do.
+// The quick check of a drive, which most drives pass, agrees with the complete checks.
 
 #include "rve/core/error.h"
 #include "rve/engine/drive_record.h"
@@ -29,7 +29,7 @@ template <class Dimension> class DriveOfDimension : public testing::Test {
     return drive;
   }
 
-  /// By the looks that say what is wrong, or how an RVE is steered.
+  /// Returns true if the complete checks find no error and no steering.
   static bool is_plain(const DriveOf<D> &drive)
   {
     try {
@@ -45,8 +45,9 @@ TYPED_TEST_SUITE(DriveOfDimension, Dimensions);
 
 }    // namespace
 
-// Through the sizes where turns become too large for one segment, and those where a volume turns inside out.
-TYPED_TEST(DriveOfDimension, IsSimpleWhereNothingIsWrongAndNothingSteered)
+// The sizes include rotations that are too large for one segment and deformations that invert the
+// volume.
+TYPED_TEST(DriveOfDimension, IsSimpleWithoutErrorsAndSteering)
 {
   constexpr int D = TestFixture::D;
   Random random(7);
@@ -65,7 +66,7 @@ TYPED_TEST(DriveOfDimension, IsSimpleWhereNothingIsWrongAndNothingSteered)
   EXPECT_GT(others, 1000);
 }
 
-TYPED_TEST(DriveOfDimension, IsNotSimpleWithAnythingElse)
+TYPED_TEST(DriveOfDimension, IsNotSimpleWithOtherFeatures)
 {
   constexpr int D = TestFixture::D;
   const double infinite = std::numeric_limits<double>::infinity();

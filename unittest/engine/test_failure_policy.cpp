@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What happens when it cannot go on: a status and the state before the call, never silence; and the rest of the batch goes on.
+// Failures of an RVE: it reports a status and keeps the state before the call, and the rest of the
+// batch continues.
 
 #include "support/messages.h"
 #include "support/rve_rig.h"
@@ -25,7 +26,7 @@ bool contains(const std::string &text, const std::string &part)
 
 }    // namespace
 
-TEST(Failure, OverlapBeyondTheLimitIsNamedAndTheStateKept)
+TEST(Failure, OverlapBeyondTheLimitIsReportedAndTheStateKept)
 {
   Options options = cpu_options();
   options.overlap_limit = 0.15;
@@ -42,19 +43,19 @@ TEST(Failure, OverlapBeyondTheLimitIsNamedAndTheStateKept)
   EXPECT_EQ(components(result.cell), components(cell));
   EXPECT_EQ(result.counters.steps, 100);
 
-  rig.strain(gradient(1, 1, 0.5), DT, 100);    // it can still go elsewhere
+  rig.strain(gradient(1, 1, 0.5), DT, 100);    // the RVE can still move in another direction
   EXPECT_EQ(rig.result().status, status::Ok);
 }
 
-TEST(Failure, CellThatBecomesTooNarrowIsNamed)
+TEST(Failure, CellThatBecomesTooNarrowIsReported)
 {
-  // two small disks in a cell that is flattened: no overlap, but images come within the cutoff
+  // Two small disks in a cell that is flattened have no overlap, but images come within the cutoff.
   RveState state = state_of(paper_material(), 0.04 * Tensor2::identity(), {0.004, 0.004},
                             {0.01, 0.02, 0.03, 0.02});
   RveRig rig(state);
 
   const Result &result =
-      rig.strain(gradient(1, 1, -1.0), 1e-5, 100000);    // to a height of 15 mm, cutoff 8 mm
+      rig.strain(gradient(1, 1, -1.0), 1e-5, 100000);    // a height of 15 mm with a cutoff of 8 mm
 
   EXPECT_EQ(result.status & status::Fatal, status::CellTooNarrow) << describe_status(result.status);
   EXPECT_EQ(rig.state().fractional, state.fractional);
@@ -123,23 +124,23 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
       contains(message_of([&] { rig.owner().advance({0}, {}, results); }), "1 RVEs, 0 drives"));
 }
 
-TEST(Failure, GrainsOfSizesTooDifferentAreRefusedHoweverDifferent)
+TEST(Failure, GrainsOfTooDifferentSizesAreRefused)
 {
-  // a quotient that underflows would ask for infinitely many neighbours
+  // A quotient that underflows would request infinitely many neighbours.
   for (const double small : {4e-5, 1e-12, 1e-30, 1e-300, 4.9e-324}) {
     const RveState state = state_of(paper_material(), 0.04 * Tensor2::identity(), {0.004, small},
                                     {0.01, 0.02, 0.03, 0.02});
 
     const std::string message = message_of([&] { RveRig rig(state); });
 
-    // the smallest ones are no sizes that a format can compute with
+    // No format can compute with the smallest sizes.
     EXPECT_TRUE(contains(message, "at most 60 times as large") ||
                 contains(message, "it must be between 1e-30 and 1e30"))
         << small << ": " << message;
   }
 }
 
-TEST(Failure, SpheresAreOfLessDifferentSizesThanDisks)
+TEST(Failure, SizesOfSpheresMayDifferLessThanThoseOfDisks)
 {
   const auto message_with = [](double ratio) {
     return message_of([&] {
@@ -160,7 +161,7 @@ TEST(Failure, HalfATurnInOneCallIsRefused)
   EXPECT_THROW(Drive::constant_velocity_gradient(spin, 1e-3, 3100), InputError);
 }
 
-TEST(Failure, TimeStepBeyondTheBoundNeverStaysSilent)
+TEST(Failure, TimeStepBeyondTheBoundIsReported)
 {
   const RveState packing = paper_packing();
   const double bound = stable_time_step(packing);
@@ -181,9 +182,10 @@ TEST(Failure, TimeStepBeyondTheBoundNeverStaysSilent)
   }
 }
 
-TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsNamed)
+TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsReported)
 {
-  // two disks that never touch, one of them flies along x; whole cells in a step look like rest to wrapped coordinates
+  // One of two disks that never touch moves along x. Wrapped coordinates do not show motion by
+  // whole cells in a step.
   const double dt = 1e-4, width = 0.2;
   RveState state = state_of(paper_material(), width * Tensor2::identity(), {0.005, 0.004},
                             {0.05, 0.05, 0.15, 0.15});
@@ -202,9 +204,10 @@ TEST(Failure, GrainThatCrossesAQuarterOfTheCellInAStepIsNamed)
     }
 }
 
-TEST(Failure, CoincidingCentresAreNeverSilent)
+TEST(Failure, CoincidingCentresAreReported)
 {
-  // no normal, and an overlap that no format takes for a contact's; enough steps to fly apart if a force came of it
+  // The contact has no normal, and its overlap exceeds the limit of every format. The steps suffice
+  // for the disks to separate if a force resulted.
   for (const Format format : ALL_FORMATS)
     for (const int substeps : {0, 1, 300}) {
       SCOPED_TRACE(to_string(format) + ", " + std::to_string(substeps) + " steps");
@@ -221,7 +224,7 @@ TEST(Failure, CoincidingCentresAreNeverSilent)
     }
 }
 
-TEST(Failure, OneRveFailsAndTheBatchGoesOn)
+TEST(Failure, BatchContinuesWhenAnRveFails)
 {
   Options options = cpu_options(Format::Mixed, 2);
   options.overlap_limit = 0.15;
@@ -247,7 +250,7 @@ TEST(Failure, OneRveFailsAndTheBatchGoesOn)
   EXPECT_TRUE(same_answer(results[0], alone.result()));
 }
 
-TEST(Gas, CarriesNoStressAndIsOnlyANotice)
+TEST(Gas, HasNoStressAndANotice)
 {
   RveRig rig(paper_gas());
 
@@ -273,7 +276,8 @@ TEST(Gas, RecompressesToASolid)
     rig.strain(gradient(0, 0, -0.5) + gradient(1, 1, -0.5), DT, 1000, 2);
     rig.strain(Tensor2::zero(), DT, 2000);
 
-    // back in the cell of 100 kPa; other neighbours, so about that pressure
+    // The cell is that of 100 kPa again, with other neighbours, so the pressure is only about 100
+    // kPa.
     EXPECT_LT(loose, 100.0) << to_string(format);
     EXPECT_GT(void_ratio, 0.25);
     EXPECT_EQ(rig.result().status, status::Ok) << to_string(format);
@@ -284,7 +288,8 @@ TEST(Gas, RecompressesToASolid)
 
 TEST(Gas, FirstContactsMayBeFarBeyondTheGuessedForceScale)
 {
-  // the guess for a gas is an overlap of 1e-3 r; this collision reaches 0.1 r: the call is repeated with a coarser scale
+  // The guess for a packing without contacts is an overlap of 1e-3 r. This collision reaches 0.1 r,
+  // so the call is repeated with a coarser scale.
   for (const Format format : ALL_FORMATS) {
     RveState state = two_disks(-1e-4);
     state.velocity = {9.0, 12.0, -9.0, -12.0};
@@ -323,7 +328,8 @@ TEST(Evaluation, WithoutSubstepsChangesNothing)
           << to_string(format) << (dashpots ? " with dashpots" : "");
       EXPECT_EQ(evaluated.counters.steps, moved.counters.steps);
       if (dashpots) continue;
-      // the force scale may have followed the last call: 2^-25 (double 2^-52) of the largest force per contact
+      // The force scale may have changed after the last call: 2^-25 (double 2^-52) of the largest
+      // force per contact.
       for (int k = 0; k < 4; ++k)
         EXPECT_NEAR(evaluated.stress.component[k], moved.stress.component[k],
                     1e-6 * moved.mean_stress())
@@ -333,14 +339,15 @@ TEST(Evaluation, WithoutSubstepsChangesNothing)
     }
 }
 
-TEST(Evaluation, OfAFreshPackingTellsItsPressure)
+TEST(Evaluation, OfAFreshPackingGivesItsPressure)
 {
   RveRig rig(paper_packing());
 
   const Result &result = rig.evaluate();
 
   EXPECT_EQ(result.num_contacts, 875);
-  EXPECT_NEAR(result.mean_stress(), 1e5, 0.01);    // prepared to an unbalanced force of 7e-9
+  // prepared to a relative unbalanced force of 7e-9
+  EXPECT_NEAR(result.mean_stress(), 1e5, 0.01);
   EXPECT_EQ(result.counters.steps, 0);
   EXPECT_NEAR(result.void_ratio, 0.16104146789664689, 1e-12);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a path may be: writers keep what is there, and say why they cannot write.
+// Paths of output files: writers keep existing links, devices and permissions, and report why they
+// cannot write.
 
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// An empty folder for a test.
+/// Returns an empty folder for a test.
 fs::path new_folder()
 {
   const fs::path folder = temporary_path("folder");
@@ -55,7 +56,7 @@ TEST(OutputFile, WritesANewFileAndReplacesAnOldOne)
   EXPECT_EQ(num_entries(folder), 1u);
 }
 
-TEST(OutputFile, LeavesTheOldFileUntilTheNewOneIsWhole)
+TEST(OutputFile, KeepsTheOldFileUntilTheNewOneIsComplete)
 {
   const fs::path folder = new_folder(), path = folder / "file";
   std::ofstream(path) << "old";
@@ -102,7 +103,7 @@ TEST(OutputFile, ALinkStaysAndItsFileIsWritten)
   fs::create_symlink("link", folder / "link_to_link");
   fs::create_symlink("itself", folder / "itself");
 
-  OutputFile((folder / "link_to_link").string()).write("text");    // data/file is new
+  OutputFile((folder / "link_to_link").string()).write("text");    // data/file does not exist yet
   OutputFile((folder / "link").string()).write("more");
 
   EXPECT_TRUE(fs::is_symlink(folder / "link"));
@@ -117,7 +118,7 @@ TEST(OutputFile, AFifoStaysAndItsReaderGetsTheText)
 {
   const fs::path folder = new_folder(), path = folder / "fifo";
   ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
-  require_writable(path.string());    // does not wait for a reader
+  require_writable(path.string());    // returns without waiting for a reader
   std::string read;
   std::thread reader([&] { read = text_of(path.string()); });
 
@@ -140,7 +141,7 @@ TEST(OutputFile, ADeviceBehindALinkIsWrittenInto)
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-// what root did with /dev/null
+// A regular file must not replace /dev/null, even if root runs the program.
 TEST(OutputFile, ADeviceStaysADevice)
 {
   const fs::path path = new_folder() / "null";
@@ -182,7 +183,7 @@ TEST(OutputFile, AWriteProtectedFileIsKept)
   EXPECT_EQ(text_of(path.string()), "old");
 }
 
-TEST(RequireWritable, FindsOutBeforeThereIsAnythingToWrite)
+TEST(RequireWritable, ChecksBeforeThereIsAnythingToWrite)
 {
   const fs::path folder = new_folder();
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Grains without friction have a program of their own, which leaves tangential forces, torques and contact histories out: what it
-// answers is what the other program answers with a coefficient of zero. The same text for a CPU and, with RVE_TEST_CUDA, for a GPU.
+// The program for grains without friction, which omits tangential forces, torques and contact
+// histories, gives the same results as the other program with a coefficient of zero. The same
+// source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 
@@ -26,7 +27,7 @@ RveState without_friction()
   return state;
 }
 
-/// Sheared to 10 % in ten calls, with a hundred new lists and more.
+/// Returns ten calls that shear to 10 %, with more than a hundred rebuilds.
 std::vector<Drive> shear(const RveState &state)
 {
   const double dt = 0.8 * stable_time_step(state);
@@ -40,7 +41,7 @@ struct Course {
   RveState end;
 };
 
-/// Beside grains with friction, which keep the batch from the program without it, if `company`.
+/// Runs the packing. With `company`, grains with friction in the batch select the general program.
 Course run(Format format, bool company)
 {
   const RveState state = without_friction();
@@ -85,13 +86,13 @@ TEST_P(Frictionless, GrainsMoveAsWithACoefficientOfZero)
   EXPECT_GT(alone.end.counters.rebuilds, 100);
 }
 
-TEST_P(Frictionless, NoForceTurnsAGrain)
+TEST_P(Frictionless, NoForceRotatesAGrain)
 {
   EXPECT_TRUE(untouched_by_friction(run(GetParam(), false).end));
 }
 
-// Spins that a state brings along stay what they are.
-TEST_P(Frictionless, SpinsLastAsTheyAre)
+// Initial spins do not change.
+TEST_P(Frictionless, InitialSpinsStayConstant)
 {
   RveState state = without_friction();
   for (int i = 0; i < state.num_grains(); ++i) state.spin[i] = 0.5 * (i % 7) - 1.0;
@@ -102,7 +103,8 @@ TEST_P(Frictionless, SpinsLastAsTheyAre)
   EXPECT_EQ(rig.state().spin, state.spin);
 }
 
-// A tangential force that a state brings along is at its limit of zero after the first step, also without friction.
+// Without friction, tangential forces of the initial state are at their limit of zero after the
+// first step.
 TEST_P(Frictionless, TangentialForcesOfTheStateVanishInTheFirstStep)
 {
   RveState state = paper_packing();
@@ -124,7 +126,7 @@ TEST_P(Frictionless, TangentialForcesOfTheStateVanishInTheFirstStep)
 
 #if defined(RVE_TEST_CUDA)
 
-// Kernels for few RVEs and for many, for large ones, and for any number of grains per thread.
+// The kernels for few RVEs, many RVEs, large RVEs and any number of grains per thread are compared.
 TEST_P(Frictionless, EveryKernelGivesTheBitsOfTheCpu)
 {
   const RveState state = without_friction();
@@ -152,7 +154,8 @@ TEST_P(Frictionless, EveryKernelGivesTheBitsOfTheCpu)
   }
 }
 
-// Approximate roots err by 2^-22 of a distance, of which overlaps are a thousandth.
+// Approximate roots have a relative error of 2^-22 of a distance; overlaps are a thousandth of a
+// distance.
 TEST_P(Frictionless, RelaxedStressIsWithinTheErrorOfARoot)
 {
   if (GetParam() == Format::Double) GTEST_SKIP() << "double has no relaxed arithmetic";
@@ -176,7 +179,7 @@ TEST_P(Frictionless, RelaxedStressIsWithinTheErrorOfARoot)
 
 #if defined(RVE_TEST_CUDA)
 const auto FORMATS = testing::Values(Format::Fast, Format::Mixed, Format::Double);
-#else    // where `single` is
+#else    // where the format `single` exists
 const auto FORMATS = testing::Values(Format::Fast, Format::Mixed, Format::Double, Format::Single);
 #endif
 INSTANTIATE_TEST_SUITE_P(Formats, Frictionless, FORMATS,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contacts by Hertz and Mindlin through the whole engine: impacts of two disks against closed forms, energy, time steps, packings, files.
+// Contacts by Hertz and Mindlin through the whole engine: impacts of two disks against closed
+// forms, energy, time steps, packings, files.
 
 #include "rve/core/pi.h"
 #include "rve/engine/contact_network.h"
@@ -22,7 +23,7 @@ constexpr double DENSITY = 2650.0;                                 // [kg/m^3], 
 constexpr double DISK_MASS = DENSITY * kPi * RADIUS * RADIUS, REDUCED_MASS = 0.5 * DISK_MASS;
 constexpr double STIFFNESS = 1e8;    // k_n [N/m^2]
 
-/// Without friction and without losses.
+/// Returns a material without friction and losses.
 Material hertz(double stiffness = STIFFNESS)
 {
   Material material;
@@ -38,13 +39,13 @@ struct Damping {
   MaterialMember member;
   double value;
 };
-// each a tenth or two of critical in the impacts below
+// Each is 0.1 to 0.2 of the critical damping in the impacts below.
 constexpr Damping DAMPINGS[] = {{"none", &Material::normal_viscosity, 0.0},
                                 {"velocity", &Material::normal_viscosity, 20.0},
                                 {"viscoelastic", &Material::viscoelastic_damping, 4e5},
                                 {"coeff_restitution", &Material::restitution_damping, 0.2}};
 
-// f = k d^(3/2), k = k_n sqrt(R): m v^2/2 = 2/5 k d^(5/2) at the largest overlap
+// Returns the largest overlap: f = k d^(3/2), k = k_n sqrt(R), m v^2/2 = 2/5 k d^(5/2).
 double largest_overlap(double v)
 {
   const double k = STIFFNESS * std::sqrt(REDUCED_RADIUS);
@@ -59,7 +60,7 @@ struct Impact {
   RveState after;
   EnergyLedger energy;
   double duration;
-  double overlap;    ///< the largest
+  double overlap;    ///< the largest overlap
 };
 
 Impact impact(const RveState &before, double dt)
@@ -78,7 +79,7 @@ Impact impact(const RveState &before, double dt)
   return {rig.state(), rig.result().energy, in_contact * dt, overlap};
 }
 
-/// Relative velocity after over that before, along the line of centres.
+/// Returns the relative velocity after the impact over that before, along the line of centres.
 double restitution(const RveState &before, const RveState &after)
 {
   return (after.velocity[2] - after.velocity[0]) / (before.velocity[0] - before.velocity[2]);
@@ -131,7 +132,7 @@ double time_step()
   return 0.5 * stable_time_step(packing());
 }
 
-/// Sheared by 0.5 %: tangential forces everywhere.
+/// Returns the state after 0.5 % of shear, with tangential forces at all contacts.
 RveState sheared(const RveState &state)
 {
   RveRig rig(state);
@@ -139,7 +140,8 @@ RveState sheared(const RveState &state)
   return rig.state();
 }
 
-/// Highest frequency of sticking contacts by power iteration with the matrix of all motions (x, y, theta of each grain).
+/// Returns the highest frequency of sticking contacts, by power iteration with the matrix of all
+/// motions (x, y, theta of each grain).
 double frequency_of_matrix(const RveState &state)
 {
   const int size = 3 * state.num_grains();
@@ -205,7 +207,7 @@ TEST(HertzImpact, HasTheOverlapAndTheDurationOfTheClosedForm)
   }
 }
 
-TEST(HertzImpact, RestitutionDependsOnNoVelocity)
+TEST(HertzImpact, RestitutionDoesNotDependOnTheVelocity)
 {
   for (const double e : {0.3, 0.6, 0.9})
     for (const double v : {0.001, 0.01, 0.1}) {
@@ -215,12 +217,12 @@ TEST(HertzImpact, RestitutionDependsOnNoVelocity)
 
       const Impact found = impact(before, duration(v) / 4000.0);
 
-      // the dashpot sees the velocity of half a step before
+      // The dashpot uses the velocity of half a step before.
       EXPECT_NEAR(restitution(before, found.after), e, 1e-3) << "e " << e << " v " << v;
     }
 }
 
-TEST(HertzImpact, OtherDashpotsLoseLessOrMoreWhereVelocitiesAreHigh)
+TEST(HertzImpact, OtherDashpotsHaveVelocityDependentRestitution)
 {
   const auto restitution_at = [](const Damping &damping, double v) {
     Material material = hertz();
@@ -228,7 +230,8 @@ TEST(HertzImpact, OtherDashpotsLoseLessOrMoreWhereVelocitiesAreHigh)
     const RveState before = approaching_disks(RADIUS, material, v);
     return restitution(before, impact(before, duration(v) / 1000.0).after);
   };
-  // rate gamma/m times the duration: v^-1/5 with a constant gamma, v^1/5 with gamma in proportion to a
+  // The loss is the rate gamma/m times the duration: v^-1/5 with constant gamma, v^1/5 with gamma
+  // proportional to a.
   EXPECT_LT(restitution_at(DAMPINGS[1], 0.01), restitution_at(DAMPINGS[1], 0.1) - 0.02);
   EXPECT_GT(restitution_at(DAMPINGS[2], 0.01), restitution_at(DAMPINGS[2], 0.1) + 0.02);
 }
@@ -239,8 +242,8 @@ TEST(HertzImpact, BalancesItsEnergyWithEveryDamping)
   for (const double keeps_displacement : {0.0, 1.0})
     for (const Damping &damping : DAMPINGS)
       for (const double tangential_velocity : {0.03, 0.1}) {    // sticks, slides
-        // A dashpot that acts on a contact of no area lets it slide with a spring whose energy f^2/(2 k_t a) has no limit there, until
-        // the contact opens and it is lost
+        // A dashpot that acts on a contact of vanishing area lets it slide. The energy f^2/(2 k_t
+        // a) of the spring then has no limit until the contact opens and the energy is lost.
         const bool is_sliding = tangential_velocity > 0.05;
         SCOPED_TRACE(std::string(damping.name) +
                      (keeps_displacement > 0.0 ? ", mindlin" : ", mindlin/force") + ", v_t " +
@@ -258,11 +261,12 @@ TEST(HertzImpact, BalancesItsEnergyWithEveryDamping)
           const double lost = kinetic_energy(before) - kinetic_energy(found.after);
           EXPECT_EQ(found.energy.viscous > 0.0, damping.value > 0.0);
           if (is_sliding || damping.value > 0.0) { EXPECT_GT(lost, 0.01 * kinetic_energy(before)); }
-          // friction is less than zero where the contact gives more than it takes as it grows and shrinks
+          // The dissipation by friction is negative if the contact releases more energy than it
+          // takes while it grows and shrinks.
           const double heat = found.energy.friction + found.energy.viscous;
           return std::fabs(lost - heat) / kinetic_energy(before);
         };
-        // a sum over steps, of first order in them
+        // The residual is a sum over steps and of first order in the step.
         const double coarse = residual(1000), fine = residual(8000);
         EXPECT_LT(fine, 1e-3);
         EXPECT_LT(fine, std::fmax(0.5 * coarse, 1e-4));
@@ -271,7 +275,7 @@ TEST(HertzImpact, BalancesItsEnergyWithEveryDamping)
 
 TEST(HertzImpact, GrossSlidingTransfersTheCoulombImpulse)
 {
-  // so slow that neither the overlap nor the turning normal matters
+  // The velocity is so small that neither the overlap nor the rotation of the normal matters.
   const double v = 1e-6, v_t = 3e-6, mu = 0.1;
   for (const double keeps_displacement : {0.0, 1.0}) {
     Material material = hertz();
@@ -282,7 +286,8 @@ TEST(HertzImpact, GrossSlidingTransfersTheCoulombImpulse)
 
     const Impact found = impact(before, duration(v) / 4000.0);
 
-    // impulse mu m (1 + e) v_n along the tangent, on the centres and with arm r on I = M r^2/2
+    // The impulse mu m (1 + e) v_n acts along the tangent on the centres, and with arm r on I = M
+    // r^2/2.
     const double change = (found.after.velocity[3] - found.after.velocity[1]) + v_t;
     EXPECT_NEAR(restitution(before, found.after), 1.0, 1e-4);
     EXPECT_NEAR(change, mu * 2.0 * v, 1e-4 * v);
@@ -308,7 +313,7 @@ TEST(HertzTimeStep, FallsWithTheQuarterPowerOfTheOverlap)
   EXPECT_NEAR(step_at(1e-5) / step_at(16e-5), 2.0, 1e-9);
 }
 
-TEST(HertzTimeStep, IsThatOfTheMatrixOfAllMotionsAndTheEngineIsBelowIt)
+TEST(HertzTimeStep, FollowsFromTheMatrixOfAllMotionsAndBoundsTheEngine)
 {
   RveState state = packing();
   state.material.local_damping = state.material.restitution_damping = 0.0;
@@ -333,7 +338,7 @@ TEST(HertzTimeStep, OfTheEngineIsBelowThatOfAStateWithEveryDamping)
 
 // ---- packings ----
 
-TEST(HertzPacking, ReachesItsPressureAndIsPressedAsHertzSays)
+TEST(HertzPacking, ReachesItsPressureAndCompressesByHertzLaw)
 {
   const auto result_at = [](double pressure) {
     RveRig rig(packing_at(pressure));
@@ -343,7 +348,7 @@ TEST(HertzPacking, ReachesItsPressureAndIsPressedAsHertzSays)
     EXPECT_GT(result.coordination_number, 3.5);
     return result;
   };
-  // f = k d^(3/2): eight times the pressure, four times the overlap, but for the contacts that are gained
+  // f = k d^(3/2): eight times the pressure gives four times the overlap, apart from new contacts.
   const double ratio = result_at(20e3).mean_overlap / result_at(2.5e3).mean_overlap;
   EXPECT_NEAR(ratio, 4.0, 0.4);
 }
@@ -373,12 +378,13 @@ TEST(HertzPacking, ContinuesToTheSameBitsFromImagesAndFiles)
   }
 }
 
-/// On CPUs with AVX2 the program without dashpots and books takes grains in packs.
-TEST(HertzPacking, WithoutDashpotsAndBooksGivesTheBitsOfTheProgramThatHasThem)
+/// On CPUs with AVX2, the program without dashpots and energy bookkeeping computes grains in packs.
+TEST(HertzPacking, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   RveState state = sheared(packing());
   state.material.restitution_damping = 0.0;
-  for (const double displacement : {0.0, 1.0, 2.0, 3.0})    // mindlin/force, mindlin, rescaled ones
+  // mindlin/force, mindlin, rescaled histories
+  for (const double displacement : {0.0, 1.0, 2.0, 3.0})
     for (const Format format : ALL_FORMATS) {
       state.material.mindlin_displacement = displacement;
       Options books = cpu_options(format);
@@ -387,13 +393,13 @@ TEST(HertzPacking, WithoutDashpotsAndBooksGivesTheBitsOfTheProgramThatHasThem)
       for (RveRig *each : {&one, &other}) each->strain(gradient(0, 1, 2.0), time_step(), 400);
       EXPECT_GT(one.result().sliding_fraction, 0.0);
       RveState with_books = other.state();
-      with_books.energy = one.state().energy;    // there are none without books
+      with_books.energy = one.state().energy;    // energies are not tracked without bookkeeping
       EXPECT_EQ(serialize(one.state()), serialize(with_books))
           << "mindlin_displacement " << displacement;
     }
 }
 
-TEST(HertzPacking, AnswersAlikeInAllFormats)
+TEST(HertzPacking, HasTheSameResponseInAllFormats)
 {
   const RveState state = sheared(packing());
   const auto stress_in = [&](Format format) {
@@ -410,7 +416,7 @@ TEST(HertzPacking, AnswersAlikeInAllFormats)
   EXPECT_LT(error_of(Format::Fast), 1e-2 * p);
 }
 
-TEST(HertzPacking, RigidRotationTurnsItsStress)
+TEST(HertzPacking, RigidRotationRotatesItsStress)
 {
   for (const double keeps_displacement : {0.0, 1.0}) {
     RveState state = sheared(packing());
@@ -428,7 +434,7 @@ TEST(HertzPacking, RigidRotationTurnsItsStress)
     const int steps = 1 + static_cast<int>(0.5 * kPi / RATE / time_step() / 20.0);
     rig.strain(spin_gradient(RATE), 0.5 * kPi / RATE / (20 * steps), steps, 20);
 
-    // a quarter: R = (0 -1; 1 0)
+    // A quarter turn has R = (0 -1; 1 0).
     const Tensor2 &after = rig.result().stress;
     const double p = -0.5 * trace(before), tolerance = 2e-3 * p;
     EXPECT_NEAR(after(0, 0), before(1, 1), tolerance);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// From contacts to continuum: closed forms of a lattice, and Love's stress against the energy it derives from.
+// Homogenization of contacts: closed forms of a lattice, and Love's stress against the derivative
+// of the energy.
 
 #include "oracle/love_sum.h"
 #include "support/lattice.h"
@@ -29,7 +30,7 @@ RveState hexagonal_lattice(double overlap, double tangential_stiffness)
   return rve_test::hexagonal_lattice(material, RADIUS, overlap);
 }
 
-/// d stress / d strain of the lattice for a small homogeneous strain increment.
+/// Returns d stress / d strain of the lattice for a small homogeneous strain increment.
 Tensor2 stress_rate(const Tensor2 &strain, double overlap, double tangential_stiffness)
 {
   RveRig rig(hexagonal_lattice(overlap, tangential_stiffness));
@@ -51,8 +52,8 @@ TEST(HexagonalLattice, PressureIsThatOfItsSixContactsPerGrain)
 
     const Result &result = rig.evaluate();
 
-    // 3 N contacts; p = sqrt(3) k_n delta/(d z), d the spacing.
-    // Positions are known to 2^-53 of the cell, 6e-18 m: 6e-12 of the smallest overlap, and a few roundings
+    // There are 3 N contacts; p = sqrt(3) k_n delta/(d z) with the spacing d. Positions are exact
+    // to 2^-53 of the cell, 6e-18 m, which is 6e-12 of the smallest overlap, plus a few roundings.
     const double pressure =
         std::sqrt(3.0) * STIFFNESS * overlap / ((2.0 * RADIUS - overlap) * THICKNESS);
     EXPECT_EQ(result.num_contacts, 108);
@@ -67,7 +68,7 @@ TEST(HexagonalLattice, PressureIsThatOfItsSixContactsPerGrain)
 
 TEST(HexagonalLattice, StiffnessIsThatOfItsSprings)
 {
-  // terms of the order p/E = overlap/spacing = 1e-6 and of the strain are left out in the closed forms
+  // The closed forms omit terms of the order p/E = overlap/spacing = 1e-6 and of the strain.
   const double overlap = 1e-8;
   for (const double kt : {0.0, 0.4 * STIFFNESS, STIFFNESS}) {
     const double unit = 2.0 / (std::sqrt(3.0) * THICKNESS);
@@ -120,8 +121,9 @@ TEST(LoveStress, IsTheDerivativeOfTheElasticEnergy)
       const double slope = (elastic_energy(Tensor2::identity() + step) -
                             elastic_energy(Tensor2::identity() - step)) /
           (2.0 * h);
-      // energies are summed in units of 2^-38 F r = 7e-12 J: 1e-10 J for 875 contacts, 0.02 Pa after division by 2 h V; the
-      // few contacts that open or close within h add less than 0.01 Pa
+      // Energies are summed in units of 2^-38 F r = 7e-12 J: 1e-10 J for 875 contacts, 0.02 Pa
+      // after division by 2 h V. The few contacts that open or close within h add less than 0.01
+      // Pa.
       EXPECT_NEAR(slope / volume, stress(a, b), 2e-6 * 1e5);
     }
 }
@@ -142,7 +144,7 @@ TEST(LoveStress, MatchesTheSumOverAllPairsAfterStrongShear)
                                                      : 1e-4;
     EXPECT_GT(result.counters.rebuilds, 50);
     EXPECT_GE(result.counters.lattice_reductions, 1);
-    // `fast`: a gap of less than its rounding may count or not
+    // In `fast` a contact with a gap below the rounding error may or may not count.
     EXPECT_NEAR(result.num_contacts, oracle.num_contacts, format == Format::Fast ? 1 : 0)
         << to_string(format);
     for (int k = 0; k < 4; ++k)
@@ -159,20 +161,22 @@ TEST(LoveStress, DoesNotDependOnTheChoiceOfLatticeVectors)
   RveState state = rig.state();
   const Result before = rig.evaluate();
 
-  // b <- b + 2 a by hand: s_x <- s_x - 2 s_y in wrapping integers, the list dropped and the history kept
+  // The cell changes by b <- b + 2 a, and s_x <- s_x - 2 s_y in wrapping integers; the list is
+  // dropped and the history kept.
   for (int r = 0; r < 2; ++r) state.cell(r, 1) += 2.0 * state.cell(r, 0);
   for (int i = 0; i < state.num_grains(); ++i)
     state.fractional[2 * i] -= 2 * state.fractional[2 * i + 1];
   state.list_fractional.clear();
   state.list_cell = Tensor2::zero();
   RveState reduced = state;
-  for (int r = 0; r < 2; ++r) reduced.cell(r, 1) -= 3.0 * reduced.cell(r, 0);    // lean back by one
+  // shears back by one cell vector
+  for (int r = 0; r < 2; ++r) reduced.cell(r, 1) -= 3.0 * reduced.cell(r, 0);
   for (int i = 0; i < state.num_grains(); ++i)
     reduced.fractional[2 * i] += 3 * reduced.fractional[2 * i + 1];
 
   const Result after = RveRig(reduced).evaluate();
 
-  // branch vectors come from other products: 1e-16 of the cell over an overlap of 5e-5 m
+  // Branch vectors have other rounding errors: 1e-16 of the cell, relative to an overlap of 5e-5 m.
   EXPECT_EQ(after.num_contacts, before.num_contacts);
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(after.stress.component[k], before.stress.component[k],

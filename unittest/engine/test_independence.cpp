@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What results must not depend on: the list, the place of the origin, threads, the batch, and a stop in the middle.
+// Results do not depend on the list, the origin of coordinates, threads, the batch, and an
+// interruption.
 
 #include "support/rve_rig.h"
 
@@ -13,7 +14,7 @@ namespace {
 constexpr double DT = 5e-5;
 const Tensor2 SHEAR_AND_COMPRESSION = {{0.02, 0.6, 0.0, -0.15}};
 
-/// A few per cent of strain with rebuilds, sliding and new contacts.
+/// Strains the packing by a few per cent, with rebuilds, sliding and new contacts.
 const Result &work_out(RveRig &rig, int calls = 20)
 {
   return rig.strain(SHEAR_AND_COMPRESSION, DT, 50, calls);
@@ -26,7 +27,8 @@ RveState without_list(RveState state)
   return state;
 }
 
-/// A pair whose grains are named in the other order keeps its history; so does a list in any other order.
+/// Returns the state with exchanged grains in pairs and another order of the list, which keep the
+/// contact histories.
 RveState with_shuffled_list(RveState state)
 {
   std::reverse(state.pairs.begin(), state.pairs.end());
@@ -65,7 +67,7 @@ TEST_P(EveryFormat, SkinDoesNotChangeABit)
   EXPECT_GT(results[0].sliding_fraction, 0.05);
   EXPECT_EQ(results[2].counters.repeats, 0);
   EXPECT_GE(results[3].counters.repeats,
-            1);    // more than four pairs per grain: the list grew, the call was repeated
+            1);    // more than four pairs per grain: the list grew and the call was repeated
   for (int k = 1; k < 4; ++k) {
     EXPECT_TRUE(same_motion(states[0], states[k]));
     EXPECT_TRUE(same_answer(results[0], results[k]));
@@ -79,7 +81,7 @@ TEST_P(EveryFormat, ForcedRebuildDoesNotChangeABit)
 
   RveState state = paper_packing();
   for (int call = 0; call < 20;
-       ++call) {    // every call begins with a new list, and an old one in another order
+       ++call) {    // every call begins with a new list, or an old one in another order
     RveRig rig(without_list(with_shuffled_list(state)), cpu_options(GetParam()));
     work_out(rig, 1);
     state = rig.state();
@@ -102,7 +104,8 @@ TEST_P(EveryFormat, ShiftOfAllCoordinatesDoesNotChangeABit)
   work_out(rig);
   work_out(shifted_rig);
 
-  ASSERT_EQ(rig.result().counters.lattice_reductions, 0);    // it would map the shift too
+  // a lattice reduction would transform the shift too
+  ASSERT_EQ(rig.result().counters.lattice_reductions, 0);
   RveState back = shifted_rig.state();
   for (int i = 0; i < packing.num_grains(); ++i)
     for (int a = 0; a < 2; ++a) back.fractional[2 * i + a] -= shift[a];
@@ -138,7 +141,8 @@ TEST_P(EveryFormat, RestartContinuesBitForBit)
   const RveState stop = uninterrupted.state();
   const auto rebuilds = uninterrupted.result().counters.rebuilds;
   ASSERT_GT(histories(stop).size(), 500u);
-  ASSERT_NE(stop.list_fractional, stop.fractional);    // in the middle of a list's life
+  // the list is neither new nor due for a rebuild
+  ASSERT_NE(stop.list_fractional, stop.fractional);
 
   RveRig continued(restarted(stop), cpu_options(GetParam()));
   work_out(uninterrupted, 10);
@@ -146,11 +150,11 @@ TEST_P(EveryFormat, RestartContinuesBitForBit)
 
   EXPECT_GT(uninterrupted.result().counters.rebuilds, rebuilds);
   EXPECT_TRUE(same_answer(continued.result(), uninterrupted.result()));
-  // everything, the list and all counters included
+  // The whole states agree, with the list and all counters.
   EXPECT_EQ(serialize(continued.state()), serialize(uninterrupted.state()));
 }
 
-TEST_P(EveryFormat, RestartWithoutTheTangentialHistoryIsNoticed)
+TEST_P(EveryFormat, RestartWithoutTheTangentialHistoryDiffers)
 {
   RveRig uninterrupted(paper_packing(), cpu_options(GetParam()));
   work_out(uninterrupted, 10);
@@ -200,7 +204,7 @@ struct Job {
   Drive drive;
 };
 
-/// RVEs of different sizes, packings, drives and numbers of substeps.
+/// Returns RVEs of different sizes, packings, drives and numbers of substeps.
 std::vector<Job> mixed_batch()
 {
   Drive biaxial;
@@ -227,7 +231,7 @@ std::vector<Job> mixed_batch()
   return jobs;
 }
 
-/// Advances the batch twice, named in the given order; states and results by job.
+/// Advances the batch twice in the given order and returns states and results by job.
 std::vector<std::pair<std::vector<char>, Result>>
 run_batch(const std::vector<Job> &jobs, const std::vector<int> &order, Format format, int threads)
 {
@@ -270,7 +274,7 @@ TEST_P(EveryFormat, ThreadsAndOrderInTheBatchDoNotChangeABit)
     }
 }
 
-TEST(Batch, CompanyDoesNotChangeABit)
+TEST(Batch, OtherRvesDoNotChangeABit)
 {
   const std::vector<Job> jobs = mixed_batch();
   const auto together = run_batch(jobs, {0, 1, 2, 3, 4, 5, 6, 7}, Format::Mixed, 2);

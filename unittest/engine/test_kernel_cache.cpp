@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The cache of compiled kernels: what was kept is found, by all processes, and nothing from a folder that others can enter, and nothing
-// damaged, is ever taken for a kernel.
+// The cache of compiled kernels: all processes find a stored kernel, and a damaged file or a folder
+// with write access for others is never used.
 
 #include "rve/core/error.h"
 #include "rve/engine/kernel_cache.h"
@@ -49,7 +49,7 @@ class Folder : public testing::Test {
 
   std::string file() const { return folder + "/" + KernelCache::file_name(KEY); }
 
-  /// A cache that has the kernel.
+  /// Stores the kernel in a new cache.
   void keep() const
   {
     KernelCache cache(folder);
@@ -57,7 +57,7 @@ class Folder : public testing::Test {
     ASSERT_EQ(cache.obstacle(), "");
   }
 
-  /// Whether it is found, and is what was kept; `why` is what the cache says.
+  /// Returns true if the cache finds the stored kernel; `why` gets the message of the cache.
   bool finds(std::string *why = nullptr, const std::string &key = KEY) const
   {
     KernelCache cache(folder);
@@ -71,7 +71,7 @@ class Folder : public testing::Test {
     return found;
   }
 
-  /// That the file is not used, for this reason, and that the kernel can be kept again in its place.
+  /// Expects that the file is refused for this reason and that the kernel can be stored again.
   void expect_refused(const std::string &reason) const
   {
     std::string why;
@@ -82,7 +82,7 @@ class Folder : public testing::Test {
     EXPECT_TRUE(finds());
   }
 
-  /// That nothing is read from the folder, nor written to it.
+  /// Expects that nothing is read from the folder or written to it.
   void expect_folder_refused(const std::string &reason) const
   {
     KernelCache cache(folder);
@@ -115,7 +115,7 @@ void write(const std::string &path, const std::string &text)
   std::ofstream(path, std::ios::binary) << text;
 }
 
-/// Whether this many processes that do the work at once all find that it went well.
+/// Runs `work` in several processes at once and returns true if it succeeds in all of them.
 template <class Work> bool end_well(int processes, const Work &work)
 {
   std::vector<pid_t> children;
@@ -135,7 +135,7 @@ template <class Work> bool end_well(int processes, const Work &work)
 
 }    // namespace
 
-// ---- what is kept ------------------------------------------------------------------------------------------------------------
+// ---- stored kernels ----
 
 TEST_F(KernelCacheFile, IsFoundByItsKeyAndByNoOther)
 {
@@ -145,7 +145,7 @@ TEST_F(KernelCacheFile, IsFoundByItsKeyAndByNoOther)
   EXPECT_FALSE(finds(nullptr, KEY + "-fmad=true\n"));
 }
 
-TEST_F(KernelCacheFolder, IsForNobodyElse)
+TEST_F(KernelCacheFolder, IsAccessibleToItsOwnerOnly)
 {
   const mode_t before = umask(0);
   keep();
@@ -155,7 +155,7 @@ TEST_F(KernelCacheFolder, IsForNobodyElse)
   EXPECT_EQ(status.st_mode & 0777, 0700u);
 }
 
-TEST_F(KernelCacheFile, OfAnotherKeyWithTheSameHashIsNotTaken)
+TEST_F(KernelCacheFile, FileOfAnotherKeyWithTheSameHashIsNotUsed)
 {
   keep();
   const std::string other = "another key";
@@ -163,7 +163,7 @@ TEST_F(KernelCacheFile, OfAnotherKeyWithTheSameHashIsNotTaken)
   EXPECT_FALSE(finds(nullptr, other));
 }
 
-TEST_F(KernelCacheFile, ThatIsDamagedAnywhereIsCompiledAgain)
+TEST_F(KernelCacheFile, DamagedFileIsCompiledAgain)
 {
   keep();
   const std::string sound = text_of(file());
@@ -177,7 +177,7 @@ TEST_F(KernelCacheFile, ThatIsDamagedAnywhereIsCompiledAgain)
   }
 }
 
-TEST_F(KernelCacheFile, ThatIsCutOffOrTooLongIsCompiledAgain)
+TEST_F(KernelCacheFile, TruncatedOrTooLongFileIsCompiledAgain)
 {
   keep();
   const std::string sound = text_of(file());
@@ -192,7 +192,7 @@ TEST_F(KernelCacheFile, ThatIsCutOffOrTooLongIsCompiledAgain)
 
 // ---- the folder ----
 
-TEST_F(KernelCacheFolder, ThatOthersCanEnterIsRefused)
+TEST_F(KernelCacheFolder, FolderOpenToOthersIsRefused)
 {
   for (const mode_t mode : {0755, 0701, 0710, 0777, 0750, 0500}) {
     keep();
@@ -210,21 +210,21 @@ TEST_F(KernelCacheFolder, OfAnotherUserIsRefused)
   expect_folder_refused("belongs to the user with the number 12345");
 }
 
-TEST_F(KernelCacheFolder, ThatCannotBeMadeIsSaid)
+TEST_F(KernelCacheFolder, FailureToCreateItIsReported)
 {
   write(folder, "a file");
   expect_folder_refused("Not a directory");
   fs::remove(folder);
 }
 
-TEST_F(KernelCacheFolder, IsMadeWithThoseAboveIt)
+TEST_F(KernelCacheFolder, IsCreatedWithItsParents)
 {
   KernelCache cache(folder + "/a/b/");
   EXPECT_EQ(cache.obstacle(), "");
   EXPECT_TRUE(fs::is_directory(folder + "/a/b"));
 }
 
-TEST(KernelCache, IsWhereTheEnvironmentSays)
+TEST(KernelCache, IsInTheFolderOfTheEnvironmentVariable)
 {
   const auto chosen = [](const char *own, const char *xdg, const char *home) {
     const Environment a("GPU_RVE_KERNEL_CACHE", own), b("XDG_CACHE_HOME", xdg), c("HOME", home);
@@ -245,7 +245,7 @@ TEST(KernelCache, IsWhereTheEnvironmentSays)
       "with /, or 0, false, no, off or empty");
 }
 
-TEST(KernelCache, ThatIsSwitchedOffKeepsNothingAndDoesNotComplain)
+TEST(KernelCache, SwitchedOffCacheStoresNothingWithoutAMessage)
 {
   KernelCache cache("");
   cache.store(KEY, some_kernel());
@@ -255,12 +255,12 @@ TEST(KernelCache, ThatIsSwitchedOffKeepsNothingAndDoesNotComplain)
   EXPECT_FALSE(KernelCache::Turn(cache, KEY).is_mine());
 }
 
-// ---- many processes ------------------------------------------------------------------------------------------------------------
+// ---- many processes -----------------------------------------------------------------------------
 
-/// Each reads a whole kernel or none, whoever writes meanwhile, and nothing is left over.
-TEST_F(KernelCacheProcesses, NeverSeeHalfAFile)
+/// Each process reads a whole kernel or none while others write, and no temporary files remain.
+TEST_F(KernelCacheProcesses, NeverReadAPartialFile)
 {
-  constexpr int rounds = 10;    // each is written to the disk
+  constexpr int rounds = 10;    // each round writes to the disk
   EXPECT_TRUE(end_well(8, [&] {
     KernelCache cache(folder);
     const DeviceCode sound = some_kernel();
@@ -277,7 +277,7 @@ TEST_F(KernelCacheProcesses, NeverSeeHalfAFile)
   EXPECT_EQ(names().size(), 1u);
 }
 
-/// Ranks of a machine: the first one compiles, the others wait and find what it has kept.
+/// The first rank of a machine compiles; the others wait and find the stored kernel.
 TEST_F(KernelCacheProcesses, CompileOneAfterTheOther)
 {
   const std::string compilations = temporary_path("compilations");
@@ -300,7 +300,7 @@ TEST_F(KernelCacheProcesses, CompileOneAfterTheOther)
   fs::remove(compilations);
 }
 
-TEST_F(KernelCacheProcesses, ThatAreKilledOrHangHoldNobodyForever)
+TEST_F(KernelCacheProcesses, KilledOrHangingProcessesDoNotBlockOthersForever)
 {
   int ready[2];
   ASSERT_EQ(pipe(ready), 0);
@@ -315,7 +315,8 @@ TEST_F(KernelCacheProcesses, ThatAreKilledOrHangHoldNobodyForever)
   char word;
   ASSERT_EQ(::read(ready[0], &word, 1), 1);
   const KernelCache cache(folder);
-  EXPECT_FALSE(KernelCache::Turn(cache, KEY, 0.1).is_mine());    // it hangs: 0.1 s, and on
+  // the owner hangs for longer than 0.1 s
+  EXPECT_FALSE(KernelCache::Turn(cache, KEY, 0.1).is_mine());
   EXPECT_TRUE(KernelCache::Turn(cache, "another kernel", 0.1).is_mine());
   kill(child, SIGKILL);
   int status = 0;

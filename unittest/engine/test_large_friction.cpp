@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Friction so large that it never lets go is a model of its own, of cogs: the sums of forces must then hold the forces that are
-// there, not those that friction could bear. The same text for a CPU and, with RVE_TEST_CUDA, for a GPU.
+// Friction that is too large for contacts to slide is a model of its own, of cogs. Sums of forces
+// must hold the actual forces and not the friction limit. The same source is compiled for a CPU
+// and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 
@@ -18,7 +19,7 @@ namespace {
 
 constexpr double COEFFICIENTS[] = {100.0, 1e3, 1e5, 1e8, 1e10};
 
-/// At rest under 20 kPa; with `rolling` grains are as rough against rolling.
+/// Returns a packing at rest under 20 kPa; with `rolling` the rolling friction is as large.
 RveState rough_packing(double friction, bool rolling)
 {
   RveState state = paper_packing("A20_h0075.rve");
@@ -30,19 +31,22 @@ RveState rough_packing(double friction, bool rolling)
   return state;
 }
 
-/// Relative error of a pressure that a format has at common friction, from the last digits of an overlap and of a force.
+/// Returns the relative error of a pressure at usual friction, from the last digits of an overlap
+/// and of a force.
 double pressure_error(Format format)
 {
   return format == Format::Double ? 1e-12 : format == Format::Mixed ? 1e-6 : 1e-5;
 }
 
-/// The same after shear(): differences of last digits have grown, those of forces in fp32 but in `double`.
+/// Returns the error after shear(), where differences of last digits have grown; forces are fp32
+/// except in `double`.
 double sheared_error(Format format)
 {
   return format == Format::Double ? 1e-11 : 1e-4;
 }
 
-/// 0.2 % of shear and compression by half of it, in calls of the length of a macro step and in longer ones.
+/// Shears by 0.2 % and compresses by half of it, in calls of the length of a macro step and in
+/// longer ones.
 const Result &shear(RveRig &rig, double dt)
 {
   rig.strain(Tensor2{{-0.05, 0.1, 0.0, -0.05}}, dt, 10, 20);
@@ -56,7 +60,7 @@ class LargeFriction : public OnDevice {
 
 }    // namespace
 
-TEST_P(LargeFriction, PressureIsThereAtOnce)
+TEST_P(LargeFriction, FirstPressureIsCorrect)
 {
   for (const bool rolling : {false, true})
     for (const double friction : COEFFICIENTS) {
@@ -93,8 +97,8 @@ TEST_P(LargeFriction, PressureAfterShearIsThatOfDouble)
   EXPECT_NEAR(shear(here, dt).mean_stress(), expected, sheared_error(GetParam()) * expected);
 }
 
-// Beyond some coefficient no contact slides any more, and nothing depends on it.
-TEST_P(LargeFriction, GrainsThatNeverSlideDoNotKnowTheCoefficient)
+// Beyond some coefficient no contact slides, and results do not depend on the coefficient.
+TEST_P(LargeFriction, WithoutSlidingTheCoefficientHasNoEffect)
 {
   const double dt = 0.5 * stable_time_step(rough_packing(1e6, true));
   RveRig some = rig(rough_packing(1e6, true)), more = rig(rough_packing(1e10, true));
@@ -105,8 +109,9 @@ TEST_P(LargeFriction, GrainsThatNeverSlideDoNotKnowTheCoefficient)
   EXPECT_TRUE(same_answer(shear(more, dt), some.result()));
 }
 
-// Tangential forces of a state may exceed the normal ones, from which the first scale of forces is guessed, by far.
-TEST_P(LargeFriction, TangentialForcesOfAStateFindRoom)
+// Tangential forces of a state may be much larger than the normal ones, from which the first force
+// scale is estimated.
+TEST_P(LargeFriction, LargeTangentialForcesOfAStateFitTheScale)
 {
   RveState state = two_disks(1e-6);
   state.material.friction = 1e8;
@@ -127,13 +132,13 @@ TEST_P(LargeFriction, TangentialForcesOfAStateFindRoom)
   for (int i = 0; i < 2; ++i) {
     const double r = state.radius[i];
     const double mass = state.material.density * state.material.mass_depth * M_PI * r * r;
-    // spun by the torque of the force, the arm is the radius up to the overlap
+    // The torque of the force accelerates the spin; the arm is the radius minus half the overlap.
     EXPECT_NEAR(after.spin[i], 2.0 * tangential / (mass * r) * dt, 1e-3 * std::fabs(after.spin[i]));
   }
 }
 
-// The limit of overlaps is one of overlaps: springs along contacts that are stretched further crush nothing.
-TEST_P(LargeFriction, TangentialForcesCrushNoGrain)
+// The overlap limit does not apply to tangential springs that are stretched beyond it.
+TEST_P(LargeFriction, TangentialForcesDoNotExceedTheOverlapLimit)
 {
   RveState state = two_disks(1e-6);
   state.material.friction = 1e8;
@@ -148,7 +153,7 @@ TEST_P(LargeFriction, TangentialForcesCrushNoGrain)
   EXPECT_EQ(result.status, status::Ok) << describe_status(result.status);
 }
 
-TEST_P(LargeFriction, IsRaisedOnALivingRve)
+TEST_P(LargeFriction, CanBeRaisedOnAnExistingRve)
 {
   RveRig living = rig(paper_packing("A20_h0075.rve"));
   Material rough = living.state().material;
@@ -199,7 +204,7 @@ TEST_P(LargeFriction, KeepsMomentum)
       size += mass * std::fabs(after.velocity[2 * i + a]);
     }
   }
-  // forces cancel exactly; each kick rounds a velocity
+  // Forces cancel exactly; each kick rounds a velocity.
   const double rounding = GetParam() == Format::Double ? 1e-12 : 1e-4;
   for (const double component : momentum) EXPECT_LT(std::fabs(component), rounding * size);
 }
@@ -217,7 +222,7 @@ TEST_P(LargeFriction, WorkGoesIntoSpringsAndMotion)
 
   const double stored =
       after.elastic_energy - before.elastic_energy + after.kinetic_energy - before.kinetic_energy;
-  // contacts that open lose what their tangential springs hold; a ledger has it under friction
+  // Contacts that open lose the energy of their tangential springs, which is counted as friction.
   EXPECT_NEAR(after.energy.work, stored + after.energy.friction, 2e-2 * after.energy.work);
 }
 

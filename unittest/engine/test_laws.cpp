@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What every contact law of the table of programs must do, in every number format: a new line of the table is tested here without a word.
+// Properties of every contact law in the table of programs, in every number format. A new line of
+// the table is tested here without further code.
 
 #include "rve/core/pi.h"
 #include "rve/engine/program_scenes.h"
@@ -46,7 +47,7 @@ Material all_that_contacts_have()
   return material;
 }
 
-/// In units of the script, with the arms of the contact point.
+/// Returns the law in units of the script, with arms to the contact point.
 template <class Law> Law law_of(const Material &material)
 {
   typename Law::Constants constants;
@@ -90,7 +91,7 @@ void randomize(Random &random, RollingHistory<Contact, Turning> &history)
   randomize(random, history.turning);
 }
 
-/// A grain that moves at random.
+/// Returns a grain with random motion.
 template <class Real, int D> GrainMotion<Real, D> random_grain(Random &random)
 {
   GrainMotion<Real, D> grain;
@@ -108,7 +109,7 @@ template <class Real, int D> GrainMotion<Real, D> grain_at_rest()
   return grain;
 }
 
-/// x along an axis.
+/// Returns the vector with the component x along the first axis.
 template <class Real, int D> Vec<Real, D> along_x(double x)
 {
   Vec<Real, D> v = Vec<Real, D>::zero();
@@ -116,7 +117,7 @@ template <class Real, int D> Vec<Real, D> along_x(double x)
   return v;
 }
 
-/// The same numbers, where zeros may have any sign.
+/// Returns true if the numbers are equal; zeros may have any sign.
 template <class Number, class T> bool same_numbers(const T &x, const T &y)
 {
   Number a[sizeof(T) / sizeof(Number)], b[sizeof(T) / sizeof(Number)];
@@ -125,7 +126,7 @@ template <class Number, class T> bool same_numbers(const T &x, const T &y)
   return std::equal(std::begin(a), std::end(a), std::begin(b));
 }
 
-/// A touching pair that moves at random.
+/// A touching pair with random motion.
 template <class Law> struct Sample {
   using Real = typename Law::Numbers::Real;
   using Wide = typename Law::Numbers::Wide;
@@ -151,7 +152,7 @@ template <class Law> struct Sample {
     dt = Real(random.uniform(1e-6, 1e-4));
   }
 
-  /// The same pair with a gap, which remembers nothing.
+  /// Returns the same pair with a gap and without history.
   Sample apart() const
   {
     Sample gap = *this;
@@ -176,7 +177,8 @@ template <class Law> struct Sample {
   }
 };
 
-/// Whether another value of a parameter shows in the force, the torques or what the pair remembers, for one of many pairs.
+/// Returns true if the parameter changes the force, the torques or the history of one of many
+/// pairs.
 template <class Law> bool matters(double MaterialNumbers::*parameter)
 {
   const Material material = all_that_contacts_have();
@@ -198,7 +200,7 @@ template <class Law> bool matters(double MaterialNumbers::*parameter)
 
 template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
 {
-  // what its program leaves out of the law
+  // The program of the law omits these parameters.
   const auto is_left_out = [](MaterialMember member) {
     if (member == &MaterialNumbers::rolling_stiffness ||
         member == &MaterialNumbers::rolling_friction ||
@@ -245,7 +247,7 @@ template <class Law> void expect_the_same_bits_from_both_grains()
   }
 }
 
-/// Without dashpots: looking at a contact again without time changes nothing.
+/// Without dashpots, a second evaluation of a contact without time in between changes nothing.
 template <class Law> void expect_that_looking_twice_changes_nothing()
 {
   if (Law::is_damped) return;
@@ -262,7 +264,7 @@ template <class Law> void expect_that_looking_twice_changes_nothing()
   }
 }
 
-/// The largest force is at least what a sum gets along the contact.
+/// The largest force is at least the contribution along the contact to a sum.
 template <class Law> void expect_that_the_largest_force_is_one_of_the_contact()
 {
   const Law law = law_of<Law>(all_that_contacts_have());
@@ -284,8 +286,9 @@ template <class T> double power_of(const Vec<T, 3> &torque, const Vec<T, 3> &spi
   return dot(torque, spin);
 }
 
-/// A grain is pressed on another one, slides, rolls and twists on it, back and forth, and is lifted again a little: what moves it puts in
-/// what the springs hold and what the contact dissipates.
+/// A grain is pressed on another one, slides, rolls and twists on it back and forth, and is lifted
+/// a little. The work on the grains equals the energy of the springs and the dissipation of the
+/// contact.
 template <class Law>
 void expect_that_energy_is_balanced(bool dissipates,
                                     const Material &material = all_that_contacts_have())
@@ -306,7 +309,7 @@ void expect_that_energy_is_balanced(bool dissipates,
     const double t = static_cast<double>(k) / STEPS;
     j.velocity[0] = Real(-0.02 * std::cos(2.0 * kPi * t));
     j.velocity[1] = Real(0.1 * std::sin(6.0 * kPi * t));
-    // counter-clockwise in the plane, and about z in space
+    // The rotation is counter-clockwise in the plane and about z in space.
     spin_component(i.spin, Space<D>::spins - 1) = Real(8.0 * std::sin(4.0 * kPi * t));
     spin_component(j.spin, Space<D>::spins - 1) = Real(-5.0 * std::sin(10.0 * kPi * t));
     if constexpr (D == 3) {
@@ -321,7 +324,7 @@ void expect_that_energy_is_balanced(bool dissipates,
     ASSERT_GT(contact.overlap, 0);
     const auto force = evaluate(law, contact, i, j, Tensor<Real, D>::zero(), history, Real(DT));
     history = force.history();
-    // of what holds the grains against the contact
+    // power of the external forces that balance the contact
     const double power = dot(force.force, j.velocity) - power_of(force.torque_i, i.spin) -
         power_of(force.torque_j, j.spin);
     elastic = law.elastic_energy(contact, force);
@@ -341,8 +344,9 @@ void expect_that_energy_is_balanced(bool dissipates,
     EXPECT_EQ(lost, 0.0);
 }
 
-/// The stiffness along the normal is the slope of the spring force; whoever says that moduli are constant means it; moduli grow with the
-/// overlap, so that those of grains that overlap wholly bound all.
+/// The normal stiffness is the slope of the spring force. Moduli that a law declares constant are
+/// constant. Moduli otherwise grow with the overlap, so that those at full overlap are an upper
+/// bound.
 template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
 {
   const Law law = law_of<Law>(all_that_contacts_have());
@@ -371,7 +375,8 @@ template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
   }
 }
 
-/// At rest the normal force is that of the springs, and the tangential and rolling forces grow with their displacements as the moduli say.
+/// At rest the normal force is that of the springs, and the tangential and rolling forces grow with
+/// their displacements according to the moduli.
 template <class Law> void expect_that_moduli_are_those_of_small_motions()
 {
   using Real = typename Law::Numbers::Real;
@@ -399,7 +404,7 @@ template <class Law> void expect_that_moduli_are_those_of_small_motions()
   EXPECT_NEAR(along - at_rest.normal_force, -viscosity.normal * 1e-3, 1e-12 * at_rest.normal_force);
 
   if constexpr (Law::has_rolling) {
-    // a moment for a turn of w dt against it, and for w: R^2 times the moduli of R w dt and R w
+    // The moments for a rotation by w dt and for w are R^2 times the moduli of R w dt and R w.
     const double area = 0.25 * RADIUS * RADIUS, turn = 1e-3;
     j = i;
     spin_component(j.spin, LAST) = turn;
@@ -434,7 +439,7 @@ template <template <class> class Law> void check_in_all_formats()
 
 }    // namespace
 
-TEST(LawsOfThePrograms, HaveTheirParametersAndAreTheSameFromBothGrains){
+TEST(LawsOfThePrograms, HaveTheirParametersAndAreSymmetricInBothGrains){
 #define RVE_CHECK(name, law, books, prepared) \
   {                                           \
     SCOPED_TRACE(#name);                      \
@@ -475,7 +480,7 @@ TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){
 #undef RVE_CHECK
 }
 
-TEST(LawsOfThePrograms, ProgramsThatArePreparedAlikeHaveTheSameMemory)
+TEST(LawsOfThePrograms, ProgramsWithTheSamePreparationHaveTheSameMemory)
 {
 #define RVE_CHECK(name, law, books, prepared)                                                  \
   {                                                                                            \

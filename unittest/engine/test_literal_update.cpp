@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The integrator against the paper's own words: peculiar velocities and fractional coordinates are the same motion as
-// equations (23), (38), (39) with total velocities and Cartesian positions, up to O(dt).
+// The integrator agrees with the update in the paper: peculiar velocities and fractional
+// coordinates give the same motion as equations (23), (38), (39) with total velocities and
+// Cartesian positions, up to O(dt).
 
 #include "oracle/literal_update.h"
 #include "support/rve_rig.h"
@@ -14,13 +15,13 @@ namespace {
 
 struct Difference {
   double position;    ///< root mean square [length]
-  double stress;      ///< of the largest component, over the pressure
-  double
-      motion;    ///< root mean square of what the grains moved relative to the mean field [length]
+  double stress;      ///< difference of the largest component over the pressure
+  /// root mean square displacement of the grains relative to the mean field [length]
+  double motion;
 };
 
-/// Two straight paths of the cell, shear and compression, 5 ms each. L = Hdot H^-1 varies along the second one and jumps at the
-/// start and in the middle.
+/// Runs two straight paths of the cell, shear and compression, of 5 ms each. L = Hdot H^-1 varies
+/// along the second one and jumps at the start and in the middle.
 Difference after_ten_milliseconds(const RveState &packing, double dt)
 {
   const double duration = 0.005;
@@ -53,7 +54,7 @@ Difference after_ten_milliseconds(const RveState &packing, double dt)
 
 }    // namespace
 
-TEST(LiteralUpdateOfThePaper, ConvergesToOursWithTheFirstOrderOfTheTimeStep)
+TEST(LiteralUpdateOfThePaper, ConvergesToOursAtFirstOrderInTheTimeStep)
 {
   RveState packing = paper_packing();
   packing.material.local_damping = 0.0;
@@ -62,7 +63,8 @@ TEST(LiteralUpdateOfThePaper, ConvergesToOursWithTheFirstOrderOfTheTimeStep)
   const Difference middle = after_ten_milliseconds(packing, 2e-5);
   const Difference fine = after_ten_milliseconds(packing, 1e-5);
 
-  // the second-order term is w dt ~ 1e-2 of the first; single contacts that begin to slide a step earlier add a per cent
+  // The second-order term is w dt ~ 1e-2 of the first; single contacts that begin to slide a step
+  // earlier add a per cent.
   EXPECT_LT(coarse.position, 1e-4 * coarse.motion);
   EXPECT_NEAR(coarse.position / middle.position, 2.0, 0.05);
   EXPECT_NEAR(middle.position / fine.position, 2.0, 0.05);
@@ -72,9 +74,10 @@ TEST(LiteralUpdateOfThePaper, ConvergesToOursWithTheFirstOrderOfTheTimeStep)
 
 TEST(LiteralUpdateOfThePaper, DampsTheSameVelocity)
 {
-  // Cundall's damping switches with the sign of a velocity that may be nearly zero, so the difference falls by jumps: from
-  // 4e-5 s to 5e-6 s at least by four where first order would give eight. Damping of the total velocity, (4) without (38),
-  // leaves a difference of the order of the motion.
+  // Cundall's damping switches with the sign of a velocity that may be nearly zero, so that the
+  // difference decreases in jumps: from 4e-5 s to 5e-6 s by a factor of at least four, where first
+  // order would give eight. Damping of the total velocity, (4) without (38), leaves a difference of
+  // the order of the motion.
   const RveState packing = paper_packing();
 
   const Difference coarse = after_ten_milliseconds(packing, 4e-5);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What stands between a macro step and DEM steps: polar decomposition, affine stiffness, adaptive substeps, and advice.
+// Conversion of a macro step into DEM steps: polar decomposition, affine stiffness, adaptive
+// substeps, and advice.
 
 #include "oracle/affine_stiffness.h"
 #include "support/lattice.h"
@@ -21,21 +22,23 @@ namespace {
 
 constexpr double DT = 5e-5;
 
-/// The paper's packing sheared by 1 %, at rest again: tangential forces everywhere, some contacts at the Coulomb limit.
+/// Returns the paper's packing after 1 % of shear and a rest, with tangential forces at all
+/// contacts and some contacts at the Coulomb limit.
 RveState sheared_packing()
 {
   RveRig rig(paper_packing());
   rig.strain(gradient(0, 1, 0.05), DT, 2000, 2);
   rig.strain(Tensor2::zero(), DT, 4000);
   RveState state = rig.state();
-  // at rest to the last bit, and no contact slides in a small step
+  // Velocities are exactly zero, so that no contact slides in a small step.
   std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
   std::fill(state.spin.begin(), state.spin.end(), 0.0);
   state.material.friction = 10.0;
   return state;
 }
 
-/// The state turned rigidly: cell, deformation and velocities; fractional coordinates, spins and contact history stay.
+/// Returns the state after a rigid rotation of cell, deformation and velocities; fractional
+/// coordinates, spins and contact history do not change.
 RveState turned(RveState state, const Tensor2 &rotation)
 {
   for (Tensor2 *columns : {&state.cell, &state.list_cell, &state.deformation})
@@ -59,7 +62,7 @@ bool has(const std::vector<Advice> &list, AdviceKind kind)
 
 }    // namespace
 
-TEST(FiniteStrain, RotationAndStretchComeBack)
+TEST(FiniteStrain, RotationAndStretchAreRecovered)
 {
   const Tensor2 stretch = Tensor2::identity() + 0.1 * SOME_STRAIN;
   for (const double angle : {0.0, 1e-9, 0.3, -2.0, 3.1}) {
@@ -74,7 +77,7 @@ TEST(FiniteStrain, RotationAndStretchComeBack)
 
 namespace {
 
-/// Strains of several sizes and rotations by several angles, in directions drawn at random.
+/// Calls f for strains of several sizes and rotations by several angles in random directions.
 template <int D, class F> void for_increments(const F &f)
 {
   std::mt19937 numbers(4711);
@@ -99,7 +102,7 @@ template <int D, class F> void for_increments(const F &f)
 template <int D> void expect_sizes_of_increments()
 {
   for_increments<D>([](const rve::Tensor<double, D> &increment, double strain, double angle) {
-    // F has rounding errors of 1e-16
+    // F has rounding errors of 1e-16.
     EXPECT_NEAR(strain_size(increment), strain, 2e-15 + 1e-12 * strain) << strain << " " << angle;
     const double bound = rve::bound_of_rotation(increment);
     EXPECT_GE(bound, angle - 1e-15) << strain;
@@ -116,12 +119,12 @@ TEST(FiniteStrain, SizeOfTheStrainAndBoundOfTheRotationNeedNoDecomposition)
   expect_sizes_of_increments<3>();
 }
 
-TEST(FiniteStrain, AnglesNeedNoFunctionsOfALibrary)
+TEST(FiniteStrain, AnglesAgreeWithTheLibraryFunctions)
 {
   for (int k = 0; k <= 1000; ++k) {
     const double angle = 0.001 * k * rve::kPi;
     const double exact = std::atan2(std::sin(angle), std::cos(angle));
-    // a digit for the series, and one for each time that the angle is halved
+    // The error is one digit for the series and one for each halving of the angle.
     EXPECT_NEAR(rve::angle_of(std::sin(angle), std::cos(angle)), exact,
                 (exact < 0.1 ? 3e-16 : 1e-15) * exact);
   }
@@ -148,15 +151,16 @@ template <int D> void expect_that_rotations_are_taken()
 }
 }    // namespace
 
-TEST(FiniteStrain, TakingTheRotationLeavesTheStretch)
+TEST(FiniteStrain, RemovingTheRotationLeavesTheStretch)
 {
   expect_that_rotations_are_taken<2>();
   expect_that_rotations_are_taken<3>();
 }
 
-TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
+TEST(FiniteStrain, PartsOfAnIncrementFollowThePathOfTheEngine)
 {
-  // a gas keeps its fractional coordinates: the cell alone tells the path
+  // A packing without contacts keeps its fractional coordinates, so that the cell alone shows the
+  // path.
   const Tensor2 increment = plane_rotation(0.3) * (Tensor2::identity() + 0.02 * SOME_STRAIN);
   RveRig whole(paper_gas()), parts(paper_gas());
   Drive drive;
@@ -178,11 +182,11 @@ TEST(FiniteStrain, PartsOfAnIncrementAreThePathOfTheEngine)
     EXPECT_NEAR(parts.result().cell.component[k], whole.result().cell.component[k], 1e-15);
 }
 
-TEST(RigidTurn, TurnedRveHasTheTurnedStressAndGoesOnAlike)
+TEST(RigidTurn, RotatedRveHasTheRotatedStressAndResponse)
 {
   RveState state = sheared_packing();
   state.material.local_damping =
-      0.0;    // Cundall's damping works on components: it is not the same in other axes
+      0.0;    // Cundall's damping acts on components and depends on the axes
   const Tensor2 rotation = plane_rotation(1.2);
   RveRig first(state), second(state);
   const Tensor2 l{{0.0, 0.05, 0.0, -0.02}};
@@ -198,12 +202,12 @@ TEST(RigidTurn, TurnedRveHasTheTurnedStressAndGoesOnAlike)
   EXPECT_EQ(second.result().num_contacts, first.result().num_contacts);
 }
 
-TEST(RigidTurn, IsThatOfTheStateToTheBitAndOfNobodyElse)
+TEST(RigidTurn, RotatesTheStateToTheBitAndNoOther)
 {
   for (const Format format : ALL_FORMATS) {
     SCOPED_TRACE(to_string(format));
     RveRig rig(paper_packing(), cpu_options(format));
-    rig.strain(gradient(0, 1, 0.5), DT, 400, 2);    // in motion, with a list that has aged
+    rig.strain(gradient(0, 1, 0.5), DT, 400, 2);    // the packing moves, and its list is not new
     Engine &engine = rig.owner();
     const RveState state = rig.state();
     const int alone = engine.add(paper_packing()), other = engine.add(state);
@@ -211,7 +215,7 @@ TEST(RigidTurn, IsThatOfTheStateToTheBitAndOfNobodyElse)
 
     engine.turn({other, rig.rve_number()}, {plane_rotation(-0.4), plane_rotation(1.2)});
 
-    // a state is stored as the format has it
+    // A state is stored with the precision of the format.
     const auto stored = [&](double angle) {
       RveRig copy(turned(state, plane_rotation(angle)), cpu_options(format));
       return serialize(copy.state());
@@ -222,7 +226,7 @@ TEST(RigidTurn, IsThatOfTheStateToTheBitAndOfNobodyElse)
   }
 }
 
-TEST(RigidTurn, RefusesWhatIsNoRotation)
+TEST(RigidTurn, RefusesTensorsOtherThanRotations)
 {
   RveRig rig(paper_packing());
   const auto before = serialize(rig.state());
@@ -234,7 +238,7 @@ TEST(RigidTurn, RefusesWhatIsNoRotation)
   EXPECT_EQ(serialize(rig.state()), before);
 }
 
-TEST(Engine, NextRveTakesTheNumberThatWasRemoved)
+TEST(Engine, NextRveTakesTheIndexOfARemovedOne)
 {
   const auto engine = make_engine(cpu_options());
   std::vector<int> numbers;
@@ -255,13 +259,14 @@ TEST(AffineStiffness, IsTheStressOfTheFirstStepOfAnRveAtRest)
     RveRig rig(state);
     const Tensor2 before = rig.evaluate().stress;
     Drive drive;
-    drive.dt = 1e-9;    // grains stand still
+    drive.dt = 1e-9;    // grains hardly move
     drive.substeps = 1;
     drive.deformation = Tensor2::identity() + size * strain;
 
     const Tensor2 rate = (1.0 / size) * (rig.advance(drive).stress - before);
 
-    // second order in the strain, and contacts that open or close: 1e-8 / (mean overlap 4e-3)
+    // The error is of second order in the strain, plus contacts that open or close: 1e-8 / (mean
+    // overlap 4e-3).
     const Tensor2 expected = stiffness(strain);
     for (int k = 0; k < 4; ++k)
       EXPECT_NEAR(rate.component[k], expected.component[k], 2e-5 * norm(expected)) << k;
@@ -275,24 +280,25 @@ TEST(AffineStiffness, OfALatticeIsItsShearModulus)
 
   const Tensor2 stress = stiffness(Tensor2{{0.0, 1.0, 1.0, 0.0}});
 
-  // the overlap's share is overlap / diameter
+  // The relative error is that of the overlap over the diameter.
   EXPECT_NEAR(stress(0, 1) / (2.0 * lattice_shear_modulus(material)), 1.0, 1e-6);
   EXPECT_NEAR(stress(1, 0) / (2.0 * lattice_shear_modulus(material)), 1.0, 1e-6);
   EXPECT_NEAR(stress(0, 0) / stress(0, 1), 0.0, 1e-12);
 }
 
-// ---- the stiffness that the engine returns ----------------------------------------------------------------------------------
+// ---- the stiffness that the engine returns ------------------------------------------------------
 
 namespace {
 
-/// Relative error of contact forces and branches in a format; `double` has the resolution of the sums, 2^-40 of the stiffest contact.
+/// Returns the relative error of contact forces and branches in a format; `double` has the
+/// resolution of the sums, 2^-40 of the stiffest contact.
 double error_of(Format format)
 {
   return format == Format::Double ? 1e-11 : 1e-6;
 }
 
-/// Deformed configurations: contacts at the Coulomb limit, springs of dashpots, springs that outlived their friction, unequal
-/// springs, extra pairs, and grains of 1 to 20.
+/// Deformed configurations with contacts at the Coulomb limit, springs of dashpots, springs without
+/// friction, unequal springs, extra pairs, and 1 to 20 grains.
 struct StiffnessCase {
   const char *name;
   RveState state;
@@ -334,7 +340,7 @@ bool same_bits(const AffineStiffness &a, const AffineStiffness &b)
 
 }    // namespace
 
-TEST(AffineStiffness, OfTheEngineIsThatOfTheState)
+TEST(AffineStiffness, EngineAgreesWithTheState)
 {
   for (const StiffnessCase &one : stiffness_cases())
     for (const Format format : {Format::Double, Format::Mixed, Format::Fast, Format::Single}) {
@@ -359,7 +365,7 @@ TEST(AffineStiffness, OfTheEngineIsThatOfTheState)
     }
 }
 
-TEST(AffineStiffness, OfTheEngineHasTheBitsOfTheConfigurationWhicheverCallAsks)
+TEST(AffineStiffness, HasTheSameBitsInEveryCallForAConfiguration)
 {
   const RveState state = stiffness_cases()[0].state;
   const Drive shear = Drive::constant_velocity_gradient(gradient(0, 1, 0.5), DT, 30);
@@ -370,7 +376,8 @@ TEST(AffineStiffness, OfTheEngineHasTheBitsOfTheConfigurationWhicheverCallAsks)
 
     const ElasticResult moved = elastic_answer(*engine, rve, shear);
 
-    // after the call; in another engine; in other units of force; with its grains and its pairs in another order
+    // The stiffness is the same after the call, in another engine, in other units of force, and
+    // with grains and pairs in another order.
     EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*engine, rve).stiffness));
     RveState copy = engine->state(rve);
     EXPECT_TRUE(same_bits(moved.stiffness, elastic_answer(*other, other->add(copy)).stiffness));
@@ -383,9 +390,10 @@ TEST(AffineStiffness, OfTheEngineHasTheBitsOfTheConfigurationWhicheverCallAsks)
   }
 }
 
-TEST(AffineStiffness, SpringsThatAreStretchedByManyGrainsAreCutAndNoSumOverflows)
+TEST(AffineStiffness, HugeSpringsAreLimitedAndNoSumOverflows)
 {
-  // such springs are no physics, but a file may hold them: 8 K L, with L up to four times the largest radius
+  // Such springs are not physical, but a file may have them: 8 K L, with L up to four times the
+  // largest radius.
   for (const Format format : ALL_FORMATS) {
     SCOPED_TRACE(to_string(format));
     RveState state = stiffness_cases()[0].state;
@@ -408,7 +416,7 @@ TEST(AffineStiffness, SpringsThatAreStretchedByManyGrainsAreCutAndNoSumOverflows
   }
 }
 
-TEST(AffineStiffness, AskingForItChangesNothingElse)
+TEST(AffineStiffness, RequestDoesNotChangeOtherResults)
 {
   for (const StiffnessCase &one : stiffness_cases()) {
     SCOPED_TRACE(one.name);
@@ -423,7 +431,7 @@ TEST(AffineStiffness, AskingForItChangesNothingElse)
   }
 }
 
-TEST(AffineStiffness, OfAGasIsZeroAndOfAFailedCallItIsNoNumberOfAnybody)
+TEST(AffineStiffness, IsZeroWithoutContactsAndNanAfterAFailedCall)
 {
   const auto engine = make_engine(cpu_options());
   const int gas = engine->add(paper_gas()), crushed = engine->add(paper_packing());
@@ -465,7 +473,7 @@ TEST(AdaptiveSubsteps, KeepStrainPerStepAndInertialNumberBelowTheirBounds)
 
 TEST(AdaptiveSubsteps, InertialNumberIsThatOfTheFormula)
 {
-  // one grain size, p h = 1: I = rate d sqrt(rho depth / (p h))
+  // With one grain size, p h = 1 and I = rate d sqrt(rho depth / (p h)).
   const Material material = paper_material();
   RveRig rig(hexagonal_lattice(material, 0.005, 1e-5));
   const Result result = rig.evaluate();
@@ -475,7 +483,7 @@ TEST(AdaptiveSubsteps, InertialNumberIsThatOfTheFormula)
               2.0 * 0.01 * std::sqrt(2650.0 / (result.mean_stress() * 0.075)), 1e-12);
 }
 
-TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
+TEST(Advice, NamesOnlyQuantitiesBeyondTheirLimits)
 {
   const RveState state = paper_packing();
   RveRig rig(state);
@@ -491,7 +499,8 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
   soft.mean_overlap = 2e-5;
   EXPECT_TRUE(has(of(Format::Fast, soft, gentle), AdviceKind::SmallOverlap));
   EXPECT_FALSE(has(of(Format::Mixed, soft, gentle), AdviceKind::SmallOverlap));
-  // the last digit of a position in format single is a share of the cell: in one with twice the grains along an edge it is twice as large
+  // The last digit of a position in format single is a fraction of the cell. It is twice as large
+  // in a cell with twice the grains along an edge.
   Result firm = result;
   firm.mean_overlap = 2e-3;
   Result wide = firm;
@@ -526,7 +535,7 @@ TEST(Advice, NamesWhatIsBeyondItsLimitAndNothingElse)
   }
 }
 
-TEST(Advice, TellsAFrictionThatLooksLikeAnAngle)
+TEST(Advice, NamesAFrictionThatLooksLikeAnAngle)
 {
   Material material = paper_material();
   EXPECT_TRUE(advice_on_friction(material).empty());
@@ -537,11 +546,11 @@ TEST(Advice, TellsAFrictionThatLooksLikeAnAngle)
   EXPECT_NE(list[0].message.find("0.577"), std::string::npos) << list[0].message;
 }
 
-TEST(Advice, TellsAServoThatComesNoNearer)
+TEST(Advice, NamesAServoThatDoesNotConverge)
 {
   Drive drive;
   drive.controlled[0][0] = true;
-  drive.stress_goal(0, 0) = 1e4;    // grains bear no tension
+  drive.stress_goal(0, 0) = 1e4;    // grains cannot bear tension
   drive.servo_max_rate = 0.5;
   Result result;
   result.servo_velocity_gradient(0, 0) = 0.5;

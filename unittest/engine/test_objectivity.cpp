@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Objectivity: a rigid rotation of the whole RVE turns its stress and changes nothing else.
+// Objectivity: a rigid rotation of the whole RVE rotates its stress and changes nothing else.
 
 #include "support/rve_rig.h"
 
@@ -13,7 +13,8 @@ namespace {
 constexpr double RATE = 10.0;              // [rad/s]
 constexpr int STEPS_PER_QUARTER = 1963;    // dt = 8e-5 s
 
-/// The paper's packing sheared by 1 %, at rest again: q/p = 0.36, tangential forces everywhere.
+/// Returns the paper's packing after 1 % of shear and a rest: q/p = 0.36, tangential forces at all
+/// contacts.
 RveState sheared_packing()
 {
   RveRig rig(paper_packing());
@@ -23,7 +24,8 @@ RveState sheared_packing()
   return rig.state();
 }
 
-/// Grains that already turn with the cell: the mean field does not drive spins (equation 23), contacts would have to.
+/// Returns the state with grains that spin with the cell. The mean field does not drive spins
+/// (equation 23), so contacts would otherwise have to accelerate them.
 RveState turning(RveState state)
 {
   for (double &spin : state.spin) spin = RATE;
@@ -50,7 +52,7 @@ Tensor2 rotated(const Tensor2 &stress, int quarters)
 
 class RigidRotation : public ::testing::TestWithParam<int> {};
 
-TEST_P(RigidRotation, TurnsTheStressAndLeavesItsInvariants)
+TEST_P(RigidRotation, RotatesTheStressAndKeepsItsInvariants)
 {
   static_assert(STEPS_PER_QUARTER % 13 == 0, "calls make whole quarters");
   const int quarters = GetParam();
@@ -60,9 +62,9 @@ TEST_P(RigidRotation, TurnsTheStressAndLeavesItsInvariants)
 
   turn_by_quarters(rig, quarters);
 
-  // What remains: grains are turned by contacts, rattlers not at all; the chords of 0.01 rad that approximate the rotation
-  // shrink the cell by up to 1.3e-5 on the way, 300 Pa at the stiffness of 12 MPa, which friction answers with 1e-4 of p.
-  // It does not grow with the number of turns.
+  // Contacts rotate the grains, except rattlers. The chords of 0.01 rad that approximate the
+  // rotation shrink the cell by up to 1.3e-5, or 300 Pa at the stiffness of 12 MPa; friction then
+  // changes the stress by 1e-4 of p. The error does not grow with the number of turns.
   const Result &after = rig.result();
   EXPECT_NEAR(after.mean_stress() / before.mean_stress(), 1.0, 2e-4);
   EXPECT_NEAR(after.deviatoric_stress() / before.deviatoric_stress(), 1.0, 5e-4);
@@ -78,9 +80,9 @@ INSTANTIATE_TEST_SUITE_P(Turns, RigidRotation, ::testing::Values(1, 4, 40), [](c
   return std::to_string(90 * info.param) + "degrees";
 });
 
-// The work is what drags on grains take, and no more. When each half of the work of a step used the
-// cell after the step, a rotation by w T did the work -p V w^2 dt T besides, 1.3e-3 of p V here.
-TEST(SteadyRotation, DoesNoWorkButThatOfTheLosses)
+// The work equals the dissipation by drag on the grains. If each half of the work of a step used
+// the cell after the step, a rotation by w T would add the work -p V w^2 dt T, 1.3e-3 of p V here.
+TEST(SteadyRotation, DoesOnlyTheWorkOfTheDissipation)
 {
   Options options = cpu_options(Format::Double);
   options.track_energy = true;
@@ -101,7 +103,7 @@ TEST(SteadyRotation, DoesNoWorkButThatOfTheLosses)
   EXPECT_NEAR(work, known(after) - known(before), 1e-7 * scale);
 }
 
-TEST(SteadyRotation, NineMoreTurnsChangeNothing)
+TEST(SteadyRotation, NineMoreTurnsDoNotChangeTheStress)
 {
   RveRig rig(turning(sheared_packing()), cpu_options(Format::Mixed));
   turn_by_quarters(rig, 4);
@@ -112,7 +114,8 @@ TEST(SteadyRotation, NineMoreTurnsChangeNothing)
   EXPECT_NEAR(rig.result().mean_stress() / after_one, 1.0, 2e-5);
 }
 
-// The arms of LAMMPS' pair granular (full radius for the velocity) make a rotating pair slip by W delta: control.
+// Control: with the arms of LAMMPS' pair granular (full radius for the velocity) a rotating pair
+// slips by W delta.
 TEST(SteadyRotation, ArmsOfLammpsRaiseThePressure)
 {
   const RveState state = turning(paper_packing());
@@ -129,9 +132,10 @@ TEST(SteadyRotation, ArmsOfLammpsRaiseThePressure)
   EXPECT_NEAR(ours.result().mean_stress() / before, 1.0, 2e-4);
 }
 
-TEST(Observer, ResponseTurnsWithTheFrame)
+TEST(Observer, ResponseRotatesWithTheFrame)
 {
-  // packing and drive seen by an observer turned by 90 degrees: fractional coordinates stay, cell and drive turn
+  // An observer rotated by 90 degrees sees the packing and the drive: fractional coordinates are
+  // the same, cell and drive are rotated.
   RveState state = paper_packing();
   RveState turned = state;
   turned.cell = Tensor2{{-0.0, -1.0, 1.0, 0.0}} * state.cell;
@@ -142,7 +146,8 @@ TEST(Observer, ResponseTurnsWithTheFrame)
   rig.strain(l, 5e-5, 50, 20);
   turned_rig.strain(r * l * transpose(r), 5e-5, 50, 20);
 
-  // the path of a turned drive is computed with other roundings; 1000 steps of a stable packing keep them at 1e-10
+  // The path of the rotated drive has other roundings; 1000 steps of a stable packing keep them at
+  // 1e-10.
   const Tensor2 expected = r * rig.result().stress * transpose(r);
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(turned_rig.result().stress.component[k], expected.component[k],

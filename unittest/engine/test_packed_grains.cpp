@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packs of grains (host kernel for x86-64-v3) give the bits of one grain after the other (host kernel for any CPU).
+// Packs of grains (host kernel for x86-64-v3) give the same bits as single grains (host kernel for
+// any CPU).
 
 #include "rve/core/status.h"
 #include "rve/engine/batch_engine.h"
@@ -32,14 +33,14 @@ struct KernelRun {
 
 struct Scene {
   RveState state;
-  double shear;    ///< in the call [-]
+  double shear;    ///< shear strain in the call [-]
   int substeps;
   double skin;                   ///< [length]; 0: the default
-  double overlap_limit = 0.5;    ///< over the smaller radius
-  bool servo = false;            ///< holds the pressure of 100 kPa, in place of the shear
+  double overlap_limit = 0.5;    ///< limit of the overlap over the smaller radius
+  bool servo = false;            ///< a servo holds the pressure of 100 kPa instead of the shear
 };
 
-/// Of the program that has packs.
+/// Returns the program with packs for the scene.
 Program packed_program(const Scene &scene)
 {
   return scene.servo ? Program::Steered : Program::Plain;
@@ -61,7 +62,7 @@ KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage
 {
   const int pair_capacity = 40 * image.num_grains;
   const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity, kind);
-  // what is not written must not be read: two runs start from different garbage
+  // Unwritten memory must not be read, so two runs start from different garbage.
   static char garbage = 0;
   std::vector<char> shared(sizes.shared, ++garbage), workspace(sizes.workspace, ++garbage);
   DriveRecord<2> drive = DriveRecord<2>();
@@ -81,7 +82,8 @@ KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage
   return run;
 }
 
-/// By the host kernel for any CPU; in a build without it, by the program with books, which has no packs.
+/// Runs single grains by the host kernel for any CPU. A build without it uses the program with
+/// energy bookkeeping, which has no packs.
 KernelRun run_one_by_one(Format format, const StateImage &image, const Scene &scene)
 {
 #if defined(RVE_WITHOUT_BASELINE)
@@ -108,7 +110,8 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
       GTEST_SKIP() << "this CPU has no x86-64-v3";
   }
 
-  /// Plays the scene in `calls` calls with every kernel; each call starts from the same image. Returns the last run.
+  /// Runs the scene in `calls` calls with every kernel; each call starts from the same image.
+  /// Returns the last run.
   KernelRun expect_same_bits(const Scene &scene, int calls = 1)
   {
     const Format format = GetParam();
@@ -119,7 +122,7 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
       one_by_one = run_one_by_one(format, image, scene);
       const KernelRun packed = run_kernel(host_kernel<InstructionSet::v3, 2>(format),
                                           packed_program(scene), image, scene);
-      // never in packs
+      // The general program never uses packs.
       const KernelRun general =
           run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::General, image, scene);
 
@@ -140,8 +143,8 @@ INSTANTIATE_TEST_SUITE_P(Formats, PackedGrains,
                            return to_string(info.param);
                          });
 
-/// Grains on a square lattice, out of place so that most neighbours overlap, and shaken. The force scale is coarse enough for
-/// the whole call: nobody repeats it here.
+/// Returns grains with random velocities on a disturbed square lattice, most of which overlap with
+/// neighbours. The force scale is coarse enough for the whole call, which is not repeated here.
 RveState crowd(int num_grains, std::uint64_t seed)
 {
   Random random(seed);
@@ -187,15 +190,15 @@ TEST_P(PackedGrains, DensePackingWithFreeSlotsStickingAndSlidingContacts)
 
 TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
 {
-  // a skin of two grain radii: more pairs than slots
+  // A skin of two grain radii gives more pairs than slots.
   const KernelRun last = expect_same_bits({sheared_packing(), 0.05, 100, 9e-3}, 2);
 
   EXPECT_GT(last.detail.progress.num_extra, 400);    // more extra pairs than grains
 }
 
-TEST_P(PackedGrains, ServoThatSteersByTheStressOfEveryStep)
+TEST_P(PackedGrains, ServoUsesTheStressOfEveryStep)
 {
-  // with new lists, and with more extra pairs than grains
+  // Both runs have new lists; the second one has more extra pairs than grains.
   for (const double skin : {0.0, 9e-3}) {
     SCOPED_TRACE(skin);
     const KernelRun last = expect_same_bits({sheared_packing(), 0.0, 300, skin, 0.5, true}, 2);
@@ -239,7 +242,7 @@ TEST_P(PackedGrains, EvaluationWithoutSteps)
 
 TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
 {
-  // with a force scale for 1/1000 of what comes the integers are the largest there are, and beyond
+  // With a force scale for a thousandth of the forces, the integers reach and exceed their range.
   Scene scene{sheared_packing(), 0.01, 40, 0.0};
   scene.state.largest_contact_force = 1.0;
   const Format format = GetParam();
@@ -254,9 +257,10 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
   EXPECT_TRUE(packed.image.bytes == image.bytes);
 }
 
-TEST_P(PackedGrains, SaturationBoundaryHasTheSameVerdict)
+TEST_P(PackedGrains, SaturationLimitIsTheSame)
 {
-  // forces from just expected to too large: numbers on both sides of every limit of the conversions
+  // The forces range from expected ones to excessive ones, with numbers on both sides of every
+  // limit of the conversions.
   int saturated = 0, fine = 0;
   const Format format = GetParam();
   for (double expected = 2000.0; expected > 2.0; expected *= 0.5) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The preparation protocol on the CPU engine, against the ranges of the reference packings (SudoDEM2D, 400 disks).
+// The preparation protocol on the CPU engine, against the ranges of the reference packings
+// (SudoDEM2D, 400 disks).
 
 #include "rve/core/error.h"
 #include "rve/engine/contact_network.h"
@@ -76,8 +77,8 @@ TEST(LooseCloud, GrainsDoNotTouchAndFillTheAskedFraction)
 TEST(LooseCloud, IsTheSameForASeedOnEveryMachine)
 {
   PackingRecipe recipe = paper_recipe(10, 20e3);
-  recipe.seed =
-      5489;    // the standard prescribes the 10000th number of this seed, and so all of them
+  // the C++ standard specifies the 10000th number of this seed, which determines all numbers
+  recipe.seed = 5489;
 
   const RveState cloud = loose_cloud(recipe);
 
@@ -113,7 +114,7 @@ TEST(LooseCloud, WrongRecipesAreNamed)
             0u);
 }
 
-// The overlap at the pressure is sought by a search that such stiffnesses never end.
+// The search for the overlap at the pressure would not end for such stiffnesses.
 TEST(Packing, AWrongMaterialIsAnErrorBeforeAnythingRuns)
 {
   PackingRecipe recipe = paper_recipe(100, 20e3);
@@ -132,7 +133,7 @@ TEST(Packing, AWrongMaterialIsAnErrorBeforeAnythingRuns)
   }
 }
 
-TEST(Packing, ARatioOfStressesThatGrainsDoNotBearIsNamed)
+TEST(Packing, StressRatioBeyondTheStrengthIsNamed)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(60, 20e3);
@@ -143,7 +144,7 @@ TEST(Packing, ARatioOfStressesThatGrainsDoNotBearIsNamed)
       std::string::npos);
 }
 
-// The default thickness of 1 with numbers in SI units: discs would fill the plane.
+// With the default thickness of 1 and numbers in SI units, disks would fill the plane.
 TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
 {
   const auto engine = cpu_engine();
@@ -160,7 +161,8 @@ TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
             0u);
 }
 
-// what the limit is about: p h / kn is the mean overlap over the diameter, but for a factor near one
+// The limit applies to p h / kn, which is the mean overlap over the diameter up to a factor near
+// one.
 TEST(Packing, ContactStrainIsAboutTheMeanOverlap)
 {
   for (const double pressure : {1e4, 5e5}) {
@@ -218,8 +220,9 @@ TEST(Packing, FrictionlessPreparationLeavesNoTangentialForce)
   for (const Pair &pair : packing.pairs) EXPECT_EQ(pair.tangential_force, 0.0);
 }
 
-// Rolling resistance belongs to the final material: the way there is that without it, and grains at rest stay at rest.
-TEST(Packing, RollingResistanceComesWhenThePackingIsReady)
+// Rolling resistance belongs to the final material: the preparation runs without it, and grains at
+// rest stay at rest.
+TEST(Packing, RollingResistanceIsAddedAfterThePreparation)
 {
   PackingRecipe recipe = paper_recipe(100, 20e3);
   recipe.preparation_friction = 0.3;
@@ -237,7 +240,7 @@ TEST(Packing, RollingResistanceComesWhenThePackingIsReady)
   EXPECT_EQ(serialize(packing), serialize(without));
 }
 
-TEST(Packing, PreparedWithMoreThanTheFinalFrictionStillStands)
+TEST(Packing, PreparationWithMoreThanTheFinalFrictionIsStable)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(150, 20e3);
@@ -252,7 +255,8 @@ TEST(Packing, PreparedWithMoreThanTheFinalFrictionStillStands)
 TEST(Packing, VoidRatioLiesInTheRangeOfTheReferencePackings)
 {
   const auto engine = cpu_engine();
-  // seeds scatter by 0.003; their mean does not depend on rate or servo gain within 0.001
+  // The standard deviation over seeds is 0.003; the mean depends on rate and servo gain by less
+  // than 0.001.
   const auto mean_void_ratio = [&](double pressure) {
     constexpr int SEEDS = 6;
     PackingRecipe recipe = paper_recipe(400, pressure);
@@ -292,7 +296,8 @@ TEST(Packing, BearsAnAnisotropicStress)
             "ratio k0 of lateral to vertical stress [-] is 0; it must lie between 0.01 and 100");
 }
 
-// Earth pressure at rest of grains with an angle of friction of some 25 degrees: about 1 - sin(phi), Jaky 1944.
+// The ratio is the earth pressure at rest of grains with an angle of friction of about 25 degrees:
+// about 1 - sin(phi), Jaky 1944.
 TEST(Packing, LoadedWithoutLateralStrainItHasEarthPressureAtRest)
 {
   const auto engine = cpu_engine();
@@ -334,7 +339,8 @@ TEST(Packing, LooserTargetIsMetByPreparationFriction)
 TEST(Packing, DenserTargetIsMetByOverconsolidation)
 {
   const auto engine = cpu_engine();
-  PackingRecipe recipe = paper_recipe(400, 20e3);    // few grains jump over a target this close
+  // few grains jump over a target that is so close
+  PackingRecipe recipe = paper_recipe(400, 20e3);
   const double frictionless = evaluate(*engine, generate_packing(recipe, *engine)).void_ratio;
   recipe.void_ratio = frictionless - 0.003;    // the tolerance is that of create_rve
 
@@ -344,7 +350,7 @@ TEST(Packing, DenserTargetIsMetByOverconsolidation)
   EXPECT_NEAR(result.mean_stress(), 20e3, 20.0);
 }
 
-TEST(Packing, UnreachableVoidRatioNamesWhatIsReachable)
+TEST(Packing, UnreachableVoidRatioNamesTheReachableRange)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(60, 20e3);
@@ -358,8 +364,9 @@ TEST(Packing, UnreachableVoidRatioNamesWhatIsReachable)
             std::string::npos);
 }
 
-// a packing is no continuous function of its preparation: what no way meets within the tolerance is an error with the closest one
-TEST(Packing, AVoidRatioThatIsNotMetNamesTheClosest)
+// A packing does not depend continuously on its preparation. If no path reaches the void ratio
+// within the tolerance, the error names the closest one.
+TEST(Packing, UnmetVoidRatioNamesTheClosest)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(30, 20e3);
@@ -376,7 +383,7 @@ TEST(Packing, AVoidRatioThatIsNotMetNamesTheClosest)
   EXPECT_NE(message.find("take another seed or a larger tolerance"), std::string::npos);
 }
 
-TEST(Packing, RunOutOfStepsSaysHowFarItCame)
+TEST(Packing, TooFewStepsReportTheProgress)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = paper_recipe(60, 20e3);

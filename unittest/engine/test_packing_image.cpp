@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mirrored and turned packings are packings of the same material: they answer the mirrored and turned deformation with the mirrored
-// and turned stress.
+// Mirrored and rotated packings respond to mirrored and rotated deformations with the mirrored and
+// rotated stress.
 
 #include "oracle/love_sum.h"
 #include "rve/core/error.h"
@@ -19,7 +19,8 @@ using namespace rve_test;
 
 namespace {
 
-/// The paper's packing sheared by 1 %: tangential forces everywhere, velocities, spins, a list and a tilted cell.
+/// Returns the paper's packing after 1 % of shear, with tangential forces at all contacts,
+/// velocities, spins, a list and a tilted cell.
 RveState sheared_packing(Format format, double rolling_friction)
 {
   RveState packing = paper_packing();
@@ -43,7 +44,8 @@ int image_with(const Tensor2 &q)
   return -1;
 }
 
-/// Turns by 0 and 180 degrees and mirrors along the axes keep the order of every sum; the others exchange x and y in it.
+/// Returns true for rotations by 0 and 180 degrees and mirrors along the axes, which keep the order
+/// of every sum; the others exchange x and y.
 bool keeps_axes(int image)
 {
   return image % 2 == 0;
@@ -81,7 +83,7 @@ TEST(PackingImage, ImagesOfImagesAreImagesToTheLastBit)
   EXPECT_EQ(serialize(image_of(state, 0)), serialize(state));
 }
 
-TEST(PackingImage, GrainsLieWhereTheMirrorShowsThem)
+TEST(PackingImage, GrainsAreAtTheirMirrorImages)
 {
   const RveState state = crowded_state(40, 7);
   const std::vector<double> xy = state.positions();
@@ -93,7 +95,7 @@ TEST(PackingImage, GrainsLieWhereTheMirrorShowsThem)
     const std::vector<double> image_xy = image.positions();
     for (int i = 0; i < state.num_grains(); ++i) {
       const Vec<double, 2> shown = q * Vec<double, 2>{{xy[2 * i], xy[2 * i + 1]}};
-      // the same place modulo the lattice
+      // the same position modulo the lattice
       const Vec<double, 2> apart = to_fractional *
           Vec<double, 2>{{image_xy[2 * i] - shown[0], image_xy[2 * i + 1] - shown[1]}};
       EXPECT_NEAR(apart[0], std::round(apart[0]), 1e-14);
@@ -102,7 +104,7 @@ TEST(PackingImage, GrainsLieWhereTheMirrorShowsThem)
   }
 }
 
-TEST(PackingImage, AnUprightCellStaysUpright)
+TEST(PackingImage, UprightCellStaysUpright)
 {
   const RveState packing = paper_packing();
 
@@ -126,7 +128,7 @@ TEST(SpringStress, IsLovesSumOverAllPairsAndImages)
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(normal_forces.component[k], oracle.stress.component[k], 1e-12 * pressure);
 
-  // a tangential force f on the first grain adds f t (x) l / V, whoever owns the pair
+  // A tangential force f on the first grain adds f t (x) l / V, whichever grain owns the pair.
   const TouchingPair contact = find_contacts(packing).front();
   packing.pairs = {{contact.second, contact.first, 3.0}};
   const Tensor2 more = spring_stress(packing);
@@ -172,13 +174,15 @@ TEST_P(ResponseOfImage, IsTheImageOfTheResponse)
       EXPECT_EQ(rolling_histories(seen.state()), rolling_histories(image_of(rig.state(), image)));
       EXPECT_EQ(seen.state().fractional, image_of(rig.state(), image).fractional);
     } else {
-      // squares of distances are added in the other order: 200 steps with an epsilon each, that of float in mixed, times ten
+      // Squares of distances are added in another order: 200 steps with the epsilon of the format
+      // (float in mixed), times ten.
       const double rounding = 2000.0 * (format == Format::Double ? 0x1p-53 : 0x1p-24);
       for (int k = 0; k < 4; ++k)
         EXPECT_NEAR(seen.result().stress.component[k], expected.component[k],
                     rounding * rig.result().mean_stress());
     }
-    // two grains that just touch may do so on one side only where distances are rounded otherwise
+    // With other roundings of distances, two grains that just touch may be in contact on one side
+    // only.
     EXPECT_NEAR(seen.result().num_contacts, rig.result().num_contacts, keeps_axes(image) ? 0 : 1);
   }
 }
@@ -187,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(Images, ResponseOfImage,
                          ::testing::Combine(::testing::Range(0, NUM_IMAGES),
                                             ::testing::Values(0.0, 0.3)));
 
-TEST(PackingImage, StressServoSeesTheImageToo)
+TEST(PackingImage, StressServoControlsTheImage)
 {
   const RveState packing = paper_packing();
   for (const int image : {1, 4}) {
@@ -213,8 +217,9 @@ TEST(PackingImage, StressServoSeesTheImageToo)
   }
 }
 
-// The control: without the mirror's change of sense of the tangential forces the network is out of balance.
-TEST(PackingImage, TangentialForcesChangeTheirSenseInAMirror)
+// Control: if the mirror does not change the sense of the tangential forces, the network is out of
+// balance.
+TEST(PackingImage, TangentialForcesChangeSignInAMirror)
 {
   RveRig loaded(paper_packing());
   loaded.strain(gradient(0, 1, 0.05), 5e-5, 2000, 2);
@@ -246,7 +251,7 @@ Tensor3 seen_in_space(int image, const Tensor3 &tensor)
   return q * tensor * transpose(q);
 }
 
-/// In motion and under load: contacts slide, and pairs remember forces.
+/// Returns spheres in motion and under load, with sliding contacts and tangential forces.
 Spheres sheared_spheres()
 {
   SphereRig rig(disordered_spheres(spheres_material(), 5, 3));
@@ -276,7 +281,7 @@ TEST(ImageOfSpheres, AreAllSymmetriesOfTheCube)
   std::sort(all.begin(), all.end());
   EXPECT_EQ(std::unique(all.begin(), all.end()), all.end());
   EXPECT_EQ(mirrors, 24);
-  // x in the place of y
+  // image 16 maps x to the position of y
   EXPECT_EQ(image_rotation<3>(16)(1, 0), 1.0);
   EXPECT_THROW(image_rotation<3>(48), InputError);
 }
@@ -295,7 +300,7 @@ TEST(ImageOfSpheres, ImagesOfImagesAreImagesToTheLastBit)
     }
 }
 
-TEST(ImageOfSpheres, AnswersTheImageOfAStrainWithTheImageOfTheStress)
+TEST(ImageOfSpheres, ImageOfAStrainGivesTheImageOfTheStress)
 {
   const Spheres state = sheared_spheres();
   const Tensor3 l{{-1.0, 3.0, 2.0, 1.0, -2.0, 0.5, 4.0, -1.0, -3.0}};
@@ -315,8 +320,9 @@ TEST(ImageOfSpheres, AnswersTheImageOfAStrainWithTheImageOfTheStress)
   }
 }
 
-// The control: spins are axial vectors and forces are vectors.
-TEST(ImageOfSpheres, AnswersOtherwiseWhereSpinsOrForcesAreSeenWithTheWrongSense)
+// Control: spins are axial vectors and forces are vectors; the other transformation gives other
+// stresses.
+TEST(ImageOfSpheres, WrongTransformationOfSpinsOrForcesChangesTheResponse)
 {
   const Spheres state = sheared_spheres();
   const auto stress_after = [](const Spheres &start) {

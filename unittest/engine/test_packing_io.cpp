@@ -78,7 +78,8 @@ const char *const TWO_SPHERES = "gpu_rve_packing 2\n"                           
                                 "checksum none\n"                                          // 20
                                 "end\n";
 
-/// Of TWO_GRAINS, by a Python program of its own: FNV-1a over its statements with one blank between two words.
+/// Checksum of TWO_GRAINS from an independent Python program: FNV-1a over its statements with one
+/// blank between two words.
 const char *const CHECKSUM_OF_TWO_GRAINS = "965fc029eee52717";
 
 struct LammpsData {
@@ -117,7 +118,7 @@ LammpsData read_lammps_data(const std::string &path)
 
 }    // namespace
 
-TEST(PackingFile, StateReturnsToTheLastBit)
+TEST(PackingFile, StateIsRestoredToTheLastBit)
 {
   const std::string path = temporary_path("state.rve");
   const RveState state = crowded_state(40, 7);
@@ -147,8 +148,8 @@ TEST(PackingFile, StateReturnsToTheLastBit)
   EXPECT_TRUE(copy.list_fractional.empty());
 }
 
-// Files of packings without rolling resistance are those of the time before it.
-TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
+// Packings without rolling resistance are written in the file format without it.
+TEST(PackingFile, OnlyPackingsWithRollingResistanceHaveItsParameters)
 {
   const std::string path = temporary_path("rolling.rve");
   RveState state = crowded_state(40, 7);
@@ -161,7 +162,7 @@ TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
   };
 
   const std::string without = text_of();
-  state.pairs[3].tangential_force = 0.0;    // a contact that only rolls
+  state.pairs[3].tangential_force = 0.0;    // the contact has only a rolling force
   state.pairs[3].rolling_force = 0.125;
   const std::string with_force = text_of();
   const RveState copy = read_packing(path);
@@ -174,7 +175,7 @@ TEST(PackingFile, OnlyPackingsWithRollingResistanceSpeakOfIt)
   EXPECT_NE(with_material.find("  rolling_stiffness 3    # [force/length]\n"
                                "  rolling_friction 0    # [-]\n"),
             std::string::npos);
-  // what came later is there where it is not zero
+  // parameters of newer versions are written only if they are not zero
   EXPECT_EQ(with_material.find("rolling_viscosity"), std::string::npos);
   state.material.rolling_viscosity = 0.5;
   EXPECT_NE(text_of().find("  rolling_viscosity 0.5    # [force time/length]\n"),
@@ -201,7 +202,7 @@ TEST(PackingFile, GrainsMayComeInAnyOrder)
   EXPECT_EQ(state.material.rolling_friction, 0.0);
 }
 
-TEST(PackingFile, MaySayTheContactLawInFrontOfItsParameters)
+TEST(PackingFile, MayNameTheContactLawBeforeItsParameters)
 {
   const std::string path = temporary_path("two.rve"), two = TWO_GRAINS;
   std::string said = two;
@@ -273,7 +274,7 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_after(two, "0.1 0.01", "0.01 0.01").find(": cell width"), 0u);
 }
 
-TEST(PackingFile, OfSpheresReturnsToTheLastBit)
+TEST(PackingFile, SpheresAreRestoredToTheLastBit)
 {
   const std::string path = temporary_path("spheres.rve");
   RveStateOf<3> state = crowded_spheres(60, 7);
@@ -306,7 +307,7 @@ TEST(PackingFile, OfSpheresReturnsToTheLastBit)
   }
 }
 
-TEST(PackingFile, SaysItsDimension)
+TEST(PackingFile, HasItsDimension)
 {
   const std::string path = temporary_path("two.rve"), disks = TWO_GRAINS, spheres = TWO_SPHERES;
 
@@ -330,7 +331,7 @@ TEST(PackingFile, SaysItsDimension)
   EXPECT_EQ(message_after<3>(disks, "", ""),
             ":1: the packing is of plane disks (dimension 2); one of spheres (dimension 3) was "
             "expected");
-  // disks may say so
+  // The dimension is optional for disks.
   EXPECT_EQ(message_after(disks, "packing 1", "packing 2\ndimension 2"), "no error");
 
   RveStateOf<3> thick = state;
@@ -377,7 +378,7 @@ TEST(PackingFile, OfSpheresIsRefusedWithLineNumberWhereItIsBroken)
             0u);
 }
 
-TEST(PackingFile, TextBehindTheEndIsRefused)
+TEST(PackingFile, TextAfterTheEndIsRefused)
 {
   const std::string two = TWO_GRAINS;
 
@@ -386,7 +387,7 @@ TEST(PackingFile, TextBehindTheEndIsRefused)
   EXPECT_EQ(message_after(two, "end\n", "end\n \n# a comment\n"), "no error");
 }
 
-// A digit that a disk or a mail program changed is one that the reader finds, wherever it is; FNV-1a cannot miss a single byte.
+// The reader finds a changed digit wherever it is; FNV-1a detects every change of a single byte.
 TEST(PackingFile, EveryChangedDigitIsFound)
 {
   const std::string path = temporary_path("digits.rve");
@@ -422,7 +423,7 @@ TEST(PackingFile, ChecksumIsOfTheWords)
           "changed by hand; 'checksum none' in its place accepts it");
 }
 
-TEST(PackingFile, AFileWithoutAChecksumSaysSo)
+TEST(PackingFile, MissingChecksumMustBeDeclared)
 {
   const std::string two = TWO_GRAINS;
 
@@ -435,7 +436,7 @@ TEST(PackingFile, AFileWithoutAChecksumSaysSo)
   EXPECT_EQ(message_after(two, "0.004", "0.003"), "no error");
 }
 
-TEST(PackingFile, WhatIsNoFileIsRefusedWithTheReason)
+TEST(PackingFile, PathThatIsNoFileIsRefusedWithTheReason)
 {
   const std::string folder = testing::TempDir(), fifo = temporary_path("fifo");
   std::remove(fifo.c_str());
@@ -489,7 +490,7 @@ TEST(PackingFile, FailedWriteLeavesTheOldFile)
   EXPECT_EQ(text_of(path), before);
 }
 
-TEST(LammpsData, PositionsAreThePackingTurnedToTheXAxis)
+TEST(LammpsData, PositionsAreThePackingRotatedToTheXAxis)
 {
   RveState state = crowded_state(30, 5);
   const double turn = 0.7;
@@ -516,7 +517,7 @@ TEST(LammpsData, PositionsAreThePackingTurnedToTheXAxis)
         state.radius[i] * state.radius[i];
     EXPECT_NEAR(lammps_mass, mass, 1e-14 * mass);
 
-    // the same place modulo the lattice of LAMMPS' box
+    // the same position modulo the lattice of LAMMPS' box
     const double x = rotation(0, 0) * xy[2 * i] + rotation(1, 0) * xy[2 * i + 1] - atom[4];
     const double y = rotation(0, 1) * xy[2 * i] + rotation(1, 1) * xy[2 * i + 1] - atom[5];
     const double s_y = y / data.ly, s_x = (x - data.xy * s_y) / data.lx;
@@ -531,11 +532,11 @@ TEST(LammpsData, PositionsAreThePackingTurnedToTheXAxis)
   }
 }
 
-TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
+TEST(LammpsData, ContactTableGivesLoveStressInTheRotatedFrame)
 {
   RveState state = two_disks(1e-4);
   state.pairs.push_back(
-      {1, 0, 7.0});    // owned by the other grain: the tangential number is the same
+      {1, 0, 7.0});    // the other grain owns the pair: the tangential number is the same
   const std::string path = temporary_path("data.lmp");
 
   write_lammps_data(path, state);
@@ -558,7 +559,7 @@ TEST(LammpsData, ContactTableGivesLoveStressInTheTurnedFrame)
   EXPECT_NEAR(row[10], -100.0 * 0.8 + 7.0 * 0.6, 1e-10);
 }
 
-TEST(LammpsData, SpheresAreTurnedAsAWhole)
+TEST(LammpsData, SpheresAreRotatedAsAWhole)
 {
   Spheres state = disordered_spheres(spheres_material(), 5, 3);
   SphereRig rig(state);
@@ -573,7 +574,7 @@ TEST(LammpsData, SpheresAreTurnedAsAWhole)
   };
   add(1, 0, 2);
   add(2, 1, -1);
-  // seen by an observer who is turned
+  // the state in a rotated frame
   const Tensor3 turn = spatial_rotation(Vec<double, 3>{{0.4, -1.1, 0.7}});
   state.cell = turn * state.cell;
   for (std::vector<double> *vectors : {&state.velocity, &state.spin})
@@ -595,7 +596,7 @@ TEST(LammpsData, SpheresAreTurnedAsAWhole)
   EXPECT_LE(std::fabs(data.xz), 0.5 * data.lx);
   EXPECT_LE(std::fabs(data.yz), 0.5 * data.ly);
   ASSERT_EQ(data.atoms.size(), 7u * state.num_grains());
-  // the lattices are the same but for a rotation
+  // The lattices are the same except for a rotation.
   const Vec<double, 3> a = column(state.cell, 0), b = column(state.cell, 1);
   Tensor3 rotation;
   const auto set_row = [&](int row, const Vec<double, 3> &v) {
@@ -626,7 +627,7 @@ TEST(LammpsData, SpheresAreTurnedAsAWhole)
     }
   }
 
-  // forces on branches of the table give the stress of the springs, turned
+  // Forces and branches of the table give the rotated stress of the springs.
   std::istringstream table(text_of(path + ".contacts"));
   std::string line;
   std::getline(table, line);
@@ -649,7 +650,7 @@ TEST(LammpsData, SpheresAreTurnedAsAWhole)
                 1e-11 * std::fabs(trace(expected)));
 }
 
-// otherwise write_rve to /dev/null would make a file /dev/null.contacts
+// Otherwise write_rve to /dev/null would make a file /dev/null.contacts.
 TEST(LammpsData, ADeviceGetsNoContactTable)
 {
   const std::string link = temporary_path("null");
@@ -662,7 +663,7 @@ TEST(LammpsData, ADeviceGetsNoContactTable)
   std::remove(link.c_str());
 }
 
-TEST(LammpsData, ContactTableHasRollingForcesAsTheFirstGrainSeesThem)
+TEST(LammpsData, ContactTableHasRollingForcesOnTheFirstGrain)
 {
   RveState state = two_disks(1e-4);
   const auto last_column = [&](const rve::Pair &pair) {
@@ -680,11 +681,11 @@ TEST(LammpsData, ContactTableHasRollingForcesAsTheFirstGrainSeesThem)
   };
 
   EXPECT_EQ(last_column({0, 1, 7.0, 2.5}), "f_r 2.5");
-  EXPECT_EQ(last_column({1, 0, 7.0, 2.5}), "f_r -2.5");    // owned by the other grain
+  EXPECT_EQ(last_column({1, 0, 7.0, 2.5}), "f_r -2.5");    // the other grain owns the pair
   EXPECT_EQ(last_column({0, 1, 7.0, 0.0}).substr(0, 7), "force_y");
 }
 
-TEST(ContactNetwork, BinsFindWhatAllPairsFind)
+TEST(ContactNetwork, BinsFindAllPairs)
 {
   const RveState state =
       crowded_state(400, 9);    // cell about 1.5 wide, contact distance 0.2: bins are used
@@ -706,10 +707,10 @@ TEST(ContactNetwork, BinsFindWhatAllPairsFind)
   EXPECT_EQ(found, all_pairs);
 }
 
-TEST(Drift, IsTheMeanVelocityWhereItIsMostOfTheMotion)
+TEST(Drift, IsTheMeanVelocityIfItDominatesTheMotion)
 {
   RveState state = crowded_state(40, 7);
-  EXPECT_EQ(describe_drift(drift_of(state)), "");    // fluctuations alone
+  EXPECT_EQ(describe_drift(drift_of(state)), "");    // fluctuations only
   const Vec<double, 2> more{{10.0, -5.0}};
   remove_drift(state, -1.0 * more);
 
@@ -728,7 +729,7 @@ TEST(Drift, IsTheMeanVelocityWhereItIsMostOfTheMotion)
   EXPECT_EQ(describe_drift(drift_of(state)), "");
 }
 
-TEST(Drift, IsNoneAtRestButForRounding)
+TEST(Drift, IsZeroAtRestUpToRounding)
 {
   RveState state = crowded_state(40, 7);
   std::fill(state.velocity.begin(), state.velocity.end(), 0.0);
@@ -737,7 +738,7 @@ TEST(Drift, IsNoneAtRestButForRounding)
   EXPECT_EQ(describe_drift(drift_of(state)), "");
 }
 
-TEST(Drift, OfEqualVelocitiesIsExactlyThese)
+TEST(Drift, OfEqualVelocitiesIsExact)
 {
   RveState state = crowded_state(40, 7);
   for (std::size_t k = 0; k < state.velocity.size(); ++k) state.velocity[k] = k % 2 ? -5.1 : 10.3;

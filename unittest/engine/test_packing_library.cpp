@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Libraries of packings: the batch that makes them, their file, and the choice among them.
+// Libraries of packings: their generation in a batch, their file, and the choice of a packing.
 
 #include "rve/core/error.h"
 #include "rve/engine/packing.h"
@@ -48,7 +48,7 @@ PackingLibrary library_of(int count)
   return library;
 }
 
-/// The error, behind the path, of reading the library with `from` replaced by `to`.
+/// Returns the error, without the path, of reading the library with `from` replaced by `to`.
 std::string message_after(std::string text, const std::string &from, const std::string &to)
 {
   const std::string path = temporary_path("broken.lib");
@@ -58,7 +58,7 @@ std::string message_after(std::string text, const std::string &from, const std::
   return message.rfind(path, 0) == 0 ? message.substr(path.size()) : message;
 }
 
-/// sum of (observed - expected)^2 / expected
+/// Returns the sum of (observed - expected)^2 / expected.
 double chi_square(const std::vector<int> &observed, double expected)
 {
   double sum = 0.0;
@@ -66,7 +66,8 @@ double chi_square(const std::vector<int> &observed, double expected)
   return sum;
 }
 
-/// Chi-square with k degrees of freedom has mean k and variance 2 k; with tens of them it is nearly normal.
+/// Expects a uniform distribution. Chi-square with k degrees of freedom has mean k and variance 2 k
+/// and is nearly normal for large k.
 void expect_uniform(const std::vector<int> &observed, double expected)
 {
   const double degrees = static_cast<double>(observed.size()) - 1.0;
@@ -77,7 +78,7 @@ void expect_uniform(const std::vector<int> &observed, double expected)
 
 // ---- the batch ----
 
-TEST(PackingBatch, EachPackingHasTheBitsItHasAlone)
+TEST(PackingBatch, EachPackingHasTheBitsOfASinglePreparation)
 {
   std::vector<PackingRecipe> recipes;
   for (const std::uint64_t seed : {1, 2, 3})
@@ -100,7 +101,7 @@ TEST(PackingBatch, EachPackingHasTheBitsItHasAlone)
   EXPECT_EQ(engine->size(), 0);
 }
 
-TEST(PackingBatch, AllThatAreNotReadyAdvanceInOneCall)
+TEST(PackingBatch, UnfinishedPackingsAdvanceInOneCall)
 {
   std::vector<PackingRecipe> recipes;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) recipes.push_back(small_recipe(seed, 0.1));
@@ -121,10 +122,10 @@ TEST(PackingBatch, AllThatAreNotReadyAdvanceInOneCall)
                       if (most > 0) apart = std::max(apart, most - least);
                     });
 
-  EXPECT_EQ(apart, 250);    // one call: those reported before and behind
+  EXPECT_EQ(apart, 250);    // reports before and after belong to one call
 }
 
-TEST(PackingBatch, OneFailureLeavesItsReasonAndDoesNotStopTheOthers)
+TEST(PackingBatch, FailureIsReportedAndDoesNotStopTheOthers)
 {
   std::vector<PackingRecipe> recipes(3, small_recipe(1, 0.1));
   recipes[1].void_ratio = 0.6;
@@ -156,7 +157,7 @@ TEST(PackingBatch, AWrongRecipeIsAnErrorBeforeAnythingRuns)
 
 // ---- the file ----
 
-TEST(PackingLibrary, PackingsAndIndexReturnToTheLastBit)
+TEST(PackingLibrary, PackingsAndIndexAreRestoredToTheLastBit)
 {
   const std::string path = temporary_path("three.lib");
   const PackingLibrary library = library_of(3);
@@ -213,7 +214,7 @@ TEST(PackingLibrary, MayHoldSpheres)
   ASSERT_EQ(copy.packings.size(), 2u);
   for (int k = 0; k < 2; ++k)
     EXPECT_EQ(copy.packings[k].fractional, library.packings[k].fractional);
-  // all packings of a library are of one dimension
+  // All packings of a library have one dimension.
   EXPECT_NE(message_of([&] {
               read_library(path);
             }).find("the packing is of spheres (dimension 3); one of plane disks"),
@@ -251,14 +252,15 @@ TEST(PackingLibrary, BrokenFilesAreRefusedWithLineNumber)
             std::string::npos);
 }
 
-// The index has numbers that no packing knows: seeds, frictions and pressures of the preparation.
+// The index has numbers that packings do not have: seeds, frictions and pressures of the
+// preparation.
 TEST(PackingLibrary, EveryChangedDigitIsFound)
 {
   const std::string path = temporary_path("digits.lib");
   write_library(path, library_of(2));
   const std::string text = text_of(path);
   for (std::size_t k = 0, step; k < text.size(); k += step) {
-    step = k < text.find("\npacking 0") ? 1 : 17;    // the whole index, and samples of the packings
+    step = k < text.find("\npacking 0") ? 1 : 17;    // the whole index and samples of the packings
     const bool in_comment =
         text.rfind('#', k) != std::string::npos && text.rfind('#', k) > text.rfind('\n', k);
     if (in_comment || text[k] < '0' || text[k] > '9') continue;
@@ -290,7 +292,7 @@ TEST(PackingLibrary, ItsChecksumCoversTheIndexAndMayBeLeftOut)
   EXPECT_NE(message().find("there is no checksum before 'end_library'"), std::string::npos);
 }
 
-TEST(PackingLibrary, AnIndexThatLiesIsRefused)
+TEST(PackingLibrary, InconsistentIndexIsRefused)
 {
   const std::string path = temporary_path("liar.lib");
   PackingLibrary library = library_of(2);
@@ -317,7 +319,7 @@ TEST(PackingLibrary, AnEmptyOneIsNotWritten)
   EXPECT_FALSE(std::ifstream(path).is_open());
 }
 
-TEST(PackingLibrary, IsWrittenWholeOrNotAtAll)
+TEST(PackingLibrary, IsWrittenCompletelyOrNotAtAll)
 {
   const std::string path = temporary_path("kept.lib");
   write_library(path, library_of(2));
@@ -345,7 +347,7 @@ TEST(Draw, EveryPackingIsEquallyProbable)
     }
 }
 
-TEST(Draw, NeighboursSeedsAndPurposesAreIndependent)
+TEST(Draw, NeighbouringSeedsAndPurposesAreIndependent)
 {
   constexpr int POINTS = 200000, COUNT = 8;
   const auto pairs = [&](auto &&other) {
@@ -363,7 +365,8 @@ TEST(Draw, NeighboursSeedsAndPurposesAreIndependent)
 
 TEST(Draw, IsTheSameOnEveryMachine)
 {
-  // by a Python program of its own, whose mixing function gives the known first output 6457827717110365317 of SplitMix64 for 1234567
+  // The numbers are from an independent Python program, whose mixing function gives the known first
+  // output 6457827717110365317 of SplitMix64 for 1234567.
   const auto first = [](std::uint64_t seed, std::uint64_t purpose) {
     std::vector<int> numbers;
     for (int id = 1; id <= 8; ++id) numbers.push_back(draw(seed, id, 1000, purpose));
@@ -374,7 +377,7 @@ TEST(Draw, IsTheSameOnEveryMachine)
   EXPECT_EQ(first(4711, 1), (std::vector<int>{478, 859, 914, 727, 835, 224, 758, 904}));
 }
 
-// ---- by void ratio ----
+// ---- choice by void ratio ----
 
 TEST(VoidRatioIndex, TheNearestIsFound)
 {
@@ -384,12 +387,12 @@ TEST(VoidRatioIndex, TheNearestIsFound)
   EXPECT_EQ(index.most(), 0.24);
   EXPECT_EQ(index.nearest(0.201, 0.01), 0);
   EXPECT_EQ(index.nearest(0.2125, 0.01), 4);
-  EXPECT_EQ(index.nearest(0.17, 0.02), 1);    // of two alike the first
+  EXPECT_EQ(index.nearest(0.17, 0.02), 1);    // the first of two equal ones
   EXPECT_EQ(index.nearest(0.25, 0.02), 2);
   EXPECT_EQ(index.nearest(0.18, 0.0), 1);
 }
 
-TEST(VoidRatioIndex, NothingIsNearEnoughBeyondTheTolerance)
+TEST(VoidRatioIndex, NoneIsFoundBeyondTheTolerance)
 {
   const VoidRatioIndex index({0.18, 0.20});
 
@@ -401,7 +404,7 @@ TEST(VoidRatioIndex, NothingIsNearEnoughBeyondTheTolerance)
   EXPECT_EQ(message_of([] { VoidRatioIndex none({}); }), "there are no packings to choose from");
 }
 
-TEST(VoidRatioIndex, AllWithinTheToleranceAreDrawnAlike)
+TEST(VoidRatioIndex, AllWithinTheToleranceAreEquallyProbable)
 {
   const VoidRatioIndex index({0.20, 0.18, 0.24, 0.19, 0.21});
   std::vector<int> times(5, 0);
@@ -409,7 +412,8 @@ TEST(VoidRatioIndex, AllWithinTheToleranceAreDrawnAlike)
   for (int id = 1; id <= 30000; ++id) ++times[*index.draw_within(0.2, 0.0101, 3, id)];
 
   EXPECT_EQ(times[1] + times[2], 0);
-  // three cells: chi-square has two degrees of freedom and is above 18.4 once in ten thousand times
+  // With three cells, chi-square has two degrees of freedom and exceeds 18.4 once in ten thousand
+  // times.
   EXPECT_LT(chi_square({times[0], times[3], times[4]}, 10000.0), 18.4);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A phase of the block program may do its items in any order and at the same time: done by several threads, whatever they meet in, it leaves
-// the bits that a loop leaves. Built with GPU_RVE_SANITIZE=thread each access is watched, too.
+// A phase of the block program may process its items in any order and at the same time. Several
+// threads, in any interleaving, give the same bits as a loop. A build with GPU_RVE_SANITIZE=thread
+// also checks each access.
 
 #include "support/block_in_threads.h"
 #include "support/rve_run.h"
@@ -12,7 +13,7 @@ using namespace rve_test;
 
 namespace {
 
-/// Grains in arrays, and grains in registers, whose lists are built on chip.
+/// Grains in arrays, and grains in registers with lists on chip, run by threads.
 using ArraysInThreads = InThreads<BlockSerial>;
 using RegistersInThreads = InThreads<BlockOfTwo>;
 
@@ -42,7 +43,7 @@ TYPED_TEST_SUITE(Phases, Formats);
 
 }    // namespace
 
-TYPED_TEST(Phases, OfDisksMayBeDoneInThreads)
+TYPED_TEST(Phases, OfDisksRunInThreads)
 {
   using Scene = ProgramScene<Program::Plain, TypeParam>;
   const auto begin = disks<TypeParam>(0.5);
@@ -51,7 +52,7 @@ TYPED_TEST(Phases, OfDisksMayBeDoneInThreads)
                                                       3);
 }
 
-TYPED_TEST(Phases, OfDisksWithAServoMayBeDoneInThreads)
+TYPED_TEST(Phases, OfDisksWithAServoRunInThreads)
 {
   using Scene = ProgramScene<Program::Steered, TypeParam>;
   const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
@@ -60,7 +61,7 @@ TYPED_TEST(Phases, OfDisksWithAServoMayBeDoneInThreads)
                                                       drives, 3, false, servo_of_disks());
 }
 
-TYPED_TEST(Phases, OfDisksWithAllBooksMayBeDoneInThreads)
+TYPED_TEST(Phases, OfDisksWithEnergyBookkeepingRunInThreads)
 {
   using Scene = ProgramScene<Program::General, TypeParam>;
   const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
@@ -69,9 +70,10 @@ TYPED_TEST(Phases, OfDisksWithAllBooksMayBeDoneInThreads)
                                                       drives, 1, true, servo_of_disks());
 }
 
-// with a skin so wide that grains have more pairs than they may own. In `double`, and in memory, a thread of a GPU has what it read last of a
-// pair for itself, where these threads share it: they take the arrays.
-TYPED_TEST(Phases, OfSpheresMayBeDoneInThreads)
+// The skin is so wide that grains have more pairs than they may own. In `double` and in memory, a
+// thread of a GPU keeps its own copy of the pair that it read last. The threads of this test would
+// share it, so they use arrays.
+TYPED_TEST(Phases, OfSpheresRunInThreads)
 {
   using Scene = ProgramScene<Program::Spheres, TypeParam>;
   using Threads = std::conditional_t<kHasLongHistory<Scene>, ArraysInThreads, RegistersInThreads>;

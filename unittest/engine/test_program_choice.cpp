@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The line of the table of programs that serves RVEs and a call.
+// Choice of the line of the table of programs for RVEs and a call.
 
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"
@@ -37,7 +37,7 @@ constexpr ContactModel LINEAR = {ContactLaw::Linear, false}, ROLLING = {ContactL
 
 }    // namespace
 
-TEST(ProgramChoice, IsTheLeanestProgramThatHasWhatACallNeeds)
+TEST(ProgramChoice, IsTheSmallestProgramForTheNeedsOfACall)
 {
   struct {
     ContactModel contacts;
@@ -76,8 +76,8 @@ TEST(ProgramChoice, IsTheLeanestProgramThatHasWhatACallNeeds)
   }
 }
 
-/// What holds for every line that is added.
-TEST(ProgramChoice, ServesAllNeedsOfTheContactLawsThatThereAre)
+/// Every line of the table must satisfy these conditions, also new ones.
+TEST(ProgramChoice, CoversAllNeedsOfAllContactLaws)
 {
   for (int k = 0; k < kNumPrograms; ++k) {
     const Program program = static_cast<Program>(k);
@@ -109,7 +109,7 @@ TEST(ProgramChoice, ServesAllNeedsOfTheContactLawsThatThereAre)
   }
 }
 
-TEST(ProgramChoice, OfEveryContactLawThereIsAProgramWithAndWithoutRollingResistance)
+TEST(ProgramChoice, EveryContactLawHasProgramsWithAndWithoutRolling)
 {
   for (std::size_t k = 0; k < std::size(CONTACT_LAW_WORDS); ++k) {
     const ContactLaw law = contact_law_of(CONTACT_LAW_WORDS[k]);
@@ -127,7 +127,7 @@ TEST(ProgramChoice, OfEveryContactLawThereIsAProgramWithAndWithoutRollingResista
             "there is no contact law 'hoke'; did you mean hooke?");
 }
 
-TEST(ContactModel, OfSeveralPackingsHasWhatOneOfThemNeeds)
+TEST(ContactModel, CoversTheNeedsOfAllPackings)
 {
   const RveState plain = two_disks(1e-5);
   RveState rolling = plain, rolled = plain, without_spring = plain;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Element tests of the paper against SudoDEM2D, pointwise in the first per cent of strain, where the response is not yet
-// chaotic. Data: unittest/data/sudodem_*.csv.
+// Element tests of the paper against SudoDEM2D, point by point in the first per cent of strain,
+// where the response is not yet chaotic. Data: unittest/data/sudodem_*.csv.
 
 #include "support/rve_rig.h"
 
@@ -52,12 +52,13 @@ std::vector<Row> read_curve(const std::string &test)
 }
 
 struct Deviation {
-  double early, late;    ///< largest |difference of q/p| up to step 1000 and beyond
+  double early, late;    ///< largest |difference of q/p| up to step 1000 and after it
   double pressure;       ///< largest relative difference of p
   double void_ratio;
 };
 
-/// Row n holds the forces of step n in the cell (1 + dt L)^(n-1): our state after n - 1 steps.
+/// Returns the deviation. Row n has the forces of step n in the cell (1 + dt L)^(n-1), which is our
+/// state after n - 1 steps.
 Deviation compare(const std::string &test, Drive (*drive_for)(int substeps), Format format)
 {
   RveRig rig(paper_packing(), cpu_options(format));
@@ -97,7 +98,7 @@ Drive biaxial(int substeps)
   drive.velocity_gradient = gradient(1, 1, -0.05);
   drive.controlled[0][0] = true;
   drive.stress_goal(0, 0) = -1e5;
-  drive.servo_gain = 1.0 / 47.952;    // 1/(total mass), as SudoDEM does
+  drive.servo_gain = 1.0 / 47.952;    // 1/(total mass), the gain of SudoDEM
   return drive;
 }
 
@@ -107,7 +108,8 @@ TEST(ReferenceCurve, UniaxialCompressionFollowsSudoDem)
 {
   const Deviation deviation = compare("uni", uniaxial, Format::Double);
 
-  // early: the integrators differ by O(dt); late: scatter among equivalent runs, as measured with the reference
+  // The early difference is the O(dt) of the integrators; the late one is the measured scatter of
+  // equivalent runs of the reference.
   EXPECT_LT(deviation.early, 1e-5);
   EXPECT_LT(deviation.late, 3e-4);
   EXPECT_LT(deviation.pressure, 3e-4);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Grains that live in registers, as in a thread block of a GPU, on a CPU.
+// Grains in registers, as in a thread block of a GPU, are tested on a CPU.
 
 #include "support/rve_run.h"
 
@@ -84,12 +84,12 @@ TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
   const RveState end = state_of<TypeParam>(arrays, Program::General);
   EXPECT_GT(end.counters.rebuilds, 3);
   EXPECT_NE(end.servo_velocity_gradient(0, 0), 0.0);
-  // nothing is said of energy where no ledger is kept
+  // energies stay zero without bookkeeping
   EXPECT_EQ(end.energy.friction, 0.0);
   EXPECT_EQ(end.energy.work, 0.0);
 }
 
-// in double, what pairs remember passes by in rows
+// In `double` the histories of pairs are streamed from memory in rows.
 template <class Numbers> class SpheresInRegisters : public ::testing::Test {
 };
 TYPED_TEST_SUITE(SpheresInRegisters, Formats);
@@ -116,7 +116,7 @@ TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
-TYPED_TEST(SpheresInRegisters, OfThreadsThatTakeThemInTurnGiveTheBitsOfArrays)
+TYPED_TEST(SpheresInRegisters, UniformRegistersGiveTheBitsOfArrays)
 {
   using Scene = ProgramScene<Program::PlainSpheres, TypeParam>;
   static_assert(KernelTraits<BlockOfUniforms, Scene>::uniform_constants);
@@ -155,7 +155,8 @@ void expect_that_spheres_may_pass_by(const Material &material, bool with_ledger 
   EXPECT_GT(state_of<Numbers>(stay, memory).counters.rebuilds, 10);
 }
 
-/// As stiff as the springs where spheres of 4 mm overlap by a hundredth of their radius.
+/// Returns a material that is as stiff as the springs where spheres of 4 mm overlap by a hundredth
+/// of their radius.
 Material hertz_material(ContactLaw law)
 {
   Material material = spheres_material();
@@ -178,19 +179,20 @@ SteeringRecord<3> servo_of_spheres()
   return steering;
 }
 
-TYPED_TEST(SpheresInRegisters, ThatPassByHaveTheBitsOfThoseThatStay)
+TYPED_TEST(SpheresInRegisters, StreamedSpheresHaveTheBitsOfResidentOnes)
 {
   expect_that_spheres_may_pass_by<TypeParam, Program::PlainSpheres>(spheres_material());
 }
 
-TYPED_TEST(SpheresInRegisters, ThatPassByWithAServoHaveTheBitsOfThoseThatStay)
+TYPED_TEST(SpheresInRegisters, StreamedSpheresWithAServoHaveTheBitsOfResidentOnes)
 {
   expect_that_spheres_may_pass_by<TypeParam, Program::SteeredSpheres>(spheres_material(), false,
                                                                       servo_of_spheres());
 }
 
-// histories of springs, rolling and twisting, what friction and dashpots take, and a servo
-TYPED_TEST(SpheresInRegisters, ThatPassByWithAllBooksHaveTheBitsOfThoseThatStay)
+// The material has histories of springs, rolling and twisting, and dissipation by friction and
+// dashpots; one run has a servo.
+TYPED_TEST(SpheresInRegisters, StreamedSpheresWithEnergyHaveTheBitsOfResidentOnes)
 {
   Material material = spheres_material();
   material.normal_viscosity = 3.0;
@@ -202,8 +204,8 @@ TYPED_TEST(SpheresInRegisters, ThatPassByWithAllBooksHaveTheBitsOfThoseThatStay)
         material, true, servo ? servo_of_spheres() : SteeringRecord<3>());
 }
 
-// a pair that is in reach and does not touch forgets before its force is computed
-TYPED_TEST(SpheresInRegisters, ThatPassByWithinReachHaveTheBitsOfThoseThatStay)
+// A pair that is in reach and does not touch loses its history before its force is computed.
+TYPED_TEST(SpheresInRegisters, StreamedSpheresWithinReachHaveTheBitsOfResidentOnes)
 {
   Material material = hertz_material(ContactLaw::Dmt);
   material.surface_energy = 5.0;
@@ -211,8 +213,8 @@ TYPED_TEST(SpheresInRegisters, ThatPassByWithinReachHaveTheBitsOfThoseThatStay)
   expect_that_spheres_may_pass_by<TypeParam, Program::SphereDmt>(material, true);
 }
 
-// their program has no contact radius from step to step
-TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
+// The program for stored forces does not store contact radii between steps.
+TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgram)
 {
   using All = ProgramScene<Program::SphereHertz, TypeParam>;
   using Own = ProgramScene<Program::SphereMindlinForce, TypeParam>;
@@ -240,7 +242,7 @@ TYPED_TEST(SpheresInRegisters, OfHertzThatKeepForcesHaveTheBitsOfAllBooks)
   }
 }
 
-TEST(TwoSpheresOfAThread, AddUpLossesOfExtraPairsInTheOrderOfGrains)
+TEST(TwoSpheresOfAThread, AddLossesOfExtraPairsInTheOrderOfGrains)
 {
   using Scene = ProgramScene<Program::Spheres, MixedNumbers>;
   const Spheres begin = disordered_spheres(spheres_material(), 6, 2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Relaxed arithmetic of a GPU: the hardware's roots and quotients, products fused with sums, and for spheres terms of second order in the turn of a
-// contact in a step left out. It changes last digits and no physics.
+// Relaxed arithmetic of a GPU: the hardware's roots and quotients, fused products and sums, and,
+// for spheres, no terms of second order in the rotation of a contact per step. It changes last
+// digits but not the physics.
 
 #include "support/on_device.h"
 #include "support/small_packings.h"
@@ -15,7 +16,7 @@ using namespace rve_test;
 
 namespace {
 
-/// Stress after a shear by 1e-3 in 200 steps, and in the next one: a batch of one call, and one that goes on.
+/// Returns the stress after a shear by 1e-3 in 200 steps and one more step in a second call.
 template <int D>
 Tensor<double, D> sheared(const RveStateOf<D> &state, Format format, Arithmetic arithmetic)
 {
@@ -35,10 +36,11 @@ Tensor<double, D> sheared(const RveStateOf<D> &state, Format format, Arithmetic 
   return results[0].stress;
 }
 
-/// The same of one of many copies, by short answers: kernels whose threads have two spheres each, and know no details.
+/// Returns the same stress for one of many copies with short answers, whose kernels have two
+/// spheres per thread and compute no details.
 Tensor<double, 3> sheared_among_many(const Spheres &state, Format format, Arithmetic arithmetic)
 {
-  constexpr int MANY = 1000;    // more than any card has multiprocessors
+  constexpr int MANY = 1000;    // more than any GPU has multiprocessors
   Options options = device_options(format);
   options.contacts = contacts_of(state.material);
   options.contacts.dimension = 3;
@@ -60,7 +62,8 @@ Tensor<double, 3> sheared_among_many(const Spheres &state, Format format, Arithm
   return responses[0].stress;
 }
 
-/// Strict arithmetic errs by up to 1e-4 in `fast` and 2e-5 in `mixed` here, relaxed by 1.4e-4 and 1e-5 (H200).
+/// The error of strict arithmetic is up to 1e-4 in `fast` and 2e-5 in `mixed` here; that of relaxed
+/// arithmetic is 1.4e-4 and 1e-5 (H200).
 template <int D> void expect_little_change(const RveStateOf<D> &state)
 {
   const Tensor<double, D> exact = sheared(state, Format::Double, Arithmetic::Strict);
@@ -94,7 +97,7 @@ TEST_F(RelaxedArithmetic, ChangesTheStressOfHertzianSpheresInTheLastDigits)
   const double kn = state.material.normal_stiffness, kt = state.material.tangential_stiffness;
   state.material.law = ContactLaw::Hertz;
   state.material.normal_stiffness = state.material.tangential_stiffness = 0.0;
-  // as stiff as the springs were at a contact radius of a tenth of a grain's
+  // The contacts are as stiff as the springs at a contact radius of a tenth of a grain radius.
   state.material.hertz_stiffness = kn / 4.5e-4;
   state.material.mindlin_stiffness = kt / 4.5e-4;
   expect_little_change(state);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rolling resistance through the whole engine, with every contact law: rings of disks against closed forms, and sheared packings.
+// Rolling resistance through the whole engine, with every contact law: rings of disks against
+// closed forms, and sheared packings.
 
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
@@ -20,7 +21,7 @@ using namespace rve_test;
 
 namespace {
 
-/// One law in all formats, and the others in those that differ most.
+/// Cases: one law in all formats, the other laws in the formats that differ most.
 struct Case {
   ContactLaw law;
   Format format;
@@ -31,7 +32,8 @@ constexpr Case CASES[] = {
     {ContactLaw::Hertz, Format::Mixed},   {ContactLaw::Hertz, Format::Fast},
     {ContactLaw::Dmt, Format::Double},    {ContactLaw::Dmt, Format::Fast}};
 
-/// A material of linear springs by another law, with the same forces and stiffness along a contact of this radius, and some adhesion.
+/// Returns a material with another law that has the forces and stiffness of the linear springs
+/// along a contact of this radius, and some adhesion.
 Material by_law(ContactLaw law, Material material, double contact_radius)
 {
   if (law == ContactLaw::Linear) return material;
@@ -45,11 +47,13 @@ Material by_law(ContactLaw law, Material material, double contact_radius)
 }
 
 // ---- a ring ----
-// Four disks above each other in a periodic cell, radii alternating: each is pressed between two of the other kind, with overlaps that
-// balance. Without friction only their spins move. With spins alternating too, the relative spin W = w_b - w_a of all contacts is the
-// same, and each disk has two contacts:
-//     f' = k_r R W,    I_a w_a' = 2 R f,    I_b w_b' = -2 R f,    |f| <= mu_r f_n
-// where what presses the disks together counts as f_n, with adhesion more than the force that they feel.
+// Four disks with alternating radii are above each other in a periodic cell. Each is pressed
+// between two of the other kind, with overlaps that balance. Without friction only their spins
+// change. If spins alternate too, the relative spin W = w_b - w_a is the same in all contacts, and
+// each disk has two contacts:
+//   f' = k_r R W,    I_a w_a' = 2 R f,    I_b w_b' = -2 R f,    |f| <= mu_r f_n.
+// The force f_n is the one that presses the disks together; with adhesion it exceeds the contact
+// force.
 
 constexpr double RADIUS_A = 0.005, RADIUS_B = 0.003, OVERLAP = 1e-5;
 constexpr double REDUCED_RADIUS = RADIUS_A * RADIUS_B / (RADIUS_A + RADIUS_B);
@@ -84,7 +88,8 @@ struct Ring {
 
   void turn(double spin_a, double spin_b) { state.spin = {spin_a, spin_b, spin_a, spin_b}; }
 
-  /// Rolling forces as if all contacts had rolled; of a-disks, some seen by their partners.
+  /// Sets rolling forces as if all contacts had rolled. Some pairs are owned by the partners of the
+  /// a-disks.
   void load(double force)
   {
     state.pairs = {
@@ -94,7 +99,7 @@ struct Ring {
   double mass(double radius) const { return state.material.density * M_PI * radius * radius; }
   double inertia_a() const { return 0.5 * mass(RADIUS_A) * RADIUS_A * RADIUS_A; }
   double inertia_b() const { return 0.5 * mass(RADIUS_B) * RADIUS_B * RADIUS_B; }
-  /// Of W: 1/I = 1/I_a + 1/I_b.
+  /// Returns the inertia I of the relative spin W: 1/I = 1/I_a + 1/I_b.
   double inertia() const { return 1.0 / (1.0 / inertia_a() + 1.0 / inertia_b()); }
   double limit() const
   {
@@ -105,7 +110,7 @@ struct Ring {
   {
     return REDUCED_RADIUS * std::sqrt(2.0 * state.material.rolling_stiffness / inertia());
   }
-  /// Amplitude of W in a swing that just reaches the limit.
+  /// Returns the amplitude of W in an oscillation that just reaches the limit.
   double swing_at_limit() const
   {
     return frequency() * limit() / (state.material.rolling_stiffness * REDUCED_RADIUS);
@@ -117,7 +122,8 @@ double relative_spin(const RveState &state)
   return state.spin[1] - state.spin[0];
 }
 
-/// Of what a format knows of the normal force: its overlaps are 1e-5 m in a cell of 0.08 m.
+/// Returns the relative error of the normal force in a format, for overlaps of 1e-5 m in a cell of
+/// 0.08 m.
 double force_error(Format format)
 {
   switch (format) {
@@ -137,7 +143,7 @@ double force_error(Format format)
 RveState plain_packing(ContactLaw law)
 {
   RveState state = paper_packing();
-  constexpr double CONTACT_RADIUS = 5e-4;    // [m] about the mean
+  constexpr double CONTACT_RADIUS = 5e-4;    // mean contact radius [m]
   state.material = by_law(law, state.material, CONTACT_RADIUS);
   return state;
 }
@@ -154,7 +160,7 @@ RveState rolling_packing(double rolling_friction = 0.3, double rolling_stiffness
 constexpr double DT = 5e-5;
 const Tensor2 SHEAR_AND_COMPRESSION = {{0.02, 0.6, 0.0, -0.15}};
 
-/// A few per cent of strain with rebuilds, sliding and new contacts.
+/// Strains the packing by a few per cent, with rebuilds, sliding and new contacts.
 const Result &work_out(RveRig &rig, int calls = 20)
 {
   return rig.strain(SHEAR_AND_COMPRESSION, DT, 50, calls);
@@ -166,7 +172,7 @@ RveState restarted(const RveState &state)
   return deserialize(image.data(), image.size());
 }
 
-/// Stress ratio q/p, mean over a shear from 2 % to 8 % of strain.
+/// Returns the mean stress ratio q/p of a shear from 2 % to 8 % of strain.
 double stress_ratio(const Material &material)
 {
   RveState state = paper_packing();
@@ -224,7 +230,7 @@ TEST_P(Rolling, AtTheLimitSpinsDecayLinearly)
 {
   Ring ring = Rolling::ring(0.2);
   ring.turn(-300.0, 200.0);
-  ring.load(ring.limit());    // the contacts have rolled for long
+  ring.load(ring.limit());    // the contacts have rolled up to the limit
   RveRig rig(ring.state, options());
   const double dt = 1e-5;
   const int steps = 400;
@@ -234,7 +240,8 @@ TEST_P(Rolling, AtTheLimitSpinsDecayLinearly)
 
   const RveState after = rig.state();
   const double error = 2.0 * force_error(format());
-  const double epsilon = format() == Format::Double ? 0x1p-53 : 0x1p-24;    // of each kick
+  // rounding error of each kick
+  const double epsilon = format() == Format::Double ? 0x1p-53 : 0x1p-24;
   for (int i = 0; i < 4; i += 2) {
     EXPECT_NEAR(after.spin[i], -300.0 + turned / ring.inertia_a(),
                 error * turned / ring.inertia_a() + steps * epsilon * 300.0);
@@ -247,8 +254,9 @@ TEST_P(Rolling, AtTheLimitSpinsDecayLinearly)
     EXPECT_NEAR(std::fabs(pair.rolling_force), ring.limit(), 2.0 * error * ring.limit());
 }
 
-// The leapfrog of an oscillator: w_k = w_0 cos((k + 1/2) theta) / cos(theta/2), sin(theta/2) = w dt/2.
-TEST_P(Rolling, BelowTheLimitSpinsSwingWithTheClosedFormFrequency)
+// The leapfrog of an oscillator has w_k = w_0 cos((k + 1/2) theta) / cos(theta/2), sin(theta/2) = w
+// dt/2.
+TEST_P(Rolling, BelowTheLimitSpinsOscillateWithTheClosedFormFrequency)
 {
   Ring ring = Rolling::ring(1.0);
   const double w = 0.5 * ring.swing_at_limit();
@@ -259,15 +267,16 @@ TEST_P(Rolling, BelowTheLimitSpinsSwingWithTheClosedFormFrequency)
   for (int k = 1; k <= 300; ++k) {
     rig.strain(Tensor2::zero(), dt, 1);
     const double expected = w * std::cos((k + 0.5) * theta) / std::cos(0.5 * theta);
-    // moments and spins in fp32 turn the phase by 300 epsilons
+    // In fp32, roundings of moments and spins change the phase by 300 epsilons.
     ASSERT_NEAR(relative_spin(rig.state()), expected,
                 (format() == Format::Double ? 1e-9 : 1e-4) * w)
         << "step " << k;
   }
 }
 
-// After the sliding the spring drives the disks back from f = mu_r f_n: they swing about rest with the amplitude w mu_r f_n / (k_r R).
-TEST(RollingRing, ComesToRestAndSwingsWithTheEnergyOfItsSprings)
+// After sliding, the spring accelerates the disks back from f = mu_r f_n: they oscillate about rest
+// with the amplitude w mu_r f_n / (k_r R).
+TEST(RollingRing, ComesToRestAndOscillatesWithTheEnergyOfItsSprings)
 {
   Ring ring(rolling_material(0.2));
   const double amplitude = ring.swing_at_limit();
@@ -284,7 +293,7 @@ TEST(RollingRing, ComesToRestAndSwingsWithTheEnergyOfItsSprings)
     largest = std::max(largest, std::fabs(relative_spin(rig.state())));
   }
 
-  // the contact stops within a step of dt deceleration
+  // The contact stops sliding within a step.
   EXPECT_NEAR(largest, amplitude, 0.02 * amplitude);
 }
 
@@ -301,7 +310,8 @@ TEST(RollingRing, AngularMomentumOfTheSpinsIsConserved)
 
   for (int call = 0; call < 20; ++call) {
     rig.strain(Tensor2::zero(), 1e-6, 100);
-    // both disks get the same integer: what is left is the rounding of kicks, alike in all steps as long as the moment is
+    // Both disks get the same integer. The rounding error of kicks remains, which is the same in
+    // all steps with the same moment.
     ASSERT_NEAR(momentum(rig.state()), before, 2000 * 0x1p-53 * size);
   }
   EXPECT_LT(std::fabs(rig.state().spin[1]), 310.0);
@@ -339,17 +349,19 @@ TEST(RollingRing, SpringsAndSpinsKeepTheirEnergyBelowTheLimit)
   for (int k = 0; k < 1000; ++k) {
     const Result &now = rig.strain(Tensor2::zero(), dt, 1);
     stored = std::max(stored, now.elastic_energy - before.elastic_energy);
-    // the spins are those of half a step before the springs: they swing by w dt/2 of what is exchanged
+    // The spins are those of half a step before the springs, so the sum oscillates by w dt/2 of the
+    // exchanged energy.
     ASSERT_NEAR(now.kinetic_energy + now.elastic_energy,
                 before.kinetic_energy + before.elastic_energy, 0.006 * before.kinetic_energy);
   }
 
-  // two pairs of disks: that of their relative spin, I W^2/2 each; the rest is that of their angular momentum
+  // Each of two pairs of disks stores the energy I W^2/2 of the relative spin; the rest belongs to
+  // the angular momentum.
   const double of_relative_spin = ring.inertia() * std::pow(7.0 * spin, 2);
   EXPECT_NEAR(stored, of_relative_spin, 1e-3 * of_relative_spin);
 }
 
-TEST(RollingRing, WhatSpinsLoseAtTheLimitIsInTheLedger)
+TEST(RollingRing, DissipationAtTheLimitIsCounted)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt}) {
     SCOPED_TRACE(word_of(law));
@@ -365,7 +377,7 @@ TEST(RollingRing, WhatSpinsLoseAtTheLimitIsInTheLedger)
     const double lost = before.kinetic_energy + before.elastic_energy -
         (after.kinetic_energy + after.elastic_energy);
     EXPECT_GT(lost, 0.1 * before.kinetic_energy);
-    // spins are those of half a step before
+    // The spins are those of half a step before.
     EXPECT_NEAR(after.energy.friction, lost, 1e-3 * lost);
     EXPECT_EQ(after.energy.viscous, 0.0);
   }
@@ -394,8 +406,8 @@ TEST(RollingPacking, WorkOfShearGoesIntoSpringsFrictionDampingAndMotion)
 
 // ---- sums ----
 
-// A moment of 2500 times R f_n leaves the range that is made for forces: the unit of the sums has to follow.
-TEST_P(Rolling, LargeCoefficientsLeaveTheSumsInTheirRange)
+// A moment of 2500 times R f_n exceeds the range for forces, so the unit of the sums must change.
+TEST_P(Rolling, LargeCoefficientsKeepTheSumsInTheirRange)
 {
   const double friction = 1e4;
   Ring ring = Rolling::ring(friction);
@@ -418,7 +430,7 @@ TEST(RollingRing, StableTimeStepIsThatOfTheRollingSprings)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt}) {
     SCOPED_TRACE(word_of(law));
-    // stiff against rolling, so that the spins are the fastest
+    // The rolling stiffness is so large that spins have the highest frequency.
     Ring ring(rolling_material(1e9, 2e7, law));
     const double bound = stable_time_step(ring.state);
     EXPECT_NEAR(largest_frequency(ring.state), ring.frequency(), 1e-10 * ring.frequency());
@@ -432,7 +444,8 @@ TEST(RollingRing, StableTimeStepIsThatOfTheRollingSprings)
       return std::fabs(relative_spin(rig.state()));
     };
 
-    // two of the mode's contacts meet in each disk; the bound is that of this network, not of one contact
+    // Two contacts of the mode act on each disk; the bound is that of this network, not of one
+    // contact.
     EXPECT_NEAR(bound, 2.0 / ring.frequency(), 1e-6 * bound);
     EXPECT_LT(largest_spin(0.95 * bound), 0.02);
     EXPECT_GT(largest_spin(1.05 * bound), 1e3);
@@ -456,7 +469,7 @@ TEST(RollingPacking, ResistanceRaisesTheStrength)
 
 TEST(RollingPacking, TendsToThePackingWithoutResistance)
 {
-  // little strain: beyond, packings of grains go ways of their own
+  // The strain is small, since packings diverge at larger strains.
   const auto stress = [](double rolling_friction) {
     RveRig rig(rolling_packing(rolling_friction));
     return rig.strain(gradient(0, 1, 0.05), DT, 400).stress;
@@ -477,7 +490,7 @@ TEST(RollingPacking, TendsToThePackingWithoutResistance)
   EXPECT_LT(of_less, 0.03 * of_little);
 }
 
-TEST(RollingPacking, RigidRotationTurnsTheStressAndLeavesTheRollingForces)
+TEST(RollingPacking, RigidRotationRotatesTheStressAndKeepsTheRollingForces)
 {
   const double rate = 10.0, dt = 0.5 * M_PI / rate / 1963.0;
   RveRig sheared(rolling_packing());
@@ -491,7 +504,7 @@ TEST(RollingPacking, RigidRotationTurnsTheStressAndLeavesTheRollingForces)
 
   rig.strain(spin_gradient(rate), dt, 151, 13 * 4);    // one turn
 
-  // as the packing without rolling resistance (test_objectivity.cpp)
+  // The tolerance is that of the packing without rolling resistance (test_objectivity.cpp).
   const Result &after = rig.result();
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(after.stress.component[k], before.stress.component[k], 3e-4 * before.mean_stress());
@@ -507,8 +520,8 @@ TEST(RollingPacking, RigidRotationTurnsTheStressAndLeavesTheRollingForces)
   EXPECT_LT(difference, 3e-3 * size);
 }
 
-// A whole RVE that is turned between two calls keeps what its pairs remember.
-TEST_P(Rolling, TurnedRveKeepsItsForces)
+// An RVE that rotates between two calls keeps the histories of its pairs.
+TEST_P(Rolling, RotatedRveKeepsItsForces)
 {
   RveRig rig(Rolling::packing(), options());
   work_out(rig);
@@ -525,7 +538,7 @@ TEST_P(Rolling, TurnedRveKeepsItsForces)
     EXPECT_EQ(after.velocity[2 * i + 1], before.velocity[2 * i]);
 }
 
-// ---- what results must not depend on ----
+// ---- independence of results ----
 
 TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)
 {
@@ -538,7 +551,7 @@ TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)
 
   for (int call = 0; call < 10; ++call) {
     plain.advance(drive);
-    // the batch moves to an engine with another program in the middle
+    // The batch moves to an engine with another program half-way.
     if (call == 3) {
       auto other = engine->empty_with(contacts_of(Rolling::packing()));
       rves = {other->add(engine->state(rves[0])), other->add(Rolling::packing())};
@@ -574,7 +587,7 @@ TEST_P(Rolling, SkinDoesNotChangeABit)
   }
 }
 
-// Every call begins with a new list, from an old one in another order whose pairs are owned by their other grain.
+// Every call begins with a new list, which follows a list in another order with exchanged owners.
 TEST_P(Rolling, ChangeOfOwnersDoesNotChangeABit)
 {
   RveRig reference(Rolling::packing(), options());
@@ -601,7 +614,7 @@ TEST_P(Rolling, ChangeOfOwnersDoesNotChangeABit)
   }
 
   EXPECT_TRUE(same_motion(state, reference.state()));
-  EXPECT_FALSE(same_motion(forgetful, reference.state()));    // the control
+  EXPECT_FALSE(same_motion(forgetful, reference.state()));    // control
   EXPECT_GT(rolling_histories(state).size(), 500u);
 }
 
@@ -639,10 +652,10 @@ TEST_P(Rolling, RestartContinuesBitForBit)
 
   EXPECT_TRUE(same_answer(continued.result(), uninterrupted.result()));
   EXPECT_EQ(serialize(continued.state()), serialize(uninterrupted.state()));
-  EXPECT_FALSE(same_motion(careless.state(), uninterrupted.state()));    // the control
+  EXPECT_FALSE(same_motion(careless.state(), uninterrupted.state()));    // control
 }
 
-TEST_P(Rolling, ThreadsAndCompanyDoNotChangeABit)
+TEST_P(Rolling, ThreadsAndOtherRvesDoNotChangeABit)
 {
   const std::vector<RveState> states = {Rolling::packing(), Rolling::plain(), Rolling::packing(0.1),
                                         ring(0.2).state};
@@ -680,7 +693,7 @@ TEST_P(Rolling, EvaluationChangesNothing)
   EXPECT_TRUE(same_answer(first, second));
 }
 
-// ---- when it acts ----
+// ---- conditions of rolling resistance ----
 
 TEST_P(Rolling, WithoutASpringThereIsNoResistance)
 {
@@ -694,7 +707,7 @@ TEST_P(Rolling, WithoutASpringThereIsNoResistance)
   EXPECT_EQ(rig.state().material.rolling_friction, 0.5);
 }
 
-TEST_P(Rolling, ForcesThatAStateBringsAlongStayUntilTheFirstStepWithoutResistance)
+TEST_P(Rolling, InitialForcesVanishInTheFirstStepWithoutResistance)
 {
   RveRig rolled(Rolling::packing(), options());
   work_out(rolled);
@@ -708,7 +721,7 @@ TEST_P(Rolling, ForcesThatAStateBringsAlongStayUntilTheFirstStepWithoutResistanc
   EXPECT_TRUE(rolling_histories(rig.state()).empty());
 }
 
-TEST_P(Rolling, MaterialOfARunningRveMayGetItInAnEngineThatIsMadeForIt)
+TEST_P(Rolling, CanBeAddedToAnRveInAnEngineWithRolling)
 {
   const auto plain = make_engine(options());
   const auto engine = plain->empty_with(contacts_of(Rolling::packing()));
@@ -729,7 +742,7 @@ TEST_P(Rolling, MaterialOfARunningRveMayGetItInAnEngineThatIsMadeForIt)
 
   EXPECT_EQ(serialize(engine->state(rves[1])), serialize(rig.state()));
   EXPECT_GT(rolling_histories(rig.state()).size(), 400u);
-  // three owned pairs and a few extra ones
+  // A grain has three owned pairs and a few extra ones.
   const std::size_t number = format() == Format::Fast || format() == Format::Single ? 4 : 8;
   EXPECT_GE(engine->bytes_per_rve(400), plain->bytes_per_rve(400) + 3 * 400 * number);
   EXPECT_LE(engine->bytes_per_rve(400), plain->bytes_per_rve(400) + 4 * 400 * number);

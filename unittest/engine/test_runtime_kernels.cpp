@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time: all of the table of programs can be, without a GPU, and one that has been is found the next time.
-// Skipped where there is no libnvrtc.
+// Kernels that are compiled at run time: all lines of the table of programs compile without a GPU,
+// and a compiled kernel is found again. Skipped without libnvrtc.
 
 #include "rve/engine/kernel_text.h"
 #include "rve/engine/runtime_kernels.h"
@@ -22,7 +22,7 @@ using namespace rve_test;
 namespace {
 
 constexpr int NEWER_THAN_THE_COMPILER =
-    999;    ///< a card of this capability gets text, which is quick
+    999;    ///< GPUs of this capability get text (PTX), which compiles fast
 
 struct Line {
   Program program;
@@ -30,7 +30,8 @@ struct Line {
   Arithmetic arithmetic;
 };
 
-/// Every program in one number format, a law and its numbers being independent of each other, and one program in all of them.
+/// Returns every program in one number format, since laws and numbers are independent, and one
+/// program in all formats.
 std::vector<Line> lines_to_compile()
 {
   const Line formats[] = {{Program::General, Format::Fast, Arithmetic::Strict},
@@ -93,7 +94,7 @@ void expect_compiled(const char *kernel, const Line &line)
   const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
   EXPECT_EQ(relaxed, line.arithmetic == Arithmetic::Relaxed);
   if (relaxed) return;
-  // an operation without its rounding is one that may be contracted
+  // The compiler may contract an operation without a rounding mode.
   for (const char *loose :
        {"\tadd.f32", "\tmul.f32", "\tadd.f64", "\tmul.f64", "sqrt.approx.f32", "div.approx.f32"})
     EXPECT_EQ(compiled.code.find(loose), std::string::npos) << loose;
@@ -109,7 +110,7 @@ TEST_P(RuntimeKernelsOfLine, AreCompiledFromTheTextInTheProgram)
   expect_compiled("prepare_calls", GetParam());
 }
 
-TEST_F(RuntimeKernels, AreThereForBlocksOfAllSizes)
+TEST_F(RuntimeKernels, ExistForBlocksOfAllSizes)
 {
   for (const char *kernel : {"advance_many", "advance_large", "advance_in_memory"})
     expect_compiled(kernel, {Program::Plain, Format::Fast, Arithmetic::Strict});
@@ -137,7 +138,7 @@ TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
   EXPECT_TRUE(first.code == second.code);
   EXPECT_EQ(first.kernel, second.kernel);
 
-  // neither for another card nor with other arithmetic
+  // Other devices and other arithmetic have other kernels.
   compile(SMALL, 80, next);
   KernelName relaxed = SMALL;
   relaxed.arithmetic = Arithmetic::Relaxed;
@@ -146,7 +147,7 @@ TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
   std::filesystem::remove_all(folder);
 }
 
-TEST_F(RuntimeKernels, ThatCannotBeKeptAreSaidTo)
+TEST_F(RuntimeKernels, FailureToStoreThemIsReported)
 {
   const std::string folder = temporary_path("cache");
   std::filesystem::remove_all(folder);
@@ -163,7 +164,7 @@ TEST_F(RuntimeKernels, ThatCannotBeKeptAreSaidTo)
   std::filesystem::remove_all(folder);
 }
 
-TEST_F(RuntimeKernels, SayWhatIsCompiledToWhoAsksForThem)
+TEST_F(RuntimeKernels, LogTheCompilationToTheCaller)
 {
   const Environment no_cache("GPU_RVE_KERNEL_CACHE", "off");
   KernelName other = SMALL;
@@ -172,7 +173,7 @@ TEST_F(RuntimeKernels, SayWhatIsCompiledToWhoAsksForThem)
     runtime_kernel(other, NEWER_THAN_THE_COMPILER,
                    [this](const std::string &line) { log.push_back(line); });
   } catch (const std::exception &) {
-    // where there is no card, or an older one, it cannot be loaded
+    // The kernel cannot be loaded without a GPU or on an older one.
   }
   ASSERT_FALSE(log.empty());
   EXPECT_EQ(
@@ -180,7 +181,7 @@ TEST_F(RuntimeKernels, SayWhatIsCompiledToWhoAsksForThem)
       << log.back();
 }
 
-TEST_F(RuntimeKernels, ThatDoNotExistEndInTheWordsOfTheCompiler)
+TEST_F(RuntimeKernels, MissingKernelsReportTheMessageOfTheCompiler)
 {
   KernelCache none("");
   const std::string message = message_of<std::runtime_error>([&] {
@@ -192,7 +193,7 @@ TEST_F(RuntimeKernels, ThatDoNotExistEndInTheWordsOfTheCompiler)
       << message;
 }
 
-TEST(RuntimeCompiler, ThatIsAbsentIsSaidWithARemedy)
+TEST(RuntimeCompiler, MissingCompilerIsReportedWithARemedy)
 {
   const Nvrtc nvrtc({"libnvrtc-nowhere.so", "/nowhere/libnvrtc.so"});
   EXPECT_NE(nvrtc.obstacle().find("(tried libnvrtc-nowhere.so, /nowhere/libnvrtc.so): install it"),
@@ -201,7 +202,7 @@ TEST(RuntimeCompiler, ThatIsAbsentIsSaidWithARemedy)
   EXPECT_NE(nvrtc.obstacle().find("LD_LIBRARY_PATH"), std::string::npos);
 }
 
-TEST(RuntimeCompiler, ALibraryThatIsAnotherIsNotTaken)
+TEST(RuntimeCompiler, OtherLibraryIsNotUsed)
 {
   EXPECT_NE(Nvrtc({"libm.so.6"}).obstacle(), "");
 }

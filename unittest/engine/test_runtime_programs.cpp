@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time give the bits of those that were compiled ahead, in every format. Skipped where there is no device.
+// Kernels that are compiled at run time give the bits of those compiled with the engine, in every
+// format. Skipped without a device.
 
 #include "rve/engine/cuda_programs.h"
 #include "rve/engine/runtime_kernels.h"
@@ -20,7 +21,8 @@ using namespace rve_test;
 
 namespace {
 
-/// One for each program: plain, with dashpots, without friction, with rolling resistance.
+/// Returns one packing for each program: plain, with dashpots, without friction, with rolling
+/// resistance.
 std::vector<RveState> packings()
 {
   std::vector<RveState> states(4, packing_of_400());
@@ -34,7 +36,8 @@ std::vector<RveState> packings()
   return states;
 }
 
-/// The image of each after a shear of 2 %, alone in an engine so that its own program serves.
+/// Returns the image of each packing after a shear of 2 %, alone in an engine, which selects the
+/// program for it.
 std::vector<std::string> sheared(Options options, const char *at_run_time)
 {
   const Environment way("GPU_RVE_KERNELS_AT_RUN_TIME", at_run_time);
@@ -71,8 +74,8 @@ INSTANTIATE_TEST_SUITE_P(Formats, RuntimePrograms,
 
 }    // namespace
 
-// Needs no device.
-TEST(CudaPrograms, ThatWouldBeCompiledWhereNothingCompilesSayWhyAndForWhichContacts)
+// This test needs no device.
+TEST(CudaPrograms, MissingCompilerIsReportedWithTheContacts)
 {
   Options options = device_options(Format::Mixed);
   {
@@ -88,7 +91,7 @@ TEST(CudaPrograms, ThatWouldBeCompiledWhereNothingCompilesSayWhyAndForWhichConta
   if (of_linear.empty()) { EXPECT_EQ(programs.usable(Program::Plain), Program::Plain); }
 }
 
-TEST_P(RuntimePrograms, GiveTheBitsOfThoseThatWereCompiledAhead)
+TEST_P(RuntimePrograms, GiveTheBitsOfPrecompiledKernels)
 {
   const Options options = device_options(GetParam());
   const std::vector<std::string> ahead = sheared(options, nullptr), later = sheared(options, "1");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Modes of a stress servo: what they are for given conditions, whether the servo converges by them in an elastic material, and that single
-// components are the servo that steers components, to the last bit.
+// Modes of a stress servo: the modes for given conditions, the convergence of the servo with them
+// in an elastic material, and the equality to the last bit with a servo for components if the modes
+// are single components.
 
 #include "rve/algorithm/stress_servo.h"
 #include "rve/core/error.h"
@@ -37,7 +38,7 @@ struct Control {
   Sums rates, stresses;
 };
 
-/// The tests of a laboratory; shear components without a condition keep their rate zero.
+/// Laboratory tests; shear components without a condition keep a rate of zero.
 const Control CONTROLS[] = {{"isotropic", {XY, XZ, YZ}, {XX, YY, ZZ}},
                             {"all stresses", {}, {XX, YY, ZZ, XY, XZ, YZ}},
                             {"isotropic strain", {XY, XZ, YZ, SIDES, {1, 0, -1, 0, 0, 0}}, {MEAN}},
@@ -72,7 +73,7 @@ Sum upper(const Tensor3 &l)
   return {l(0, 0), l(1, 1), l(2, 2), l(0, 1), l(0, 2), l(1, 2)};
 }
 
-/// Isotropic Hooke: stress of a strain that grows as L [in units of the constrained modulus].
+/// Returns the isotropic Hooke stress of the strain L, in units of the constrained modulus.
 Tensor3 elastic_stress(const Tensor3 &l, double poisson)
 {
   const double lame = poisson / (1.0 - poisson),
@@ -109,7 +110,8 @@ double largest_error(const SteeredModes<3> &modes, const Tensor3 &stress)
   return most;
 }
 
-/// Errors of stress left of a step of the goals, after so many radians of the fastest wave that the servo is made for.
+/// Returns the largest error of the stress after a step of the goals, relative to the initial one,
+/// after this number of radians of the fastest wave that the servo is designed for.
 double error_left(const Control &control, double poisson, double radians)
 {
   const ServoModesOf<3> servo(control.rates, control.stresses);
@@ -142,7 +144,7 @@ std::string message_of(const Sums &rates, const Sums &stresses)
 
 }    // namespace
 
-TEST(ServoModes, KeepWhatIsPrescribedAndAreDual)
+TEST(ServoModes, KeepPrescribedRatesAndAreDual)
 {
   for (const Control &control : CONTROLS) {
     SCOPED_TRACE(control.name);
@@ -164,8 +166,9 @@ TEST(ServoModes, KeepWhatIsPrescribedAndAreDual)
   }
 }
 
-// Without a number of the material: the servo damps its swings by a quarter of its gain, about 0.08 per radian. Constant b and q at an
-// axial rate steer with less than the work conjugates, and take longer.
+// The servo needs no parameter of the material: it damps its oscillations by a quarter of its gain,
+// about 0.08 per radian. Constant b and q at an axial rate control less than the work conjugates
+// and take longer.
 TEST(ServoModes, ConvergeInAnyIsotropicElasticMaterial)
 {
   for (const Control &control : CONTROLS)
@@ -177,7 +180,7 @@ TEST(ServoModes, ConvergeInAnyIsotropicElasticMaterial)
 
 TEST(ServoModes, AreRefusedWithTheReason)
 {
-  // p follows from the volume: nothing can steer it
+  // The volume determines p, so that no rate can control it.
   EXPECT_NE(message_of({VOLUME, ZZ, XY, XZ, YZ}, {ZZ}).find("leave nothing"), std::string::npos);
   EXPECT_NE(message_of({VOLUME, XX, YY, ZZ, XY}, {XZ}).find("rates depend"), std::string::npos);
   EXPECT_NE(message_of({XY, XZ, YZ}, {MEAN, Q, VOLUME}).find("stresses depend"), std::string::npos);
@@ -213,7 +216,7 @@ TEST(ServoModes, OfSingleComponentsAreTheServoOfComponents)
   EXPECT_NE(one.result().servo_velocity_gradient(0, 1), 0.0);
 }
 
-TEST(ServoModes, GoOnFromCallToCallUnlessTheyBeginAnew)
+TEST(ServoModes, ContinueFromCallToCallUnlessRestarted)
 {
   const ServoModesOf<2> control({{0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, {{1.0, 0.0, 0.0}});
   DriveOf<2> drive;
@@ -240,7 +243,7 @@ TEST(ServoModes, GoOnFromCallToCallUnlessTheyBeginAnew)
 
   const double rate = whole.result().servo_velocity_gradient(0, 0);
   EXPECT_NEAR(parts.result().servo_velocity_gradient(0, 0), rate, 1e-9);
-  // what it had gathered by then is missing, about
+  // The accumulated rate before the restart is missing.
   EXPECT_NEAR(anew.result().servo_velocity_gradient(0, 0), rate - before, 0.2 * std::fabs(rate));
   EXPECT_GT(std::fabs(before), 0.3 * std::fabs(rate));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The number format single, fp32 positions and all, as the paper has it: good for the paper's soft grains, and what becomes of stiff ones.
+// The number format single, with fp32 positions, as in the paper: accurate for the paper's soft
+// grains, and inaccurate for stiff ones.
 
 #include "support/environment.h"
 #include "support/messages.h"
@@ -19,8 +20,8 @@ namespace {
 
 constexpr double PRESSURE = 1e5;
 
-/// The paper's packing with contacts stiffer by `factor`, at rest under the same pressure: its overlaps, 6e-3 of the sum of radii, are
-/// smaller by about that factor.
+/// Returns the paper's packing with contacts stiffer by `factor`, at rest under the same pressure.
+/// Its overlaps, 6e-3 of the sum of radii, decrease by about that factor.
 RveState stiffened(double factor)
 {
   RveState state = paper_packing();
@@ -42,7 +43,7 @@ RveState stiffened(double factor)
   return rig.state();
 }
 
-/// Pressure after 20,000 steps in a cell at rest, over that of the state.
+/// Returns the pressure after 20,000 steps in a cell at rest, relative to that of the state.
 double held_pressure(const RveState &state, Format format)
 {
   Drive hold;
@@ -54,13 +55,14 @@ double held_pressure(const RveState &state, Format format)
 
 }    // namespace
 
-TEST(SingleFormat, HoldsThePressureOfThePapersSoftGrains)
+TEST(SingleFormat, KeepsThePressureOfSoftGrains)
 {
-  // overlaps of 6e-3: a last digit of a position, 2^-24 of the cell or 1e-6 diameters, is 1e-4 of an overlap
+  // At overlaps of 6e-3 a last digit of a position, 2^-24 of the cell or 1e-6 diameters, is 1e-4 of
+  // an overlap.
   EXPECT_NEAR(held_pressure(paper_packing(), Format::Single), 1.0, 1e-4);
 }
 
-TEST(SingleFormat, LosesThePressureOfStiffGrainsThatTheOtherFormatsHold)
+TEST(SingleFormat, LosesThePressureOfStiffGrainsThatOtherFormatsKeep)
 {
   const RveState stiff = stiffened(300.0);
   ASSERT_LT(RveRig(stiff).evaluate().mean_overlap, 5e-5);
@@ -84,7 +86,8 @@ TEST(SingleFormat, FollowsDoubleThroughAPercentOfShear)
 
 TEST(SingleFormat, KeepsTheStressWhenTheLatticeIsReduced)
 {
-  // the same packing in a cell whose second vector leans by the whole first one: b' = b + a, s' = (s_0 - s_1, s_1)
+  // The second vector of the cell is sheared by the whole first one: b' = b + a, s' = (s_0 - s_1,
+  // s_1).
   RveState leaning = paper_packing();
   for (int a = 0; a < 2; ++a) leaning.cell(a, 1) += leaning.cell(a, 0);
   for (int i = 0; i < leaning.num_grains(); ++i)
@@ -99,9 +102,9 @@ TEST(SingleFormat, KeepsTheStressWhenTheLatticeIsReduced)
   EXPECT_NEAR(found, expected, 1e-4 * expected);
 }
 
-TEST(SingleFormat, AGrainThatCrossesTheCellComesBackFromTheOtherSide)
+TEST(SingleFormat, GrainThatCrossesTheCellIsWrapped)
 {
-  // two disks that pass each other
+  // Two disks pass each other.
   const double r = 0.00375, width = 8.0 * r, dt = 1e-4;
   RveState state = state_of(paper_packing().material, width * Tensor2::identity(), {r, r},
                             {2.0 * r, 2.0 * r, 4.0 * r, 6.0 * r});
@@ -111,7 +114,7 @@ TEST(SingleFormat, AGrainThatCrossesTheCellComesBackFromTheOtherSide)
   rig.strain(Tensor2::zero(), dt, 90);
 
   const RveState after = rig.state();
-  // from 0.25 by 0.9; each step rounds by 2^-25 at most
+  // The position is 0.25 + 0.9, wrapped; each step rounds by at most 2^-25.
   EXPECT_NEAR(std::ldexp(static_cast<double>(after.fractional[0]), -64), 0.15, 90 * 0x1p-25);
   EXPECT_EQ(std::ldexp(static_cast<double>(after.fractional[2]), -64), 0.5);
 }
@@ -141,7 +144,7 @@ TEST(SingleFormat, ExistsOnCpusOnly)
     const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
     EXPECT_NE(make_engine(options)->description().find("CPU"), std::string::npos);
   }
-  // not in silence where a device is demanded, unless the CPU was chosen
+  // If a device is required, the format is an error unless the CPU was chosen.
   const Environment demand("GPU_RVE_REQUIRE_CUDA", "1");
   EXPECT_EQ(message_of([&] { make_engine(options); }),
             "GPU_RVE_REQUIRE_CUDA=1 forbids the CPU, and the number format single exists on CPUs "

@@ -49,7 +49,7 @@ Vector of_length(const Vector &v, double length)
 
 }    // namespace
 
-TEST(SpatialRotation, TurnsAboutItsVectorByItsLength)
+TEST(SpatialRotation, RotatesAboutItsVectorByItsLength)
 {
   const Tensor3 quarter = spatial_rotation({{0.0, 0.0, 0.5 * kPi}});
 
@@ -60,11 +60,11 @@ TEST(SpatialRotation, TurnsAboutItsVectorByItsLength)
     const Tensor3 r = spatial_rotation(turn);
     EXPECT_LT(distance(transpose(r) * r, Tensor3::identity()), 2e-15);
     EXPECT_NEAR(determinant(r), 1.0, 2e-15);
-    EXPECT_LT(distance(r * turn, turn), 1e-14);    // its axis stays
+    EXPECT_LT(distance(r * turn, turn), 1e-14);    // the axis does not change
   }
 }
 
-TEST(SpatialRotation, HasItsVectorBackFromNoneToHalfATurn)
+TEST(SpatialRotation, RecoversItsVectorUpToHalfATurn)
 {
   Random random(2);
   for (const double angle : {0.0, 1e-12, 1e-6, 0.01, 1.0, 3.0, kPi - 1e-3, kPi - 1e-7})
@@ -72,12 +72,12 @@ TEST(SpatialRotation, HasItsVectorBackFromNoneToHalfATurn)
       const Vector turn = of_length(random_vector(random, 1.0), angle);
       EXPECT_LT(distance(rotation_vector(spatial_rotation(turn)), turn), 1e-14 + 4e-16) << angle;
     }
-  // beyond half a turn it is that of the other way round
+  // A rotation beyond half a turn is one in the opposite direction.
   const Vector far{{0.0, 0.0, kPi + 0.5}};
   EXPECT_LT(distance(rotation_vector(spatial_rotation(far)), {{0.0, 0.0, 0.5 - kPi}}), 1e-14);
 }
 
-TEST(SpatialPolarDecomposition, PartsARotationFromAStretch)
+TEST(SpatialPolarDecomposition, SeparatesRotationAndStretch)
 {
   Random random(3);
   for (int sample = 0; sample < 200; ++sample) {
@@ -111,7 +111,7 @@ TEST(Exponential, OfASpinIsARotationAndOfAStretchItsExponentials)
   EXPECT_EQ(stretched(2, 2), 1.0 + 1e-9);
 }
 
-TEST(Exponential, IsUndoneByThatOfTheOppositeAndHasTheTracesVolume)
+TEST(Exponential, HasTheInverseOfTheOppositeAndTheVolumeOfTheTrace)
 {
   Random random(5);
   for (int sample = 0; sample < 100; ++sample) {

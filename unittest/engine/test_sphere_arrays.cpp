@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Arrays of spheres whose contacts all slide: the ratio of their stresses follows from geometry and friction alone, whatever the springs.
+// Arrays of spheres with sliding contacts: the ratio of their stresses follows from geometry and
+// friction for any springs.
 //
-// Layers of spheres in squares of edge a_x by a_y, a height h apart, each over the middles of the squares below: face-centred cubic where
-// a_x = a_y = sqrt(2) h. The contacts within a layer have opened. Between layers all branch vectors are (+-a_x/2, +-a_y/2, h), and a
-// deformation that keeps their length makes contacts slide along s = L b / |L b| under the force f_n (n - mu s), so that
-//     sigma_zz / sigma_xx = (n_z - mu s_z) b_z / ((n_x - mu s_x) b_x).
-// With a_x = a_y this is 2 t (t + mu) / (1 - mu t), t = sqrt(2) h / a, and t = 1 gives what Thornton (1979, Geotechnique 29, 441-459) has
-// for the strength of the array: 2 (1 + mu) / (1 - mu) in axisymmetric compression, 2 (sqrt(3) + sqrt(2) mu) / (sqrt(3) - 2 sqrt(2) mu)
-// in plane strain.
+// The layers consist of spheres in rectangles of edges a_x by a_y. They are a height h apart, and
+// each sphere is above the middle of a rectangle of the layer below: the array is face-centred
+// cubic for a_x = a_y = sqrt(2) h. The contacts within a layer have opened. Between layers all
+// branch vectors are (+-a_x/2, +-a_y/2, h). A deformation that keeps their length makes contacts
+// slide along s = L b / |L b| under the force f_n (n - mu s), so that
+//   sigma_zz / sigma_xx = (n_z - mu s_z) b_z / ((n_x - mu s_x) b_x).
+// For a_x = a_y this is 2 t (t + mu) / (1 - mu t), t = sqrt(2) h / a. For t = 1 it is the strength
+// of the array of Thornton (1979, Geotechnique 29, 441-459):
+//   2 (1 + mu) / (1 - mu) in axisymmetric compression,
+//   2 (sqrt(3) + sqrt(2) mu) / (sqrt(3) - 2 sqrt(2) mu) in plane strain.
 
 #include "engine/test_states.h"
 #include "support/spheres.h"
@@ -23,7 +27,7 @@ using namespace rve_test;
 namespace {
 
 constexpr double RADIUS = 0.005, FRICTION = 0.25;
-/// So small that springs turn into the direction of sliding at once.
+/// The overlap is so small that springs turn into the direction of sliding at once.
 constexpr double OVERLAP = 1e-7 * RADIUS;
 
 struct Layers {
@@ -37,7 +41,7 @@ Vector branch(const Layers &layers)
   return {{0.5 * layers.ax, 0.5 * layers.ay, layers.h}};
 }
 
-/// Four by four spheres in each of eight layers.
+/// Returns eight layers of four by four spheres.
 Spheres array_of(const Layers &layers)
 {
   Material material = paper_material();
@@ -54,7 +58,7 @@ Spheres array_of(const Layers &layers)
   return spheres(material, cell, std::vector<double>(x.size() / 3, RADIUS), x);
 }
 
-/// At t = 0.999, where contacts within a layer have gaps of 5e-4 of a diameter.
+/// Returns layers with t = 0.999, where contacts within a layer have gaps of 5e-4 of a diameter.
 Layers square_layers()
 {
   const double t = 0.999, contact = 2.0 * RADIUS - OVERLAP,
@@ -62,7 +66,8 @@ Layers square_layers()
   return {a, a, t * a / std::sqrt(2.0)};
 }
 
-/// Lower by this share of the height, with contacts as long as before; plane: a_y stays.
+/// Returns layers lower by this share of the height, with contacts of the same length. In plane
+/// strain a_y does not change.
 Layers compressed(const Layers &layers, double share, bool plane)
 {
   const double squared = dot(branch(layers), branch(layers)), h = (1.0 - share) * layers.h;
@@ -81,7 +86,7 @@ Vector unit(const Vector &x)
   return (1.0 / std::sqrt(dot(x, x))) * x;
 }
 
-/// Of contacts with a branch vector b that has just changed by db.
+/// Returns the stress ratios of contacts with a branch vector b that has just changed by db.
 Ratios sliding_ratios(const Vector &b, const Vector &db)
 {
   const Vector n = unit(b), s = unit(db - dot(db, n) * n);
@@ -123,7 +128,7 @@ void expect_ratios_of_sliding(bool plane)
 TEST(SlidingArray, OracleIsTheFormulaOfFiniteStrainsAndThorntonsStrength)
 {
   const double mu = FRICTION, root2 = std::sqrt(2.0), root3 = std::sqrt(3.0);
-  // sliding outwards as much as downwards keeps the length: b . db = 0
+  // A deformation with b . db = 0 keeps the length: it slides outwards as much as downwards.
   const Vector b{{0.5, 0.5, 0.7}};
   const double outwards = 0.7 * 0.7 / (0.5 * 0.5 + 0.5 * 0.5), t = root2 * 0.7;
   EXPECT_NEAR(sliding_ratios(b, {{0.5 * outwards, 0.5 * outwards, -0.7}}).zz_xx,

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Element tests of 1000 spheres against YADE and LAMMPS, from the same packing, in the first per cent of strain: uniaxial, isotropic, simple shear, and
-// triaxial compression, drained and undrained. Data: unittest/data/yade_*.csv, lammps_*.csv. Their headers say which program made them: of linear springs
-// YADE all but the undrained test; that one and those of Hertz and Mindlin another program with YADE's rules, whose q/p is that of YADE within 1e-9 up to
-// 0.1 % of axial strain, shear and drained compression, which both ran.
+// Element tests of 1000 spheres against YADE and LAMMPS, from the same packing, in the first per
+// cent of strain: uniaxial, isotropic, simple shear, and triaxial compression, drained and
+// undrained. Data: unittest/data/yade_*.csv and lammps_*.csv. Headers of the data name the program.
+// YADE made those of linear springs except the undrained test. Another program with YADE's rules
+// made the undrained test and those of Hertz and Mindlin; its q/p agrees with YADE within 1e-9 up
+// to 0.1 % of axial strain, shear and drained compression, which both ran.
 
 #include "support/spheres.h"
 
@@ -26,11 +28,11 @@ struct Row {
   int num_contacts;
 };
 
-/// A program with which the same packings were strained.
+/// A program that strained the same packings.
 struct Program {
   const char *name;
   int steps_behind;    ///< row n has the forces after n - steps_behind steps
-  Arms arms;           ///< nearest to those of the program
+  Arms arms;           ///< arms that are closest to those of the program
 };
 
 /// Row n has the forces of step n in the cell (1 + dt L)^(n-1).
@@ -67,22 +69,25 @@ double stress_ratio(const ResultOf<3> &result)
   return result.deviatoric_stress() / result.mean_stress();
 }
 
-/// A test with L, and how far two codes may be apart up to half a per cent of strain and beyond. Runs of YADE from places 1e-12 of a diameter
-/// apart are by then 1e-4 apart in q/p under axial strain; in shear 2e-4, at 1 % 8e-4 and at 2 % 2e-3; in drained triaxial compression 4e-4, at
-/// 1 % 4e-3. Number formats of this engine are 4e-3 apart in undrained compression by 2 % of shear. Two runs that are compared at many strains
-/// go up to two or three times that. Arms that end at the contact point, as ours, instead of YADE's radii make 1.5e-4.
+/// A test with L, and the largest differences between two codes up to half a per cent of strain and
+/// after it. Runs of YADE from positions that differ by 1e-12 of a diameter then differ in q/p by
+/// 1e-4 under axial strain; in shear by 2e-4, at 1 % by 8e-4 and at 2 % by 2e-3; in drained
+/// triaxial compression by 4e-4, at 1 % by 4e-3. Number formats of this engine differ by 4e-3 in
+/// undrained compression up to 2 % of shear. Two runs compared at many strains may differ by two or
+/// three times as much. Arms that end at the contact point, as ours, instead of YADE's radii
+/// contribute 1.5e-4.
 struct Curve {
   const char *test;
   Tensor3 gradient;            ///< [1/time]
-  double early, late;          ///< of q/p
-  double pressure;             ///< relative
+  double early, late;          ///< limits of the difference of q/p
+  double pressure;             ///< limit of the relative difference
   bool sides_held = false;     ///< a servo holds the stresses along x and y
   double void_ratio = 1e-6;    ///< overlaps count twice in both
 };
 
 constexpr double RATE = 0.25, SIDES = 1e5;
 
-/// Against YADE, with a limit for the uniaxial test, in which runs scatter least.
+/// Returns the tests against YADE with a limit for the uniaxial test, in which runs scatter least.
 std::vector<Curve> curves_of_yade(double uniaxial)
 {
   return {{"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, uniaxial, uniaxial, 1e-4},
@@ -102,10 +107,12 @@ std::vector<Curve> curves_of_yade(double uniaxial)
            2e-4}};
 }
 
-/// What the arms make; overlaps of Hertz' contacts are five times as large, 3e-3 of a diameter.
+/// Limits that include the effect of the arms; overlaps of Hertz' contacts are five times as large,
+/// 3e-3 of a diameter.
 constexpr double LINEAR_UNIAXIAL = 3e-4, HERTZ_UNIAXIAL = 9e-4;
 
-/// YADE and LAMMPS differ by up to 6e-4 in q/p below 1 % of axial strain or shear, and by 2.8e-3 in drained compression.
+/// YADE and LAMMPS differ in q/p by up to 6e-4 below 1 % of axial strain or shear, and by 2.8e-3 in
+/// drained compression.
 const Curve LINEAR_LAMMPS[] = {
     {"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, 1e-3, 1e-3, 1e-3},
     {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 3e-3, 3e-3},
@@ -120,8 +127,9 @@ const Curve HERTZ_LAMMPS[] = {
     {"uni", {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -RATE}}, 1e-3, 1e-3, 1e-3},
     {"shear", {{0.0, 2.0 * RATE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 1e-3, 3e-3, 3e-3}};
 
-constexpr int EARLY =
-    2500;    // steps: half a per cent of shear and of the drained test, a quarter of the other axial strains
+// Number of steps to half a per cent of shear and of the drained test, and to a quarter per cent of
+// the other axial strains.
+constexpr int EARLY = 2500;
 
 DriveOf<3> drive_of(const Curve &curve, const Spheres &packing, double dt, int substeps)
 {
@@ -133,7 +141,7 @@ DriveOf<3> drive_of(const Curve &curve, const Spheres &packing, double dt, int s
   drive.velocity_gradient = curve.gradient;
   drive.controlled[0][0] = drive.controlled[1][1] = true;
   drive.stress_goal = -SIDES * Tensor3::identity();
-  drive.servo_gain = 1.0 / packing.mass();    // as YADE's controller
+  drive.servo_gain = 1.0 / packing.mass();    // the gain of YADE's controller
   drive.servo_max_rate = 100.0;
   return drive;
 }
@@ -216,7 +224,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, CurvesOfSpheres,
                          testing::Values(Format::Double, Format::Mixed, Format::Fast),
                          [](const auto &info) { return to_string(info.param); });
 
-// Its box is deformed after the forces, its damping looks at the whole velocity, and its histories are projected.
+// LAMMPS deforms the box after the forces, damps the total velocity, and projects histories.
 TEST(CurvesOfLammps, WithLinearSpringsAreThoseOfLammps)
 {
   const Spheres packing = linear_packing();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contact laws of spheres through the whole engine: Hertz-Mindlin, adhesion, resistance to rolling and twisting.
+// Contact laws of spheres through the whole engine: Hertz-Mindlin, adhesion, resistance to rolling
+// and twisting.
 
 #include "engine/test_states.h"
 #include "rve/engine/contact_model.h"
@@ -28,7 +29,7 @@ Options options_for(const Spheres &state, Format format = Format::Double)
   return options;
 }
 
-/// Without friction, resistance and damping.
+/// Returns a material without friction, resistance and damping.
 Material material_of(ContactLaw law)
 {
   Material material;
@@ -69,7 +70,8 @@ Material with_dashpots(Material material)
   return material;
 }
 
-/// Friction over the area of contact in place of springs against twisting.
+/// Returns the material with Marshall's twisting friction over the area of contact instead of
+/// twisting springs.
 Material after_marshall(Material material)
 {
   material.twisting_stiffness = material.twisting_friction = material.twisting_viscosity = 0.0;
@@ -79,7 +81,8 @@ Material after_marshall(Material material)
 
 constexpr ContactLaw LAWS[] = {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt};
 
-/// Two spheres that just touch along x and approach each other with v_n, and with v_t along a direction across that is no axis.
+/// Returns two spheres that just touch along x, with an approach velocity v_n and a velocity v_t in
+/// an oblique direction across.
 Spheres approaching(const Material &material, double v_n, double v_t)
 {
   Spheres state = spheres(material, 0.1 * Tensor3::identity(), {RADIUS, RADIUS},
@@ -93,7 +96,7 @@ Spheres approaching(const Material &material, double v_n, double v_t)
 TEST(SphereImpact, OfHertzHasTheOverlapForceAndDurationOfItsClosedForm)
 {
   const Material material = material_of(ContactLaw::Hertz);
-  const double v = 0.1, mass = 0.5 * sphere_mass(material, RADIUS);    // reduced
+  const double v = 0.1, mass = 0.5 * sphere_mass(material, RADIUS);    // reduced mass
   const double deepest =
       std::pow(1.25 * mass * v * v / (material.hertz_stiffness * std::sqrt(REDUCED_RADIUS)), 0.4);
   const double largest =
@@ -115,7 +118,7 @@ TEST(SphereImpact, OfHertzHasTheOverlapForceAndDurationOfItsClosedForm)
     EXPECT_NEAR(overlap, deepest, error * deepest) << to_string(format);
     EXPECT_NEAR(force, largest, 1.5 * error * largest) << to_string(format);
     EXPECT_NEAR(in_touch, CALLS, 2) << to_string(format);
-    // nothing is lost
+    // no energy is lost
     EXPECT_NEAR(rig.state().velocity[0], -0.5 * v, 1e-3 * v);
   }
 }
@@ -149,10 +152,11 @@ TEST(SphereImpact, OfHertzThatSlidesTransfersTheCoulombImpulse)
   }
 }
 
-TEST(SphereTurning, IsSlowedDownByTheLimitsOfRollingAndTwisting)
+TEST(SphereTurning, DecreasesByTheLimitsOfRollingAndTwisting)
 {
-  // layers of a cubic array spin in opposite directions: about an axis in the layers they roll on their neighbours, about the one across
-  // them they twist, and each of the two contacts takes its moment
+  // Layers of a cubic array spin in opposite directions. About an axis in the layers they roll on
+  // their neighbours; about the axis across the layers they twist. Each of the two contacts has its
+  // limit moment.
   for (const ContactLaw law : LAWS)
     for (const bool twists : {false, true}) {
       Material material = with_resistance(material_of(law));
@@ -166,8 +170,8 @@ TEST(SphereTurning, IsSlowedDownByTheLimitsOfRollingAndTwisting)
       const double spring = law == ContactLaw::Linear
           ? material.normal_stiffness * overlap
           : material.hertz_stiffness * std::sqrt(REDUCED_RADIUS) * std::pow(overlap, 1.5);
-      const double limiting =
-          spring + 4.0 * kPi * material.surface_energy * REDUCED_RADIUS;    // what friction sees
+      // the normal force in the friction limit
+      const double limiting = spring + 4.0 * kPi * material.surface_energy * REDUCED_RADIUS;
       const double moment = limiting *
           (twists ? material.twisting_friction : REDUCED_RADIUS * material.rolling_friction);
       const double inertia = 0.4 * sphere_mass(material, RADIUS) * RADIUS * RADIUS;
@@ -184,9 +188,10 @@ TEST(SphereTurning, IsSlowedDownByTheLimitsOfRollingAndTwisting)
     }
 }
 
-TEST(SphereTurning, DashpotsSlowItDownExponentially)
+TEST(SphereTurning, DashpotsReduceItExponentially)
 {
-  // as above, with springs that are hardly strained in the time: each of the two contacts has the moment of its dashpot
+  // Springs are hardly strained in this short time, so that each of the two contacts has the moment
+  // of its dashpot.
   for (const bool twists : {false, true}) {
     Material material = with_dashpots(with_resistance(material_of(ContactLaw::Linear)));
     material.rolling_stiffness = 1.0;
@@ -212,7 +217,7 @@ TEST(SphereTurning, DashpotsSlowItDownExponentially)
   }
 }
 
-TEST(SphereTurning, AfterMarshallSwingsWithTheStiffnessOfTheAreaOfContact)
+TEST(SphereTurning, MarshallTwistingOscillatesWithTheStiffnessOfTheContactArea)
 {
   for (const ContactLaw law : LAWS) {
     Material material = after_marshall(with_friction(material_of(law)));
@@ -229,7 +234,8 @@ TEST(SphereTurning, AfterMarshallSwingsWithTheStiffnessOfTheAreaOfContact)
     const double kt = law == ContactLaw::Linear ? material.tangential_stiffness
                                                 : material.mindlin_stiffness * std::sqrt(area);
     const double inertia = 0.4 * sphere_mass(material, RADIUS) * RADIUS * RADIUS;
-    // in a chain that twists to and fro a sphere has two contacts, each of which twists by twice its angle
+    // In a chain with alternating twist a sphere has two contacts, each of which twists by twice
+    // its angle.
     const double frequency = std::sqrt(4.0 * 0.5 * kt * area / inertia);
     const int steps = 2000;
     SphereRig rig(state, options_for(state));
@@ -269,7 +275,7 @@ TEST(FaceCentredCubic, OfHertzHasTheElasticConstantsOfItsLatticeUnderStress)
   const ElasticResultOf<3> answer = SphereRig(state, options_for(state)).stiffness();
   const auto &c = answer.stiffness.component;
 
-  // with the forces of the contacts, which turn and stretch with them
+  // The stiffness includes the contact forces, which rotate and stretch with the contacts.
   const double root = std::sqrt(2.0);
   const double c11 = root / l * (kn + kt - force / l),
                c12 = root / (2.0 * l) * (kn - kt + 5.0 * force / l),
@@ -282,17 +288,17 @@ TEST(FaceCentredCubic, OfHertzHasTheElasticConstantsOfItsLatticeUnderStress)
   EXPECT_NEAR(c[1][0], 0.0, 1e-10 * c11);
 }
 
-TEST(SimpleCubic, OfAdhesiveSpheresIsPulledApartByItsPullOffForce)
+TEST(SimpleCubic, AdhesiveArraySeparatesAtThePullOffForce)
 {
   const Material material = material_of(ContactLaw::Dmt);
   const double pull_off = 4.0 * kPi * material.surface_energy * REDUCED_RADIUS;
-  // about to part: no spring is left
+  // The contacts are about to open, without a spring force.
   const double overlap = 1e-10 * RADIUS, distance = 2.0 * RADIUS - overlap;
   Spheres state = simple_cubic(material, 4, RADIUS, overlap);
   const ResultOf<3> parting = SphereRig(state, options_for(state)).advance(DriveOf<3>());
   EXPECT_NEAR(parting.mean_stress(), -pull_off / (distance * distance),
               1e-6 * pull_off / (distance * distance));
-  // as deep as spring and attraction balance
+  // The overlap is that of the balance of spring and attraction.
   const double rest =
       std::pow(pull_off / (material.hertz_stiffness * std::sqrt(REDUCED_RADIUS)), 2.0 / 3.0);
   state = simple_cubic(material, 4, RADIUS, rest);
@@ -425,7 +431,7 @@ TEST(SphereLaws, HaveTheSameStateAfterARecord)
   }
 }
 
-TEST(SphereLaws, WithoutResistanceGiveTheBitsOfTheProgramThatHasNone)
+TEST(SphereLaws, ZeroResistanceGivesTheBitsOfTheProgramWithoutIt)
 {
   for (const ContactLaw law : LAWS)
     for (const Format format : FORMATS) {
@@ -440,12 +446,12 @@ TEST(SphereLaws, WithoutResistanceGiveTheBitsOfTheProgramThatHasNone)
     }
 }
 
-/// On CPUs with AVX2 the program without dashpots and books takes grains in packs.
-TEST(SphereLaws, WithoutDashpotsAndBooksGiveTheBitsOfTheProgramThatHasThem)
+/// On CPUs with AVX2, the program without dashpots and energy bookkeeping computes grains in packs.
+TEST(SphereLaws, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz})
     for (const double displacement :
-         {0.0, 1.0, 2.0, 3.0})    // mindlin/force, mindlin, rescaled ones
+         {0.0, 1.0, 2.0, 3.0})    // mindlin/force, mindlin, rescaled histories
       for (const Format format : FORMATS) {
         Material material = with_friction(material_of(law));
         if (law == ContactLaw::Hertz) material.mindlin_displacement = displacement;
@@ -457,14 +463,15 @@ TEST(SphereLaws, WithoutDashpotsAndBooksGiveTheBitsOfTheProgramThatHasThem)
         EXPECT_GT(one.strain(shear(), DT, 400).sliding_fraction, 0.0);
         other.strain(shear(), DT, 400);
         Spheres with_books = other.state();
-        with_books.energy = one.state().energy;    // there are none without books
+        with_books.energy = one.state().energy;    // energies are not tracked without bookkeeping
         EXPECT_EQ(serialize(one.state()), serialize(with_books))
             << word_of(law) << ", mindlin_displacement " << displacement;
       }
 }
 
-/// Where all RVEs of an engine keep tangential forces, whatever their contacts do, a program serves that asks for no contact radius: beside one
-/// that keeps displacements the same RVE has the other one.
+/// If all RVEs of an engine keep tangential forces when overlaps change, a program without contact
+/// radii runs. With an RVE that keeps displacements in the engine, the same RVE runs in the other
+/// program.
 TEST(SphereLaws, KeptForcesGiveTheBitsOfTheProgramThatRescalesThem)
 {
   for (const Format format : FORMATS) {
@@ -501,7 +508,7 @@ TEST(SphereLaws, KeptForcesGiveTheBitsOfTheProgramThatRescalesThem)
 
 TEST(SphereLaws, TimeStepIsBoundedByTwisting)
 {
-  // two spheres that twist on each other: w^2 = 2 k_q / I, far above all else
+  // Two spheres that twist on each other have w^2 = 2 k_q / I, far above all other frequencies.
   Material material = with_resistance(material_of(ContactLaw::Hertz));
   material.twisting_stiffness = 1e5;
   Spheres state = spheres(material, 0.1 * Tensor3::identity(), {RADIUS, RADIUS},
@@ -517,7 +524,7 @@ TEST(SphereLaws, TimeStepIsBoundedByTwisting)
 
 TEST(SphereLaws, OfHertzAreStableBelowTheirTimeStep)
 {
-  // a lattice in small random motion keeps its energy
+  // A lattice with small random velocities keeps its energy.
   const Material material = with_resistance(with_friction(material_of(ContactLaw::Hertz)));
   Spheres state = face_centred_cubic(material, 3, RADIUS, 1e-2 * RADIUS);
   Random random(7);

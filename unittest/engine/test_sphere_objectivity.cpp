@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Objectivity of RVEs of spheres through the engine: an observer who turns sees the same grains, turned.
+// Objectivity of RVEs of spheres through the engine: in a rotating frame the same grains appear,
+// rotated.
 
 #include "rve/engine/contact_network.h"
 #include "rve/engine/finite_strain.h"
@@ -40,7 +41,7 @@ double largest(const Tensor3 &t)
   return most;
 }
 
-/// As an observer sees it who turns by `turn`.
+/// Returns the tensor in a frame that is rotated by `turn`.
 Tensor3 seen_from(const Tensor3 &turn, const Tensor3 &t)
 {
   return transpose(turn) * t * turn;
@@ -53,7 +54,7 @@ Spheres with_spin(Spheres state, const Vector &w)
   return state;
 }
 
-/// 100 spheres at rest at 100 kPa.
+/// Returns 100 spheres at rest at 100 kPa.
 const Spheres &packing()
 {
   static const Spheres made = [] {
@@ -74,7 +75,8 @@ double step_of(const Spheres &state)
   return 0.5 * stable_time_step(state);
 }
 
-/// The same, sheared by 2e-3 and at rest again: q/p = 0.23, tangential forces everywhere.
+/// Returns the packing after a shear by 2e-3 and a rest: q/p = 0.23, tangential forces at all
+/// contacts.
 const Spheres &sheared_packing()
 {
   static const Spheres made = [] {
@@ -104,9 +106,9 @@ class TurnOfSpheres : public ::testing::TestWithParam<Axis> {};
 
 }    // namespace
 
-TEST_P(TurnOfSpheres, AtConstantStressChangesNothingButTheAxes)
+TEST_P(TurnOfSpheres, AtConstantStressChangesOnlyTheAxes)
 {
-  // the servo holds all six components at those of the beginning, which turn with the RVE
+  // The servo holds all six components at their initial values, which rotate with the RVE.
   const Vector axis = GetParam().direction;
   const double dt = step_of(packing()), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
   Spheres state = with_spin(sheared_packing(), rate * axis);
@@ -136,11 +138,12 @@ TEST_P(TurnOfSpheres, AtConstantStressChangesNothingButTheAxes)
     strain = std::fmax(strain, largest(stretch - Tensor3::identity()));
   }
 
-  // the third power of the angle of a step adds up to 1e-7 in a turn
+  // The third power of the angle of a step adds up to 1e-7 in a turn.
   EXPECT_LT(stress_error, 1e-7);
   EXPECT_LT(strain, 1e-6);
   EXPECT_NEAR(after.void_ratio, before.void_ratio, 1e-6);
-  EXPECT_NEAR(after.coordination_number, before.coordination_number, 0.06);    // three contacts
+  // a difference of three contacts
+  EXPECT_NEAR(after.coordination_number, before.coordination_number, 0.06);
 }
 
 INSTANTIATE_TEST_SUITE_P(About, TurnOfSpheres,
@@ -163,7 +166,8 @@ Vector tangential_force_of(const Spheres &state, int first, int second)
   return Vector::zero();
 }
 
-/// As LAMMPS does: onto the plane across the new normal, with the length kept; nothing about the normal.
+/// Projects as LAMMPS does: onto the plane across the new normal, with the length kept, without
+/// rotation about the normal.
 void project(Vector &h, const Vector &n)
 {
   const double before = dot(h, h);
@@ -171,7 +175,8 @@ void project(Vector &h, const Vector &n)
   h = std::sqrt(before / dot(h, h)) * h;
 }
 
-/// Stress of tangential forces, as they are, and after a turn of the RVE in which they are projected.
+/// Stress of the tangential forces, and the same after a rotation of the RVE in which they are
+/// projected.
 struct TangentialStress {
   Tensor3 now = Tensor3::zero(), projected = Tensor3::zero();
 
@@ -198,7 +203,7 @@ struct TangentialStress {
 
 }    // namespace
 
-TEST(TurnOfAShearedPacking, KeepsTheStressThatAProjectionOfTheHistoryLoses)
+TEST(TurnOfAShearedPacking, RotationKeepsTheStressThatProjectionLoses)
 {
   const Spheres &still = sheared_packing();
   const double dt = step_of(packing()), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
@@ -218,17 +223,19 @@ TEST(TurnOfAShearedPacking, KeepsTheStressThatAProjectionOfTheHistoryLoses)
   }
 
   const TangentialStress tangential(still, TILTED);
-  // of the second order of the angle of a step
+  // The error is of second order in the angle of a step.
   EXPECT_LT(error, 5e-6);
-  // projected tangential forces end elsewhere in their planes: about 2 pi times the cosine between axis and normal from where they were
+  // Projected tangential forces rotate in their planes by about 2 pi times the cosine between axis
+  // and normal.
   EXPECT_GT(largest(tangential.now), 0.01 * p);
   EXPECT_GT(largest(tangential.projected - tangential.now), 0.5 * largest(tangential.now));
 }
 
 TEST(ShearOfSpheres, IsTheSameWithASuperposedSpin)
 {
-  // F(t) = R(t) (1 + gamma(t) e_x e_y), a turn about a tilted axis, without damping, which knows the axes. As far apart are two that differ
-  // by 1e-12 of a diameter in the beginning.
+  // F(t) = R(t) (1 + gamma(t) e_x e_y), a rotation about a tilted axis. Local damping, which
+  // depends on the axes, is off. Two runs whose initial positions differ by 1e-12 of a diameter
+  // differ as much.
   Spheres state = packing();
   state.material.local_damping = 0.0;
   const double dt = step_of(state), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);
@@ -239,7 +246,7 @@ TEST(ShearOfSpheres, IsTheSameWithASuperposedSpin)
   };
   Spheres disturbed = state;
   for (std::uint64_t &s : disturbed.fractional)
-    s += s & (1ull << 26);    // 3.6e-12 of the cell, or nothing
+    s += s & (1ull << 26);    // a displacement by 3.6e-12 of the cell, or none
   SphereRig turning(with_spin(state, rate * TILTED)), still(state), other(disturbed);
   DriveOf<3> drive;
   drive.dt = dt;
@@ -267,9 +274,10 @@ TEST(ShearOfSpheres, IsTheSameWithASuperposedSpin)
   EXPECT_LT(error, 2.0 * scatter);
 }
 
-TEST(SpinAboutTheNormal, TurnsTheHistoryOfAPairWithIt)
+TEST(SpinAboutTheNormal, RotatesTheHistoryOfAPair)
 {
-  // so heavy that forces do not move them; both spin with the pair, one of them, and both against each other
+  // The spheres are so heavy that forces do not move them. Both spin with the pair, one does, or
+  // both spin in opposite directions.
   Material material = spheres_material();
   material.density = 1e20;
   material.local_damping = 0.0;
@@ -297,16 +305,16 @@ TEST(SpinAboutTheNormal, TurnsTheHistoryOfAPairWithIt)
                  found = tangential_force_of(rig.state(), 0, 1);
     Vector projected = force;
     project(projected, TILTED);
-    // of the third power of the angle of a step, 3.1e-4, in each of them
+    // The error is of third order in the angle of a step, 3.1e-4, in each step.
     EXPECT_LT(length(found - expected), 1e-7 * length(force)) << "second grain at " << other;
-    // LAMMPS leaves the force where it is
+    // LAMMPS does not rotate the force.
     EXPECT_NEAR(length(projected - expected),
                 2.0 * std::sin(0.125 * kPi * (1.0 + other)) * length(force), 1e-9);
   }
 }
 
-// It scales the components of accelerations, one by one.
-TEST(LocalDampingOfSpheres, KnowsTheAxesAndNothingElseDoes)
+// Local damping scales the components of accelerations one by one.
+TEST(LocalDampingOfSpheres, IsTheOnlyTermThatDependsOnTheAxes)
 {
   const Tensor3 turn = spatial_rotation(0.7 * TILTED);
   const Tensor3 shear{{0.0, 0.2, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, -0.2}};

@@ -48,7 +48,8 @@ ResultOf<3> evaluate(EngineOf<3> &engine, const Spheres &state)
   return results[0];
 }
 
-/// Coordination number without grains that bear nothing, which have fewer than `least` contacts: taken out until none is left.
+/// Returns the coordination number without grains that bear no load. Grains with fewer than `least`
+/// contacts are removed until none is left.
 double coordination_of_backbone(const Spheres &state, int least)
 {
   std::vector<TouchingPairOf<3>> contacts = find_contacts(state);
@@ -74,7 +75,7 @@ struct Sample {
   double solid_fraction, coordination;
 };
 
-/// Over some seeds.
+/// Returns the mean over some seeds.
 Sample mean_of_packings(PackingRecipe recipe, int seeds, int least_contacts)
 {
   const auto engine = cpu_engine();
@@ -123,7 +124,7 @@ TEST(SpherePacking, IsAtThePressureAndAtRest)
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b) EXPECT_EQ(packing.cell(a, b) == 0.0, a != b);
   EXPECT_EQ(engine->size(), 0);
-  // the host finds the same contacts and forces; mixed has forces in fp32
+  // The host finds the same contacts and forces; `mixed` has forces in fp32.
   const Tensor3 stress = spring_stress(packing);
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b) EXPECT_NEAR(stress(a, b), result.stress(a, b), 1e-4 * 100e3);
@@ -145,8 +146,8 @@ TEST(SpherePacking, IsTheSameForAnyNumberOfThreadsAndInAnyBatch)
   EXPECT_EQ(serialize(batch[1].state), serialize(second));
 }
 
-// As many contacts as there are freedoms without rotations, 6 per grain that bears load, and a few more for the pressure; random close
-// packing.
+// The number of contacts equals the degrees of freedom without rotations, 6 per grain that bears
+// load, plus a few for the pressure; the density is that of random close packing.
 TEST(SpherePacking, WithoutFrictionIsDenseAndNearlyIsostatic)
 {
   const Sample sample = mean_of_packings(sphere_recipe(250, 20e3), 2, 4);
@@ -157,7 +158,8 @@ TEST(SpherePacking, WithoutFrictionIsDenseAndNearlyIsostatic)
   EXPECT_LT(sample.solid_fraction, 0.65);
 }
 
-// Agnolin and Roux (2007): frictionless 0.639 with 6 contacts, with friction 0.3 0.593 with 4.5
+// Agnolin and Roux (2007): 0.639 with 6 contacts without friction, 0.593 with 4.5 contacts for
+// friction 0.3.
 TEST(SpherePacking, IsLooserWithFriction)
 {
   PackingRecipe recipe = sphere_recipe(300, 20e3);
@@ -201,8 +203,8 @@ TEST(SpherePacking, BearsAnAnisotropicStress)
   EXPECT_LE(result.unbalanced_ratio, 1.1e-3);
 }
 
-// more than Rankine's states of these grains
-TEST(SpherePacking, AnAnisotropyThatGrainsDoNotBearIsReported)
+// The anisotropy exceeds Rankine's states of these grains.
+TEST(SpherePacking, AnisotropyBeyondTheStrengthIsReported)
 {
   const auto engine = cpu_engine();
   PackingRecipe recipe = sphere_recipe(70, 100e3);
@@ -232,8 +234,8 @@ TEST(SpherePacking, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
       << message;
 }
 
-// A packing that another program made: its contacts and its stress are those that YADE 2023.02a found.
-TEST(SpherePacking, OfAnotherProgramHasTheStressThatItSays)
+// The contacts and the stress of a packing from another program are those that YADE 2023.02a found.
+TEST(SpherePacking, PackingOfAnotherProgramHasItsStress)
 {
   Material material = spheres_material();
   material.friction = 0.0;

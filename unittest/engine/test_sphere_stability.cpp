@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The largest stable time step of spheres: closed forms of its frequencies, runs on both sides of it, and the bound of it that an engine
-// finds.
+// The largest stable time step of spheres: closed forms of its frequencies, runs below and above
+// it, and the bound of it that an engine finds.
 
 #include "rve/engine/stability.h"
 #include "support/spheres.h"
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double FIRST = 0.005, SECOND = 0.004;    // radii [m]
 
-/// Two spheres that touch, far from their images.
+/// Returns two spheres that touch, far from their images.
 Spheres two_spheres(const Material &material, double overlap)
 {
   const double distance = FIRST + SECOND - overlap;
@@ -49,7 +49,7 @@ double engine_bound(const Spheres &state)
   return bounds[0];
 }
 
-/// Kinetic energy after a number of steps of dt over that at the beginning.
+/// Returns the kinetic energy after a number of steps of dt over the initial one.
 double growth_of_energy(const Spheres &state, double dt, int steps)
 {
   SphereRig rig(state, options_for(state));
@@ -57,7 +57,8 @@ double growth_of_energy(const Spheres &state, double dt, int steps)
   return rig.strain(Tensor3::zero(), dt, steps).kinetic_energy / before;
 }
 
-/// So slow that no contact opens or slides before a motion has grown by many orders.
+/// Sets velocities so small that no contact opens or slides before a motion has grown by many
+/// orders of magnitude.
 void disturb(Spheres &state, double speed)
 {
   Random random(7);
@@ -85,7 +86,7 @@ TEST(SphereStability, TwoSpheresHaveTheClosedFormFrequencies)
   material.friction = 0.0;
   expect_frequency(1e6 * (1.0 / m1 + 1.0 / m2));
 
-  // R^2 (1/I_1 + 1/I_2) against rolling, and 1/I_1 + 1/I_2 against twisting
+  // The rolling frequency has R^2 (1/I_1 + 1/I_2), and the twisting frequency 1/I_1 + 1/I_2.
   const double reduced_radius = FIRST * SECOND / (FIRST + SECOND);
   const double turning = 2.5 * (1.0 / (m1 * FIRST * FIRST) + 1.0 / (m2 * SECOND * SECOND));
   material.rolling_stiffness = 1e7;
@@ -108,16 +109,18 @@ TEST(SphereStability, FaceCentredCubicArrayHasTheClosedFormFrequencies)
     EXPECT_NEAR(largest_frequency(state), std::sqrt(squared), 1e-8 * std::sqrt(squared));
   };
 
-  // all turn alike: six contacts a sphere slip by 2 a theta times the sine of their angle to the axis, whose square is 2/3 in the mean
+  // All spheres rotate alike: six contacts of each slip by 2 a theta times the sine of their angle
+  // to the axis, whose mean square is 2/3.
   expect_frequency(40.0 * 7e5 / mass * arm * arm);
 
-  // layers of the cube against each other: eight contacts at 45 degrees
+  // Layers of the cube move against each other: eight contacts at 45 degrees.
   material.friction = 0.0;
   expect_frequency(8.0 * 1e6 / mass);
 }
 
-// What turns alike neither rolls nor twists. In a simple cubic array all neighbors can turn against each other: by 2 R theta where they roll,
-// four contacts a sphere, and by 2 theta where they twist, two.
+// Spheres with equal rotation neither roll nor twist. In a simple cubic array all neighbors can
+// rotate in opposite directions: by 2 R theta in four rolling contacts of each sphere, and by 2
+// theta in two twisting contacts.
 TEST(SphereStability, SimpleCubicArrayThatRollsOrTwistsHasTheClosedFormFrequencies)
 {
   const double radius = 0.004, reduced_radius = 0.5 * radius, spacing = 2.0 * radius - 2e-5;
@@ -156,8 +159,9 @@ TEST(SphereStability, GasIsBoundedByOneContactOfItsLightestSpheres)
   EXPECT_NEAR(stable_time_step(gas), 2.0 / (frequency * std::sqrt(1.3)), 1e-12 * 2.0 / frequency);
 }
 
-// The bound for a contact that may come is the frequency of the network of that contact, sliding, rolling and twisting.
-TEST(SphereStability, GasThatTurnsIsBoundedByAContactOfItsLightestSphere)
+// The bound for a contact that may form is the frequency of the network of that contact, sliding,
+// rolling and twisting.
+TEST(SphereStability, RotatingSpheresWithoutContactsAreBoundedByTheLightestOne)
 {
   for (const double rolling_stiffness : {1e5, 2e6, 2e7})
     for (const double twisting_stiffness : {0.0, 1e3}) {
@@ -171,7 +175,7 @@ TEST(SphereStability, GasThatTurnsIsBoundedByAContactOfItsLightestSphere)
     }
 }
 
-TEST(SphereStability, StepsJustAboveTheBoundBlowUpAndJustBelowDoNot)
+TEST(SphereStability, StepsAboveTheBoundAreUnstableAndStepsBelowAreStable)
 {
   struct {
     const char *what;
@@ -192,7 +196,8 @@ TEST(SphereStability, StepsJustAboveTheBoundBlowUpAndJustBelowDoNot)
     disturb(state, 1e-12);
     const double bound = stable_time_step(state);
 
-    // beyond it the energy grows by exp(2 sqrt(8 e)) in a step that is longer by a share e
+    // For a step longer than the bound by a fraction e, the energy grows by exp(2 sqrt(8 e)) per
+    // step.
     EXPECT_GT(growth_of_energy(state, 1.002 * bound, 100), 1e6);
     EXPECT_LT(growth_of_energy(state, 0.998 * bound, 1000), 1e3);
   }

@@ -28,7 +28,7 @@ constexpr Format FORMATS[] = {Format::Double, Format::Mixed, Format::Fast};
 
 TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)
 {
-  // slides throughout: v_t > 7/2 mu (1 + e) v_n
+  // The contact slides throughout: v_t > 7/2 mu (1 + e) v_n.
   const double r = 0.005, v_n = 0.05, v_t = 0.02, mu = 0.02;
   Material material = spheres_material();
   material.local_damping = 0.0;
@@ -36,7 +36,7 @@ TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)
   material.tangential_stiffness = 100.0 * material.normal_stiffness;    // reaches the limit at once
   Spheres state = spheres(material, 0.1 * Tensor3::identity(), {r, r},
                           {0.05 - r, 0.05, 0.05, 0.05 + r, 0.05, 0.05});
-  // sliding along a direction across the normal that is no axis
+  // The direction of sliding across the normal is not along an axis.
   state.velocity = {0.5 * v_n,  0.5 * 0.6 * v_t,  0.5 * 0.8 * v_t,
                     -0.5 * v_n, -0.5 * 0.6 * v_t, -0.5 * 0.8 * v_t};
   const double m = sphere_mass(material, r);
@@ -48,19 +48,19 @@ TEST(SphereCollision, GrossSlidingTransfersTheCoulombImpulse)
     const Spheres after = rig.state();
 
     const double impulse = 0.5 * m * 2.0 * v_n * mu;    // mu m* (1 + e) v_n with e = 1
-    const double error = format == Format::Fast ? 2e-3
-                                                : 1e-3;    // of a step at either end of the contact
+    // error of a step at either end of the contact
+    const double error = format == Format::Fast ? 2e-3 : 1e-3;
     EXPECT_NEAR(after.velocity[0], -0.5 * v_n, error * v_n) << to_string(format);
     EXPECT_NEAR(after.velocity[1], 0.6 * (0.5 * v_t - impulse / m), error * v_t);
     EXPECT_NEAR(after.velocity[2], 0.8 * (0.5 * v_t - impulse / m), error * v_t);
-    // both turn alike, about n x t: w = r J / (2/5 m r^2)
+    // Both spheres rotate alike about n x t: w = r J / (2/5 m r^2).
     const double turn = 2.5 * impulse / (m * r);
     for (int grain = 0; grain < 2; ++grain) {
       EXPECT_NEAR(after.spin[3 * grain], 0.0, error * turn);
       EXPECT_NEAR(after.spin[3 * grain + 1], 0.8 * turn, error * v_t / r);
       EXPECT_NEAR(after.spin[3 * grain + 2], -0.6 * turn, error * v_t / r);
     }
-    // and momentum is conserved to the last bit
+    // Momentum is conserved to the last bit.
     for (int a = 0; a < 3; ++a)
       EXPECT_EQ(after.velocity[a], -after.velocity[3 + a]) << to_string(format);
   }
@@ -78,7 +78,8 @@ TEST(FaceCentredCubic, HasThePressureOfItsContacts)
     const ResultOf<3> result = SphereRig(state, sphere_options(format)).advance(DriveOf<3>());
 
     EXPECT_EQ(result.num_contacts, 6 * state.num_grains());
-    // fast has the gap as R - d in fp32, 2^-24 of a diameter, which is 2000 overlaps; mixed has forces in fp32
+    // `fast` has the gap as R - d in fp32, 2^-24 of a diameter, at 2000 times that overlap; `mixed`
+    // has forces in fp32.
     const double error = format == Format::Fast ? 2e-4 : format == Format::Mixed ? 1e-6 : 1e-9;
     EXPECT_NEAR(result.mean_stress() / pressure, 1.0, error) << to_string(format);
     for (int a = 0; a < 3; ++a)
@@ -93,7 +94,7 @@ TEST(FaceCentredCubic, HasThePressureOfItsContacts)
 
 TEST(FaceCentredCubic, HasTheElasticConstantsOfItsLattice)
 {
-  const double r = 0.005, overlap = 1e-9 * r;    // no stress to speak of
+  const double r = 0.005, overlap = 1e-9 * r;    // negligible stress
   Material material = spheres_material();
   material.tangential_stiffness = 0.3 * material.normal_stiffness;
   const Spheres state = face_centred_cubic(material, 4, r, overlap);
@@ -108,7 +109,7 @@ TEST(FaceCentredCubic, HasTheElasticConstantsOfItsLattice)
                c44 = root / (2 * distance) * (kn + kt);
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b) EXPECT_NEAR(c[4 * a][b], a == b ? c11 : c12, 1e-8 * c11);
-  // d sigma_xy / d eps_xy, with both components of the strain: 2 C44 of half of them each
+  // d sigma_xy / d eps_xy with both components of the strain is 2 C44 times the half of each.
   EXPECT_NEAR(c[1][3], 2.0 * c44, 1e-8 * c11);
   EXPECT_NEAR(c[2][4], 2.0 * c44, 1e-8 * c11);
   EXPECT_NEAR(c[5][5], 2.0 * c44, 1e-8 * c11);
@@ -150,7 +151,7 @@ TEST(Spheres, ConserveMomentumWhateverTheyDo)
         largest = std::fmax(largest, std::fabs(m * after.velocity[3 * i + a]));
       }
     }
-    // velocities are rounded at each step
+    // Velocities are rounded in each step.
     const double error = (format == Format::Double ? 1e-13 : 2e-4) * largest;
     for (int a = 0; a < 3; ++a) EXPECT_NEAR(total[a], 0.0, error) << to_string(format);
   }
@@ -158,7 +159,8 @@ TEST(Spheres, ConserveMomentumWhateverTheyDo)
 
 namespace {
 
-/// A density with which the mass of a sphere of this radius, a power of two, is a power of two as the engine computes it.
+/// Returns a density for which the mass of a sphere, whose radius is a power of two, is a power of
+/// two in the engine.
 double density_for_mass(double radius, double mass)
 {
   const double of_unit_density = grain_volume<3>(radius);
@@ -171,8 +173,8 @@ double density_for_mass(double radius, double mass)
 
 }    // namespace
 
-// Forces of contacts are integers that one grain gets and the other loses. With masses and a step of powers of two no kick is rounded
-// either, while velocities fit the mantissa.
+// Contact forces are integers that one grain gains and the other loses. If masses and the step are
+// powers of two, kicks are exact too, while velocities fit the mantissa.
 TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
 {
   Spheres state = disordered(5, 8);
@@ -181,7 +183,8 @@ TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
   state.cell = (5 * 1.95 * radius) * Tensor3::identity();
   state.material.density = density_for_mass(radius, 0x1p-11);
   for (double &v : state.velocity) v = std::ldexp(std::round(std::ldexp(v, 20)), -20);
-  // a coarse unit of forces, for sums of them and velocities to fit 53 bits: 100 N in 2^52/2^14 units
+  // The unit of forces is so coarse that sums of forces and velocities fit 53 bits: 100 N in
+  // 2^52/2^14 units.
   state.largest_contact_force = 100.0 * 0x1p14;
   SphereRig rig(state);
   const ResultOf<3> last = rig.strain(Tensor3{{0, 0.3, 0, 0, 0, -0.2, 0.1, 0, 0}}, 0x1p-19, 500);
@@ -190,7 +193,7 @@ TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
   EXPECT_GT(last.num_contacts, 100);
   EXPECT_GT(last.sliding_fraction, 0.0);
   for (int a = 0; a < 3; ++a) {
-    // sums of these are exact: long doubles
+    // long doubles make the sums exact
     long double gained = 0.0L, moved = 0.0L;
     for (int i = 0; i < state.num_grains(); ++i) {
       gained += static_cast<long double>(after.velocity[3 * i + a]) - state.velocity[3 * i + a];
@@ -201,8 +204,8 @@ TEST(Spheres, ConserveMomentumToTheLastBitWithMassesAndAStepOfPowersOfTwo)
   }
 }
 
-// Slowly, so that the ledger is of friction and not of impacts.
-TEST(Spheres, PutTheWorkOfAShearIntoSpringsFrictionDampingAndMotion)
+// The shear is slow, so that friction and not impacts dissipate the energy.
+TEST(Spheres, WorkOfShearGoesIntoSpringsFrictionDampingAndMotion)
 {
   PackingRecipe recipe;
   recipe.material = spheres_material();
@@ -254,8 +257,8 @@ TEST(Spheres, BalanceTheirEnergy)
 
 namespace {
 
-/// The largest difference of stresses over the mean one, of a packing and of the same one seen from a frame that is turned, after the same
-/// deformation.
+/// Returns the largest difference over the mean stress between a packing and the same one in a
+/// rotated frame after the same deformation.
 double difference_of_a_turned(const Spheres &plain)
 {
   const Tensor3 turn = spatial_rotation({{0.7, -0.4, 1.1}});
@@ -286,12 +289,12 @@ double difference_of_a_turned(const Spheres &plain)
 
 }    // namespace
 
-TEST(Spheres, DoNotKnowHowTheRveIsTurned)
+TEST(Spheres, ResponseDoesNotDependOnTheOrientation)
 {
   EXPECT_LT(difference_of_a_turned(disordered(6, 3)), 1e-9);
 }
 
-TEST(Spheres, WithDampingAlongAxesKnowItAndWithObjectiveDampingDoNot)
+TEST(Spheres, OnlyDampingAlongAxesDependsOnTheOrientation)
 {
   Spheres state = disordered(6, 3);
   state.material.local_damping = 0.3;
@@ -302,7 +305,7 @@ TEST(Spheres, WithDampingAlongAxesKnowItAndWithObjectiveDampingDoNot)
 
 TEST(Spheres, ComeToRestWithObjectiveDampingAsWithCundalls)
 {
-  // velocities of a gas of sounds die away, and what they lose is in the ledger
+  // Velocities of a packing without forces decay, and the lost energy is counted.
   Options options = sphere_options(Format::Double);
   options.track_energy = true;
   double kinetic[2];
@@ -325,12 +328,13 @@ TEST(Spheres, ComeToRestWithObjectiveDampingAsWithCundalls)
 
 TEST(Spheres, KeepTheirStressThroughARigidRotationAboutAnyAxis)
 {
-  // a lattice under pressure and shear, at rest: tangential forces turn with the contacts, also about their normals
+  // The lattice is at rest under pressure and shear: tangential forces rotate with the contacts,
+  // also about their normals.
   Spheres state = face_centred_cubic(spheres_material(), 3, 0.005, 2e-6);
   state.material.local_damping = 0.5;
   SphereRig prepared(state);
   const Tensor3 shearing{{0.0, 1.0, 0.4, 0.0, 0.0, -0.7, 0.0, 0.0, 0.0}};
-  prepared.strain(shearing, DT, 50);    // a strain of 1e-4, half of what lets contacts slide
+  prepared.strain(shearing, DT, 50);    // a strain of 1e-4, half of that at which contacts slide
   prepared.strain(Tensor3::zero(), DT, 20000);
   Spheres still = prepared.state();
   const Vector axis{{0.48, 0.6, 0.64}};
@@ -382,9 +386,9 @@ TEST(Spheres, ContinueThroughLatticeReductions)
   EXPECT_GT(last.counters.rebuilds, 5);
 }
 
-TEST(Spheres, InPacksGiveTheBitsOfOneAfterTheOther)
+TEST(Spheres, PacksGiveTheBitsOfSingleGrains)
 {
-  // a batch that keeps books takes the program that goes through its grains one by one
+  // A batch with energy bookkeeping uses the program that computes grains one by one.
   Spheres state = disordered(7, 4);
   state.material.local_damping = 0.3;
   for (const bool objective : {false, true})

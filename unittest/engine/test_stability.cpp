@@ -14,7 +14,7 @@ using namespace rve_test;
 
 namespace {
 
-/// Rows of equal disks, each touching six others with `overlap`.
+/// Returns rows of equal disks, each of which touches six others with `overlap`.
 RveState hexagonal_lattice(int columns, int rows, double radius, double overlap)
 {
   const double spacing = 2.0 * radius - overlap;
@@ -30,7 +30,8 @@ RveState hexagonal_lattice(int columns, int rows, double radius, double overlap)
   return state_of(paper_material(), cell, std::vector<double>(rows * columns, radius), xy);
 }
 
-/// Elastic energy of stuck contacts for displacements (N, 3) of x, y, theta from `state`, to second order, pair by pair.
+/// Returns the elastic energy of sticking contacts for displacements (N, 3) of x, y, theta from
+/// `state`, to second order, pair by pair.
 double elastic_energy(const RveState &state, const std::vector<double> &u)
 {
   const std::vector<double> x = state.positions();
@@ -47,7 +48,7 @@ double elastic_energy(const RveState &state, const std::vector<double> &u)
           const double overlap = state.radius[i] + state.radius[j] - distance;
           if (overlap <= 0.0) continue;
           const double nx = bx / distance, ny = by / distance;
-          // surface displacement at the contact point minus the other's: u_j - u_i + theta x arm
+          // The relative surface displacement at the contact point is u_j - u_i + theta x arm.
           const double arm_i = state.radius[i] - 0.5 * overlap,
                        arm_j = state.radius[j] - 0.5 * overlap;
           const double dx =
@@ -66,7 +67,7 @@ double elastic_energy(const RveState &state, const std::vector<double> &u)
   return energy;
 }
 
-/// Largest eigenvalue of a symmetric matrix by Jacobi rotations.
+/// Returns the largest eigenvalue of a symmetric matrix by Jacobi rotations.
 double jacobi_largest(std::vector<double> a, int n)
 {
   for (int sweep = 0; sweep < 30; ++sweep)
@@ -91,7 +92,8 @@ double jacobi_largest(std::vector<double> a, int n)
   return largest;
 }
 
-/// Does z'' = -w^2 z - b z' grow when the force sees the velocity of half a step before?
+/// Returns true if z'' = -w^2 z - b z' grows when the force uses the velocity of half a step
+/// before.
 bool oscillator_grows(double frequency, double dashpot_rate, double dt)
 {
   double x = 1.0, v = 0.0;
@@ -120,7 +122,7 @@ TEST(Stability, TwoDisksHaveTheClosedFormFrequencies)
   const double normal = 1e6 * (1.0 / m1 + 1.0 / m2);
 
   EXPECT_NEAR(largest_frequency(state), std::sqrt(tangential), 1e-12 * std::sqrt(tangential));
-  state.material.friction = 0.0;    // then the tangential spring never acts
+  state.material.friction = 0.0;    // without friction the tangential spring does not act
   EXPECT_NEAR(largest_frequency(state), std::sqrt(normal), 1e-12 * std::sqrt(normal));
   EXPECT_NEAR(pair_frequency(state), std::sqrt(normal), 1e-12 * std::sqrt(normal));
   EXPECT_NEAR(stable_time_step(state), 2.0 / std::sqrt(1.3 * normal),
@@ -133,11 +135,12 @@ TEST(Stability, HexagonalLatticeHasTheClosedFormFrequencies)
   RveState state = hexagonal_lattice(8, 8, radius, overlap);
   const double arm = radius - 0.5 * overlap;
 
-  // k_n = k_t: all grains turning alike, six contacts each stretched by 2 a theta: w^2 = 24 (k_t/m) (a/r)^2
+  // For k_n = k_t all grains rotate alike and six contacts each stretch by 2 a theta: w^2 = 24
+  // (k_t/m) (a/r)^2.
   const double turning = std::sqrt(24.0 * 1e6 / mass) * arm / radius;
   EXPECT_NEAR(largest_frequency(state), turning, 1e-8 * turning);
 
-  // without tangential springs: longitudinal zone-boundary mode, w^2 = 6 k_n/m
+  // Without tangential springs the longitudinal zone-boundary mode has w^2 = 6 k_n/m.
   state.material.tangential_stiffness = 0.0;
   const double longitudinal = std::sqrt(6.0 * 1e6 / mass);
   EXPECT_NEAR(largest_frequency(state), longitudinal, 1e-8 * longitudinal);
@@ -158,7 +161,7 @@ TEST(Stability, LanczosFindsTheLargestEigenvalueOfTheAssembledStiffness)
     root_mass[3 * i] = root_mass[3 * i + 1] = std::sqrt(mass);
     root_mass[3 * i + 2] = std::sqrt(0.5 * mass) * state.radius[i];
   }
-  // the energy is a quadratic form, so second differences of it are exact
+  // The energy is a quadratic form, so its second differences are exact.
   const auto energy_at = [&](int p, double x, int q, double y) {
     std::fill(u.begin(), u.end(), 0.0);
     u[p] += x;
@@ -175,7 +178,8 @@ TEST(Stability, LanczosFindsTheLargestEigenvalueOfTheAssembledStiffness)
   EXPECT_NEAR(largest_frequency(state), expected, 1e-8 * expected);
   const double damping = std::sqrt(1.0 + state.material.local_damping);
   EXPECT_LE(gershgorin_time_step(state), 2.0 / (expected * damping));
-  state.material.rolling_friction = 0.0;    // then the rolling spring never acts
+  // without rolling friction the rolling spring does not act
+  state.material.rolling_friction = 0.0;
   EXPECT_LT(largest_frequency(state), 0.9 * expected);
 }
 
@@ -187,14 +191,16 @@ TEST(Stability, HexagonalLatticeThatRollsHasTheClosedFormFrequency)
   state.material.rolling_stiffness = 2e7;
   state.material.rolling_friction = 0.1;
 
-  // no two neighbours turn alike: three sublattices a third of a period apart, each contact rolls by R |1 - exp(2 pi i/3)| theta, and
-  // six of them give 6 (3/2) k_r R^2 = 9 k_r R^2 a disk with R = r/2, I = m r^2/2
+  // No two neighbours rotate alike: on three sublattices a third of a period apart, each contact
+  // rolls by R |1 - exp(2 pi i/3)| theta. Six contacts give 6 (3/2) k_r R^2 = 9 k_r R^2 per disk
+  // with R = r/2, I = m r^2/2.
   const double turning = std::sqrt(9.0 * 0.25 * 2e7 * 2.0 / mass);
   EXPECT_NEAR(largest_frequency(state), turning, 1e-8 * turning);
 }
 
-// The bound for a contact that may come is the frequency of the network of that contact, sliding and rolling coupled.
-TEST(Stability, GasThatRollsIsBoundedByAContactOfItsLightestGrain)
+// The bound for a contact that may form is the frequency of the network of that contact, with
+// sliding and rolling coupled.
+TEST(Stability, RollingGrainsWithoutContactsAreBoundedByTheLightestOne)
 {
   const double touch = 1e-12;
   for (const double rolling_stiffness : {1e5, 1e6, 2e7}) {
@@ -203,7 +209,7 @@ TEST(Stability, GasThatRollsIsBoundedByAContactOfItsLightestGrain)
     pair.material.rolling_friction = 0.2;
     EXPECT_NEAR(pair_frequency(pair), largest_frequency(pair), 1e-9 * pair_frequency(pair));
 
-    // a small grain rolls faster on a large one than on its like
+    // A small grain rolls faster on a large one than on one of its size.
     RveState gas = state_of(pair.material, 0.2 * Tensor2::identity(), {0.001, 0.001, 0.01},
                             {0.02, 0.02, 0.06, 0.02, 0.1, 0.1});
     double highest = 0.0;
@@ -249,15 +255,16 @@ TEST(Stability, ReferencePackingHasTheMeasuredBound)
 {
   const RveState state = reference_packing("A_h0075");
 
-  // SudoDEM2D and YADE run it at 1e-4 s and not at 1.5e-4 s; 1.12e-4 s was found for packings of this recipe
+  // SudoDEM2D and YADE are stable at 1e-4 s and unstable at 1.5e-4 s; 1.12e-4 s is the limit of
+  // packings of this recipe.
   EXPECT_NEAR(stable_time_step(state), 1.12e-4, 0.08e-4);
   EXPECT_NEAR(stable_time_step(reference_packing("A20_h0075")), 1.12e-4, 0.08e-4);
   EXPECT_GT(gershgorin_time_step(state), 0.7 * stable_time_step(state));
   EXPECT_LT(gershgorin_time_step(state), stable_time_step(state));
 }
 
-// A bisection between numbers that are not finite never ends.
-TEST(Stability, BoundThatIsNoNumberIsAnError)
+// A bisection between numbers that are not finite would not end.
+TEST(Stability, NonFiniteBoundIsAnError)
 {
   for (const double factor : {1e300, 1e-300}) {
     RveState stiff = two_disks(1e-5), light = stiff;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The bound of the time step that an engine finds for all of its RVEs, against the exact one of their states: never above it, and
-// within a few percent where it is asked for. The same text for a CPU and, with RVE_TEST_CUDA, for a GPU.
+// The bound of the time step that an engine finds for all of its RVEs never exceeds the exact one
+// of their states, and is within a few per cent of it near the requested step. The same source is
+// compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 #include "support/packings.h"
@@ -17,7 +18,8 @@ using namespace rve_test;
 
 namespace {
 
-/// What the margin of checks, 5 %, has to cover: stable_time_step() over the bound.
+/// Largest allowed ratio of stable_time_step() to the bound, which the margin of checks, 5 %,
+/// covers.
 constexpr double LOOSEST = 1.05;
 
 class StabilityBound : public OnDevice {
@@ -29,7 +31,7 @@ class StabilityBound : public OnDevice {
     engine->bound_time_steps({engine->add(state)}, enough, bounds);
     return bounds.at(0);
   }
-  /// As sharp as it gets.
+  /// Returns the sharpest bound.
   double sharp_bound(const RveState &state) const
   {
     return bound(state, 10.0 * stable_time_step(state));
@@ -42,7 +44,7 @@ class StabilityBound : public OnDevice {
   }
 };
 
-/// Strained until another network carries it.
+/// Returns the state after a strain at which another network bears the load.
 RveState strained(const RveState &state, const Tensor2 &gradient, double strain)
 {
   RveRig rig(state);
@@ -53,7 +55,7 @@ RveState strained(const RveState &state, const Tensor2 &gradient, double strain)
 
 }    // namespace
 
-// One contact: 1/m_i + 1/m_j along the normal, with arms along the tangent.
+// The frequency of one contact has 1/m_i + 1/m_j along the normal, with arms along the tangent.
 TEST_P(StabilityBound, IsThatOfOneContact)
 {
   for (const double stiffness : {0.0, 1e5, 1e6}) {
@@ -75,7 +77,7 @@ TEST_P(StabilityBound, IsCloseInDenseAndLoosePackings)
   }
 }
 
-TEST_P(StabilityBound, IsCloseWhateverTheContactsAreMadeOf)
+TEST_P(StabilityBound, IsCloseForAllContactLaws)
 {
   struct {
     const char *what;
@@ -103,7 +105,7 @@ TEST_P(StabilityBound, IsCloseWhateverTheContactsAreMadeOf)
 
 TEST_P(StabilityBound, IsCloseForGrainsOfAllSizes)
 {
-  // small disks in the pores of a lattice of large ones, and a range of sizes
+  // Small disks in the pores of a lattice of large ones, and a range of sizes.
   RveState state = triangular_packing(paper_material(), 12, 12, 0.004, 3);
   Random random(5);
   for (const double smallest : {0.5, 0.1, 0.05}) {
@@ -115,7 +117,7 @@ TEST_P(StabilityBound, IsCloseForGrainsOfAllSizes)
   }
 }
 
-TEST_P(StabilityBound, OfAGasIsThatOfItsFirstContact)
+TEST_P(StabilityBound, WithoutContactsIsThatOfTheFirstContact)
 {
   const RveState gas = paper_gas();
   const double exact = stable_time_step(gas), found = sharp_bound(gas);
@@ -123,8 +125,9 @@ TEST_P(StabilityBound, OfAGasIsThatOfItsFirstContact)
   EXPECT_GE(found, exact / LOOSEST);
 }
 
-// What is far above the step that is asked for need not be known well, but never is it below that step for no reason.
-TEST_P(StabilityBound, TellsWhetherAStepIsSafe)
+// The bound may be inaccurate far above the requested step, but must be below that step only if the
+// exact bound is.
+TEST_P(StabilityBound, DecidesIfAStepIsStable)
 {
   const RveState state = paper_packing();
   const double exact = stable_time_step(state);
@@ -136,7 +139,7 @@ TEST_P(StabilityBound, TellsWhetherAStepIsSafe)
   for (const double share : {1.05, 1.5}) EXPECT_LT(bound(state, share * exact), share * exact);
 }
 
-// A look leaves no trace, and finds the same for every RVE of a batch as for one alone.
+// The evaluation changes no state, and its result for an RVE is the same in a batch and alone.
 TEST_P(StabilityBound, ChangesNothingAndDependsOnNothingElse)
 {
   const auto engine = make_engine(device_options(GetParam()));

@@ -24,7 +24,8 @@ void expect_contains(const std::string &message, const std::string &fragment)
   EXPECT_NE(message.find(fragment), std::string::npos) << "message: " << message;
 }
 
-// exp(A) by its Taylor series on A/2^20, squared twenty times in long double: slow and obvious
+// Computes exp(A) by its Taylor series on A/2^20, squared twenty times in long double, as a simple
+// reference.
 void exponential_by_squaring(const Tensor2 &a, long double result[4])
 {
   long double x[4], term[4] = {1, 0, 0, 1}, sum[4] = {1, 0, 0, 1};
@@ -61,7 +62,8 @@ TEST(RveState, PositionsReturnFromFractionalCoordinates)
 
   state.set_positions(state.positions());
 
-  // one rounding of x is 2^-53 of the cell, 2^11 units of the coordinate; the maps there and back add a few
+  // One rounding of x is 2^-53 of the cell, 2^11 units of the coordinate; the two transformations
+  // add a few.
   for (std::size_t k = 0; k < fractional.size(); ++k)
     EXPECT_LT(std::llabs(static_cast<std::int64_t>(state.fractional[k] - fractional[k])), 1 << 14);
 }
@@ -125,7 +127,8 @@ TEST(RveState, WrongNumbersAreNamedWithValueUnitAndRange)
                   "RVE has no grains");
 }
 
-// A size between 1e-30 and 1e30, and what follows from sizes, is a normal number in all formats.
+// A size between 1e-30 and 1e30, and every quantity that follows from sizes, is a normal number in
+// all formats.
 TEST(RveState, SizesThatNoFormatCanComputeWithAreNamed)
 {
   struct {
@@ -173,15 +176,16 @@ TEST(RveState, SizesThatNoFormatCanComputeWithAreNamed)
                   "friction coefficient is 1e+12 [-]; it must be at most 1e10");
 }
 
-TEST(RveState, NarrowWidthOfAShearedCellIsSeen)
+TEST(RveState, NarrowWidthOfAShearedCellIsDetected)
 {
   RveState state = two_disks(0.0);
-  state.cell = Tensor2{{0.03, 0.12, 0.0, 0.03}};    // edges 0.03 and 0.124, but only 0.0073 apart
+  // edges 0.03 and 0.124 with a distance of only 0.0073
+  state.cell = Tensor2{{0.03, 0.12, 0.0, 0.03}};
 
   expect_contains(message_of([&] { state.check(); }), "cell width perpendicular to cell vector 1");
 }
 
-TEST(RveImage, EveryMemberReturnsToTheLastBit)
+TEST(RveImage, EveryMemberIsRestoredToTheLastBit)
 {
   const RveState state = crowded_state(33, 2);
   const std::vector<char> image = serialize(state);
@@ -203,7 +207,7 @@ TEST(RveImage, EveryMemberReturnsToTheLastBit)
   EXPECT_EQ(copy.energy.viscous, state.energy.viscous);
 }
 
-TEST(RveImage, ParametersThatCameLaterAreInTheRecordsThatHaveThem)
+TEST(RveImage, LaterParametersAreStoredInRecordsThatHaveThem)
 {
   RveStateOf<3> state = crowded_spheres(4, 9);
   const std::vector<char> without = serialize(state);
@@ -221,7 +225,7 @@ TEST(RveImage, ParametersThatCameLaterAreInTheRecordsThatHaveThem)
   EXPECT_EQ(before.material.rolling_viscosity, 0.0);
 }
 
-TEST(RveImage, AnyDamagedByteIsNoticed)
+TEST(RveImage, DamagedByteIsDetected)
 {
   const std::vector<char> image = serialize(crowded_state(5, 4));
 
@@ -232,7 +236,7 @@ TEST(RveImage, AnyDamagedByteIsNoticed)
   }
 }
 
-TEST(RveImage, TruncatedAndForeignImagesAreNoticed)
+TEST(RveImage, TruncatedAndForeignImagesAreDetected)
 {
   const std::vector<char> image = serialize(crowded_state(5, 4));
   std::vector<char> foreign = image;

@@ -24,7 +24,7 @@ inline rve::Material paper_material()
   return material;
 }
 
-/// Grains at rest at the given places of a cell.
+/// Returns grains at rest at the given positions in a cell.
 inline rve::RveState state_of(const rve::Material &material, const rve::Tensor2 &cell,
                               const std::vector<double> &radius, const std::vector<double> &xy)
 {
@@ -38,7 +38,7 @@ inline rve::RveState state_of(const rve::Material &material, const rve::Tensor2 
   return state;
 }
 
-/// Two touching disks of radius 5 mm and 4 mm, far from their images.
+/// Returns two touching disks of radius 5 mm and 4 mm, far from their images.
 inline rve::RveState two_disks(double overlap)
 {
   const rve::Tensor2 cell = 0.2 * rve::Tensor2::identity();
@@ -47,7 +47,7 @@ inline rve::RveState two_disks(double overlap)
                   {0.05, 0.05, 0.05 + 0.6 * distance, 0.05 + 0.8 * distance});
 }
 
-/// Every member differs from its default, and no number is a round decimal.
+/// Returns disks in which every member differs from its default and no number is a round decimal.
 inline rve::RveState crowded_state(int num_grains, unsigned seed)
 {
   std::mt19937_64 random(seed);
@@ -79,7 +79,7 @@ inline rve::RveState crowded_state(int num_grains, unsigned seed)
   return state;
 }
 
-/// The same of spheres.
+/// Returns spheres in which every member differs from its default and no number is a round decimal.
 inline rve::RveStateOf<3> crowded_spheres(int num_grains, unsigned seed)
 {
   std::mt19937_64 random(seed);
@@ -118,7 +118,8 @@ inline rve::RveStateOf<3> crowded_spheres(int num_grains, unsigned seed)
   return state;
 }
 
-/// Two equal disks that just touch along the x axis and approach each other; tangential velocities are opposite.
+/// Returns two equal disks that just touch along the x axis and approach each other with opposite
+/// tangential velocities.
 inline rve::RveState approaching_disks(double radius, const rve::Material &material,
                                        double normal_velocity, double tangential_velocity = 0.0)
 {

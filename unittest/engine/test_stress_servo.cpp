@@ -23,7 +23,7 @@ Drive servo(int substeps)
   return drive;
 }
 
-/// M of cell = F H0 M, which lattice reductions leave unimodular.
+/// Returns M in cell = F H0 M, which is unimodular after lattice reductions.
 Tensor2 lattice_change(const RveState &now, const RveState &start)
 {
   return inverse(start.cell) * inverse(now.deformation) * now.cell;
@@ -104,14 +104,15 @@ TEST(StressServo, SettingOfOneCallIsKeptForTheNext)
   parts.advance(half);
   parts.advance(half);
 
-  // the same motion up to the force scale, which is chosen at call boundaries: 2^-52 of the largest force
+  // The motion is the same up to the force scale, which is chosen at call boundaries: 2^-52 of the
+  // largest force.
   EXPECT_NEAR(parts.result().servo_velocity_gradient(0, 0),
               whole.result().servo_velocity_gradient(0, 0), 1e-9);
   EXPECT_NEAR(parts.result().stress(0, 0), whole.result().stress(0, 0), 1e-8 * 1e5);
 }
 
-// The rate changes in every step, so it matters which stress is multiplied by which rate: the work of a step is that of the mean of
-// the stresses before and after.
+// The rate changes in every step, so it matters which stress is multiplied by which rate. The work
+// of a step uses the mean of the stresses before and after it.
 TEST(StressServo, WorkGoesIntoSpringsFrictionAndDampingAtLongStepsToo)
 {
   Options options = cpu_options();
@@ -165,7 +166,8 @@ TEST(LargeShear, UnderConstantNormalStressReachesASteadyStateThroughReductions)
   ratio /= samples;
   pressure /= samples;
   EXPECT_GE(result.counters.lattice_reductions, 2);
-  // the critical state of frictional disks: q/p = sin(phi) with phi 15 to 25 degrees, looser than at the start
+  // The critical state of frictional disks has q/p = sin(phi) with phi from 15 to 25 degrees and is
+  // looser than the initial state.
   EXPECT_NEAR(pressure, 1e5, 0.2e5);
   EXPECT_GT(ratio, 0.25);
   EXPECT_LT(ratio, 0.42);
@@ -175,7 +177,7 @@ TEST(LargeShear, UnderConstantNormalStressReachesASteadyStateThroughReductions)
 TEST(LargeShear, StressIsContinuousAcrossAReduction)
 {
   RveRig rig(paper_packing());
-  rig.strain(gradient(0, 1, 2.0), 5e-5, 200, 28);    // gamma = 0.56, reduction at 0.584
+  rig.strain(gradient(0, 1, 2.0), 5e-5, 200, 28);    // gamma = 0.56; the reduction is at 0.584
   ASSERT_EQ(rig.result().counters.lattice_reductions, 0);
   double elsewhere = 0.0, across = 0.0;    // largest change of a stress component in one step
   Result last = rig.result();
@@ -195,7 +197,7 @@ TEST(LargeShear, StressIsContinuousAcrossAReduction)
 
 TEST(LargeShear, CallsWithAndWithoutAReductionInTheMiddleAgree)
 {
-  // the same sheared state, once with the lattice reduced by hand before the call and once within it
+  // The same sheared state runs with a lattice reduction before the call and with one within it.
   RveRig rig(paper_packing());
   rig.strain(gradient(0, 1, 2.0), 5e-5, 200, 28);
   const RveState state = rig.state();
@@ -215,7 +217,8 @@ TEST(LargeShear, CallsWithAndWithoutAReductionInTheMiddleAgree)
 
   EXPECT_EQ(rig.result().counters.lattice_reductions, 1);
   EXPECT_EQ(other.result().counters.lattice_reductions, 0);
-  // branches differ by rounding, 1e-16 of the cell; a flowing packing multiplies that a thousandfold or more in 300 steps
+  // Branches differ by rounding, 1e-16 of the cell; a flowing packing amplifies that a thousandfold
+  // or more in 300 steps.
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(rig.result().stress.component[k], other.result().stress.component[k],
                 1e-6 * other.result().mean_stress());

@@ -23,7 +23,8 @@ inline field::Grid grid_of(std::int64_t nx, std::int64_t ny, double dx = 1.0, do
   return grid;
 }
 
-/// All kinds with the same ellipse: correlation lengths, and the angle of the first one.
+/// Returns all kinds of covariance with the same ellipse: correlation lengths and the angle of the
+/// first one.
 inline std::vector<field::Covariance> all_covariances(const field::Vec &length, double angle = 0.0)
 {
   const field::Anisotropy ellipse(length, angle);
@@ -33,7 +34,7 @@ inline std::vector<field::Covariance> all_covariances(const field::Vec &length, 
           {field::Matern(0.8), ellipse}};
 }
 
-/// Message of the InputError that a call ends with, "" if it ends without one.
+/// Returns the message of the InputError in which a call ends, "" without an error.
 template <class Call> std::string input_error(const Call &call)
 {
   try {
@@ -50,8 +51,8 @@ inline void expect_message(const std::string &message, const std::string &part)
       << "expected '" << part << "' in '" << message << "'";
 }
 
-/// Sum over all pairs of points of two equal rectangles of nx by ny nodes, of a function of their lag in nodes: each lag (i, j) occurs
-/// (nx - |i|) (ny - |j|) times.
+/// Returns the sum of a function of the lag in nodes over all pairs of points of two equal
+/// rectangles of nx by ny nodes. Each lag (i, j) occurs (nx - |i|) (ny - |j|) times.
 template <class Function>
 double sum_over_pairs(std::int64_t nx, std::int64_t ny, const Function &function)
 {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The embedding is exact: second moments, not samples, against the dense covariance matrix and Cholesky's factor of it.
+// Exactness of the embedding: second moments without sampling, against the dense covariance matrix
+// and its Cholesky factor.
 
 #include "oracle/dense_matrix.h"
 #include "oracle/fourier.h"
@@ -24,7 +25,8 @@ using rve_test::solve_lower;
 
 namespace {
 
-/// The linear map from the noise on the torus to the nodes: its columns are the fields of unit vectors.
+/// Returns the linear map from the noise on the torus to the nodes; its columns are the fields of
+/// unit vectors.
 Matrix map_of(CirculantEmbedding &embedding, const Grid &grid)
 {
   const std::size_t nodes = field::total(grid.nodes), points = field::total(embedding.torus());
@@ -41,7 +43,8 @@ Matrix map_of(CirculantEmbedding &embedding, const Grid &grid)
   return map;
 }
 
-/// Covariances on a torus, the shortest way round; the mean of both ways where they are equally long.
+/// Returns covariances at the shortest distance on a torus; the mean of both directions where they
+/// are equally long.
 std::vector<double> covariance_on(const field::Size &torus, const Grid &grid,
                                   const Covariance &covariance)
 {
@@ -99,20 +102,22 @@ TEST(CirculantEmbedding, SecondMomentsAreTheCovarianceMatrix)
 
     const Matrix moments = rve_test::times_own_transpose(map_of(embedding, one.grid));
 
-    // rounding of two transforms of at most some 1000 points: 2 log2(1000) epsilon = 4e-15, and what is set to zero
+    // The tolerance is the rounding error of two transforms of at most some 1000 points, 2
+    // log2(1000) epsilon = 4e-15, plus the eigenvalues that are set to zero.
     EXPECT_LT(largest_difference(moments, covariance_matrix(one.grid, one.covariance)), 2e-14)
         << one.covariance.name() << " on " << field::to_string(one.grid.nodes) << ", torus "
         << field::to_string(embedding.torus());
   }
 }
 
-TEST(CirculantEmbedding, IsCholeskysFactorButForARotation)
+TEST(CirculantEmbedding, EqualsTheCholeskyFactorUpToARotation)
 {
   for (const Case &one : cases()) {
     const Matrix factor = rve_test::cholesky_factor(covariance_matrix(one.grid, one.covariance));
     CirculantEmbedding embedding(one.grid, one.covariance);
 
-    // if A A^T = L L^T, the rows of L^-1 A are orthonormal; this weighs small eigenvalues of the covariance as much as large ones
+    // If A A^T = L L^T, the rows of L^-1 A are orthonormal. This test gives small and large
+    // eigenvalues of the covariance the same weight.
     const Matrix rotation = solve_lower(factor, map_of(embedding, one.grid));
 
     const Matrix inverse = solve_lower(factor, rve_test::identity(factor.size()));
@@ -122,7 +127,7 @@ TEST(CirculantEmbedding, IsCholeskysFactorButForARotation)
     // errors of 2e-14 in A A^T, see above, are magnified by (number of nodes) |L^-1|^2 at most
     const double tolerance = 2e-14 * static_cast<double>(factor.size()) * norm_squared;
     if (one.covariance.name() == "exponential") {
-      EXPECT_LT(tolerance, 1e-9);    // so this means something
+      EXPECT_LT(tolerance, 1e-9);    // the test is sharp
     }
     EXPECT_LT(largest_difference(rve_test::times_own_transpose(rotation),
                                  rve_test::identity(factor.size())),
@@ -167,7 +172,7 @@ TEST(CirculantEmbedding, NegativeEigenvaluesAreFoundAndPaddedAway)
     EXPECT_EQ(last.num_negative, 0) << covariance.name();
     EXPECT_LT(last.covariance_error, 1e-13) << "what is set to zero is rounding";
     for (int a = 0; a < 2; ++a) EXPECT_EQ(embedding.padding()[a], last.points[a] - first.points[a]);
-    // and with the padding the field is exact
+    // With the padding the field is exact.
     EXPECT_LT(largest_difference(rve_test::times_own_transpose(map_of(embedding, grid)),
                                  covariance_matrix(grid, covariance)),
               1e-13)
@@ -175,7 +180,7 @@ TEST(CirculantEmbedding, NegativeEigenvaluesAreFoundAndPaddedAway)
   }
 }
 
-TEST(CirculantEmbedding, ATorusOfTwiceTheGridServesShortCorrelations)
+TEST(CirculantEmbedding, TorusOfTwiceTheGridSufficesForShortCorrelations)
 {
   for (const Covariance &covariance : all_covariances({2.0, 2.0})) {
     CirculantEmbedding embedding(grid_of(65, 49), covariance);
@@ -213,7 +218,7 @@ TEST(CirculantEmbedding, FieldHasTheSpectrumOfParseval)
   }
 }
 
-TEST(CirculantEmbedding, SameSeedSameBits)
+TEST(CirculantEmbedding, SameSeedGivesTheSameBits)
 {
   const Grid grid = grid_of(40, 30);
   const Covariance covariance = all_covariances({5.0, 3.0}, 10.0)[0];

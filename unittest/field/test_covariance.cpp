@@ -15,7 +15,8 @@ using field::Matern;
 
 namespace {
 
-/// K_nu(s) = integral of exp(-s cosh t) cosh(nu t) from 0 on. The trapezoidal rule converges exponentially for it.
+/// Returns K_nu(s), the integral of exp(-s cosh t) cosh(nu t) from 0 to infinity. The trapezoidal
+/// rule converges exponentially for it.
 double bessel_k(double nu, double s)
 {
   const double step = 1.0 / 64.0;
@@ -48,7 +49,8 @@ TEST(Covariance, MaternIsTheBesselFunctionOfItsDefinition)
       const double s = std::sqrt(2.0 * nu) * r;
       const double expected =
           std::pow(2.0, 1.0 - nu) / std::tgamma(nu) * std::pow(s, nu) * bessel_k(nu, s);
-      // both are good to about 14 digits; powers of up to 25 magnify the rounding of s by as much
+      // Both values are accurate to about 14 digits; powers of up to 25 amplify the rounding of s
+      // by as much.
       EXPECT_NEAR(Matern(nu)(r), expected, 1e-12) << "nu " << nu << ", r " << r;
     }
 }
@@ -82,7 +84,7 @@ TEST(Covariance, MaternHasItsLimitsAtTinyAndHugeDistances)
   }
 }
 
-TEST(Anisotropy, CorrelationLengthsAreThoseOfTheTurnedAxes)
+TEST(Anisotropy, CorrelationLengthsHoldAlongTheRotatedAxes)
 {
   for (const double angle : {0.0, 30.0, 90.0, -45.0, 200.0}) {
     const Anisotropy ellipse({5.0, 0.5}, angle);

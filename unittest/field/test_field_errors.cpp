@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Wrong input gets an error that names the value and the range.
+// Errors of wrong input name the value and the range.
 
 #include "field/marginal.h"
 #include "scenes.h"
@@ -43,7 +43,7 @@ TEST(FieldErrors, CorrelationLengthsFitTheGrid)
                  "horizontal correlation length 10.1 is above the extent of the domain, 10 ");
   expect_message(message(5.0, 2.6),
                  "vertical correlation length 2.6 is above the extent of the domain, 2.5 ");
-  // turned by a quarter, the first one is vertical on the grid
+  // Rotated by a quarter turn, the first length is vertical on the grid.
   expect_message(message(3.0, 1.0, 90.0),
                  "horizontal correlation length 3 is above the extent of the domain, 2.5 ");
   EXPECT_EQ(message(2.5, 10.0, 90.0), "");
@@ -88,7 +88,7 @@ TEST(FieldErrors, GridIsPossible)
   expect_message(message({0, 0}, {1, 1}, {0.5, 1e-10}), "grid would have 1e+10 cells in y");
 }
 
-TEST(FieldErrors, ATorusBeyondTheLimitSaysWhatIsMissing)
+TEST(FieldErrors, TorusBeyondTheLimitNamesTheMissingMemory)
 {
   const Covariance covariance{Gaussian{}, Anisotropy({6.0, 4.0})};
   expect_message(embedding_error(grid_of(7, 5), covariance, 95),
@@ -101,9 +101,9 @@ TEST(FieldErrors, ATorusBeyondTheLimitSaysWhatIsMissing)
   EXPECT_EQ(embedding_error(grid_of(7, 5), covariance), "");
 }
 
-TEST(FieldErrors, ATorusBeyondAllNumbersIsRefusedAtOnce)
+TEST(FieldErrors, TorusBeyondTheRangeOfIntegersIsRefusedAtOnce)
 {
-  // a turned ellipse is 10^17 spacings wide, and more than an integer counts
+  // A rotated ellipse is 10^17 spacings wide, which exceeds the range of integers.
   for (const double spacing : {1e-11, 1e-15, 1e-300}) {
     const Grid grid = Grid::covering({0.0, 0.0}, {4.0 * spacing, 1e6}, {spacing, 1e5});
     expect_message(embedding_error(grid, {Gaussian{}, Anisotropy({5e5, 4e5}, 45.0)}),
@@ -111,7 +111,7 @@ TEST(FieldErrors, ATorusBeyondAllNumbersIsRefusedAtOnce)
   }
 }
 
-TEST(FieldErrors, LengthsBeyondTheSquaresOfNumbersAreComparedAsTheyAre)
+TEST(FieldErrors, LengthsWhoseSquaresOverflowAreCompared)
 {
   for (const double unit : {1e-200, 1e200}) {
     const Grid grid = Grid::covering({0.0, 0.0}, {10.0 * unit, 10.0 * unit}, {unit, unit});
@@ -139,7 +139,7 @@ TEST(FieldErrors, MarginalsArePossible)
                  "scale of a bounded field must be positive, got 0");
 }
 
-TEST(FieldErrors, MarginalsAreFiniteForEveryFieldOrRefused)
+TEST(FieldErrors, MarginalsAreFiniteOrRefused)
 {
   expect_message(input_error([] { field::Lognormal(1.0, 1e200); }),
                  "standard deviation of a lognormal field must be at most 1e15 times its mean, got "
@@ -157,7 +157,7 @@ TEST(FieldErrors, MarginalsAreFiniteForEveryFieldOrRefused)
                  "bounds of a field must be less than 1.8e308 apart, got [-1e+308, 1e+308]");
   expect_message(input_error([] { field::Bounded(-1e308, 1e308, 0.0, 1.0); }),
                  "bounds of a field must be less than 1.8e308 apart");
-  // what is left is finite wherever a field can be
+  // The result is finite wherever a field exists.
   const double numbers[] = {1e-300, 1e-200, 1e-15, 1e-3, 1.0, 1e3, 1e15, 1e200, 1e300, 1.7e308};
   for (const double first : numbers)
     for (const double second : numbers) {

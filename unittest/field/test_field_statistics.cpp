@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Statistics over many fields. Every estimator here is a mean of products of Gaussian numbers whose own variance is known in closed form,
-// E[abcd] = E[ab]E[cd] + E[ac]E[bd] + E[ad]E[bc] (Isserlis 1918). Its bound is 4.5 standard deviations: with correct code one of a
-// hundred thousand checks is beyond it, and seeds are fixed, so a check that has passed passes.
+// Statistics over many fields. Every estimator is a mean of products of Gaussian numbers, whose
+// variance has a closed form: E[abcd] = E[ab]E[cd] + E[ac]E[bd] + E[ad]E[bc] (Isserlis 1918). Its
+// bound is 4.5 standard deviations, which correct code exceeds in one of a hundred thousand checks.
+// Since seeds are fixed, a check that has passed always passes.
 
 #include "field/normal_numbers.h"
 #include "oracle/fourier.h"
@@ -24,7 +25,7 @@ namespace {
 constexpr double BOUND = 4.5;    // standard deviations
 constexpr int FIELDS = 2000;
 
-/// A covariance, and fields of it with the seeds 1, 2, ...
+/// A covariance and its fields with the seeds 1, 2, ...
 struct Case {
   Covariance covariance;
   std::vector<std::vector<double>> fields{};
@@ -59,7 +60,7 @@ struct Lag {
   int i, j;
 };
 
-/// Mean of f(x) g(x + lag) over all x for which both are nodes.
+/// Returns the mean of f(x) g(x + lag) over all x for which both are nodes.
 double mean_product(const std::vector<double> &f, const std::vector<double> &g, Lag lag)
 {
   const int nx = static_cast<int>(grid.nodes[0]), ny = static_cast<int>(grid.nodes[1]);
@@ -71,7 +72,7 @@ double mean_product(const std::vector<double> &f, const std::vector<double> &g, 
   return sum / pairs;
 }
 
-/// Variance of mean_product(f, f, lag) of one field.
+/// Returns the variance of mean_product(f, f, lag) of one field.
 double variance_of_mean_product(const Covariance &covariance, Lag lag)
 {
   const std::int64_t nx = grid.nodes[0] - std::abs(lag.i), ny = grid.nodes[1] - std::abs(lag.j);
@@ -85,7 +86,8 @@ double variance_of_mean_product(const Covariance &covariance, Lag lag)
       (pairs * pairs);
 }
 
-/// The same of two independent fields: the other products vanish.
+/// Returns the variance of mean_product(f, g, lag) of two independent fields, whose other products
+/// vanish.
 double variance_of_cross_product(const Covariance &covariance, Lag lag)
 {
   const std::int64_t nx = grid.nodes[0] - std::abs(lag.i), ny = grid.nodes[1] - std::abs(lag.j);
@@ -145,8 +147,8 @@ TEST(FieldStatistics, VarianceAndCovarianceAreTheClosedForm)
 
 TEST(FieldStatistics, RatioOfTheCorrelationLengthsIsTheAnisotropy)
 {
-  // along each axis of the ellipse the exponential covariance gives its length as -lag / ln C; an error dC of C is one of
-  // dC / (C |ln C|) of the length
+  // Along each axis of the ellipse the exponential covariance gives its length as -lag / ln C. An
+  // error dC of C is a relative error dC / (C |ln C|) of the length.
   for (const bool turned : {false, true}) {
     const double angle = turned ? std::atan2(3.0, 4.0) * 180.0 / M_PI : 0.0;
     Case one{{field::Exponential{}, field::Anisotropy({8.0, 2.0}, angle)}};
@@ -160,7 +162,7 @@ TEST(FieldStatistics, RatioOfTheCorrelationLengthsIsTheAnisotropy)
       error[axis] = c.deviation / (c.value * std::fabs(std::log(c.value)));
     }
 
-    // to first order; the second order is a few per cent of it
+    // The deviation is of first order; the second order is a few per cent of it.
     const double deviation = 4.0 * std::hypot(error[0], error[1]);
     EXPECT_NEAR(length[0] / length[1], 4.0, 1.1 * BOUND * deviation);
     EXPECT_LT(deviation, 0.2) << "so this means something";
@@ -169,8 +171,9 @@ TEST(FieldStatistics, RatioOfTheCorrelationLengthsIsTheAnisotropy)
 
 TEST(FieldStatistics, PowerAtEachWaveNumberIsTheEigenvalue)
 {
-  // |X_k|^2 / (N lambda_k) is exponentially distributed (mean 1, variance 1) for wave numbers that differ from their negative, and
-  // chi-squared with one degree of freedom (variance 2) for the others. Rings of wave numbers are averaged; of k and -k only one is counted.
+  // |X_k|^2 / (N lambda_k) is exponentially distributed (mean 1, variance 1) for wave numbers that
+  // differ from their negative, and chi-squared with one degree of freedom (variance 2) for the
+  // others. Rings of wave numbers are averaged; of k and -k only one is counted.
   for (const Covariance &covariance : all_covariances({4.0, 2.0})) {
     const Grid grid = grid_of(17, 13);
     CirculantEmbedding embedding(grid, covariance);
@@ -195,7 +198,7 @@ TEST(FieldStatistics, PowerAtEachWaveNumberIsTheEigenvalue)
           const std::int64_t negative =
               (torus[1] - l) % torus[1] * torus[0] + (torus[0] - k) % torus[0];
           const double eigenvalue = eigenvalues[at].real();
-          // of the Gaussian covariance most eigenvalues are zero but for rounding
+          // Most eigenvalues of the Gaussian covariance are zero to rounding.
           if (negative < at || eigenvalue < 1e-6) continue;
           const double radius = std::hypot(
               static_cast<double>(std::min(k, torus[0] - k)) / static_cast<double>(torus[0]),
@@ -219,7 +222,8 @@ TEST(FieldStatistics, FieldsOfTwoSeedsAreIndependent)
   for (const Case &one : cases()) {
     const auto distant = fields_of(one.covariance, FIELDS / 2, std::uint64_t(1) << 40);
     for (const Lag lag : {Lag{0, 0}, Lag{1, 0}, Lag{0, -1}, Lag{5, 3}}) {
-      // seeds 1 and 2, 2 and 3, ...: these products are uncorrelated too; and 1 with 2^40, 2 with 2^40 + 1, ...
+      // The pairs of seeds are 1 and 2, 2 and 3, ..., whose products are uncorrelated too; and 1
+      // and 2^40, 2 and 2^40 + 1, ...
       double neighbors = 0.0, strangers = 0.0;
       for (int k = 0; k < FIELDS / 2; ++k) {
         neighbors += mean_product(one.fields[k], one.fields[k + 1], lag) / (FIELDS / 2);
@@ -242,7 +246,8 @@ TEST(NormalNumbers, AreNormalAndUncorrelated)
   std::vector<double> z(COUNT);
   field::NormalNumbers(3).fill(z.data(), COUNT);
 
-  // moments of n numbers: the mean of z^k has the variance (E[z^2k] - E[z^k]^2) / n, with E[z^2,4,6,8] = 1, 3, 15, 105
+  // For moments of n numbers, the mean of z^k has the variance (E[z^2k] - E[z^k]^2) / n, with
+  // E[z^2,4,6,8] = 1, 3, 15, 105.
   double moment[5] = {}, correlation[3] = {};
   for (int i = 0; i < COUNT; ++i) {
     for (int k = 1; k <= 4; ++k) moment[k] += std::pow(z[i], k) / COUNT;
@@ -258,7 +263,7 @@ TEST(NormalNumbers, AreNormalAndUncorrelated)
 
 TEST(NormalNumbers, AreTheDocumentedTransformOfTheStandardsGenerator)
 {
-  // the C++ standard: the 10000th number of the default seed 5489 is 9981545732273789042
+  // By the C++ standard, the 10000th number of the default seed 5489 is 9981545732273789042.
   std::mt19937_64 reference;
   reference.discard(9999);
   ASSERT_EQ(reference(), 9981545732273789042u);
@@ -269,7 +274,7 @@ TEST(NormalNumbers, AreTheDocumentedTransformOfTheStandardsGenerator)
   double z[2];
   field::NormalNumbers(7).fill(z, 2);
 
-  // the same formula: a few roundings apart
+  // The same formula differs by a few roundings.
   EXPECT_NEAR(z[0], std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * M_PI * v), 1e-14);
   EXPECT_NEAR(z[1], std::sqrt(-2.0 * std::log(u)) * std::sin(2.0 * M_PI * v), 1e-14);
 }

@@ -64,7 +64,7 @@ TEST(Interpolation, ShapeFunctionsReproduceABilinearFunction)
   }
 }
 
-TEST(Interpolation, BothKindsGiveTheNodesTheirValues)
+TEST(Interpolation, BothKindsReproduceNodalValues)
 {
   const std::vector<double> nodes = on_nodes(bilinear);
   const field::Covariance covariance = rve_test::all_covariances({1.0, 1.0})[0];
@@ -97,7 +97,8 @@ TEST(Interpolation, VarianceIsOneAtEveryPosition)
       const Interpolation interpolation(InterpolationKind::Linear, grid, covariance);
       const std::int64_t count = field::total(grid.nodes);
       for (const Vec &x : positions()) {
-        // the map from the nodes to the value is linear: w^T C w with its vector w
+        // The map from the nodes to the value is linear with a vector w, so that the variance is
+        // w^T C w.
         std::vector<double> unit(count, 0.0), weight(count);
         for (std::int64_t k = 0; k < count; ++k) {
           unit[k] = 1.0;
@@ -119,7 +120,7 @@ TEST(Interpolation, VarianceIsOneAtEveryPosition)
     }
 }
 
-TEST(Grid, CoversItsDomainAndKnowsWhatIsInside)
+TEST(Grid, CoversItsDomainAndFindsPointsInside)
 {
   const Grid covering = Grid::covering({0.0, -1.0}, {1.0, 1.05}, {0.1, 0.1});
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Marginal distributions: against closed forms, and by the test of Kolmogorov and Smirnov for values of many independent fields.
+// Marginal distributions against closed forms, and by the Kolmogorov-Smirnov test for values of
+// many independent fields.
 
 #include "field/interpolation.h"
 #include "field/marginal.h"
@@ -23,7 +24,8 @@ double normal_distribution(double z)
   return 0.5 * std::erfc(-z / std::sqrt(2.0));
 }
 
-/// Integral of f(z) exp(-z^2/2) / sqrt(2 pi), which the trapezoidal rule gives to rounding.
+/// Returns the integral of f(z) exp(-z^2/2) / sqrt(2 pi), which the trapezoidal rule gives to
+/// rounding.
 template <class Function> double expectation(const Function &f)
 {
   const double step = 1.0 / 64.0;
@@ -33,7 +35,8 @@ template <class Function> double expectation(const Function &f)
   return sum * step / std::sqrt(2.0 * M_PI);
 }
 
-/// Largest distance between the distribution function of the numbers and the given one.
+/// Returns the largest distance between the empirical distribution function of the numbers and the
+/// given one.
 template <class Distribution>
 double kolmogorov_distance(std::vector<double> numbers, const Distribution &distribution)
 {
@@ -50,7 +53,8 @@ double kolmogorov_distance(std::vector<double> numbers, const Distribution &dist
 
 constexpr int FIELDS = 4000;
 
-/// Gaussian values of independent fields at a node and between nodes, by both interpolations.
+/// Returns Gaussian values of independent fields at a node and between nodes, by both
+/// interpolations.
 std::vector<std::vector<double>> gaussian_values()
 {
   const field::Grid grid = rve_test::grid_of(9, 7);
@@ -90,7 +94,7 @@ TEST(Marginal, NormalValuesAreNormallyDistributed)
                       [](double y) { return normal_distribution((y - 0.4) / 0.05); });
 }
 
-TEST(Marginal, LognormalValuesHaveTheMeanAndDeviationAskedFor)
+TEST(Marginal, LognormalValuesHaveTheRequestedMeanAndDeviation)
 {
   const double mean = 20e3, deviation = 8e3;
   const Lognormal marginal(mean, deviation);
@@ -117,14 +121,14 @@ TEST(Marginal, BoundedValuesHaveTheDistributionOfTheTransformedNormalNumber)
     return normal_distribution((M_PI * std::log((y - 0.15) / (0.3 - y)) - 1.0) / 2.0);
   };
   expect_distribution(Bounded(0.15, 0.3, 1.0, 2.0), distribution);
-  // symmetric about the middle with the location 0
+  // The distribution is symmetric about the middle for the location 0.
   for (const double z : {0.1, 1.0, 4.0})
     EXPECT_NEAR(Bounded(2.0, 4.0, 0.0, 1.5)(z) - 3.0, 3.0 - Bounded(2.0, 4.0, 0.0, 1.5)(-z), 1e-15);
 }
 
 TEST(Marginal, ValuesNeverLeaveTheBounds)
 {
-  // 0.1 + (0.3 - 0.1) is above 0.3 in binary numbers
+  // In binary numbers 0.1 + (0.3 - 0.1) is greater than 0.3.
   for (const double z : {-40.0, -8.57, -1.0, 0.0, 1.0, 8.57, 40.0})
     for (const auto &interval : {std::pair<double, double>{0.1, 0.3}, {-1e300, -1e-300}}) {
       const double u = Uniform(interval.first, interval.second)(z);
@@ -138,8 +142,8 @@ TEST(Marginal, ValuesNeverLeaveTheBounds)
 
 TEST(Marginal, CovarianceOfALognormalFieldIsTheClosedForm)
 {
-  // C_Y = mean^2 (exp(zeta^2 rho) - 1); moments E[X^a Y^b] = exp(lambda (a+b) + zeta^2/2 (a^2 + b^2 + 2 a b rho)) give the variance of its
-  // estimator, mean of (X - mean)(Y - mean)
+  // C_Y = mean^2 (exp(zeta^2 rho) - 1). The moments E[X^a Y^b] = exp(lambda (a+b) + zeta^2/2 (a^2 +
+  // b^2 + 2 a b rho)) give the variance of its estimator, the mean of (X - mean)(Y - mean).
   const double mean = 2.0, deviation = 0.8;
   const Lognormal marginal(mean, deviation);
   const double zeta2 = std::log(1.16), lambda = std::log(mean) - 0.5 * zeta2;
@@ -157,7 +161,7 @@ TEST(Marginal, CovarianceOfALognormalFieldIsTheClosedForm)
       return std::exp(lambda * (a + b) + 0.5 * zeta2 * (a * a + b * b + 2.0 * a * b * rho));
     };
     const double closed_form = mean * mean * std::expm1(zeta2 * rho);
-    // E[(X-m)^2 (Y-m)^2], multiplied out
+    // E[(X-m)^2 (Y-m)^2], expanded
     const int binomial[3] = {1, -2, 1};
     double fourth = 0.0;
     for (int a = 0; a <= 2; ++a)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What must hold of every state that a reader lets pass.
+// Conditions that every state that a reader accepts must satisfy.
 
 #pragma once
 
@@ -12,7 +12,8 @@
 
 namespace fuzz {
 
-/// Whether sums of products of four of its numbers stay within doubles.
+/// Returns true if sums of products of four of the state's numbers stay within the range of
+/// doubles.
 template <int D> bool is_moderate(const rve::RveStateOf<D> &state)
 {
   constexpr double MOST = 1e60;
@@ -30,10 +31,11 @@ template <int D> bool is_moderate(const rve::RveStateOf<D> &state)
   return all;
 }
 
-/// The engine refuses it, says that the call failed, or, unless it is beyond all measure, answers with finite numbers, in every format.
+/// Requires that the engine refuses the state, reports a failed call, or returns finite numbers, in
+/// every format. States that are not moderate may give other numbers.
 template <int D> void check_in_engine(const rve::RveStateOf<D> &state)
 {
-  constexpr int MOST_GRAINS = 5000;    // a file may ask for honest work
+  constexpr int MOST_GRAINS = 5000;    // files may ask for long computations
   if (state.num_grains() > MOST_GRAINS) return;
   for (const rve::Format format :
        {rve::Format::Fast, rve::Format::Mixed, rve::Format::Double, rve::Format::Single}) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs a target without libFuzzer: all inputs of the folders and the target's own, then changed ones.
+// Runs a target without libFuzzer: first all inputs of the folders and of the target itself, then
+// changed inputs.
 //
 //   fuzz_x [--seed N] [--count N] [--seconds S] [--keep FILE] [folder or file ...]
 //
-// The input under way is in FILE (default: fuzz_x.input in the present folder) and stays there when the program ends by a failure: call
-// fuzz_x --count 0 FILE to see it again. An input that takes more than a minute is a failure too.
+// The current input is in FILE (default: fuzz_x.input in the current folder) and stays there if the
+// program ends by a failure; fuzz_x --count 0 FILE repeats it. An input that takes more than a
+// minute is a failure too.
 
 #include "fuzz_target.h"
 
@@ -19,7 +21,7 @@
 
 namespace {
 
-constexpr unsigned LIMIT = 60;    // of one input [seconds]
+constexpr unsigned LIMIT = 60;    // time limit of one input [s]
 
 std::string content_of(const std::filesystem::path &path)
 {
@@ -35,7 +37,7 @@ void add_inputs(const std::filesystem::path &path, std::vector<std::string> &inp
   }
   std::vector<std::filesystem::path> files;
   for (const auto &entry : std::filesystem::directory_iterator(path)) files.push_back(entry.path());
-  std::sort(files.begin(), files.end());    // the order of a folder is that of the machine
+  std::sort(files.begin(), files.end());    // directory_iterator has no fixed order
   for (const auto &file : files) inputs.push_back(content_of(file));
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packing files and libraries: whatever the text, the readers give a sound packing or an InputError that names the file.
+// Packing files and libraries: for any text, the readers return a sound packing or throw an
+// InputError that names the file.
 
 #include "engine/test_states.h"
 #include "engine_check.h"
@@ -15,7 +16,7 @@ namespace {
 
 using namespace rve;
 
-/// Files of this process.
+/// Returns the path of a file of this process.
 std::string path_for(const std::string &name)
 {
   static const std::filesystem::path folder = [] {
@@ -48,7 +49,8 @@ template <int D> void read_as_packing(const std::string &path)
     expect_named(error, path);
     return;
   }
-  // contacts without forces and comments are not written, so the first copy may differ from the input, but not the next one
+  // Contacts without forces and comments are not written, so that the first copy may differ from
+  // the input, but not the second one.
   const std::string copy = path_for("copy"), copy_of_copy = path_for("copy_of_copy");
   try {
     write_packing(copy, state);
@@ -61,7 +63,7 @@ template <int D> void read_as_packing(const std::string &path)
   fuzz::check_in_engine(state);
 }
 
-/// Whatever says its dimension can be read as that one or not at all.
+/// A file with a known dimension is read in this dimension or refused.
 void read_dimension(const std::string &path)
 {
   try {
@@ -88,7 +90,7 @@ template <int D> void read_as_library(const std::string &path)
     fuzz::fail("a library that is written and read is another one");
 }
 
-/// Of hand-written files the checksum is not asked for: else no change would come farther than to it.
+/// Removes the checksum of a hand-written file, which would otherwise refuse every change.
 std::string without_checksum(const std::string &text)
 {
   std::vector<std::string> lines = fuzz::Mutator::split(text, '\n');

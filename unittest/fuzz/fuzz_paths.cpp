@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths: whatever the text, it is a path or an InputError that says where; and what is a path gives sound drives, or an InputError, wherever
-// an RVE is on it.
+// Loading paths: any text is a path or an InputError that names the position. Along a path, drives
+// are sound or an InputError results, wherever an RVE is on it.
 
 #include "fuzz_target.h"
 
@@ -25,7 +25,7 @@ std::string table_of(const std::string &file)
   return TABLE;
 }
 
-/// Steps on a path, with answers that lead to its events.
+/// Steps along a path with results that trigger its events.
 template <int D> void follow(const macro::LoadPathsOf<D> &paths, int path)
 {
   const macro::PathStep step{1e-3, 10, 1e-2, 1.0};
@@ -37,12 +37,12 @@ template <int D> void follow(const macro::LoadPathsOf<D> &paths, int path)
     try {
       const rve::DriveOf<D> drive = paths.drive(state, step, values.data(), result.deformation);
       rve::check(drive);
-      // as an engine would: the deformation of a servo is about that of what is prescribed
+      // As in an engine, the deformation of a servo is about the prescribed one.
       result.deformation =
           (drive.has_servo() ? rve::Tensor<double, D>::identity() : drive.deformation) *
           result.deformation;
     } catch (const InputError &) {
-      return;    // of a value that is too large for a step
+      return;    // a value is too large for a step
     }
     result.stress = (k % 2 ? -1e5 : -3e5) * rve::Tensor<double, D>::identity();
     result.stress(0, 1) = result.stress(1, 0) = 1e4 * (k % 5 - 2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Records of points, as restart files and the exchange between ranks have them: a damaged one is refused, and one that is accepted is the
-// one that was written. With right checksums whatever they say is refused or can be lived with.
+// Records of points in restart files and in the exchange between ranks: a damaged record is
+// refused, and an accepted one is the one that was written. With correct checksums any content is
+// refused or usable.
 
 #include "fuzz_target.h"
 #include "macro/rve_points.h"
@@ -28,9 +29,10 @@ RvePoints make_points(bool with_shadows)
   return RvePoints(make_engine(options), with_shadows ? make_engine(precise) : nullptr, macro);
 }
 
-// of the head: version, checksum of the head with zero in its place, bytes of the image of the state, and of its shadow
+// Positions in the head: version, checksum of the head with zero in its place, bytes of the image
+// of the state and of its shadow.
 constexpr std::size_t PLACE_OF_CHECKSUM = 8, PLACE_OF_BYTES = 16, PLACE_OF_SHADOW = 24;
-// of an image of a state
+// positions in an image of a state
 constexpr std::size_t STATE_CHECKSUM = 24, STATE_HEADER = 32;
 
 std::uint64_t word_at(const std::string &bytes, std::size_t place)
@@ -45,7 +47,7 @@ std::size_t in_doubles(std::uint64_t bytes)
   return (bytes + 7) / 8 * 8;
 }
 
-/// Bytes of a head, which a sound record tells.
+/// Returns the bytes of a head, read from a sound record.
 std::size_t head_size(const std::string &record)
 {
   return record.size() - in_doubles(word_at(record, PLACE_OF_BYTES)) -
@@ -54,7 +56,7 @@ std::size_t head_size(const std::string &record)
 
 std::size_t size_of_heads = 0;
 
-/// With the checksums that its head and its state should have.
+/// Returns the record with correct checksums of its head and its state.
 std::string sealed(std::string record)
 {
   if (size_of_heads == 0) fuzz::seeds();
@@ -76,7 +78,7 @@ std::string bytes_of(const std::vector<double> &record)
   return {reinterpret_cast<const char *>(record.data()), record.size() * sizeof(double)};
 }
 
-/// `sound`: accepted means unchanged.
+/// Treats a record; with `is_sealed` false, an accepted record must be an unchanged one.
 void treat(const std::string &bytes, bool is_sealed)
 {
   std::vector<double> record(bytes.size() / sizeof(double));
@@ -93,7 +95,7 @@ void treat(const std::string &bytes, bool is_sealed)
     if (!is_sealed) {
       const std::vector<std::string> seeds = fuzz::seeds();
       const auto is_this = [&](const std::string &seed) {
-        // the last double of an image may have bytes that nobody reads
+        // The last double of an image may have unused bytes.
         return seed.size() == record.size() * 8 &&
             std::memcmp(seed.data(), bytes.data(), seed.size() - 7) == 0;
       };

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// LAMMPS scripts with changed keywords: each runs in a process of its own, and ends in order or by an ERROR of LAMMPS. A signal, an
-// exception that is no LAMMPS error, a report of a sanitizer, or a run without end is a failure.
+// LAMMPS scripts with changed keywords: each runs in its own process and ends normally or by an
+// ERROR of LAMMPS. A signal, an exception that is no LAMMPS error, a report of a sanitizer, or a
+// run without end is a failure.
 //
-//   fuzz_scripts [--seed N] [--count N] [--seconds S] [--jobs N] [--limit S] [--keep FOLDER] folder or file ...
+//   fuzz_scripts [--seed N] [--count N] [--seconds S] [--jobs N] [--limit S] [--keep FOLDER]
+//                folder or file ...
 //
-// Of each script the lines of our styles change, but not `run`. Scripts that fail are kept in FOLDER (default: fuzz_scripts.failed) with
-// what was printed; fuzz_scripts --count 0 FILE runs one as it is. --limit: wall time of one script [seconds].
+// Changes apply to the lines with our styles, except `run`. Scripts that fail are kept in FOLDER
+// (default: fuzz_scripts.failed) with their output; fuzz_scripts --count 0 FILE runs one without
+// changes. --limit is the wall time of one script [s].
 
 #include "exceptions.h"
 #include "input.h"
@@ -53,9 +56,9 @@ std::string content_of(const fs::path &path)
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// ---- one script --------------------------------------------------------------------------------------------------------------
+// ---- one script ---------------------------------------------------------------------------------
 
-/// What the corpus refers to.
+/// Writes the packing files that the corpus refers to.
 void write_packings(const fs::path &folder)
 {
   rve::Material material;
@@ -104,7 +107,7 @@ void write_packings(const fs::path &folder)
   setrlimit(RLIMIT_FSIZE, &file_size);
 #if !defined(__SANITIZE_ADDRESS__)
   const rlimit memory{4ull << 30,
-                      4ull << 30};    // what is too large shall not take the machine down
+                      4ull << 30};    // excessive allocations must not exhaust the machine
   setrlimit(RLIMIT_AS, &memory);
 #endif
   int status = IN_ORDER;
@@ -129,10 +132,11 @@ void write_packings(const fs::path &folder)
     status = OTHER_EXCEPTION;
   }
   std::fflush(stdout);
-  _exit(status);    // MPI's own end would take as long as the run
+  _exit(status);    // MPI_Finalize would take as long as the run
 }
 
-/// What a status of waitpid means; empty if the script ended as it may.
+/// Returns the meaning of a status of waitpid; empty if the script ended normally or by a LAMMPS
+/// error.
 std::string failure_of(int status, const fs::path &printed)
 {
   if (WIFSIGNALED(status)) {
@@ -149,7 +153,7 @@ std::string failure_of(int status, const fs::path &printed)
   return "";
 }
 
-// ---- changed scripts -------------------------------------------------------------------------------------------------------
+// ---- changed scripts ----------------------------------------------------------------------------
 
 bool is_ours(const std::string &line)
 {
@@ -161,7 +165,7 @@ bool is_ours(const std::string &line)
   return command == "create_rve" || command == "write_rve" || command == "random_field";
 }
 
-/// Words of the lines of each command, from which other lines of it borrow.
+/// Words of the lines of each command, from which changed lines take words.
 using Vocabulary = std::map<std::string, std::vector<std::string>>;
 
 std::string command_of(const std::string &line)
@@ -195,7 +199,7 @@ std::string changed(const std::string &script, const Vocabulary &vocabulary, Mut
   return Mutator::joined(lines, "\n") + "\n";
 }
 
-// ---- many scripts -------------------------------------------------------------------------------------------------------------
+// ---- many scripts -------------------------------------------------------------------------------
 
 class Team {
  public:
@@ -242,7 +246,7 @@ class Team {
   const Arguments &arguments_;
   fs::path root_;
   std::vector<int> free_;
-  std::map<pid_t, int> running_;    // and the place of each
+  std::map<pid_t, int> running_;    // processes and the index of each
   int in_order_ = 0, errors_ = 0, memory_ = 0, failures_ = 0;
 
   void wait_for_one()
@@ -258,7 +262,8 @@ class Team {
     if (!failure.empty()) {
       keep(failure, folder);
     } else {
-      // of the corpus alone: what a change of the program refuses would no longer be tested
+      // A script of the corpus must not end in an error, since errors of its changed forms would
+      // then test nothing.
       if (arguments_.count == 0 && WEXITSTATUS(status) == LAMMPS_ERROR)
         std::printf("%s\n%s", content_of(folder / "in.script").c_str(),
                     content_of(folder / "printed").c_str());
@@ -319,7 +324,7 @@ int run(const Arguments &arguments)
       for (const auto &entry : fs::directory_iterator(input)) files.push_back(entry.path());
     else
       files.emplace_back(input);
-  std::sort(files.begin(), files.end());    // the order of a folder is that of the machine
+  std::sort(files.begin(), files.end());    // directory_iterator has no fixed order
   std::vector<std::string> scripts;
   Vocabulary vocabulary;
   for (const fs::path &file : files) {

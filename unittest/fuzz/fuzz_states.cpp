@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Byte images of states: damaged ones are refused; those with a right checksum are sound, or an InputError.
+// Byte images of states: damaged ones are refused; those with a correct checksum are sound or an
+// InputError.
 
 #include "engine/test_states.h"
 #include "engine_check.h"
@@ -12,10 +13,10 @@ namespace {
 
 using namespace rve;
 
-// of serialize(): magic, version and number of grains, size, checksum of what follows
+// Positions in serialize(): magic, version and number of grains, size, checksum of the rest.
 constexpr std::size_t PLACE_OF_SIZE = 16, PLACE_OF_CHECKSUM = 24, HEADER = 32;
 
-/// With the size and the checksum that it should have.
+/// Returns the image with correct size and checksum.
 std::string sealed(std::string image)
 {
   if (image.size() < HEADER) return image;
@@ -46,7 +47,7 @@ std::vector<std::string> fuzz::seeds()
 {
   std::vector<RveState> states = {rve_test::two_disks(1e-4), rve_test::crowded_state(5, 1)};
   states.push_back(rve_test::triangular_packing(rve_test::paper_material(), 4, 4, 0.0037, 1));
-  // with list, history and order, as it is in the middle of a run
+  // The state has a list, histories and an order, as in the middle of a run.
   Options options;
   options.format = Format::Double;
   options.device = Device::Cpu;

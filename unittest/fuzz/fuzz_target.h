@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A target of fuzzing in the form of libFuzzer, with which it can be linked as well, and what fuzz_main.cpp wants to know of it.
+// A fuzzing target in the form of libFuzzer, with which it can also be linked, and its functions
+// for fuzz_main.cpp.
 
 #pragma once
 
@@ -10,15 +11,15 @@
 #include <string>
 #include <vector>
 
-/// Treats an input; whatever it is, this returns 0. A failure ends the program.
+/// Treats an input and returns 0. A failure ends the program.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size);
 
 namespace fuzz {
 
-/// Inputs to begin with, beside those of the folders.
+/// Returns initial inputs in addition to those of the folders.
 std::vector<std::string> seeds();
 
-/// A changed input.
+/// Returns a changed input.
 std::string changed(const std::string &input, Mutator &mutator);
 
 /// Ends the program with a reason.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Changes inputs as a careless or hostile writer would, the same ones for the same seed on every machine.
+// Changes inputs as a careless or hostile writer would. The same seed gives the same changes on
+// every machine.
 
 #pragma once
 
@@ -16,8 +17,9 @@
 
 namespace fuzz {
 
-/// Numbers at which programs stumble: zeros, ones, limits of integers and doubles, what is none. No large number of steps or grains
-/// below the limits of int: that would be honest work.
+/// Returns numbers that are difficult for programs: zeros, ones, limits of integers and doubles,
+/// and words that are no numbers. Large numbers of steps or grains below the limits of int are
+/// omitted, since they would only take time.
 inline const std::vector<std::string> &awkward_words()
 {
   static const std::vector<std::string> words = {"0",
@@ -75,7 +77,7 @@ class Mutator {
   bool once_in(int times) { return random.integer(1, times) == 1; }
   std::string awkward_word() { return one_of(awkward_words()); }
 
-  /// Bytes: flipped bits, other words, pieces removed, repeated and moved.
+  /// Changes bytes: flips bits, replaces words, and removes, repeats and moves pieces.
   std::string bytes(std::string data)
   {
     for (int k = few(); k > 0; --k) {
@@ -108,7 +110,7 @@ class Mutator {
     return data;
   }
 
-  /// Lines of words: other words, words and lines removed, repeated and exchanged.
+  /// Changes lines: replaces words, and removes, repeats and exchanges words and lines.
   std::string lines(const std::string &text)
   {
     std::vector<std::string> list = split(text, '\n');
@@ -131,7 +133,7 @@ class Mutator {
     return joined(list, "\n") + (once_in(20) ? "" : "\n");
   }
 
-  /// The words of one line; some come from `more`.
+  /// Changes the words of one line; some new ones come from `more`.
   std::string words(const std::string &line, const std::vector<std::string> &more = {})
   {
     std::vector<std::string> list = split(line, ' ');
@@ -139,7 +141,7 @@ class Mutator {
     if (list.empty()) list.push_back("x");
     const std::size_t place = random.bits() % list.size();
     const auto at = list.begin() + static_cast<std::ptrdiff_t>(place);
-    // as often as everything else together: another number in the place of one, which most rules let pass
+    // Half of the changes replace a number by another number, which most rules accept.
     if (once_in(2)) {
       for (std::size_t k = 0; k < list.size(); ++k) {
         std::string &word = list[(place + k) % list.size()];
@@ -198,7 +200,7 @@ class Mutator {
 
   int few() { return once_in(4) ? random.integer(2, 6) : 1; }
 
-  /// A double or an integer that is awkward, in eight bytes.
+  /// Writes an awkward double or integer of eight bytes.
   void put_word(std::string &data, std::size_t place)
   {
     if (place + 8 > data.size()) return;

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Golden bits: whether the program still computes, to the last bit, what it computed when golden_bits.txt was written.
+// Golden bits: tests that the program computes, to the last bit, what it computed when
+// golden_bits.txt was written.
 //
 //   golden_bits [--device cpu|cuda] [--file FILE] [--only PART]
-//                                                     compares; tells what is different, and how much; of the runs with PART in their names
-//   golden_bits --renew "reason" [--file FILE]        writes what is different anew, with the reason
+//       compares and prints differences and their sizes, of the runs with PART in their names
+//   golden_bits --renew "reason" [--file FILE]
+//       writes the lines that differ, with the reason
 //
-// A change of a bit is no error in itself, but never an accident: who means it renews the file, in the commit that changes the bits.
+// A changed bit is no error in itself, but must be intended: the commit that changes bits also
+// renews the file.
 
 #include "golden_scenes.h"
 
@@ -50,7 +53,7 @@ std::string hash_text(std::uint64_t hash)
   return text;
 }
 
-/// As few digits as say it without loss: a count as such, everything else in binary.
+/// Returns the shortest exact text: a decimal number for counts, a hexadecimal one for all others.
 std::string exact(double value)
 {
   char text[64];
@@ -109,7 +112,7 @@ void tell_difference(const Record &stored, const Record &now)
   bool seen = false;
   for (const auto &[name, value] : now.numbers)
     for (const auto &[old_name, old_value] : stored.numbers) {
-      // the bits of a number, since nan is equal to nothing
+      // The texts compare the bits, since nan differs from itself.
       if (name != old_name || exact(value) == exact(old_value)) continue;
       const double size = std::max(std::fabs(value), std::fabs(old_value));
       std::printf("    %s: %.17g -> %.17g (%s -> %s), relative change %.2g\n", name.c_str(),
@@ -123,7 +126,7 @@ void tell_difference(const Record &stored, const Record &now)
 struct Arguments {
   golden::Device device = golden::Device::Cpu;
   std::string file = GOLDEN_BITS_FILE;
-  std::string part;    ///< of the names of the runs that are wanted
+  std::string part;    ///< part of the names of the requested runs
   bool renew = false;
   std::string reason;
 };
@@ -165,7 +168,7 @@ Arguments arguments_from(int argc, char **argv)
   return arguments;
 }
 
-/// Tells what is different. Returns whether nothing is.
+/// Prints the differences and returns true if there are none.
 bool compare(const std::map<std::string, Line> &stored, const std::vector<Record> &now,
              bool has_all)
 {
@@ -216,7 +219,7 @@ int run(const Arguments &arguments)
     rve::Options options;
     options.device = rve::Device::Auto;
     rve::make_engine(options,
-                     &obstacle);    // an error where GPU_RVE_REQUIRE_CUDA asks for a device
+                     &obstacle);    // an error if GPU_RVE_REQUIRE_CUDA requires a device
     if (!obstacle.empty()) {
       std::printf("golden_bits: skipped: %s\n", obstacle.c_str());
       return SKIPPED;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the program computed of one thing: a hash of all its bits, and a few numbers that show how large a change is.
+// A record of a run: a hash of all its bits, and a few numbers that show the size of a change.
 
 #pragma once
 

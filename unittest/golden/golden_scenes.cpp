@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Scenes and drives are made of sums, products, quotients and roots only, which are the same on every machine. Where the program itself
-// calls the mathematical library of the host (marked `libm`), a library that rounds differently may give other last bits: glibc's have
-// been the same for years, on all processors.
+// Scenes and drives consist of sums, products, quotients and roots only, which are the same on
+// every machine. Lines marked `libm` call the mathematical library of the host; a library with
+// other roundings may change last bits. The results of glibc have been the same for years, on all
+// processors.
 
 #include "golden_scenes.h"
 #include "state_hash.h"
@@ -40,11 +41,11 @@ namespace {
   constexpr double DT = 5e-5;
   constexpr double PRESSURE = 1e5;
 
-  // ---- bits and numbers of what the engine gives out ----
+  // ---- bits and numbers of results of the engine ----
 
-  /// Adds the answers that no list of neighbours has a part in; after a fatal status there are none.
-  /// The number of pairs is added to the hash of lists. Energies have a hash of their own, since the
-  /// engine adds up losses in the order of pairs.
+  /// Adds the results that do not depend on lists of neighbours; there are none after a fatal
+  /// status. The number of pairs belongs to the hash of lists. Energies have their own hash, since
+  /// the engine adds losses in the order of pairs.
   template <int D> void add_result(BitHash &hash, const ResultOf<D> &r)
   {
     hash.add(r.status);
@@ -66,7 +67,7 @@ namespace {
     return sum;
   }
 
-  /// Sums of magnitudes of what pairs remember.
+  /// Sums of magnitudes of the histories of pairs.
   struct Remembered {
     double tangential = 0.0, rolling = 0.0;
 
@@ -84,7 +85,7 @@ namespace {
     }
   };
 
-  /// `hash` may have something in it already.
+  /// Returns a record of states; `hash` may already contain other numbers.
   template <int D>
   Record record_of_states(const std::string &name, const std::vector<RveStateOf<D>> &states,
                           BitHash hash = BitHash())
@@ -109,14 +110,14 @@ namespace {
 
   // ---- the engine ----
 
-  /// One batch, called `calls` times.
+  /// A batch that is called `calls` times.
   template <int D> struct SceneOf {
     std::string name;
     Options options;
     std::vector<RveStateOf<D>> states;
     std::vector<DriveOf<D>> drives;
     int calls = 3;
-    bool turns = false;    ///< every RVE, between the calls
+    bool turns = false;    ///< every RVE rotates between the calls
   };
   using Scene = SceneOf<2>;
 
@@ -139,7 +140,8 @@ namespace {
     return state;
   }
 
-  /// The packing of the examples: 400 grains, in several registers of a GPU's block.
+  /// Returns the packing of the examples with 400 grains, which need several registers of a GPU's
+  /// block.
   RveState large_packing()
   {
     RveState state = packing_of_400();
@@ -147,7 +149,7 @@ namespace {
     return state;
   }
 
-  /// Without rotation: the stretch itself.
+  /// Returns a drive by a stretch without rotation.
   Drive stretch(double xx, double xy, double yy, int substeps)
   {
     Drive drive;
@@ -194,7 +196,7 @@ namespace {
     const auto hertz = [](Material &m) {
       m.law = ContactLaw::Hertz;
       m.normal_stiffness = m.tangential_stiffness = 0.0;
-      // with the overlaps of the linear springs that made the packings
+      // The overlaps are those of the linear springs that made the packings.
       m.hertz_stiffness = 2e9;
       m.mindlin_stiffness = 1.7e9;
       m.restitution_damping = 0.2;
@@ -252,13 +254,14 @@ namespace {
     Scene &rigid = add("rigid_turn", two, paths);
     rigid.turns = true;
 
-    // far enough for reductions of the lattice, looser so that nothing is crushed
+    // The packing deforms far enough for lattice reductions. It is looser, so that no overlap
+    // exceeds its limit.
     RveState loose = small_packing(2);
     loose.cell = 1.04 * loose.cell;
     Drive far = stretch(0.03, 0.25, 0.03, 600);
     Scene &reductions = add("lattice_reduction", {loose}, {far});
     reductions.calls = 5;
-    // a skin beyond the radius lists more pairs than grains own
+    // A skin beyond the radius lists more pairs than grains may own.
     add("rebuilds_and_extra_pairs", two, servos).options.skin = 5e-3;
 
     add("evaluation", two, {stretch(0.0, 0.0, 0.0, 0), stretch(0.0, 0.0, 0.0, 0)}).calls = 1;
@@ -270,7 +273,7 @@ namespace {
     return all;
   }
 
-  // ---- of spheres ----
+  // ---- spheres ----
 
   Spheres small_spheres(unsigned seed)
   {
@@ -307,7 +310,7 @@ namespace {
 
   std::vector<SceneOf<3>> sphere_scenes()
   {
-    // the second one with more spheres than a block has threads
+    // The second packing has more spheres than a block has threads.
     const std::vector<Spheres> two = {small_spheres(1), [] {
                                         Material m = material();
                                         m.thickness = 1.0;
@@ -371,7 +374,7 @@ namespace {
     for (Spheres &state : undamped) state.material.normal_viscosity = 0.0;
     undamped[1].material.mindlin_displacement = 1.0;
     add("hertz_undamped", undamped, paths);
-    // a program of its own: no step asks for the contact radius that its states have
+    // These states use their own program, which does not need their contact radius.
     for (Spheres &state : undamped) state.material.mindlin_displacement = 0.0;
     add("hertz_without_rescaling", undamped, paths);
     add("dmt", of_law(ContactLaw::Dmt, 2.0, false), paths);
@@ -382,7 +385,7 @@ namespace {
     return all;
   }
 
-  /// Rotations without rounding of their own: 3-4-5, and about two axes.
+  /// Returns a rotation without rounding: 3-4-5, and about two axes.
   template <int D> Tensor<double, D> quarter_or_so()
   {
     if constexpr (D == 2)
@@ -410,7 +413,7 @@ namespace {
     for (const RveStateOf<D> &state : scene.states) rves.push_back(engine->add(state));
 
     BitHash results, responses, stiffness, lists, ledger;
-    // without a ledger all energies are zero
+    // Without bookkeeping all energies are zero.
     BitHash &energies = options.track_energy ? ledger : results;
     std::vector<ElasticResultOf<D>> answers;
     std::vector<ResponseOf<D>> short_answers;
@@ -442,7 +445,7 @@ namespace {
       add_list(lists, state);
       energies.add(state.energy);
     }
-    // the short answer, another way through the engine, after the states
+    // The short answer takes another path through the engine and follows the states.
     engine->advance(rves, scene.drives, short_answers);
     for (const ResponseOf<D> &answer : short_answers) {
       responses.add(answer.status);
@@ -505,7 +508,8 @@ namespace {
 
   // ---- the material point method ----
 
-  /// Ground of two laws under a footing and a traction beside it, and a plate that pushes from the left higher up.
+  /// Runs ground of two laws under a footing with a traction next to it, and a plate that pushes
+  /// from the left further up.
   void play_mpm(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
                 std::vector<Record> &records)
   {
@@ -584,7 +588,7 @@ namespace {
                        {{"reaction_y", reaction[1]}, {"unbalanced", unbalanced}}});
   }
 
-  /// Ground in space, as the tests of the MPM have it, with velocities that no library has a part in.
+  /// Runs ground in space as in the tests of the MPM, with velocities that no library computes.
   void play_mpm_in_space(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
                          std::vector<Record> &records)
   {
@@ -626,7 +630,7 @@ namespace {
                         {"unbalanced", solver.max_unbalanced_force()}}});
   }
 
-  /// What a scene of play_mpm_feature is about.
+  /// Features that scenes of play_mpm_feature test.
   enum class MpmFeature { BoxesThatFollow, MeanDilation, DrivenBody, AbsorbingSides, ConvexBody };
 
   bool has_body(MpmFeature feature)
@@ -634,9 +638,10 @@ namespace {
     return feature == MpmFeature::DrivenBody || feature == MpmFeature::ConvexBody;
   }
 
-  /// A layer of frictional ground, with that in it which the scenes above have not: boxes that follow points which are stretched over several cells
-  /// and sheared; means of the volumetric parts over cells, with several points in each; a box that falls on the layer askew, driven by its weight and
-  /// the contact alone, and a triangle or tetrahedron that comes on its tip; sides that waves leave through.
+  /// Runs a layer of frictional ground with features that the scenes above lack: boxes that follow
+  /// points over several cells of stretch and shear; mean dilation over cells with several points;
+  /// a tilted box that falls on the layer, driven only by weight and contact, and a triangle or
+  /// tetrahedron that lands on its tip; sides that absorb waves.
   template <int D>
   void play_mpm_feature(MpmFeature feature, Device device, std::vector<Record> &records)
   {
@@ -699,7 +704,7 @@ namespace {
       body.separation = true;
       body.friction = 0.4;
       body.free = (1 << mpm::FREEDOMS<D>) -1;
-      body.turned[0] = 0.1;    // about x in space: it lands on an edge
+      body.turned[0] = 0.1;    // about x in space, so that the body lands on an edge
       for (int p = ground; p < scene.size(); ++p) {
         scene.rigid_body[p] = 0;
         scene.velocity[3 * p] = 0.5;
@@ -708,7 +713,7 @@ namespace {
       }
     } else {
       name += "absorbing_sides/";
-      // of the layer: E (1 - ν)/((1 + ν)(1 - 2ν)) = 1.35 E and E/(2 (1 + ν)) over the density
+      // The moduli of the layer are E (1 - ν)/((1 + ν)(1 - 2ν)) = 1.35 E and E/(2 (1 + ν)).
       const mpm::Dashpots of_layer = {std::sqrt(1.35 * YOUNG / DENSITY),
                                       std::sqrt(YOUNG / 2.6 / DENSITY)};
       for (int side = 0; side < 2; ++side) {
@@ -716,11 +721,11 @@ namespace {
         options.dashpots[side] = of_layer;
       }
       options.dashpots[2 * (D - 1)] = {
-          0.0, of_layer.tangential};    // under the layer, which lies on a roller
+          0.0, of_layer.tangential};    // side below the layer, which rests on a roller
     }
 
     mpm::MohrCoulomb<D> law(YOUNG, 0.3, 2e3, 30.0,
-                            5.0);    // libm: its angles, and those of a body that turns
+                            5.0);    // libm: its angles, and those of a rotating body
     scene.begin_memory(law);
     mpm::MpmSolver<D> solver(options);
     solver.set_models({&law});
@@ -764,7 +769,7 @@ namespace {
       play_mpm_feature<D>(feature, device, records);
   }
 
-  // ---- what the host computes ----
+  // ---- results of the host ----
 
   void bounds_and_images(std::vector<Record> &records)
   {
@@ -784,7 +789,8 @@ namespace {
 
   void random_field(std::vector<Record> &records)
   {
-    // libm and FFTW, which takes other instructions on other processors: the values to 2^-20 of the standard deviation
+    // libm, and FFTW, which uses other instructions on other processors: the values are rounded to
+    // 2^-20 of the standard deviation.
     const field::Grid grid = field::Grid::covering({0.0, 0.0}, {8.0, 4.0}, {0.25, 0.25});
     const field::Covariance covariance{field::Exponential(), field::Anisotropy({2.0, 1.0})};
     field::CirculantEmbedding embedding(grid, covariance);
@@ -797,7 +803,7 @@ namespace {
                        {{"first", rounded(values.front())}, {"last", rounded(values.back())}}});
   }
 
-  /// The bytes of a file that `write` makes at a path.
+  /// Returns the bytes of a file that `write` creates at a path.
   std::string bytes_of_file(const std::function<void(const std::string &)> &write)
   {
     const std::filesystem::path folder = std::filesystem::temp_directory_path() /
@@ -813,7 +819,7 @@ namespace {
 
   void layouts(std::vector<Record> &records)
   {
-    // what holds everything that a record or a file can hold, and is not computed by the engine
+    // The state has everything that a record or a file can hold; the engine does not compute it.
     RveState state = small_packing(6);
     state.material.rolling_stiffness = 5e5;
     state.material.rolling_friction = 0.3;

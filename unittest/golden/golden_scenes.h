@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The runs whose bits are kept.
+// The runs with golden bits.
 
 #pragma once
 
@@ -12,11 +12,13 @@ namespace golden {
 
 enum class Device { Cpu, Cuda };
 
-/// The engine in all formats of the device, packings that it makes, and the material point method: those runs whose names have `part` in
-/// them, "engine/dmt/fast/" or "mpm/"; all have "".
+/// Returns records of the engine in all formats of the device, of packings that it makes, and of
+/// the material point method. `part` selects runs by a part of their names, for example
+/// "engine/dmt/fast/" or "mpm/"; "" selects all.
 std::vector<Record> device_records(Device device, const std::string &part);
 
-/// What only the host computes: images of packings, bounds of time steps, random fields, records and files.
+/// Returns records that only the host computes: images of packings, bounds of time steps, random
+/// fields, records and files.
 std::vector<Record> host_records();
 
 }    // namespace golden

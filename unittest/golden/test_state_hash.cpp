@@ -189,7 +189,7 @@ TYPED_TEST(StateHash, DependsOnEachBitOfTheState)
   }
 }
 
-TYPED_TEST(StateHash, DependsOnWhichGrainsRememberWhat)
+TYPED_TEST(StateHash, DependsOnTheGrainsOfEachHistory)
 {
   constexpr int D = TypeParam::value;
   const RveStateOf<D> state = full_state<D>();
@@ -225,7 +225,7 @@ TYPED_TEST(StateHash, DependsOnWhichGrainsRememberWhat)
   EXPECT_EQ(lost, 8);
 }
 
-TYPED_TEST(StateHash, HasAHashOfItsListBesideIt)
+TYPED_TEST(StateHash, HasASeparateHashOfTheList)
 {
   constexpr int D = TypeParam::value;
   RveStateOf<D> state = full_state<D>();
@@ -245,7 +245,7 @@ TYPED_TEST(StateHash, HasAHashOfItsListBesideIt)
   }
 }
 
-// ---- of what an engine computes ----
+// ---- states that an engine computes ----
 
 namespace {
 
@@ -299,7 +299,7 @@ template <int D> RveStateOf<D> moved(const RveStateOf<D> &state, double skin, in
 
 }    // namespace
 
-TYPED_TEST(StateHash, IsThatOfTheMotionWhateverListsAnEngineHas)
+TYPED_TEST(StateHash, DoesNotDependOnTheListsOfAnEngine)
 {
   constexpr int D = TypeParam::value;
   const RveStateOf<D> start = moved<D>(packing<D>(), 0.0, 3);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What tests of fix rve share: four atoms with the same packing, and scripts with one fix of the ID grains.
+// Common parts of tests of fix rve: four atoms with the same packing, and scripts with one fix of
+// the ID grains.
 
 #pragma once
 
@@ -57,7 +58,7 @@ variable rate atom -0.05*id
 inline const std::string FIX = "fix grains all rve " + PACKING + " threads 1 ";
 inline const std::string SHEAR = FIX + "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
 
-/// A packing of 16 disks at 20 kPa, made by the first rank for all.
+/// Returns a packing of 16 disks at 20 kPa, which the first rank makes for all.
 inline std::string few_grains()
 {
   static const std::string file = [] {
@@ -74,8 +75,8 @@ inline std::string few_grains()
   return file;
 }
 
-/// What the lines print in the log. For all ranks together: one of them writes it, and no one reads it before it is closed, or after the next one
-/// has begun.
+/// Returns the log of the lines. All ranks call it: one of them writes the log, and barriers keep
+/// all others from reading it before it is closed or after the next one has begun.
 inline std::string log_of(const std::string &lines)
 {
   const std::string path = rve_test::temporary_path("log");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A plugin that was built for another LAMMPS than this one, as far as it knows: it must be refused before it registers anything.
+// A plugin that reports another version of LAMMPS than this one; LAMMPS must refuse it before it
+// registers anything.
 
 #include "lammps/plugin_host.h"
 

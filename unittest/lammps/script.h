@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// LAMMPS scripts in tests: run line by line on a communicator, asked for what its atoms have, and for the error they end in.
+// LAMMPS scripts in tests. They run line by line on a communicator; tests read properties of the
+// atoms and the final error.
 
 #pragma once
 
@@ -19,7 +20,7 @@
 #include <string>
 #include <vector>
 
-/// A path for a file that every rank writes for itself.
+/// Returns a path for a file that each rank writes for itself.
 inline std::string file_of_rank(const std::string &name)
 {
   int rank;
@@ -27,7 +28,7 @@ inline std::string file_of_rank(const std::string &name)
   return rve_test::temporary_path(std::to_string(rank) + "." + name);
 }
 
-/// One LAMMPS on a communicator, driven line by line, silent; the log is kept if it has a name.
+/// A silent LAMMPS on a communicator that runs lines; it writes a log if the log has a name.
 class Script {
  public:
   explicit Script(MPI_Comm comm = MPI_COMM_WORLD, const std::string &log = "none")
@@ -51,7 +52,8 @@ class Script {
 
   using Rows = std::map<LAMMPS_NS::tagint, std::vector<double>>;
 
-  /// `width` values of each local atom i, which append(i, list) appends to the list, of all atoms by ID, on every rank.
+  /// Returns rows of all atoms by ID on every rank; append(i, list) appends the `width` values of
+  /// local atom i.
   template <class Append> Rows rows_by_id(int width, const Append &append)
   {
     const LAMMPS_NS::Atom *atom = lmp->atom;
@@ -74,14 +76,15 @@ class Script {
     return rows;
   }
 
-  /// A property d_name of all atoms by ID, on every rank.
+  /// Returns a property d_name of all atoms by ID on every rank.
   Values property(const char *name)
   {
     int is_double, columns;
     return by_id(lmp->atom->dvector[lmp->atom->find_custom(name, is_double, columns)]);
   }
 
-  /// A per-atom compute with one value, as it is now, of all atoms by ID, on every rank.
+  /// Returns a per-atom compute with one value in the present state, of all atoms by ID on every
+  /// rank.
   Values compute(const std::string &id)
   {
     LAMMPS_NS::Compute *compute = lmp->modify->get_compute_by_id(id);
@@ -89,7 +92,7 @@ class Script {
     return by_id(compute->vector_atom);
   }
 
-  /// Value `n`, from 1, of the vector of a fix.
+  /// Returns value `n`, from 1, of the vector of a fix.
   double fix_value(const std::string &id, int n)
   {
     return lmp->modify->get_fix_by_id(id)->compute_vector(n - 1);
@@ -108,7 +111,8 @@ class Script {
   }
 };
 
-/// The message with which the lines end; empty if they run. On each rank alone: the others would wait for a rank that failed.
+/// Returns the message in which the lines end; empty if they run. Each rank runs its own LAMMPS,
+/// since other ranks would wait for one that failed.
 inline std::string message_of(const std::string &lines)
 {
   Script script(MPI_COMM_SELF);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What fix rve says of numbers that are far from what grains have: nothing wrong comes out of them without a word. Through LAMMPS
-// scripts, alone and on several ranks.
+// Messages of fix rve for numbers far from those of grains: no wrong result comes without a
+// message. The tests use LAMMPS scripts, on one and on several ranks.
 
 #include "rve/engine/packing_io.h"
 #include "script.h"
@@ -55,7 +55,7 @@ double pressure(const std::string &lines)
 
 }    // namespace
 
-TEST(ExtremeInput, PressureIsThereAtOnceWhateverTheFriction)
+TEST(ExtremeInput, FirstPressureIsCorrectForAnyFriction)
 {
   const double expected = pressure(fix(PACKING, "format double"));
   for (const char *friction : {"1e3", "1e6", "1e8", "1e10"})
@@ -74,14 +74,14 @@ TEST(ExtremeInput, FrictionBeyondItsRangeIsRefused)
             message_of(fix(PACKING, "friction 1e12")));
 }
 
-TEST(ExtremeInput, FrictionThatLooksLikeAnAngleIsWarnedOf)
+TEST(ExtremeInput, FrictionThatLooksLikeAnAngleGivesAWarning)
 {
   const std::string log = log_of(fix(PACKING, "friction 30") + "run 0");
   EXPECT_IN("the friction coefficient is 30 [-], above 2", log);
   EXPECT_IN("use its tangent, 0.577", log);
 }
 
-TEST(ExtremeInput, MassesAndStiffnessesNoFormatCanHoldAreRefused)
+TEST(ExtremeInput, MassesAndStiffnessesOutsideAllFormatsAreRefused)
 {
   EXPECT_IN("mass depth times mass scaling is 1e+300 [length]; it must be between 1e-30 and 1e30",
             message_of(fix(PACKING, "mass_scaling 1e300")));
@@ -100,8 +100,9 @@ TEST(ExtremeInput, GainsOfTheServoHaveARange)
             message_of(fix(PACKING, servo + "1 servo_max_rate 1e300") + "run 1"));
 }
 
-// A file may say that forces of 1e9 were there: the scale of forces would have no digit for those that are.
-TEST(ExtremeInput, ForceOfAFileThatIsNotThereSetsNoScale)
+// A file may name a largest force of 1e9 that no contact has. The scale of forces would then have
+// no digits for the actual ones.
+TEST(ExtremeInput, WrongLargestForceInAFileDoesNotSetTheScale)
 {
   rve::RveState state = rve::read_packing(PACKING);
   const double expected = pressure(fix(PACKING, "format double"));
@@ -115,8 +116,8 @@ TEST(ExtremeInput, ForceOfAFileThatIsNotThereSetsNoScale)
   }
 }
 
-// A packing that a run has left continues with the scale of that run.
-TEST(ExtremeInput, ForceThatARunHasLeftSetsTheScaleOfTheNext)
+// A packing that a run has written continues with the force scale of that run.
+TEST(ExtremeInput, LargestForceOfARunSetsTheScaleOfTheNext)
 {
   const std::string path = file_of_rank("continued.rve");
   const std::string shear = "dt 5e-5 substeps 10 drive velocity_gradient xy 1";
@@ -143,7 +144,7 @@ TEST(ExtremeInput, SpinThatIsInfiniteInAFormatIsRefused)
             message_of(fix(path, "format fast")));
 }
 
-TEST(ExtremeInput, RveThatBecomesAGasIsWarnedOf)
+TEST(ExtremeInput, RveWithoutContactsGivesAWarning)
 {
   const std::string log =
       log_of(fix(PACKING, "dt 5e-5 substeps 10 drive velocity_gradient xx 10 yy 10") + "run 40");
@@ -152,7 +153,7 @@ TEST(ExtremeInput, RveThatBecomesAGasIsWarnedOf)
   EXPECT_IN("the packing is a gas", log);
 }
 
-TEST(ExtremeInput, ServoThatNeverReachesItsGoalIsWarnedOf)
+TEST(ExtremeInput, ServoThatNeverReachesItsGoalGivesAWarning)
 {
   const std::string log =
       log_of(fix(PACKING,
@@ -163,7 +164,7 @@ TEST(ExtremeInput, ServoThatNeverReachesItsGoalIsWarnedOf)
   EXPECT_IN("away from its goal", log);
 }
 
-TEST(ExtremeInput, OverlapsThatAreNoTouchAreWarnedOf)
+TEST(ExtremeInput, HugeOverlapsGiveAWarning)
 {
   const std::string log = log_of(fix(EXAMPLE_PACKINGS "/A_h1.rve", "") + "run 0");
   EXPECT_IN("the mean overlap is 0.0", log);

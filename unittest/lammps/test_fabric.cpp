@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fabric of contacts, branches and forces as LAMMPS' compute fabric finds it in a run of its own: spheres of pair_style granular in a box that leans in
-// all ways, looked at as the state of an RVE.
+// Fabric of contacts, branches and forces against LAMMPS' compute fabric in a run of LAMMPS:
+// spheres of pair_style granular in a box with all tilts, converted to the state of an RVE.
 
 #include "rve/core/pi.h"
 #include "rve/engine/contact_measures.h"
@@ -82,14 +82,14 @@ class Granular : public Script {
 
 }    // namespace
 
-TEST(Fabric, IsThatOfLammpsComputeFabric)
+TEST(Fabric, AgreesWithLammpsComputeFabric)
 {
   Granular lammps;
   LAMMPS_NS::Compute *fabric = lammps.lmp->modify->get_compute_by_id("fabric");
   fabric->compute_vector();
   const auto measures = rve::contact_measures(lammps.state());
 
-  EXPECT_GT(fabric->compute_scalar(), 100);    // contacts
+  EXPECT_GT(fabric->compute_scalar(), 100);    // number of contacts
   const int a[6] = {0, 1, 2, 0, 0, 1}, b[6] = {0, 1, 2, 1, 2, 2};
   const Tensor3 *tensors[4] = {&measures.contact, &measures.branch, &measures.normal_force,
                                &measures.tangential_force};
@@ -98,9 +98,10 @@ TEST(Fabric, IsThatOfLammpsComputeFabric)
     for (int k = 0; k < 6; ++k) {
       const double theirs = fabric->vector[6 * t + k];
       largest = std::fmax(largest, std::fabs(theirs));
-      // coordinates between 0 and 1 are rounded to 2^-64, forces to the digits of overlaps of 1e-4 of a diameter
+      // Coordinates between 0 and 1 are rounded to 2^-64, and forces to the digits of overlaps of
+      // 1e-4 of a diameter.
       EXPECT_NEAR((*tensors[t])(a[k], b[k]), theirs, 1e-9) << "tensor " << t << " component " << k;
     }
-    EXPECT_GT(largest, t == 1 ? 1e-4 : 1e-2);    // there is something to compare
+    EXPECT_GT(largest, t == 1 ? 1e-4 : 1e-2);    // the tensors are not negligible
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// fix mpm through LAMMPS scripts: physics in closed form, the same bits on any number of ranks and after a restart, and
-// the messages for wrong input. Runs under mpirun as well: every rank then also runs the scene alone and compares.
+// fix mpm through LAMMPS scripts: physics in closed form, the same bits on any number of ranks and
+// after a restart, and messages for wrong input. Also runs under mpirun: then every rank also runs
+// the scene alone and compares.
 
 #include "atom.h"
 #include "comm.h"
@@ -30,7 +31,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// behind the bodies in the global vector: wall times, which differ from run to run, and then the force of damping in x and y
+// The global vector ends, after the bodies, with wall times, which differ from run to run, and the
+// force of damping in x and y.
 constexpr int TIMES = 3;
 constexpr int DAMPING = 2;
 
@@ -41,7 +43,8 @@ class SoilScript : public Script {
 
   Fix *fix() { return lmp->modify->get_fix_by_id("soil"); }
 
-  /// All that a point carries, by atom ID: position, velocity, force columns of the fix; on every rank.
+  /// Returns all numbers of a point by atom ID on every rank: position, velocity, force columns of
+  /// the fix.
   Rows points()
   {
     const Atom *atom = lmp->atom;
@@ -52,12 +55,12 @@ class SoilScript : public Script {
     });
   }
 
-  /// Local points of this rank; what has changed between two calls has migrated.
+  /// Returns the local points of this rank; a change between two calls shows migration.
   std::set<tagint> mine() const { return {lmp->atom->tag, lmp->atom->tag + lmp->atom->nlocal}; }
 
   bool has_ranks() const { return lmp->comm->nprocs > 1; }
 
-  /// Whether some rank's points are not those it had.
+  /// Returns true if the points of some rank have changed.
   bool migrated_since(const std::set<tagint> &before) const
   {
     int changed = mine() != before;
@@ -66,7 +69,8 @@ class SoilScript : public Script {
   }
 };
 
-/// A column of `nx` by `ny` points, one per cell of edge 1, in a box with room above.
+/// Returns a column of `nx` by `ny` points, one per cell of edge 1, in a box with empty space
+/// above.
 std::string points_in_box(int nx, int ny, double room = 2)
 {
   const std::string width = std::to_string(nx), height = std::to_string(ny);
@@ -84,7 +88,7 @@ std::string points_in_box(int nx, int ny, double room = 2)
       "thermo_modify lost error\n";
 }
 
-/// Ground of 8 by 6 in cells of edge 1, with points on the lattice.
+/// Returns ground of 8 by 6 in cells of edge 1, with points on the lattice.
 std::string block_of_points(const std::string &lattice)
 {
   std::string scene = points_in_box(8, 6);
@@ -92,7 +96,8 @@ std::string block_of_points(const std::string &lattice)
   return scene.replace(scene.find(usual), usual.size(), lattice);
 }
 
-/// A rough footing pressed into elastic ground; the scene of the bit tests. Points move more than a cell.
+/// Returns a rough footing that is pressed into elastic ground, the scene of the bit tests. Points
+/// move more than a cell.
 std::string elastic_footing()
 {
   return points_in_box(8, 6) +
@@ -108,7 +113,8 @@ std::string elastic_footing()
 
 TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
 {
-  // points per cell edge, keywords, and what carries the load: the uppermost points as a group, or a region
+  // The cases vary points per cell edge, keywords, and the loaded points: the uppermost ones as a
+  // group, or those of a region.
   for (const auto &edge : {std::string("1"), std::string("2")})
     for (const auto &shape : {std::string("gimp"), std::string("linear")})
       for (const auto &loaded : {std::string("surface"), std::string("top")}) {
@@ -134,7 +140,7 @@ TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
 
 TEST(FixMpm, ShowsFieldsOfPointsAsColumns)
 {
-  // columns behind x, y, vx, vy; the fields are 18 to 20 of the fix
+  // The columns follow x, y, vx, vy; the fields are 18 to 20 of the fix.
   constexpr int EPS_V = 12, RHO = 14, MASS = 21;
   std::string scene = elastic_footing();
   scene.insert(scene.size() - 1, " column mass column volume column initial_volume");
@@ -164,7 +170,8 @@ TEST(FixMpm, FreeFallUnderFixGravity)
 
 TEST(FixMpm, BarVibratesInItsFirstModeAsInClosedForm)
 {
-  // E = 100, L = 25, rho = 1, v0 = 0.1: v_cm = v0 / (beta L) cos(omega t), beta = pi/2L, omega = beta sqrt(E/rho)
+  // E = 100, L = 25, rho = 1, v0 = 0.1: v_cm = v0 / (beta L) cos(omega t), beta = pi/2L, omega =
+  // beta sqrt(E/rho)
   const double beta = M_PI / 50.0, omega = beta * 10.0, time = 5.0;
   SoilScript script;
 
@@ -213,8 +220,9 @@ INSTANTIATE_TEST_SUITE_P(, FixMpmScheme, ::testing::Values("musl", "usavg"));
 
 TEST(FixMpm, FlipBelowOneFiltersAModeAsInClosedForm)
 {
-  // stress as good as absent: a step takes points at the middle of cells to v <- flip v + (1 - flip) (v_left + 2 v + v_right) / 4,
-  // which multiplies the mode cos(k x) by flip + (1 - flip) cos^2(k h / 2); k = pi / L fits free ends
+  // The stress is negligible. A step changes velocities of points at the middle of cells to v <-
+  // flip v + (1 - flip) (v_left + 2 v + v_right) / 4, which multiplies the mode cos(k x) by flip +
+  // (1 - flip) cos^2(k h / 2). k = pi / L fits free ends.
   for (const double flip : {1.0, 0.9, 0.0}) {
     SoilScript script;
 
@@ -232,7 +240,7 @@ TEST(FixMpm, FlipBelowOneFiltersAModeAsInClosedForm)
   }
 }
 
-TEST(FixMpm, MassesPerTypeServeAsWellAsMassesPerPoint)
+TEST(FixMpm, UsesMassesPerType)
 {
   SoilScript script;
 
@@ -250,7 +258,7 @@ TEST(FixMpm, MassesPerTypeServeAsWellAsMassesPerPoint)
 
 TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
 {
-  // masses of four rows of four points: two of each model
+  // returns the masses of four rows of four points, two of each model
   const auto masses = [](const std::string &models) {
     SoilScript script;
     script << points_in_box(4, 4) +
@@ -276,9 +284,9 @@ TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
   EXPECT_EQ(masses("density 1800 " + low + "density 2000 " + high), pair(2000, 1800));
 }
 
-TEST(FixMpm, ABodyHasADensityOfItsOwn)
+TEST(FixMpm, BodyHasItsOwnDensity)
 {
-  // a free block on nothing falls; its mass is that of its four atoms, or what density says
+  // A free block falls; its mass is that of its four atoms, or that of the density.
   const auto mass = [](const std::string &words) {
     SoilScript script;
     script << points_in_box(4, 2, 6) +
@@ -315,7 +323,7 @@ TEST(FixMpm, TractionOnARegionIsTractionOnItsPoints)
 
 TEST(FixMpm, SeparationLetsABodyPushButNotPull)
 {
-  // the plate of the footing, on ground without stress, for ten steps; what the ground does to it in y
+  // returns the reaction in y on the plate of the footing after ten steps on ground without stress
   const auto reaction = [](const std::string &velocity, const std::string &separation,
                            bool &moved) {
     SoilScript script;
@@ -340,7 +348,7 @@ TEST(FixMpm, SeparationLetsABodyPushButNotPull)
   EXPECT_FALSE(moved);
 }
 
-TEST(FixMpm, SecondRunAndRunZeroAdvanceNothingTwice)
+TEST(FixMpm, SecondRunAndRunZeroDoNotAdvanceTwice)
 {
   SoilScript once, twice;
 
@@ -351,7 +359,8 @@ TEST(FixMpm, SecondRunAndRunZeroAdvanceNothingTwice)
   EXPECT_EQ(once.fix()->compute_vector(5), twice.fix()->compute_vector(5));
 }
 
-/// Runs the scene on all ranks, where a point must migrate, and on one; expects the same bits. Returns the force on the plate.
+/// Runs the scene on all ranks, where a point must migrate, and on one rank; expects the same bits.
+/// Returns the force on the plate.
 double plate_force_on_ranks_and_alone(const std::string &scene, int steps)
 {
   const std::string run = "run " + std::to_string(steps) + "\n";
@@ -368,7 +377,8 @@ double plate_force_on_ranks_and_alone(const std::string &scene, int steps)
   return alone.fix()->compute_vector(5);
 }
 
-/// The same footing on ground of Mohr-Coulomb material in the upper half, elastic below; it yields under the footing.
+/// Returns the same footing on ground of Mohr-Coulomb material in the upper half, elastic below;
+/// the ground yields under the footing.
 std::string mohr_coulomb_footing()
 {
   std::string scene = elastic_footing();
@@ -385,7 +395,7 @@ TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
   SoilScript script;
   script << mohr_coulomb_footing() + "run 200\n";
 
-  // columns of the fix follow x, y, vx, vy
+  // The columns of the fix follow x, y, vx, vy.
   constexpr int Y = 1, SXX = 4 + 3, SYY = 4 + 4, SXY = 4 + 5, SZZ = 4 + 15, YIELDED = 4 + 16;
   int yielded = 0;
   for (const auto &point : script.points()) {
@@ -407,8 +417,9 @@ TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
   EXPECT_GT(yielded, 3);
 }
 
-/// A specimen of cohesive sand, 4 wide and 8 high, between a plate that comes down and one that rests; the means over the second half
-/// of the run of the vertical forces on both and of the damping in f_mean[1..3]. It yields from half of the run on.
+/// Returns a specimen of cohesive sand, 4 wide and 8 high, between a moving upper plate and a lower
+/// one at rest. f_mean[1..3] are the means over the second half of the run of the vertical forces
+/// on both plates and of the damping. The specimen yields from the middle of the run.
 std::string specimen_between_platens(double damping)
 {
   std::string scene = points_in_box(8, 12, 0);
@@ -434,7 +445,7 @@ TEST(FixMpmMohrCoulomb, PlatensDifferByTheForceOfDampingAndAgreeWithoutIt)
     const double damped = script.fix_value("mean", 3);
 
     EXPECT_GT(upper, 1e5);
-    // what is left is the change of momentum: 64 t with 0.02 m/s at most, in 4 s
+    // The difference is the change of momentum: at most 64 t with 0.02 m/s in 4 s.
     EXPECT_NEAR(upper + lower, damped, 64000 * 0.02 / 4.0) << "damping " << damping;
     if (damping == 0.0)
       EXPECT_EQ(damped, 0.0);
@@ -444,7 +455,7 @@ TEST(FixMpmMohrCoulomb, PlatensDifferByTheForceOfDampingAndAgreeWithoutIt)
   }
 }
 
-TEST(FixMpmMohrCoulomb, WhatDampingTakesFromReactionsIsSaidInTheLog)
+TEST(FixMpmMohrCoulomb, DampingPartOfReactionsIsInTheLog)
 {
   const std::string path = rve_test::temporary_path("log");
   SoilScript script;
@@ -490,7 +501,7 @@ void make_packing()
             "friction 0.5 density 2650 damping 0.3 thickness 0.075\n";
 }
 
-/// Ground of 8 by 3 on which fix deposit drops points, one every 20 steps from step 1 on.
+/// Returns ground of 8 by 3 on which fix deposit drops a point every 20 steps, from step 1.
 std::string ground_under_drops(const std::string &models)
 {
   return points_in_box(8, 3, 9) +
@@ -517,7 +528,7 @@ TEST(FixMpm, PointsThatAFixCreatesInARunFallFreely)
     EXPECT_NEAR(row[4 + 10], 2000.0, 2.0) << "density";
   }
   EXPECT_NEAR(script.fix()->compute_vector(3), 26 * 2000.0, 1e-6);
-  // with those that have landed, and through a restart
+  // The run continues with points that have landed, and after a restart.
   script << "run 600\nwrite_restart test_fix_mpm_drops.restart\nrun 100\n";
   SoilScript second;
   second << "read_restart test_fix_mpm_drops.restart\npair_style none\ncomm_modify cutoff 1.0\n"
@@ -529,7 +540,7 @@ TEST(FixMpm, PointsThatAFixCreatesInARunFallFreely)
   std::remove("test_fix_mpm_drops.restart");
 }
 
-TEST(FixMpm, PointsThatAFixDeletesInARunAreGoneWithTheirMass)
+TEST(FixMpm, PointsDeletedInARunLoseTheirMass)
 {
   SoilScript script;
   script << points_in_box(4, 4) +
@@ -540,7 +551,7 @@ TEST(FixMpm, PointsThatAFixDeletesInARunAreGoneWithTheirMass)
   EXPECT_NEAR(script.fix()->compute_vector(3), 15 * 2000.0, 1e-6);
 }
 
-TEST(FixMpmErrors, SayWhichPointsCannotBeCreatedInARun)
+TEST(FixMpmErrors, NamePointsThatCannotBeCreatedInARun)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -568,7 +579,8 @@ TEST(FixMpmErrors, SayWhichPointsCannotBeCreatedInARun)
       << without_setup;
 }
 
-/// A specimen without lateral stress, 4 wide and 8 high, under a smooth plate that comes down: it yields everywhere after 300 steps.
+/// Returns a specimen without lateral stress, 4 wide and 8 high, under a smooth plate that moves
+/// down; all of it yields after 300 steps.
 std::string specimen_under_a_plate(const std::string &law)
 {
   std::string scene = points_in_box(8, 8);
@@ -582,7 +594,8 @@ std::string specimen_under_a_plate(const std::string &law)
       "rigid plate vx 0 vy -0.02 smooth\n";
 }
 
-/// Largest and least yield function of the ground, of cohesion and friction divided by `factor`, over the uniaxial strength.
+/// Returns the largest and the least yield function of the ground over the uniaxial strength, with
+/// cohesion and friction divided by `factor`.
 std::pair<double, double> yield_of_ground(SoilScript &script, const std::string &law,
                                           double cohesion, double degrees, double factor)
 {
@@ -634,7 +647,8 @@ TEST(FixMpmModify, StrengthFallsWithTheFactorAndTheStateIsKept)
       if (row[4 + 16] == 0.0) continue;
       EXPECT_GT(row[4 + 16], 0.5 * plastic) << "it goes on from there";
     }
-    // of the strength that the fix has, not of the last one; a run without setup has the new law, too
+    // The factor applies to the strength of the fix and not to the last one; a run without setup
+    // has the new law too.
     script << "fix_modify soil strength_reduction ground 2\nrun 800 pre no\n";
     expect_yield(2.0);
     script << "fix_modify soil model ground " + law + " 1e7 0.3 5e3 30 10\nrun 800\n";
@@ -643,7 +657,7 @@ TEST(FixMpmModify, StrengthFallsWithTheFactorAndTheStateIsKept)
   }
 }
 
-TEST(FixMpmModify, FactorOneIsTheFixItself)
+TEST(FixMpmModify, FactorOneChangesNothing)
 {
   const std::string scene = specimen_under_a_plate("mohr_coulomb 1e7 0.3 1e4 30 10");
   SoilScript plain, modified;
@@ -682,7 +696,7 @@ TEST(FixMpmModify, ARestartContinuesBitForBitWithTheReducedStrength)
       << same.second;
   EXPECT_EQ(same.second.find("continued with"), std::string::npos) << same.second;
 
-  // a fix that defines the model otherwise is obeyed
+  // A fix that defines the model otherwise replaces the one of the file.
   std::string other = fix;
   other.replace(other.find("1e4"), 3, "2e4");
   const auto defined = continued(other);
@@ -695,7 +709,7 @@ TEST(FixMpmModify, ARestartContinuesBitForBitWithTheReducedStrength)
   std::remove(path.c_str());
 }
 
-TEST(FixMpmModify, RefusedWordsLeaveEverythingAsItWas)
+TEST(FixMpmModify, RefusedArgumentsChangeNothing)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -772,7 +786,8 @@ std::string bytes_of(double value)
   return std::string(reinterpret_cast<const char *>(&value), sizeof(value));
 }
 
-/// Where the head of a fix mpm begins in a restart file: version, length, a checksum, step.
+/// Returns the position of the head of fix mpm in a restart file: version, length, a checksum,
+/// step.
 std::size_t place_of_head(const std::string &text, double step)
 {
   std::size_t place = text.find(bytes_of(-8.0));
@@ -793,7 +808,7 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
       command.substr(command.find("fix soil"));
   ASSERT_EQ(message_of(read), "");
 
-  // the head of the fix begins with the version, with a minus, and the step follows two numbers later
+  // The head of the fix begins with the negative version, and the step follows two numbers later.
   const std::string text = rve_test::text_of(path);
   const std::size_t place = place_of_head(text, 1.0);
   const auto message_with = [&](double version) {
@@ -828,10 +843,12 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   const std::size_t head = place_of_head(text, 3.0);
   double length;
   std::memcpy(&length, &text[head + sizeof(double)], sizeof(length));
-  const auto record = text.find(bytes_of(28.0) + bytes_of(3.0));    // of an atom: numbers, step
+  // record of an atom: number of values, step
+  const auto record = text.find(bytes_of(28.0) + bytes_of(3.0));
   ASSERT_NE(record, std::string::npos);
 
-  // every bit of the versions, lengths and sizes, every seventh of the rest
+  // The loop covers every bit of the versions, lengths and sizes, and every seventh bit of the
+  // rest.
   const auto count_silent = [&](std::size_t begin, std::size_t end) {
     int silent = 0;
     for (std::size_t bit = 8 * begin; bit < 8 * end; bit += bit < 8 * (begin + 16) ? 1 : 7) {
@@ -850,7 +867,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
   std::remove(path.c_str());
 }
 
-TEST(FixMpm, AContinuedRunSaysWhatItsFixSaysOtherwise)
+TEST(FixMpm, ContinuedRunListsChangedSettings)
 {
   const std::string command = elastic_footing();
   const std::string path =
@@ -874,7 +891,7 @@ TEST(FixMpm, AContinuedRunSaysWhatItsFixSaysOtherwise)
   other.replace(other.find("damping 0.05"), 12, "flip 0.99");
   other.replace(other.find("elastic 1.0e6 0.3 density 2000"), 30, "elastic 2.0e6 0.3 density 2100");
   const auto changed = said(other);
-  // another body before the plate, which keeps its displacement
+  // A body is inserted before the plate, which keeps its displacement.
   const auto two = said(fix.substr(0, fix.find("rigid")) + "rigid lid vx 0 vy 0 rough " +
                             fix.substr(fix.find("rigid")),
                         "group lid id 1\n");
@@ -898,7 +915,8 @@ TEST(FixMpm, AContinuedRunSaysWhatItsFixSaysOtherwise)
 
 TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
 {
-  // of several files for one write the head is complete first: a run that ends then leaves the atoms of the write before
+  // With several files per write, the head is complete first: a run that ends then leaves the atoms
+  // of the previous write.
   const std::string command = elastic_footing();
   const std::string path = "test_fix_mpm_steps." + std::to_string(SoilScript().lmp->comm->me) + ".";
   SoilScript(MPI_COMM_SELF) << command + "run 5\nwrite_restart " + path +
@@ -934,7 +952,7 @@ TEST(FixMpm, RecordsFollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
   const Script::Rows points = rest.points();
 
   ASSERT_EQ(points.size(), expected.size());
-  // stresses begin at column 4 behind positions and velocities
+  // Stresses begin at column 4 after positions and velocities.
   for (const auto &[id, row] : points)
     for (int k = 0; k < 8; ++k) EXPECT_EQ(row[k], expected[id][k]) << "atom " << id << ", " << k;
   EXPECT_NE(message_of(read + "delete_atoms group pit\n" + fix).find("got other IDs"),
@@ -943,7 +961,8 @@ TEST(FixMpm, RecordsFollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
   if (!rest.lmp->comm->me) std::remove(path.c_str());
 }
 
-/// A heavy ball with friction that falls on elastic ground beside an inclined wall, which turns about its foot.
+/// Returns a heavy ball with friction that falls on elastic ground next to an inclined wall, which
+/// rotates about its foot.
 std::string ball_and_wall()
 {
   return points_in_box(10, 5, 5) +
@@ -958,10 +977,10 @@ std::string ball_and_wall()
       "rigid wall vx 0 vy 0 rough form box separation yes spin v_tip pivot 1 3 turned 10\n";
 }
 
-// of the vector: the ball's velocity, spin, angle and torque come behind damping
+// Positions in the vector: the ball's velocity, spin, angle and torque follow the damping.
 constexpr int BALL = 4 + 2 * 4 + TIMES + DAMPING;
 
-/// A wedge with the points of the ball in its place.
+/// Returns a wedge with the points of the ball instead of the ball.
 std::string wedge_and_wall()
 {
   std::string scene = ball_and_wall();
@@ -1066,15 +1085,17 @@ TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
   const double weight = 6 * 2000 * 9.81;
   EXPECT_NEAR(script.fix()->compute_vector(5), weight, 1e-3 * weight);
   EXPECT_NEAR(script.fix()->compute_vector(4), 0.0, 1e-6 * weight) << "symmetric";
-  // less than a column of its width, as the ground beside it helps
+  // The settlement is less than that of a column of its width, since the ground next to it bears
+  // load too.
   const double settlement = -script.fix()->compute_vector(7);
   const double column = weight / 3.0 * 4.0 / 1.0e6;
   EXPECT_LT(settlement, column);
   EXPECT_GT(settlement, 0.5 * column);
 }
 
-/// A plate pressed into 16 points with RVEs of 60 grains. The row of points that the plate pushes starts just above the
-/// border between two ranks, at 3.49, and moves to the lower one: by a hundredth of what the plate does, in a few steps.
+/// Returns a plate that is pressed into 16 points with RVEs of 60 grains. The row of points below
+/// the plate starts just above the border of two ranks, at 3.49, and moves to the lower rank, by a
+/// hundredth of the plate's motion in a few steps.
 std::string footing_on_grains()
 {
   return points_in_box(4, 4, 2.98) +
@@ -1091,7 +1112,8 @@ std::string footing_on_grains()
       "damping 0.05 rigid plate vx 0 vy -0.3 rough traction surface 0 -20000\n";
 }
 
-// The bound of the contacts is above the speed of waves in an RVE, by 1/sqrt(0.54) = 1.36 at most.
+// The bound of the contacts exceeds the wave speed of an RVE by a factor of at most 1/sqrt(0.54) =
+// 1.36.
 TEST(FixMpmWithGrains, SpeedsOfAbsorbingSidesAreComparedWithTheBoundOfTheContacts)
 {
   make_packing();
@@ -1101,7 +1123,7 @@ TEST(FixMpmWithGrains, SpeedsOfAbsorbingSidesAreComparedWithTheBoundOfTheContact
       "1\nfix soil all mpm 1.0 model all rve grains boundary xhi roller boundary ylo fixed ";
   SoilScript script(MPI_COMM_SELF);
   script << scene + "\nrun 0\n";
-  // points at rest: their Courant number is c dt/h
+  // The Courant number of points at rest is c dt/h.
   const double bound = script.lmp->modify->get_fix_by_id("soil")->compute_scalar() / 0.005;
   ASSERT_GT(bound, 10.0);
   ASSERT_LT(bound, 1000.0);
@@ -1130,7 +1152,8 @@ TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
           "boundary ylo fixed "
           "traction surface 0 -20000\nrun 0\n";
 
-  // a small packing keeps some shear stress, which no surface carries: it is all that is out of balance
+  // a small packing keeps some shear stress, which no surface carries: it is all that is out of
+  // balance
   double shear = 0.0;
   for (const auto &point : script.points()) {
     EXPECT_NEAR(point.second[4 + 6], 20000, 20);    // p, by the packing's tolerance
@@ -1144,7 +1167,7 @@ TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
   EXPECT_LT(script.fix()->compute_vector(3), 16 * 2650 / 1.10);
 }
 
-TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsWhereItIsAskedFor)
+TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsOnRequest)
 {
   make_packing();
   const auto modulus_of = [](const std::string &words, double &largest_stiffness) {
@@ -1169,7 +1192,8 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsWhereItIsAskedFor)
   const double measured = modulus_of("wave_speed tangent 3", stiffness);
 
   EXPECT_LT(measured, 0.9 * bound);
-  // waves along x and y are not faster than the fastest, which is not far from them where the packing is nearly isotropic
+  // waves along x and y are not faster than the fastest, which is not far from them where the
+  // packing is nearly isotropic
   if (stiffness > 0.0) {
     EXPECT_GT(measured, 0.99 * stiffness);
     EXPECT_LT(measured, 1.2 * stiffness);
@@ -1179,8 +1203,9 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsWhereItIsAskedFor)
   EXPECT_EQ(modulus_of("wave_speed bound", stiffness), bound);
 }
 
-// Under a surcharge of twice the pressure that they were prepared at, grains get more contacts, and waves other speeds.
-TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunWhereItIsAskedFor)
+// Under a surcharge of twice the pressure that they were prepared at, grains get more contacts, and
+// waves other speeds.
+TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 {
   make_packing();
   const auto courant_after = [](const std::string &words, const std::string &runs,
@@ -1206,12 +1231,13 @@ TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunWhereItIsAskedFor)
 
   EXPECT_EQ(in_the_run, at_a_start);
   EXPECT_NE(in_the_run, at_the_start);
-  EXPECT_EQ(followed, once);    // nothing else depends on it
+  EXPECT_EQ(followed, once);    // no other result depends on it
 }
 
 TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
 {
-  // the two upper rows have RVEs, the two lower ones a Mohr-Coulomb material: both carry the surcharge
+  // The two upper rows have RVEs and the two lower ones a Mohr-Coulomb material; both bear the
+  // surcharge.
   make_packing();
   SoilScript script;
 
@@ -1243,7 +1269,7 @@ TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
 TEST(FixMpmWithGrains, RanksGiveTheSameBits)
 {
   make_packing();
-  // the plate feels more than the surcharge
+  // The plate bears more than the surcharge.
   EXPECT_GT(plate_force_on_ranks_and_alone(footing_on_grains(), 80), 2.0 * 20000);
 }
 
@@ -1267,7 +1293,8 @@ TEST(FixMpmWithGrains, RestartContinuesBitForBit)
 
 TEST(FixMpm, DeviceGivesTheSameBits)
 {
-  // atoms migrate and are sorted on the way, forces come from another fix, and the device is asked for what it has now and then
+  // Atoms migrate and are sorted during the run, another fix exerts forces, and results are read
+  // from the device at times.
   const auto scene = [](const std::string &device) {
     const std::string scene = elastic_footing();
     return "processors 1 * 1\n" + scene.substr(0, scene.size() - 1) + " device " + device +
@@ -1286,9 +1313,10 @@ TEST(FixMpm, DeviceGivesTheSameBits)
     EXPECT_EQ(cpu.fix()->compute_vector(k), device.fix()->compute_vector(k)) << "entry " << k;
 }
 
-TEST(FixMpm, ColumnsAreThoseOfTheStepWhoeverReadsThem)
+TEST(FixMpm, ColumnsBelongToTheStepForEveryReader)
 {
-  // outputs are due at the end of the run only; a fix that works in other steps reads the columns then
+  // Outputs occur at the end of the run only; a fix that works in other steps then reads the
+  // columns.
   constexpr int STEPS = 6;
   SoilScript script, step_by_step;
   script << elastic_footing() +
@@ -1307,7 +1335,8 @@ TEST(FixMpm, ColumnsAreThoseOfTheStepWhoeverReadsThem)
   }
 }
 
-/// The points of a scene after 40 steps in one run, and in two of which the second goes on; output every `interval` steps.
+/// Returns the points of a scene after 40 steps in one run, and in two runs of which the second
+/// continues; output every `interval` steps.
 std::vector<Script::Rows> ends_with_output(const std::string &scene, int interval)
 {
   std::vector<Script::Rows> ends;
@@ -1320,7 +1349,7 @@ std::vector<Script::Rows> ends_with_output(const std::string &scene, int interva
   return ends;
 }
 
-/// The scene of the footing, with other words in place of some, and commands before and after it.
+/// Returns the scene of the footing with some words replaced and commands before and after it.
 std::string footing_with(const std::string &words, const std::string &others,
                          const std::string &before, const std::string &after = "")
 {
@@ -1329,9 +1358,10 @@ std::string footing_with(const std::string &words, const std::string &others,
   return scene.insert(scene.find("timestep"), before) + after;
 }
 
-TEST(FixMpm, WhatVariablesReadDoesNotDependOnTheOutput)
+TEST(FixMpm, VariablesDoNotDependOnTheOutput)
 {
-  // how far a point has moved or what its stress is, by way of a velocity, a traction, a moving region, and gravity
+  // The scenes use the displacement of a point or its stress in a velocity, a traction, a moving
+  // region, and gravity.
   const std::vector<std::string> scenes = {
       footing_with("vy -0.5", "vy v_v",
                    "variable depth equal -F_soil[41][2]\nvariable v equal -0.5*(1-20*v_depth)\n"),
@@ -1353,9 +1383,10 @@ TEST(FixMpm, WhatVariablesReadDoesNotDependOnTheOutput)
   }
 }
 
-TEST(FixMpmWithGrains, WhatADriveReadsDoesNotDependOnTheOutput)
+TEST(FixMpmWithGrains, DriveVariablesDoNotDependOnTheOutput)
 {
-  // an RVE beside the continuum that is sheared as fast as a point of it turns
+  // The scene has an RVE next to the continuum that is sheared as fast as one of its points
+  // rotates.
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
   const std::string scene = footing_with(
@@ -1373,9 +1404,9 @@ TEST(FixMpmWithGrains, WhatADriveReadsDoesNotDependOnTheOutput)
   EXPECT_EQ(shear[0], shear[1]);
 }
 
-TEST(FixMpm, FillsItsColumnsForFormulasThatMayReadThemAndForNoOthers)
+TEST(FixMpm, FillsColumnsOnlyForFormulasThatMayReadThem)
 {
-  // state_may_be_read in a step without output, of a run that has been made
+  // returns state_may_be_read() in a step without output after a run
   const auto looks = [](const std::string &velocity, const std::string &before = "") {
     const std::string scene = elastic_footing();
     SoilScript script;
@@ -1409,7 +1440,7 @@ TEST(FixMpm, VectorEndsWithTheWallTimeOfTheRun)
   EXPECT_GT(script.fix_value("soil", 11), 0.0) << "columns are filled in the last step";
 }
 
-TEST(FixMpmWithGrains, VectorTellsTheTimeOfTheRves)
+TEST(FixMpmWithGrains, VectorHasTheTimeOfTheRves)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -1419,7 +1450,7 @@ TEST(FixMpmWithGrains, VectorTellsTheTimeOfTheRves)
   for (int n = 9; n <= 11; ++n) EXPECT_GT(script.fix_value("soil", n), 0.0);
 }
 
-/// What two steps of a scene print in the log, with *progress* of its last fix.
+/// Returns the log of two steps of a scene, with *progress* in its last fix.
 std::string log_with_progress(const std::string &scene)
 {
   const std::string path = rve_test::temporary_path("log");
@@ -1430,7 +1461,7 @@ std::string log_with_progress(const std::string &scene)
   return rve_test::text_of(path);
 }
 
-TEST(FixMpm, SaysItsProgressWhereThereAreNoGrains)
+TEST(FixMpm, LogsItsProgressWithoutGrains)
 {
   const std::string log = log_with_progress(elastic_footing());
 
@@ -1439,7 +1470,7 @@ TEST(FixMpm, SaysItsProgressWhereThereAreNoGrains)
       << log;
 }
 
-TEST(FixMpmWithGrains, LeavesTheProgressToTheGrains)
+TEST(FixMpmWithGrains, ProgressIsLoggedByTheGrains)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -1449,7 +1480,7 @@ TEST(FixMpmWithGrains, LeavesTheProgressToTheGrains)
   EXPECT_EQ(log.find("of the run"), std::string::npos);
 }
 
-TEST(FixMpmErrors, PointsOnTopOfOthersAreWarnedOfAndThoseBesideThemAreNot)
+TEST(FixMpmErrors, OnlyCoincidentPointsGiveAWarning)
 {
   const std::string more = "region more block 0 2 0 4 -0.05 0.05 units box\nregion above block 0 2 "
                            "2 4 -0.05 0.05 units box\n";
@@ -1470,7 +1501,7 @@ TEST(FixMpmErrors, PointsOnTopOfOthersAreWarnedOfAndThoseBesideThemAreNot)
   }
 }
 
-TEST(FixMpmErrors, SayWhatIsWrong)
+TEST(FixMpmErrors, AreReported)
 {
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
@@ -1711,8 +1742,8 @@ TEST(FixMpmErrors, SayWhatIsWrong)
   std::remove(dump.c_str());
 }
 
-/// A plate that moves down by `motion` in each of 20 steps, in a box with this side ylo. Returns the log.
-/// `moved` is the displacement of its points over that of the body.
+/// Returns the log of 20 steps in which a plate moves down by `motion` per step, in a box with this
+/// lower side. `moved` is the displacement of its points over that of the body.
 std::string log_of_plate(double ylo, double motion, double &moved)
 {
   char box[400];
@@ -1740,7 +1771,8 @@ std::string log_of_plate(double ylo, double motion, double &moved)
   return log;
 }
 
-// Coordinates of a map: LAMMPS stores positions as doubles, here in multiples of 2^-30 m.
+// The coordinates are those of a map: LAMMPS stores positions as doubles, which are multiples of
+// 2^-30 m there.
 TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
 {
   const double quantum = std::ldexp(1.0, -30), far = 5621000;
@@ -1757,14 +1789,14 @@ TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
   EXPECT_EQ(moved, 0.0);
   EXPECT_NE(log.find("rounding changes it by up to 100 %"), std::string::npos) << log;
 
-  // the limit is an error of one per cent, which motions of half quanta reach
+  // The limit is an error of one per cent, which motions of half quanta reach.
   log = log_of_plate(far, 49.4 * quantum, moved);
   EXPECT_NE(log.find("multiples of 9.31e-10"), std::string::npos) << log;
   log = log_of_plate(far, 50.5 * quantum, moved);
   EXPECT_EQ(log.find("multiples of"), std::string::npos) << log;
   EXPECT_NEAR(moved, 1.0, 0.01);
 
-  // near the origin nothing is said of motions as small, nor of none
+  // Near the origin there is no warning for small motions or none.
   for (const double motion : {1e-9, 1e-15, 0.0}) {
     log = log_of_plate(0.0, motion, moved);
     EXPECT_EQ(log.find("multiples of"), std::string::npos) << motion << log;
@@ -1773,7 +1805,7 @@ TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
   EXPECT_EQ(log.find("multiples of"), std::string::npos) << log;
 }
 
-TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
+TEST(FixMpmWarnings, NameProbableMistakes)
 {
   const std::string scene = points_in_box(4, 4) + "timestep 0.001\n";
   const std::string fix = "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density 2000";
@@ -1807,7 +1839,8 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
       {scene + "group block id 16\n" + fix + " rigid block vx 0 vy 0 rough form box" + run, ""},
       {scene + "group block id 1 11\n" + fix + " rigid block vx 0 vy 0 rough form box" + run,
        "Fix mpm soil: 7 points that are not of the rigid body block are inside of its form"},
-      // c_p = sqrt(1.346 E/rho) = 25.9, c_s = sqrt(E/2.6/rho) = 13.9; twice or half of it sends back a third
+      // c_p = sqrt(1.346 E/rho) = 25.9, c_s = sqrt(E/2.6/rho) = 13.9; twice or half of these speeds
+      // reflects a third.
       {scene + fix + " boundary xlo absorbing 26 14 boundary xhi absorbing 51 7" + run, ""},
       {scene + fix + " boundary xlo absorbing 53 14" + run,
        "Fix mpm soil: boundary xlo absorbing cp is 53 [length/time]; expected is a speed between "
@@ -1820,7 +1853,7 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
        "boundary ylo absorbing cs is 6 [length/time]; expected is a speed between 6.934 and 27.74, "
        "since shear waves"},
       {scene + fix + " boundary ylo absorbing 26 0" + run, ""},
-      // beside xlo are two layers, and beside ylo one; four times the speed in the stiff one
+      // Two layers touch xlo and one touches ylo; the stiff one has four times the speed.
       {scene +
            "group stiff id 1 2 3 4 5 6 7 8\ngroup soft subtract all stiff\n"
            "fix soil all mpm 1.0 model stiff elastic 1.6e7 0.3 model soft elastic 1.0e6 0.3 "
@@ -1852,7 +1885,7 @@ TEST(FixMpmWarnings, SayWhatIsProbablyNotMeant)
 
 namespace {
 
-/// A block that rises at 5 m/s from below 4 m; `groups` and `fixes` define the model.
+/// Returns a block that rises at 5 m/s from below 4 m; `groups` and `fixes` define the model.
 std::string rising_block(const std::string &speed, const std::string &groups,
                          const std::string &fixes)
 {
@@ -1866,14 +1899,14 @@ std::string rising_block(const std::string &speed, const std::string &groups,
 
 }    // namespace
 
-// Before, such a point ended the program where the Courant number was checked, every 20th step.
+// The point is found in every step, not only in those that check the Courant number.
 TEST(FixMpm, APointThatLeavesTheGroupsOfAllModelsIsNamed)
 {
   const std::string groups = "region r block 0 8 0 4.2 -0.5 0.5\n"
                              "group soil dynamic all region r every 1\nrun 0\n";
   const std::string fix = "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller model soil "
                           "elastic 1e6 0.3 density 2000\n";
-  // it leaves in a step that is checked, and in another one
+  // The point leaves in a step with a check of the Courant number, and in another one.
   for (const std::string speed : {"5.07", "5.3"}) {
     const std::string message = message_of(rising_block(speed, groups, fix));
     EXPECT_NE(message.find("Fix mpm m, step 1"), std::string::npos) << message;
@@ -1903,7 +1936,7 @@ TEST(FixMpm, APointThatJoinsTheGroupOfAModelWithoutAnRveIsNamed)
   }
 }
 
-// The RVE of atom 13 stays as it is while a law has the point.
+// The RVE of atom 13 does not change while a law computes the point.
 TEST(FixMpm, APointThatJoinsTheGroupOfItsRveInARunIsNamed)
 {
   const std::string groups = "region low block 0 8 0 4.2 -0.5 0.5\n"
@@ -1920,7 +1953,7 @@ TEST(FixMpm, APointThatJoinsTheGroupOfItsRveInARunIsNamed)
       << message;
 }
 
-TEST(FixMpm, AFixOfRvesDeletedBeforeARunWithoutSetUpIsNamed)
+TEST(FixMpm, DeletedFixOfRvesIsNamedInARunWithoutSetUp)
 {
   const std::string rves = "fix r all rve " EXAMPLE_PACKINGS "/A_h0075.rve drive mpm threads 1\n";
   const std::string fix = rves +
@@ -1933,7 +1966,8 @@ TEST(FixMpm, AFixOfRvesDeletedBeforeARunWithoutSetUpIsNamed)
   }
 }
 
-// LAMMPS gives the bit of a deleted group to the next one, and a run with pre no does not look.
+// LAMMPS gives the bit of a deleted group to the next one, and a run with pre no does not check
+// groups.
 TEST(FixMpm, GroupsAndRegionsDeletedBeforeARunWithoutSetUpAreNamed)
 {
   const std::string fix =

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Ground that fix mpm finds in its stress, through LAMMPS scripts: in equilibrium with its weight from the first step on, the same bits on any
-// number of ranks and after a restart, and the messages for wrong input. Runs under mpirun as well.
+// Ground whose initial stress fix mpm determines, through LAMMPS scripts: equilibrium with its
+// weight from the first step on, the same bits on any number of ranks and after a restart, and
+// messages for wrong input. Also runs under mpirun.
 
 #include "grains_script.h"
 #include "support/tests_of_file.h"
@@ -17,14 +18,14 @@ namespace {
 
 constexpr double GRAVITY = 9.81, SURCHARGE = 5000.0;
 
-/// Global vector of the fix.
+/// Indices of the global vector of the fix.
 enum { UNBALANCED = 1, KINETIC = 3, MASS };
 
 class SoilScript : public Script {
  public:
   using Script::Script;
 
-  /// Position, velocity, columns of the fix.
+  /// Returns positions, velocities and columns of the fix.
   Rows points()
   {
     const Atom *atom = lmp->atom;
@@ -37,7 +38,7 @@ class SoilScript : public Script {
   }
 };
 
-// of a row of points()
+// Indices of a row of points().
 enum { X, Y, Z, COLUMNS = 6 };
 enum {
   UY_2D = COLUMNS + 1,
@@ -55,7 +56,8 @@ int rank()
   return me;
 }
 
-/// Six packings: two seeds at 5, 20 and 60 kPa, loaded without lateral strain. Made once by all ranks together.
+/// Returns a library of six packings: two seeds at 5, 20 and 60 kPa, loaded without lateral strain.
+/// All ranks make it together once.
 const std::string &library()
 {
   static const std::string path = [] {
@@ -93,7 +95,7 @@ struct RemoveFiles : ::testing::Environment {
 };
 const auto *const remove_files = ::testing::AddGlobalTestEnvironment(new RemoveFiles);
 
-/// A column of 2 by 6 cells of 0.5 under a surcharge; ranks divide y. The fixes come behind.
+/// A column of 2 by 6 cells of 0.5 under a surcharge; ranks divide y. Fixes are appended.
 const std::string GROUND = R"(units si
 dimension 2
 boundary f f p
@@ -127,7 +129,7 @@ std::string soil(const std::string &model, const std::string &in_situ)
 
 const std::string AT_REST = "insitu gravity 9.81 k0 0.5 surcharge 5000";
 
-/// The same in space: 2 by 1 by 6 cells; ranks divide z.
+/// The column in space: 2 by 1 by 6 cells; ranks divide z.
 const std::string GROUND_IN_SPACE = R"(units si
 boundary f f f
 atom_style sphere
@@ -169,11 +171,11 @@ TEST(FixMpmInSitu, WeightSurchargeAndReactionsBalanceForAnyLaw)
       EXPECT_NEAR(row[SYY_2D], -vertical, 1e-9 * vertical) << law;
       EXPECT_NEAR(row[SXX_2D], -0.5 * vertical, 1e-9 * vertical) << law;
       EXPECT_NEAR(row[UY_2D], 0.0, 1e-12) << law;
-      // an elastic law does not remember it
+      // An elastic law does not store the stress across the plane.
       const double across = law[0] == 'e' ? 0.0 : -0.5 * vertical;
       EXPECT_NEAR(row[SZZ_2D], across, 1e-9 * vertical) << law;
     }
-    // of the weight of a cell: sums on the grid are rounded
+    // The tolerance is relative to the weight of a cell, since sums on the grid are rounded.
     EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.25) << law;
   }
 }
@@ -215,7 +217,7 @@ TEST(FixMpmInSitu, LayersOfDifferentDensityBearTheWeightAboveThem)
   }
 }
 
-TEST(FixMpmInSitu, ALayerOfGrainsHasItsOwnDensityBesideThatOfALaw)
+TEST(FixMpmInSitu, LayerOfGrainsHasItsOwnDensityNextToThatOfALaw)
 {
   SoilScript script;
   script << LAYERS + grains() +
@@ -223,7 +225,7 @@ TEST(FixMpmInSitu, ALayerOfGrainsHasItsOwnDensityBesideThatOfALaw)
                        "2200") +
           "compute e all rve/atom void_ratio\nrun 0\n";
 
-  std::map<double, double> mean;    // of the two points of a level
+  std::map<double, double> mean;    // mean of the two points of a level
   const auto void_ratios = script.compute("e");
   const auto points = script.points();
   for (const auto &[id, row] : points)
@@ -252,7 +254,8 @@ TEST(FixMpmInSituInSpace, WeightSurchargeAndReactionsBalanceForAnyLaw)
   }
 }
 
-/// Each RVE has the density of its own packing: all have the same here, so that stress and weight agree.
+/// Each RVE has the density of its own packing. All packings have the same density here, so that
+/// stress and weight agree.
 TEST(FixMpmInSituInSpace, GrainsStayAtRestToTheSameBitsOnRanksAndAfterARestart)
 {
   const std::string grains =
@@ -274,11 +277,12 @@ TEST(FixMpmInSituInSpace, GrainsStayAtRestToTheSameBitsOnRanksAndAfterARestart)
     farthest = std::max(farthest, std::abs(row[UZ_3D]));
     EXPECT_NEAR(row[SXX_3D], 0.6 * row[SZZ_3D], 5e-3 * std::abs(row[SZZ_3D])) << id;
   }
-  // without the stress it would fall 4.4 mm in this time
+  // Without the stress the ground would fall by 4.4 mm in this time.
   EXPECT_LT(farthest, 1e-3 * 0.5 * GRAVITY * 0.03 * 0.03);
 }
 
-/// Absorbing sides hold nothing: the reaction of the initial stress is a pressure, which grows with the depth of a point.
+/// Absorbing sides do not hold the ground: the reaction of the initial stress is a pressure that
+/// increases with the depth of a point.
 TEST(FixMpmInSitu, GroundBetweenAbsorbingSidesRestsUnderTheReactionOfItsStress)
 {
   const std::string groups =
@@ -304,7 +308,8 @@ TEST(FixMpmInSitu, GroundBetweenAbsorbingSidesRestsUnderTheReactionOfItsStress)
       EXPECT_LT(farthest, 1e-12);
       EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.25);
     } else {
-      // 0.1 s of sinking, in the end with the velocity at which the dashpots below bear the weight: a tenth of that can be seen
+      // The ground sinks for 0.1 s, at the end with the velocity at which the lower dashpots bear
+      // the weight; a tenth of that is visible.
       const double velocity = (SURCHARGE + 1800 * GRAVITY * 3.0) / (1800 * 86.0);
       EXPECT_GT(farthest, 0.1 * velocity * 0.1);
     }
@@ -320,7 +325,7 @@ TEST(FixMpmInSitu, GrainsBearTheirDepthAndTheColumnStaysAtRest)
 
   script << "run 200\n";
 
-  // every level has one density, and its stress is the weight above with half of its own
+  // Every level has one density, and its stress is the weight above plus half of its own.
   std::map<double, double> density, cover;
   for (const auto &[id, row] : begin) density[row[Y]] = row[RHO_2D];
   double above = SURCHARGE;
@@ -337,7 +342,7 @@ TEST(FixMpmInSitu, GrainsBearTheirDepthAndTheColumnStaysAtRest)
     EXPECT_NEAR(row[SXX_2D], -0.5 * cover.at(row[Y]), 1.01 * tolerance);
     EXPECT_NEAR(row[SXY_2D], 0.0, 1.01 * tolerance);
   }
-  // at rest: strains of 1e-7 of the height at most, and the stress that it had
+  // The ground is at rest: strains are at most 1e-7 of the height, and the stress does not change.
   for (const auto &[id, row] : script.points()) {
     EXPECT_LT(std::fabs(row[UY_2D]), 3e-7);
     EXPECT_NEAR(row[SYY_2D], begin.at(id)[SYY_2D], 1e-3 * cover.at(begin.at(id)[Y]));
@@ -345,7 +350,7 @@ TEST(FixMpmInSitu, GrainsBearTheirDepthAndTheColumnStaysAtRest)
   EXPECT_GT(density.begin()->second, density.rbegin()->second) << "deeper ground is denser";
 }
 
-TEST(FixMpmInSitu, DensityOfTheMassesIsThatOfTheGrainsInTheMeanOfALevel)
+TEST(FixMpmInSitu, MassDensityIsTheMeanDensityOfTheGrainsOfALevel)
 {
   SoilScript script;
   script << GROUND + WEIGHT + grains() + soil("rve grains", AT_REST) +
@@ -354,15 +359,15 @@ TEST(FixMpmInSitu, DensityOfTheMassesIsThatOfTheGrainsInTheMeanOfALevel)
   std::map<double, double> sum, mass_density;
   const auto void_ratios = script.compute("e");
   for (const auto &[id, row] : script.points()) {
-    sum[row[Y]] += 0.5 * 2650.0 / (1.0 + void_ratios.at(id));    // two points in a level
+    sum[row[Y]] += 0.5 * 2650.0 / (1.0 + void_ratios.at(id));    // one of two points in a level
     mass_density[row[Y]] = row[RHO_2D];
   }
-  // rounds of weight and density end at a change of 1e-4
+  // The rounds of weight and density end at a change of 1e-4.
   for (const auto &[height, mean] : sum) EXPECT_NEAR(mass_density.at(height), mean, 1.01e-4 * mean);
 }
 
-// Packings have K0 of their own; in level ground a level has one.
-TEST(FixMpmInSitu, AtRestALevelHasTheLateralStressThatItsGrainsFind)
+// Each packing has its own K0; in level ground a level has a single one.
+TEST(FixMpmInSitu, LevelAtRestHasTheLateralStressOfItsGrains)
 {
   SoilScript script;
   script << GROUND + WEIGHT + grains() +
@@ -382,7 +387,7 @@ TEST(FixMpmInSitu, AtRestALevelHasTheLateralStressThatItsGrainsFind)
   EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-3 * weight);
 }
 
-TEST(FixMpmInSitu, SpheresInSpaceAndInThePlane)
+TEST(FixMpmInSitu, SpheresBearTheirDepthInSpaceAndInThePlane)
 {
   const std::string rve = "fix grains all rve " + spheres() + " drive mpm threads 1 device cpu\n";
   SoilScript plane, space;
@@ -456,7 +461,7 @@ TEST(FixMpmInSitu, HertzContactsStayAtRestAtALargerStressWithAnAutomaticTimeStep
   if (rank() == 0) std::remove(packing.c_str());
 }
 
-TEST(FixMpmInSitu, AnInitialStressBeyondTheStrengthIsWarnedOfToo)
+TEST(FixMpmInSitu, InitialStressBeyondTheStrengthGivesAWarning)
 {
   const std::string path = file_of_rank("strength.log");
   for (const char *law : {"drucker_prager 1e7 0.3 0 30 10", "mohr_coulomb 1e7 0.3 0 30 10"}) {
@@ -510,14 +515,15 @@ TEST(FixMpmInSitu, RestartContinuesBitForBit)
   EXPECT_EQ(whole.points(), second.points());
 }
 
-TEST(FixMpmInSitu, SaysWhatIsOutOfBalance)
+TEST(FixMpmInSitu, ReportsUnbalancedForces)
 {
   const std::string law = "elastic 1e7 0.3";
   EXPECT_IN("in situ the largest unbalanced nodal force is",
             log_of(GROUND + WEIGHT + soil(law, "density 1800 " + AT_REST) + "run 0"));
   EXPECT_IN("No force acts on the points: define fix gravity before this fix",
             log_of(GROUND + soil(law, "density 1800 " + AT_REST) + WEIGHT + "run 0"));
-  // without its surcharge, the surface is pulled by 5000 of the 4414 that a cell weighs on its width
+  // Without its surcharge, a tension of 5000 acts on the surface, where a cell weighs 4414 per
+  // width.
   EXPECT_IN(
       "of the weight of a cell, above 0.001: the ground will move",
       log_of(GROUND + WEIGHT + soil(law, "density 1800 insitu gravity 9.81 k0 0.5") + "run 0"));
@@ -528,7 +534,7 @@ TEST(FixMpmInSitu, SaysWhatIsOutOfBalance)
                    "run 0"));
 }
 
-TEST(FixMpmInSitu, WrongWordsAreNamed)
+TEST(FixMpmInSitu, InvalidArgumentsAreNamed)
 {
   const auto with = [](const std::string &in_situ) {
     return GROUND + WEIGHT + soil("elastic 1e7 0.3", "density 1800 " + in_situ) + "run 0\n";
@@ -562,7 +568,7 @@ TEST(FixMpmInSitu, WrongWordsAreNamed)
   for (const auto &[lines, part] : cases) EXPECT_IN(part, message_of(lines));
 }
 
-// ---- which packing a depth gets ----
+// ---- choice of packings by depth ----
 
 TEST(PackingStress, IsThatOfTheNearestLevel)
 {
@@ -586,7 +592,7 @@ TEST(PackingStress, IsThatOfTheNearestLevel)
   EXPECT_EQ(times.size(), 3u);
 }
 
-TEST(PackingStress, SaysWhatIsWrong)
+TEST(PackingStress, ReportsInvalidInput)
 {
   const auto with = [](const std::string &keywords) {
     return GROUND + "variable sv atom 3000*(1-y)\nfix grains all rve " + library() + " " +

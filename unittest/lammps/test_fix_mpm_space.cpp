@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// fix mpm in dimension 3 through LAMMPS scripts: physics in closed form, RVEs of spheres as its material, the same bits on any number of
-// ranks and after a restart, and the messages for wrong input. Runs under mpirun as well.
+// fix mpm in dimension 3 through LAMMPS scripts: physics in closed form, RVEs of spheres as its
+// material, the same bits on any number of ranks and after a restart, and messages for wrong input.
+// Also runs under mpirun.
 
 #include "comm.h"
 #include "grains_script.h"
@@ -17,7 +18,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// of the per-atom array of the fix, from 0, and of its vector behind the four numbers of the head
+// Indices of the per-atom array of the fix, from 0, and of its vector after the four numbers of the
+// head.
 enum { UX, UZ = 2, U, SXX, SYY, SZZ, SXY, SXZ, SYZ, P, Q, EPS_V, EPS_Q, RHO, FXX, FZZ = FXX + 8 };
 enum { PLASTIC = FZZ + 1, COLUMNS };
 constexpr int HEAD = 4, PER_BODY = 6, TIMES = 3, DAMPING = 3, PER_TURNING_BODY = 12;
@@ -28,7 +30,7 @@ class SoilScript : public Script {
 
   Fix *fix() { return lmp->modify->get_fix_by_id("soil"); }
 
-  /// Position, velocity and columns of the fix, by atom ID; on every rank.
+  /// Returns positions, velocities and columns of the fix by atom ID on every rank.
   Rows points()
   {
     const Atom *atom = lmp->atom;
@@ -40,7 +42,7 @@ class SoilScript : public Script {
   }
   static double column(const std::vector<double> &row, int k) { return row[6 + k]; }
 
-  /// What does not depend on the clock of the machine; with numbers of bodies that turn at the end.
+  /// Returns the numbers that do not depend on the clock, with those of rotating bodies at the end.
   std::vector<double> vector(int turning_bodies = 0)
   {
     std::vector<double> values;
@@ -51,12 +53,13 @@ class SoilScript : public Script {
   }
 };
 
-/// What a restart file does not keep.
+/// Settings that a restart file does not store.
 const std::string SETTINGS =
     "pair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\nneigh_modify every 5 delay 0 check "
     "no\nthermo_modify lost error\n";
 
-/// Cells of edge 1 with a point in each: nx by ny by nz of type 1 in a box with room above.
+/// Returns nx by ny by nz cells of edge 1 with one point of type 1 each in a box with empty space
+/// above.
 std::string points_in_box(int nx, int ny, int nz, int room = 2)
 {
   const std::string x = std::to_string(nx), y = std::to_string(ny), z = std::to_string(nz);
@@ -68,8 +71,8 @@ std::string points_in_box(int nx, int ny, int nz, int room = 2)
       " units box\ncreate_atoms 1 region ground\nset group all diameter 1.0\n" + SETTINGS;
 }
 
-/// A square footing pressed into a quarter of elastic ground with a frictional layer on it, beside a surcharge. Points move from rank to
-/// rank.
+/// Returns a square footing that is pressed into a quarter of elastic ground with a frictional
+/// layer on it, next to a surcharge. Points migrate between ranks.
 std::string footing()
 {
   return points_in_box(5, 5, 4) +
@@ -86,11 +89,11 @@ std::string footing()
       "-20000\n";
 }
 
-/// A ball that falls on elastic ground, beside a wall that turns about an axis through its foot which leans to all axes; `form` of the ball's
-/// points.
+/// Returns a ball that falls on elastic ground, next to a wall that rotates about an axis through
+/// its foot that is oblique to all axes; `form` is that of the ball's points.
 std::string falling_body_and_turning_wall(const std::string &form)
 {
-  // ranks side by side in z: atoms get the same numbers on any number of ranks
+  // Ranks divide z, so that atoms get the same numbers on any number of ranks.
   return "processors 1 1 *\n" + points_in_box(9, 4, 3, 5) +
       "region ball sphere 5.4 2.1 5.2 1.3\nregion wall block 1 2 1 3 3 7 units box\n"
       "create_atoms 2 region ball\ncreate_atoms 2 region wall\nset group all diameter 1.0\n"
@@ -113,7 +116,7 @@ void expect_same_bits_on_ranks_and_after_a_restart(const std::string &scene)
   EXPECT_EQ(together.points(), alone.points());
   EXPECT_EQ(together.vector(2), alone.vector(2));
 
-  // velocity, spin, angles and torque of the ball and of the wall are the last numbers
+  // The last numbers are velocity, spin, angles and torque of the ball and of the wall.
   const std::vector<double> all = alone.vector(2);
   const double *ball = all.data() + all.size() - 2 * PER_TURNING_BODY,
                *wall = ball + PER_TURNING_BODY;
@@ -131,7 +134,7 @@ void expect_same_bits_on_ranks_and_after_a_restart(const std::string &scene)
   std::remove(file.c_str());
 }
 
-/// 125 spheres in motion, as a packing file of this rank.
+/// Returns a packing file of this rank with 125 moving spheres.
 std::string spheres()
 {
   const std::string path = file_of_rank("disorder.rve");
@@ -184,7 +187,8 @@ TEST(FixMpmInSpace, FallsFreelyUnderFixGravity)
 
 TEST(FixMpmInSpace, ColumnsAreThoseOfAHomogeneousDeformation)
 {
-  // so heavy that its stress does not move it: velocities stay v = L X, and F = 1 + L t; the middle of 4 x 4 x 4 points, after one step
+  // The ground is so heavy that its stress does not move it: velocities stay v = L X, and F = 1 + L
+  // t. The test reads the middle of 4 x 4 x 4 points after one step.
   SoilScript script;
   script << points_in_box(4, 4, 4) +
           "variable vx atom 0.02*x+0.01*y\nvariable vy atom -0.03*z\nvariable vz "
@@ -289,7 +293,7 @@ TEST(BodiesInSpace, FreeOctahedronAndTurningWallHaveTheSameBitsOnRanksAndAfterAR
       "convex 6 3.6 2.1 5.2 7.2 2.1 5.2 5.4 0.4 5.2 5.4 3.8 5.2 5.4 2.1 3.4 5.4 2.1 7"));
 }
 
-// ---- RVEs of spheres as the material ----------------------------------------------------------------------------------------
+// ---- RVEs of spheres as the material ------------------------------------------------------------
 
 namespace {
 
@@ -300,7 +304,8 @@ const std::string STRESSES = [] {
   return lines;
 }();
 
-/// Eight points in a cell between three smooth walls and three smooth plates, with an RVE each. Steps of 2^-15 s, the time of 16 DEM steps.
+/// Returns eight points in a cell between three smooth walls and three smooth plates, with an RVE
+/// each. Steps of 2^-15 s have 16 DEM steps.
 std::string pressed_cell(const std::string &packing)
 {
   return "units si\ndimension 3\nboundary f f f\natom_style sphere\natom_modify map array\n"
@@ -325,9 +330,10 @@ std::string pressed_cell(const std::string &packing)
 
 }    // namespace
 
-TEST(SpheresInSpace, StrainedByThreePlatesAnswerAsByFixRveAlone)
+TEST(SpheresInSpace, StrainByThreePlatesGivesTheStressOfFixRveAlone)
 {
-  // nodes stay on a grid of edge 1, so the velocity gradient is v all the time; exp(ln(1 + v dt)) is the increment 1 + v dt
+  // Nodes are on a grid of edge 1, so that the velocity gradient is always v; exp(ln(1 + v dt)) is
+  // the increment 1 + v dt.
   const int steps = 40;
   const std::string packing = spheres();
   SoilScript pressed;
@@ -366,7 +372,7 @@ TEST(SpheresInSpace, HaveTheSameBitsOnAnyNumberOfRanksAndAfterARestart)
 {
   const std::string scene = pressed_cell(spheres()), file = "test_spheres_in_space.restart";
   SoilScript whole, alone(MPI_COMM_SELF), first, second;
-  // beyond a check of the Courant number
+  // The run is longer than the interval of checks of the Courant number.
   whole << scene + "run 104\n";
   alone << scene + "run 104\n";
   first << scene + "run 9\nwrite_restart " + file + "\n";
@@ -382,9 +388,9 @@ TEST(SpheresInSpace, HaveTheSameBitsOnAnyNumberOfRanksAndAfterARestart)
   std::remove(file.c_str());
 }
 
-// ---- wrong input ------------------------------------------------------------------------------------------------------------
+// ---- wrong input --------------------------------------------------------------------------------
 
-TEST(FixMpmInSpaceMessage, SaysWhatTheThirdAxisWants)
+TEST(FixMpmInSpaceMessage, NamesTheArgumentsOfTheThirdAxis)
 {
   const std::string scene = points_in_box(2, 2, 2) + "group ground type 1\n";
   const std::string model = "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000 ";
@@ -410,7 +416,7 @@ TEST(FixMpmInSpaceMessage, OfAPeriodicAxisNamesAllThree)
             message_of(scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000\n"));
 }
 
-TEST(FixMpmInSpaceMessage, OfCellsThatAreTooFullSpeaksOfVolumes)
+TEST(FixMpmInSpaceMessage, OfOverfullCellsNamesVolumes)
 {
   const std::string message = message_of(
       points_in_box(2, 2, 2) + "create_atoms 1 region ground\nset group all diameter 1.0\n" +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: when time passes and when not, restart and deletion,
-// and the messages for wrong input.
+// fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: which commands
+// advance the time of RVEs, restart and deletion, and messages for wrong input.
 
 #include "grains_script.h"
 #include "rve/engine/packing_io.h"
@@ -24,13 +24,13 @@ using rve_test::text_of;
 
 namespace {
 
-/// Of a text, from `begin` to before `end`.
+/// Returns the part of a text from `begin` to before `end`.
 std::string part_of(const std::string &text, const std::string &begin, const std::string &end)
 {
   return text.substr(text.find(begin), text.find(end) - text.find(begin));
 }
 
-/// The packing file with one line replaced, and so with another checksum.
+/// Writes the packing file with one line replaced and without its checksum.
 std::string edited_packing(const std::string &name, const std::string &line_start,
                            const std::string &replacement)
 {
@@ -80,7 +80,7 @@ TEST(FixRve, VelocityGradientGivesItsExponentialAsDeformation)
     EXPECT_NEAR(script.per_atom("f", i), std::exp(-0.05 * (i + 1) * 0.01), 1e-14);
 }
 
-TEST(FixRve, SubstepsOfTheUserPassTheirOwnTime)
+TEST(FixRve, SubstepsOfTheUserAdvanceTheirOwnTime)
 {
   GrainsScript script;
   script << FOUR_ATOMS + FIX + "dt 1e-4 substeps 3 drive velocity_gradient yy -1.0\n" +
@@ -101,8 +101,8 @@ TEST(FixRve, ServoHoldsItsStressUnderCompression)
 
 TEST(FixRve, ServoRatesAreThoseOfTheDeformation)
 {
-  // In a macro step of one DEM step, d ln F/dt of a steered component is the rate that the servo had reached before it. F is multiplied by 1 + a + a^2/2 with
-  // a = rate dt, whose logarithm is a - a^3/6.
+  // In a macro step of one DEM step, d ln F/dt of a controlled component is the rate that the servo
+  // had before it. F is multiplied by 1 + a + a^2/2 with a = rate dt, whose logarithm is a - a^3/6.
   constexpr double DT = 5e-6;
   struct Case {
     std::string packing, component, drive, stress;
@@ -124,7 +124,7 @@ TEST(FixRve, ServoRatesAreThoseOfTheDeformation)
       EXPECT_NEAR(rate, servo, std::fabs(servo) * servo * servo * DT * DT / 4.0 + rounding);
       EXPECT_LT(servo, -1e-3);    // it compresses
       EXPECT_NE(script.per_atom("servo", 0), servo);
-      EXPECT_EQ(script.per_atom("x", 0), 0.02);    // given, not steered
+      EXPECT_EQ(script.per_atom("x", 0), 0.02);    // prescribed, not controlled
     }
   }
 }
@@ -152,13 +152,14 @@ TEST(FixRve, InertialNumberIsThatOfDaCruz)
   const rve::RveState packing = rve::read_packing(PACKING);
   for (const double r : packing.radius) sum += r * r;
   const double d = 2.0 * std::sqrt(sum / packing.num_grains());
-  const double rate = (1.0 - std::exp(-1.0 * 1e-3)) / 1e-3;    // |U - 1| of a step over its time
-  // per thickness: mass is that of a metre of the disks, stress that of 0.075 m
+  // |U - 1| of a step over its duration
+  const double rate = (1.0 - std::exp(-1.0 * 1e-3)) / 1e-3;
+  // The mass is that of a metre of the disks, the stress that of 0.075 m.
   const double expected = rate * d * std::sqrt(2650.0 * 1.0 / (0.075 * script.per_atom("p", 0)));
   EXPECT_NEAR(script.per_atom("i", 0) / expected, 1.0, 1e-9);
 }
 
-TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
+TEST(FixRve, DeletedAtomsDeleteTheirRves)
 {
   GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 1";
@@ -180,7 +181,7 @@ TEST(FixRve, DeletedAtomsTakeTheirRvesWithThem)
   EXPECT_EQ(script.fix_value(3), 2 * 2 * 10.0);
 }
 
-TEST(FixRve, AtomsMadeLaterGetRvesAtTheNextRun)
+TEST(FixRve, AtomsCreatedLaterGetRvesAtTheNextRun)
 {
   GrainsScript script;
   script << FOUR_ATOMS + SHEAR + "run 1\ncreate_atoms 1 single 1.5 1.5 0\nrun 1";
@@ -202,12 +203,13 @@ TEST(FixRve, RestartContinuesBitForBit)
 
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
   for (int n = 1; n <= 7; ++n) EXPECT_EQ(second.fix_value(n), whole.fix_value(n)) << "value " << n;
-  EXPECT_GT(whole.fix_value(4), 2 * 4.0);    // rebuilds: the lists had a life before and after
+  EXPECT_GT(whole.fix_value(4), 2 * 4.0);    // rebuilds: lists from before and after the restart
 }
 
 TEST(FixRve, RestartFilesOfDifferentStepsAreRefused)
 {
-  // of several files for one write the head is complete first: a run that ends then leaves the atoms of the write before
+  // With several files per write, the head is complete first: a run that ends then leaves the atoms
+  // of the previous write.
   const std::string early = temporary_path("early."), late = temporary_path("late.");
   Script first;
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + early + "%\nrun 5\nwrite_restart " +
@@ -226,7 +228,7 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
   Script first;
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
   std::string text = text_of(file);
-  // version with a minus, step
+  // negative version, step
   const double head[] = {-6.0, 5.0}, older[] = {-5.0, 5.0}, newer[] = {-7.0, 5.0},
                none[] = {1e-4, 5.0};
   const std::size_t place =
@@ -254,7 +256,7 @@ TEST(FixRve, ClearAndRunAgainGivesTheSame)
   EXPECT_EQ(script.state(2), before);
 }
 
-TEST(FixRve, FrozenRveIsFlaggedAndTheOthersGoOn)
+TEST(FixRve, FrozenRveIsFlaggedAndTheOthersContinue)
 {
   GrainsScript script;
   script << FOUR_ATOMS + "variable crush atom -400*(id==2)\n" + FIX +
@@ -317,7 +319,7 @@ TEST(WriteRve, PlainLammpsReadsTheDataFile)
   EXPECT_EQ(text_of(path + ".contacts").empty(), false);
 }
 
-TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
+TEST(CreateRve, SameSeedGivesTheSameFileAtTheRequestedPressure)
 {
   const std::string a = temporary_path("made_a.rve"), b = temporary_path("made_b.rve");
   const std::string words = " grains 40 seed 5 radius uniform 0.003 0.005 kn 1e6 friction 0.5 "
@@ -336,7 +338,7 @@ TEST(CreateRve, SameSeedSameFileAndTheWantedPressure)
 
 namespace {
 
-/// The value behind a word in a packing file; empty if the word is not there.
+/// Returns the value after a word in a packing file; empty if the word is missing.
 std::string value_in(const std::string &packing, const std::string &word)
 {
   std::istringstream words(packing);
@@ -345,7 +347,7 @@ std::string value_in(const std::string &packing, const std::string &word)
   return "";
 }
 
-/// Material of the RVE after these keywords of fix rve on a packing file.
+/// Returns the material of the RVE for these keywords of fix rve and a packing file.
 std::string material_with(const std::string &keywords, const std::string &packing = PACKING)
 {
   GrainsScript script;
@@ -362,7 +364,7 @@ const std::string ROLLING_SHEAR =
 
 TEST(RollingResistance, KeywordsReplaceTheMaterialOneByOne)
 {
-  EXPECT_EQ(material_with(""), " ");    // neither is in the file
+  EXPECT_EQ(material_with(""), " ");    // both are missing in the file
   EXPECT_EQ(material_with("kr 2e5 rolling_friction 0.1"), "2e+05 0.1");
   EXPECT_EQ(material_with("rolling_friction 0.1 kr 2e5"), "2e+05 0.1");
 
@@ -374,7 +376,7 @@ TEST(RollingResistance, KeywordsReplaceTheMaterialOneByOne)
   EXPECT_EQ(material_with("rolling_friction 0.3", file), "5e+05 0.3");
   EXPECT_EQ(material_with("kr 1e5", file), "1e+05 0.1");
 
-  // a file keeps a stiffness of zero, too
+  // A file also stores a stiffness of zero.
   script << "unfix grains\n" + FIX + "dt 5e-5 kr 0 rolling_friction 0.1\nrun 0\nwrite_rve grains " +
           "atom 1 file " + file + " format rve";
   EXPECT_EQ(material_with("", file), "0 0.1");
@@ -384,7 +386,8 @@ TEST(RollingResistance, StiffnessIsTheTangentialOneUnlessItIsGiven)
 {
   EXPECT_EQ(material_with("kt 3e5 rolling_friction 0.1"), "3e+05 0.1");
   EXPECT_EQ(material_with("rolling_friction 0.1 kt 3e5"), "3e+05 0.1");
-  EXPECT_EQ(material_with("rolling_friction 0.1 kr 0"), "0 0.1");    // what is said counts
+  // keywords replace the values of the file
+  EXPECT_EQ(material_with("rolling_friction 0.1 kr 0"), "0 0.1");
   EXPECT_EQ(material_with("kr 2e5"), "2e+05 0");
 }
 
@@ -424,7 +427,7 @@ TEST(RollingResistance, RestartContinuesBitForBit)
     whole << FOUR_ATOMS + FIX + shear + material + "\nrun 40";
 
     first << FOUR_ATOMS + FIX + shear + material + "\nrun 17\nwrite_restart " + file + "\nclear";
-    // the material is that of the restart file
+    // The material is that of the restart file.
     second << "read_restart " + file + "\n" + rate + FIX + shear + "\nrun 23";
 
     for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(second.state(atom), whole.state(atom));
@@ -441,7 +444,8 @@ TEST(RollingResistance, NativeFileReadsBackAsTheSameState)
 
   again << FOUR_ATOMS + "fix grains all rve " + path + " drive none\n";
 
-  // contacts are written in the order of their owners, which a list gives them, and the file has no list
+  // Contacts are written in the order of their owners, which depends on the list; the file has no
+  // list.
   const auto with_contacts_in_order = [](const std::string &state) {
     std::istringstream text(state.substr(0, state.rfind("\nchecksum")));
     std::vector<std::string> lines;
@@ -462,7 +466,8 @@ TEST(RollingResistance, OfTheScriptCountsInTheStableTimeStep)
   soft << FOUR_ATOMS + FIX + "dt auto 0.5\n";
   stiff << FOUR_ATOMS + FIX + "dt auto 0.5 kr 4e6 rolling_friction 0.1\n";
 
-  // spins alone: k_t r^2 + k_r r^2/4 in place of k_t r^2 at each contact, so twice the square of the frequency or less
+  // Spins alone have k_t r^2 + k_r r^2/4 instead of k_t r^2 at each contact, so that the square of
+  // the frequency increases by at most a factor of two.
   EXPECT_LT(stiff.fix_value(8), 0.95 * soft.fix_value(8));
   EXPECT_GT(stiff.fix_value(8), 0.70 * soft.fix_value(8));
 }
@@ -473,7 +478,8 @@ TEST(RollingResistance, ContactsOfTheDataFileHaveItsForce)
   GrainsScript script;
   script << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 5\nwrite_rve grains atom 1 file " + path;
 
-  // n to the second grain, and the moment of rolling resistance is at most mu_r f_n over the reduced radius
+  // n points to the second grain, and the moment of rolling resistance is at most mu_r f_n times
+  // the reduced radius.
   std::istringstream table(text_of(path + ".contacts"));
   std::string line;
   std::getline(table, line);
@@ -489,7 +495,7 @@ TEST(RollingResistance, ContactsOfTheDataFileHaveItsForce)
     ++rows;
   }
   EXPECT_GT(rows, 400);
-  // the limit belongs to the last step, the overlap to the same one: to the rounding of the format
+  // Limit and overlap belong to the last step, to the rounding of the format.
   EXPECT_NEAR(largest, 0.1, 1e-5);
 }
 
@@ -505,7 +511,7 @@ TEST(RollingResistance, PackingIsPreparedWithoutIt)
           " rolling_friction 0.2";
 
   const std::string with = text_of(rolling), without = text_of(plain);
-  EXPECT_EQ(value_in(with, "rolling_stiffness"), "5e+05");    // that of kt
+  EXPECT_EQ(value_in(with, "rolling_stiffness"), "5e+05");    // the value of kt
   EXPECT_EQ(value_in(with, "rolling_friction"), "0.2");
   EXPECT_EQ(value_in(without, "rolling_friction"), "");
   EXPECT_EQ(part_of(with, "\ncell", "\nchecksum"), part_of(without, "\ncell", "\nchecksum"));
@@ -519,11 +525,11 @@ TEST(RollingResistance, ShadowOfTheSameStepsInDoubleIsTheRveItself)
   EXPECT_EQ(script.fix_value(12), 0.0);
 }
 
-// ---- between a macro step and DEM steps ----
+// ---- conversion of a macro step into DEM steps ----
 
 namespace {
 
-/// Four atoms, no two strain alike; the time step is 1e-3.
+/// Four atoms with different strains; the time step is 1e-3.
 const std::string KNOBS = FOUR_ATOMS + "compute s all rve/atom sxx syy sxy syx\n" +
     "compute f all rve/atom def_yy\ncompute p all rve/atom p\ncompute q all rve/atom q\n";
 
@@ -545,7 +551,8 @@ double largest_difference(const std::vector<double> &a, const std::vector<double
 
 TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
 {
-  // rates of 0.02/s: 2e-5 in a step of 1 ms, 20 DEM steps of it at 1e-6 each, and 10 where time is matched
+  // At 0.02/s a step of 1 ms has a strain of 2e-5: 20 DEM steps of 1e-6 each, and 10 if time is
+  // matched.
   const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.02\n";
   GrainsScript matched, fine, coarse;
   matched << KNOBS + FIX + drive + "run 100";
@@ -556,7 +563,7 @@ TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
   EXPECT_EQ(fine.fix_value(9), 20.0);
   EXPECT_EQ(fine.fix_value(3), 4 * 100 * 20.0);
   EXPECT_EQ(coarse.fix_value(3), 4 * 100 * 1.0);
-  // 2 ms of the RVE's own time are enough for a strain of 2e-3 to within the waves that it makes
+  // 2 ms of the RVE's own time give a strain of 2e-3 up to the waves that they cause.
   for (GrainsScript *script : {&fine, &coarse})
     EXPECT_NEAR(script->per_atom("f", 0), std::exp(-0.02 * 0.1), 1e-14);
   const double p = matched.per_atom("p", 0);
@@ -570,14 +577,15 @@ TEST(AdaptiveSubsteps, KeepTheInertialNumberBelowItsBound)
   tight << KNOBS + FIX + "substeps adaptive 1e-2 1e-4 " + drive + "run 1";
   loose << KNOBS + FIX + "substeps adaptive 1e-2 1e-3 " + drive + "run 1";
 
-  // I = strain/(n dt) d sqrt(rho depth/(thickness p)), the last factor 0.0077 sqrt(2650/(0.075 1e5)): n = 91 for 1e-4
+  // I = strain/(n dt) d sqrt(rho depth/(thickness p)), the last factor 0.0077 sqrt(2650/(0.075
+  // 1e5)): n = 91 for 1e-4
   EXPECT_NEAR(tight.fix_value(9), 91.0, 3.0);
   EXPECT_NEAR(loose.fix_value(9), 9.0, 2.0);
 }
 
-TEST(Quiescent, SkippedRveAnswersWithItsStiffnessAndNotWithAFrozenStress)
+TEST(Quiescent, SkippedRveUsesItsStiffness)
 {
-  // atom 1 strains by 1e-8 a step, atom 4 by 4e-8
+  // Atom 1 strains by 1e-8 per step, atom 4 by 4e-8.
   const std::string drive = "variable slow atom -1e-5*id\n" + FIX +
       "dt 1e-4 drive velocity_gradient yy v_slow quiescent 1e-6\n";
   GrainsScript script;
@@ -587,16 +595,17 @@ TEST(Quiescent, SkippedRveAnswersWithItsStiffnessAndNotWithAFrozenStress)
   script << "run 45";
 
   EXPECT_EQ(script.fix_value(14), 4.0);
-  EXPECT_EQ(script.fix_value(3), 6 * 10.0);    // in the first step, and atoms 3 and 4 once more
+  EXPECT_EQ(script.fix_value(3), 6 * 10.0);    // in the first step, and once more atoms 3 and 4
   EXPECT_NEAR(script.per_atom("f", 0), 1.0 - 4.5e-7, 1e-12);
   const std::vector<double> after = stress_of(script, 0);
-  // plane modulus of the packing, some 10 MPa by Voigt: several Pa
+  // The plane modulus of the packing is about 10 MPa by Voigt, so that the stress changes by
+  // several Pa.
   EXPECT_LT(after[1] - before[1], -2.0);
   EXPECT_GT(after[1] - before[1], -20.0);
   EXPECT_EQ(script.fix_value(2), 0.0);
 }
 
-TEST(Quiescent, WakesWithTheWholeDeformation)
+TEST(Quiescent, AppliesTheWholeDeferredDeformation)
 {
   const std::string drive = FIX + "dt 1e-4 substeps 100 drive velocity_gradient yy -1e-3\n";
   const std::string skipping = drive.substr(0, drive.size() - 1) + " quiescent 4.5e-5\n";
@@ -604,7 +613,7 @@ TEST(Quiescent, WakesWithTheWholeDeformation)
   always << KNOBS + drive + "run 120";
   sometimes << KNOBS + skipping + "run 120";
 
-  // 1e-5 a step: one step in five is taken, and the strain is the same
+  // At 1e-5 per step one step in five is made, and the strain is the same.
   EXPECT_EQ(always.fix_value(3), 4 * 120 * 100.0);
   EXPECT_EQ(sometimes.fix_value(3), 4 * 24 * 100.0);
   EXPECT_NEAR(sometimes.per_atom("f", 0), always.per_atom("f", 0), 1e-14);
@@ -612,9 +621,10 @@ TEST(Quiescent, WakesWithTheWholeDeformation)
   EXPECT_LT(largest_difference(stress_of(sometimes, 0), stress_of(always, 0)), 5e-3 * p);
 }
 
-TEST(Quiescent, SleepingRveTurnsItsStressWithIt)
+TEST(Quiescent, QuiescentRveRotatesItsStress)
 {
-  // a rotation is no strain: the RVE sleeps, from the second step on, while it turns by half a radian
+  // A rotation is no strain: the RVE is quiescent from the second step on, while it rotates by half
+  // a radian.
   GrainsScript script;
   script << KNOBS + "variable left equal 5*(step>1)\nvariable right equal -v_left\n" + FIX +
           "dt 1e-4 drive velocity_gradient xy v_right yx v_left quiescent 1e-6\nrun 1";
@@ -637,7 +647,8 @@ namespace {
 void check_that_a_turned_rve_wakes_as_if_it_had_not(const std::string &keywords)
 {
   SCOPED_TRACE(keywords);
-  // after a step at rest a quarter turn in 100 steps of a millisecond, asleep; then what was the y axis is compressed by 5e-4
+  // After a step at rest the RVE rotates by a quarter turn in 100 steps of a millisecond while
+  // quiescent; then the former y axis is compressed by 5e-4.
   const auto script_of = [&](const std::string &turn, const std::string &xx,
                              const std::string &yy) {
     return KNOBS + "variable left equal (step>1)*(step<=101)*" + turn +
@@ -664,30 +675,30 @@ void check_that_a_turned_rve_wakes_as_if_it_had_not(const std::string &keywords)
 
 }    // namespace
 
-TEST(Quiescent, RveThatTurnedInItsSleepWakesAsIfItHadNot)
+TEST(Quiescent, RotationWhileQuiescentIsRecovered)
 {
   check_that_a_turned_rve_wakes_as_if_it_had_not("");
 }
 
-TEST(Quiescent, RveWithRollingResistanceThatTurnedInItsSleepWakesAsIfItHadNot)
+TEST(Quiescent, RotationWhileQuiescentIsRecoveredWithRollingResistance)
 {
   check_that_a_turned_rve_wakes_as_if_it_had_not("kr 2e5 rolling_friction 0.1");
 }
 
 TEST(Quiescent, RveThatIsNotAtRestIsNotSkipped)
 {
-  // 2 % at once leave the grains in motion, and then nothing strains them
+  // A sudden strain of 2 % leaves the grains in motion; no strain follows.
   GrainsScript script;
   script << KNOBS + "variable kick equal -20*(step<=1)\n" + FIX +
           "dt 1e-4 drive velocity_gradient yy v_kick quiescent 1e-6\nrun 3";
 
   EXPECT_EQ(script.fix_value(3), 4 * 3 * 10.0);
   script << "run 200";
-  EXPECT_LT(script.fix_value(3), 4 * 203 * 10.0);    // they came to rest and fell asleep
+  EXPECT_LT(script.fix_value(3), 4 * 203 * 10.0);    // the grains came to rest and were skipped
   EXPECT_EQ(script.fix_value(14), 4.0);
 }
 
-TEST(Quiescent, RestartInSleepContinuesBitForBit)
+TEST(Quiescent, RestartOfAQuiescentRveContinuesBitForBit)
 {
   const std::string file = temporary_path("restart_asleep");
   const std::string fix = "variable slow atom -1e-3*id\n" + FIX +
@@ -707,14 +718,14 @@ TEST(Quiescent, RestartInSleepContinuesBitForBit)
     EXPECT_EQ(second.fix_value(n), whole.fix_value(n)) << "value " << n;
 }
 
-TEST(MassScaling, LengthensTheStepAndLeavesTheQuasiStaticStress)
+TEST(MassScaling, IncreasesTheStepAndKeepsTheQuasiStaticStress)
 {
   const std::string drive = "dt auto 0.5 drive velocity_gradient yy -0.02\n";
   GrainsScript light, heavy;
   light << KNOBS + FIX + drive + "run 200";
   heavy << KNOBS + FIX + "mass_scaling 4 " + drive + "run 200";
 
-  // steps of a millisecond: 17 and 9 fit in
+  // Steps of a millisecond have room for 17 and 9 DEM steps.
   EXPECT_NEAR(light.fix_value(9) / heavy.fix_value(9), 2.0, 0.2);
   const double p = light.per_atom("p", 0);
   EXPECT_GT(p, 1.1e5);
@@ -724,7 +735,8 @@ TEST(MassScaling, LengthensTheStepAndLeavesTheQuasiStaticStress)
 
 TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
 {
-  // the same DEM steps one by one: 4 of them before the first sample, then every third
+  // The same DEM steps are run one by one: 4 of them before the first sample, then every third one
+  // is a sample.
   const std::string drive = "dt 1e-4 drive velocity_gradient yy -1\n";
   GrainsScript average, regression, single;
   average << KNOBS + FIX + "format double substeps 10 stress average 3 3 " + drive + "run 1";
@@ -737,12 +749,13 @@ TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
     samples.push_back(stress_of(single, 0));
   }
 
-  // a straight cell path against the exponential one: 1e-3 squared of the strain in between
+  // The cell path is straight instead of exponential, a difference of 1e-3 squared of the strain in
+  // between.
   const double p = single.per_atom("p", 0);
   for (int k = 0; k < 4; ++k) {
     const double mean = (samples[0][k] + samples[1][k] + samples[2][k]) / 3.0;
     EXPECT_NEAR(stress_of(average, 0)[k], mean, 1e-4 * p);
-    // the line through three points rises by half the difference of the outer ones above the mean
+    // The line through three points rises by half the difference of the outer ones above the mean.
     EXPECT_NEAR(stress_of(regression, 0)[k], mean + 0.5 * (samples[2][k] - samples[0][k]),
                 1e-4 * p);
   }
@@ -760,7 +773,7 @@ TEST(Shadow, OfTheSameStepsInDoubleIsTheRveItself)
   EXPECT_EQ(script.fix_value(12), 0.0);
 }
 
-TEST(Shadow, MeasuresWhatTheFormatAndTheStepLose)
+TEST(Shadow, MeasuresTheErrorOfFormatAndStep)
 {
   const std::string drive = "dt 1e-4 drive velocity_gradient yy v_rate xy 0.1\n";
   GrainsScript fast, finer, alone;
@@ -776,13 +789,14 @@ TEST(Shadow, MeasuresWhatTheFormatAndTheStepLose)
   EXPECT_EQ(fast.fix_value(13), std::floor(fast.fix_value(13)));
   EXPECT_GE(fast.fix_value(13), 1.0);
   EXPECT_LE(fast.fix_value(13), 4.0);
-  // whoever is watched behaves as if alone
+  // A shadow does not change its RVE.
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(fast.state(atom), alone.state(atom));
 }
 
-TEST(Shadow, SeesASkippedRve)
+TEST(Shadow, DetectsTheErrorOfASkippedRve)
 {
-  // asleep from the second step on: the stress is that of Voigt's stiffness, and the shadow knows the true one
+  // The RVE is quiescent from the second step on: its stress is that of Voigt's stiffness, and the
+  // shadow has the true one.
   GrainsScript script;
   script << KNOBS + FIX +
           "dt 1e-4 substeps 100 quiescent 1e-3 shadow 1 1 drive velocity_gradient yy -1e-3\nrun 50";
@@ -792,7 +806,7 @@ TEST(Shadow, SeesASkippedRve)
   EXPECT_LT(script.fix_value(12), 0.1);
 }
 
-TEST(Preset, SetsWhatItSaysAndKeywordsReplaceParts)
+TEST(Preset, SetsItsOptionsAndKeywordsReplaceThem)
 {
   const std::string fix = "fix grains all rve " + PACKING + " ";
   GrainsScript plain, draft, standard, reference, replaced;
@@ -819,7 +833,7 @@ TEST(Warnings, NameValueLimitAndRemedyOnce)
   EXPECT_EQ(log.find("inertial", log.find("inertial") + 1), std::string::npos);
 }
 
-/// 25 RVEs, the first `fast` of which strain fast.
+/// Returns 25 RVEs, of which the first `fast` strain fast.
 std::string some_fast_rves(int fast)
 {
   return R"(units si
@@ -837,7 +851,7 @@ variable rate atom -1e-3-5*(id<=)" +
       " threads 1 dt 1e-4 dt_check 5 drive velocity_gradient yy v_rate\n";
 }
 
-TEST(Warnings, OfInertialNumbersComeOncePerRunFromANotableShareOn)
+TEST(Warnings, OfInertialNumbersAppearOncePerRunAboveAShare)
 {
   const auto count = [](const std::string &log, const std::string &part) {
     int number = 0;
@@ -862,7 +876,7 @@ TEST(Warnings, OfInertialNumbersComeOncePerRunFromANotableShareOn)
   EXPECT_EQ(count(none, "inertial"), 0) << none;
 }
 
-TEST(Warnings, ComeForTheSizeOfACellWhenItIsStrainedAndForOverlapsAtTheStart)
+TEST(Warnings, AppearForCellSizesUnderStrainAndForInitialOverlaps)
 {
   const std::string path = temporary_path("few.rve");
   const std::string make = "create_rve " + path +
@@ -878,7 +892,7 @@ TEST(Warnings, ComeForTheSizeOfACellWhenItIsStrainedAndForOverlapsAtTheStart)
   EXPECT_IN("use more grains", log);
   EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "\nrun 0").find("WARNING: fix rve"), std::string::npos);
 
-  // thousand times as stiff: overlaps of 5e-6, which fast does not resolve
+  // Grains a thousand times as stiff have overlaps of 5e-6, which `fast` does not resolve.
   std::string stiff = make;
   stiff.replace(stiff.find("kn 1e6"), 6, "kn 1e9");
   const std::string fix = "fix grains all rve " + path + " format ";
@@ -887,7 +901,7 @@ TEST(Warnings, ComeForTheSizeOfACellWhenItIsStrainedAndForOverlapsAtTheStart)
   EXPECT_EQ(log_of(FOUR_ATOMS + fix + "mixed\nrun 0").find("resolves"), std::string::npos);
 }
 
-TEST(Warnings, TellASlowRateInFast)
+TEST(Warnings, NameASlowRateInFast)
 {
   const std::string slow = "dt 1e-4 dt_check 2 drive velocity_gradient yy -1e-7\nrun 4";
 
@@ -934,7 +948,7 @@ TEST(FixRveMessage, KnobsOutOfRange)
 
 TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
 {
-  // each of them lacks its value; as the name of a file it would be one that does not exist
+  // Each keyword lacks its value; read as a file name it would name a file that does not exist.
   for (const char *keyword : {"drive",
                               "servo",
                               "servo_gain",
@@ -984,14 +998,14 @@ TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
 }
 
 // FOUR_ATOMS has no pair style, no comm_modify and no atom_modify
-TEST(Warnings, OfLammpsAreNotForPointsThatOnlyCarryRves)
+TEST(Warnings, OfLammpsDoNotAppearForPointsWithRves)
 {
   const std::string log = log_of(FOUR_ATOMS + SHEAR + "run 2\nrun 2");
 
   EXPECT_EQ(log.find("WARNING"), std::string::npos) << log.substr(log.find("WARNING"), 200);
 }
 
-TEST(Warnings, OfLammpsComeWhereTheyAreRight)
+TEST(Warnings, OfLammpsAppearWhereTheyApply)
 {
   const std::string nve = "velocity all set 0 0 0\nfix move all nve\n";
   const std::string moved = log_of(FOUR_ATOMS + SHEAR + nve + "run 2");
@@ -1005,9 +1019,9 @@ TEST(Warnings, OfLammpsComeWhereTheyAreRight)
   EXPECT_IN("WARNING: One or more atoms are time integrated more than once", twice);
 }
 
-TEST(Progress, SaysStepShareTimeLeftAndThroughput)
+TEST(Progress, LogsStepShareRemainingTimeAndThroughput)
 {
-  // an interval that each step outlasts
+  // Each step takes longer than the interval.
   const std::string log = log_of(FOUR_ATOMS + SHEAR + "unfix grains\n" + FIX +
                                  "dt 1e-4 drive velocity_gradient xy 0.1 progress 1e-9\nrun 8\n");
 
@@ -1018,14 +1032,14 @@ TEST(Progress, SaysStepShareTimeLeftAndThroughput)
               log);
   EXPECT_IN(" left, ", log);
   const std::size_t line = log.find("fix rve grains: step 8"), begin = log.find("left, ", line) + 6;
-  // 40 DEM steps in this LAMMPS step, in more than a microsecond and less than ten seconds
+  // This LAMMPS step has 40 DEM steps and takes between a microsecond and ten seconds.
   const double throughput = 1e6 * std::stod(log.substr(begin));
   EXPECT_GT(throughput, 4.0);
   EXPECT_LT(throughput, 4e7);
   EXPECT_IN(" million RVE-steps per second\n", log.substr(begin, 60));
 }
 
-TEST(Progress, OfARunInPartsIsThatOfTheWhole)
+TEST(Progress, OfADividedRunIsThatOfTheWholeRun)
 {
   const std::string log = log_of(FOUR_ATOMS + SHEAR.substr(0, SHEAR.size() - 1) +
                                  " progress 1e-9\nrun 2 start 0 stop 4\nrun 2 start 0 stop 4\n");
@@ -1062,7 +1076,7 @@ TEST(FixRveMessage, NegativeProgress)
 
 namespace {
 
-/// GPU_RVE_MEMORY_LIMIT for a while.
+/// Sets GPU_RVE_MEMORY_LIMIT while it exists.
 class MemoryLimit {
  public:
   explicit MemoryLimit(const std::string &bytes)
@@ -1080,7 +1094,7 @@ std::string this_many_rves(int number)
   return lines + FIX + "device cpu dt 1e-4\n";
 }
 
-/// The number before the words.
+/// Returns the number before the words.
 int number_before(const std::string &words, const std::string &message)
 {
   const std::size_t end = message.find(words), begin = message.rfind(' ', end - 2);
@@ -1089,7 +1103,7 @@ int number_before(const std::string &words, const std::string &message)
 
 }    // namespace
 
-TEST(OutOfMemory, IsSaidBeforeTheFirstRveWithTheNumberThatFits)
+TEST(OutOfMemory, IsReportedBeforeTheFirstRveWithTheNumberThatFits)
 {
   const MemoryLimit limit("1000000");
 
@@ -1127,10 +1141,10 @@ TEST(OutOfMemory, CountsRollingForces)
                                                "device cpu dt 5e-5 rolling_friction 0.1\nrun 0\n"));
 
   EXPECT_GT(rolling, 0);
-  EXPECT_LT(rolling, fit);    // 8 more bytes for each pair that an RVE has room for
+  EXPECT_LT(rolling, fit);    // 8 more bytes for each pair for which an RVE has capacity
 }
 
-TEST(OutOfMemory, IsSaidBeforeTheRvesOfARestartFileAreMade)
+TEST(OutOfMemory, IsReportedBeforeTheRvesOfARestartFileAreMade)
 {
   const std::string file = temporary_path("restart");
   Script first;
@@ -1247,11 +1261,11 @@ TEST(FixRveMessage, UnitsThatAreNotConsistent)
   EXPECT_IN("not in units real", message_of(script));
 }
 
-// ---- the contact law as LAMMPS' pair_coeff has it ----
+// ---- contact laws in the form of LAMMPS' pair_coeff ----
 
 namespace {
 
-/// The RVE after some steps with these keywords, as a text with all digits.
+/// Returns the RVE after some steps with these keywords, as a text with all digits.
 std::string state_with(const std::string &keywords)
 {
   GrainsScript script;
@@ -1262,7 +1276,7 @@ std::string state_with(const std::string &keywords)
 
 }    // namespace
 
-TEST(ContactWords, OfAPairCoeffMeanTheKeywords)
+TEST(ContactWords, PairCoeffIsEquivalentToTheKeywords)
 {
   EXPECT_EQ(state_with("contact hooke 2e6 50 tangential linear_history 1e6 0.5 0.4 damping "
                        "velocity rolling sds 2e5 0.0 0.1 twisting none thickness 0.05"),
@@ -1270,7 +1284,7 @@ TEST(ContactWords, OfAPairCoeffMeanTheKeywords)
                        "0.1 thickness 0.05"));
 }
 
-TEST(ContactWords, LeaveNothingOfTheLawOfThePacking)
+TEST(ContactWords, ReplaceTheWholeLawOfThePacking)
 {
   EXPECT_EQ(state_with("contact hooke 2e6 0 tangential linear_nohistory 0.5 0 rolling none"),
             state_with("kn 2e6 kt 0 friction 0"));
@@ -1278,14 +1292,14 @@ TEST(ContactWords, LeaveNothingOfTheLawOfThePacking)
             state_with("contact hooke 2e6 0 tangential linear_history 0 1 0.5"));
 }
 
-TEST(ContactWords, DampingWithANumberIsThatOfAllGrains)
+TEST(ContactWords, DampingCoefficientAppliesToAllGrains)
 {
   EXPECT_EQ(state_with("contact hooke 2e6 50 damping velocity tangential linear_history 1e6 0 0.4 "
                        "damping 0.2"),
             state_with("kn 2e6 gamma_n 50 kt 1e6 gamma_t 0 friction 0.4 damping 0.2"));
 }
 
-TEST(ContactWords, WhatLammpsHasAndRvesHaveNotIsNamed)
+TEST(ContactWords, UnsupportedLammpsOptionsAreNamed)
 {
   const auto message_with = [](const std::string &words) {
     return message_of(FOUR_ATOMS + FIX + "contact " + words + "\n");
@@ -1358,7 +1372,7 @@ TEST(FixRveMessage, UnknownKeyword)
             message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
 }
 
-TEST(FixRveMessage, MarksTheWordThatIsWrong)
+TEST(FixRveMessage, MarksTheInvalidWord)
 {
   const std::string before = FIX + "friction ";
   const std::string mark(("Last input line: " + before).size(), ' ');
@@ -1368,7 +1382,7 @@ TEST(FixRveMessage, MarksTheWordThatIsWrong)
 
 TEST(FixRveMessage, NanVelocityGradientNamesAtomAndComponent)
 {
-  // sqrt(-1) would be caught by LAMMPS, infinity minus infinity is not
+  // LAMMPS detects sqrt(-1) but not infinity minus infinity.
   const std::string message = message_of(FOUR_ATOMS +
                                          "variable huge atom (id==3)*1e300*1e300\n"
                                          "variable bad atom v_huge-v_huge\n" +
@@ -1409,9 +1423,9 @@ TEST(FixRveMessage, DriveMpmWithoutFixMpm)
   EXPECT_IN("drive mpm needs a fix mpm", message_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
 }
 
-// LAMMPS deletes a file-style variable that ends, and renumbers the variables after it. Before, the
-// drive then read another variable, or none.
-TEST(FixRveVariables, AreFoundByNameWhenOthersEnd)
+// LAMMPS deletes a file-style variable that ends and renumbers the variables after it. The fix must
+// then not read another variable.
+TEST(FixRveVariables, AreFoundByNameAfterOthersAreDeleted)
 {
   const std::string numbers = file_of_rank("numbers.txt");
   std::ofstream(numbers) << "1\n2\n3\n";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a script says of RVEs that are there already: continued runs, fix_modify, unfix; what a restart file says that is damaged; and
-// words that would be lost without a word.
+// Changes of existing RVEs by a script: continued runs, fix_modify, unfix; messages for damaged
+// restart files; and errors for words that would have no effect.
 
 #include "grains_script.h"
 #include "input.h"
@@ -20,7 +20,7 @@ namespace {
 
 const std::string RATE = "variable rate atom -0.05*id\n";
 
-/// A run of `first` that is written to a restart file, and its name.
+/// Writes the restart file of a run of `first` and returns its name.
 std::string restart_of(const std::string &first, const std::string &name = "restart")
 {
   const std::string file = temporary_path(name);
@@ -29,13 +29,13 @@ std::string restart_of(const std::string &first, const std::string &name = "rest
   return file;
 }
 
-/// The log of a run of `next` from a restart file.
+/// Returns the log of a run of `next` from a restart file.
 std::string log_of_rest(const std::string &file, const std::string &next)
 {
   return log_of("read_restart " + file + "\n" + RATE + next + "run 3\n");
 }
 
-/// The value behind a word in a packing file.
+/// Returns the value after a word in a packing file.
 std::string value_in(const std::string &packing, const std::string &word)
 {
   std::istringstream words(packing);
@@ -50,7 +50,7 @@ const std::string DRIVE = "drive velocity_gradient yy v_rate xy 0.1 ";
 
 // ---- a continued run ----
 
-TEST(ContinuedRun, ObeysTheMaterialThatItsFixSaysAndListsIt)
+TEST(ContinuedRun, AppliesAndListsTheMaterialOfItsFix)
 {
   const std::string file = restart_of(SHEAR);
   const std::string words = FIX + "dt 1e-4 " + DRIVE + "friction 0.3 damping 0.2\n";
@@ -66,7 +66,7 @@ TEST(ContinuedRun, ObeysTheMaterialThatItsFixSaysAndListsIt)
   }
 }
 
-TEST(ContinuedRun, KeepsWhatItsFixDoesNotSay)
+TEST(ContinuedRun, KeepsSettingsThatItsFixOmits)
 {
   const std::string file =
       restart_of(FIX + "dt auto 0.3 mass_scaling 4 friction 0.3 " + DRIVE + "\n");
@@ -78,13 +78,13 @@ TEST(ContinuedRun, KeepsWhatItsFixDoesNotSay)
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(after.state(atom), before.state(atom));
   EXPECT_EQ(after.fix_value(8), before.fix_value(8));
   EXPECT_EQ(log_of_rest(file, FIX + DRIVE + "\n").find("with changes"), std::string::npos);
-  // so do RVEs that are made later
+  // RVEs that are created later have it too.
   after << "create_atoms 1 single 1.5 1.5 0\nrun 0";
   EXPECT_EQ(value_in(after.state(5), "mass_depth"), "4");
   EXPECT_EQ(value_in(after.state(5), "friction"), "0.3");
 }
 
-TEST(ContinuedRun, ObeysTheFractionOfTheStabilityBound)
+TEST(ContinuedRun, AppliesTheFractionOfTheStabilityBound)
 {
   const std::string file = restart_of(FIX + "dt auto 0.9 substeps 10 " + DRIVE + "\n");
   const std::string words = FIX + "dt auto 0.3 substeps 10 " + DRIVE + "\n";
@@ -93,12 +93,12 @@ TEST(ContinuedRun, ObeysTheFractionOfTheStabilityBound)
           "\nrun 0";
   lower << "read_restart " + file + "\n" + RATE + words + "run 0";
 
-  // of the RVEs as they are: the bound is that of a network that has moved on
+  // The bounds are those of the present RVEs, whose contacts have changed.
   EXPECT_NEAR(lower.fix_value(8) / same.fix_value(8), 0.3 / 0.9, 0.02);
   EXPECT_IN("dt auto 0.9 -> auto 0.3", log_of_rest(file, words));
 }
 
-TEST(ContinuedRun, ObeysAPresetAndListsWhatItStandsFor)
+TEST(ContinuedRun, AppliesAPresetAndListsItsSettings)
 {
   const std::string file = restart_of(FIX + "mass_scaling 4 format fast " + DRIVE + "\n");
   const std::string words =
@@ -114,7 +114,7 @@ TEST(ContinuedRun, ObeysAPresetAndListsWhatItStandsFor)
 
 TEST(ContinuedRun, RefusesADtAboveTheBoundOfItsRves)
 {
-  // good for the packing as it is in its file, and not for RVEs that are four times as stiff
+  // The step is stable for the packing in its file, and not for RVEs that are four times as stiff.
   const std::string file = restart_of(FIX + "dt 5e-5 kn 4e6 kt 2e6 " + DRIVE + "\n");
 
   EXPECT_IN(
@@ -138,7 +138,7 @@ TEST(ContinuedRun, RefusesOtherPackingsWithTheListOfDifferences)
 
 TEST(ContinuedRun, WithTheSameFixHasTheSameBitsInEveryFormat)
 {
-  // with a servo, whose default gain is made of radii that these formats round
+  // The default gain of the servo depends on radii, which these formats round.
   for (const std::string format : {"fast", "single", "mixed", "double"}) {
     const std::string words = FIX + "dt 1e-4 servo xx -1.3e5 yy -1.3e5 format " + format + "\n";
     const std::string file = restart_of(words);
@@ -151,7 +151,7 @@ TEST(ContinuedRun, WithTheSameFixHasTheSameBitsInEveryFormat)
   }
 }
 
-TEST(ContinuedRun, HasAsManyShadowsAsItsFixSays)
+TEST(ContinuedRun, HasTheNumberOfShadowsOfItsFix)
 {
   const std::string file = restart_of(FIX + "dt 1e-4 shadow 3 2 " + DRIVE + "\n");
   const auto shadows_of = [&](const std::string &words) {
@@ -180,7 +180,7 @@ TEST(FixModify, ChangesDriveAndServoAndKeepsTheRves)
   EXPECT_EQ(script.fix_value(3), 4 * 412 * 10.0);
 }
 
-TEST(FixModify, BeforeTheFirstRunIsTheSameAsInTheFix)
+TEST(FixModify, BeforeTheFirstRunIsEquivalentToTheFix)
 {
   GrainsScript said, modified;
   said << FOUR_ATOMS + FIX + "dt auto 0.5 friction 0.3 mass_scaling 2 " + DRIVE + "\nrun 10";
@@ -192,7 +192,7 @@ TEST(FixModify, BeforeTheFirstRunIsTheSameAsInTheFix)
   EXPECT_EQ(modified.fix_value(8), said.fix_value(8));
 }
 
-TEST(FixModify, IsTheSameAsAContinuedRunWithAnotherFix)
+TEST(FixModify, IsEquivalentToAContinuedRunWithAnotherFix)
 {
   const std::string file = restart_of(FIX + "dt auto 0.5 " + DRIVE + "\n");
   GrainsScript modified, continued;
@@ -205,9 +205,9 @@ TEST(FixModify, IsTheSameAsAContinuedRunWithAnotherFix)
   for (int atom = 1; atom <= 4; ++atom) EXPECT_EQ(continued.state(atom), modified.state(atom));
 }
 
-TEST(FixModify, OfTheMaterialShowsAtOnce)
+TEST(FixModify, MaterialAppliesAtOnce)
 {
-  // stress of the same overlaps: f = k_n delta, and half of the volume
+  // The stress is that of the same overlaps: f = k_n delta, and half of the volume.
   GrainsScript script;
   script << FOUR_ATOMS + FIX + "kt 0 dt auto 0.5 " + DRIVE +
           "\ncompute p all rve/atom p\nrun 5\nfix_modify grains thickness 0.15\nrun 0";
@@ -220,7 +220,7 @@ TEST(FixModify, OfTheMaterialShowsAtOnce)
             log_of(FOUR_ATOMS + SHEAR + "run 5\nfix_modify grains friction 0.4\n"));
 }
 
-TEST(FixModify, ThatSaysWhatIsSoChangesNothing)
+TEST(FixModify, UnchangedSettingsChangeNothing)
 {
   GrainsScript alone, told;
   alone << FOUR_ATOMS + SHEAR + "run 10";
@@ -231,7 +231,7 @@ TEST(FixModify, ThatSaysWhatIsSoChangesNothing)
   EXPECT_EQ(told.state(3), alone.state(3));
 }
 
-TEST(FixModify, WakesRvesWithWhatTheySleptThrough)
+TEST(FixModify, QuiescentRvesGetTheirDeferredIncrement)
 {
   const std::string slow = FIX + "dt 1e-4 drive velocity_gradient yy -1e-3 quiescent 1e-3\n";
   for (const std::string change : {"quiescent none", "drive none servo yy -1e5"}) {
@@ -250,9 +250,10 @@ TEST(FixModify, WakesRvesWithWhatTheySleptThrough)
   }
 }
 
-TEST(FixModify, OfASleepersMaterialAnswersWithTheNewStiffness)
+TEST(FixModify, MaterialOfAQuiescentRveGetsTheNewStiffness)
 {
-  // asleep and strained by 1e-4: twice the stiffness is twice the stress, turned or not
+  // The RVE is quiescent and strained by 1e-4. Twice the stiffness gives twice the stress, with and
+  // without rotation.
   const std::string words = FIX +
       "format double kt 0 friction 0 dt auto 0.3 quiescent 9e-3 "
       "drive velocity_gradient yy -1e-2 xy 1e-2\n";
@@ -266,9 +267,9 @@ TEST(FixModify, OfASleepersMaterialAnswersWithTheNewStiffness)
   EXPECT_NEAR(script.per_atom("s", 2) / before, 2.0, 1e-9);
 }
 
-TEST(FixModify, OfTheMaterialReachesShadows)
+TEST(FixModify, MaterialAppliesToShadows)
 {
-  // a shadow of the same steps in double is the RVE itself
+  // A shadow with the same steps in double is equal to the RVE.
   GrainsScript script;
   script << FOUR_ATOMS + FIX + "format double dt auto 0.5 shadow 2 1 " + DRIVE +
           "\nrun 5\nfix_modify grains kn 2e6 friction 0.2\nrun 0";
@@ -279,7 +280,7 @@ TEST(FixModify, OfTheMaterialReachesShadows)
   EXPECT_EQ(script.fix_value(12), 0.0);
 }
 
-TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
+TEST(FixModify, RefusesFixedSettingsWithTheReason)
 {
   const auto message_with = [](const std::string &words) {
     return message_of(FOUR_ATOMS + SHEAR + "run 1\nfix_modify grains " + words);
@@ -298,9 +299,9 @@ TEST(FixModify, RefusesWhatCannotBeChangedAndSaysWhy)
   EXPECT_IN("is driven by both", message_with("servo yy -1e5"));
 }
 
-// ---- the RVEs go ----
+// ---- deleted RVEs ----
 
-TEST(Unfix, OfRvesThatHaveAdvancedIsWarnedOf)
+TEST(Unfix, OfAdvancedRvesGivesAWarning)
 {
   const std::string run = FOUR_ATOMS + SHEAR + "run 5\n";
   const std::string warning =
@@ -317,7 +318,8 @@ TEST(Unfix, OfRvesThatHaveAdvancedIsWarnedOf)
 
 namespace {
 
-/// A restart file of one atom, and where the head of its fix and the record of its RVE begin.
+/// A restart file of one atom with the positions of the head of its fix and of the record of its
+/// RVE.
 struct RestartFile {
   std::string path, text;
   std::size_t head, record;
@@ -330,7 +332,7 @@ struct RestartFile {
     text = text_of(path);
     const double version_and_step[] = {-6.0, 5.0};
     head = place_of(version_and_step, 2);
-    // the header of the record begins with its length and the step
+    // The header of the record begins with its length and the step.
     const int length = script.lmp->modify->get_fix_by_id("grains")->size_restart(0);
     const double length_and_step[] = {static_cast<double>(length), 5.0};
     record = place_of(length_and_step, 2);
@@ -358,14 +360,15 @@ TEST(DamagedRestart, HeadOfTheFixIsRefused)
   const RestartFile file("head");
   ASSERT_NE(file.head, std::string::npos);
 
-  // the version and the step, then time step, mass scaling, packings, sums, and words of the account
+  // The bytes are those of version and step, then time step, mass scaling, packings, sums, and
+  // words of the account.
   for (std::size_t byte = 0; byte < 120; byte += 3) {
     const std::string message = file.message_with_flip(file.head + byte, byte % 8);
     EXPECT_TRUE(message.find("damaged") != std::string::npos ||
                 message.find("this fix reads version 6") != std::string::npos)
         << byte << ": " << message;
   }
-  // a version that is not whole is not said to be that which it rounds to
+  // The message shows a fractional version with all digits.
   EXPECT_IN("damaged: the version reads -6.00000000000", file.message_with_flip(file.head, 3));
 }
 
@@ -386,7 +389,8 @@ TEST(DamagedRestart, RecordOfAnRveIsRefused)
   const RestartFile file("record");
   ASSERT_NE(file.record, std::string::npos);
 
-  // header; then head and state of the RVE: a byte of every number at first, then some
+  // After the header follow head and state of the RVE: one byte of every number at first, then some
+  // of the rest.
   for (std::size_t byte = 8; byte < file.text.size() - file.record - 512;
        byte += byte < 700 ? 13 : 1501) {
     const std::string message = file.message_with_flip(file.record + byte, byte % 8);
@@ -400,9 +404,9 @@ TEST(DamagedRestart, RecordOfAnRveIsRefused)
 
 // ---- numbers of DEM steps ----
 
-TEST(NumberOfDemSteps, IsAnErrorBeyondWhatCanBeCountedBeforeAnythingRuns)
+TEST(NumberOfDemSteps, BeyondTheRangeOfIntegersIsAnErrorBeforeAnythingRuns)
 {
-  // 5e10 steps would be one of 5e-4, after an overflow
+  // 5e10 steps would overflow and become one step of 5e-4.
   const std::string message =
       message_of(FOUR_ATOMS + FIX + "dt 2e-14 drive velocity_gradient yy -0.05\nrun 1");
   EXPECT_IN("a timestep of 0.001 [time] takes 5e+10 DEM steps of dt 2e-14 [time]; there can be "
@@ -424,9 +428,9 @@ TEST(NumberOfDemSteps, TimesTheRefinementOfShadowsHasTheSameLimit)
             message_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 1000000000 shadow 1 3\n"));
 }
 
-// ---- said twice ----
+// ---- keywords given twice ----
 
-TEST(SaidTwice, IsAnErrorThatNamesBoth)
+TEST(SaidTwice, KeywordGivenTwiceIsAnErrorThatNamesBoth)
 {
   const auto message_with = [](const std::string &words) {
     return message_of(FOUR_ATOMS + FIX + words + "\n");
@@ -454,9 +458,9 @@ TEST(SaidTwice, IsAnErrorThatNamesBoth)
 
 // ---- cells ----
 
-TEST(NarrowCell, IsSaidAtTheStartAndEndsWithARemedy)
+TEST(NarrowCell, IsReportedAtTheStartWithARemedy)
 {
-  // 16 grains: narrow, and soon too narrow
+  // A packing of 16 grains is narrow and soon becomes too narrow.
   const std::string few = temporary_path("few.rve");
   const std::string make = "create_rve " + few +
       " grains 16 seed 5 radius uniform 0.004 0.005 kn 1e6 friction 0.5 damping 0.3 density 2650 "
@@ -476,7 +480,7 @@ TEST(NarrowCell, IsSaidAtTheStartAndEndsWithARemedy)
   EXPECT_IN("cell too narrow", message);
   EXPECT_IN("use a packing with more grains", message);
   EXPECT_IN("with policy freeze the run goes on without this RVE", message);
-  // the list is built anew a little later than the cell has become too narrow, after 1e-3 of time per step
+  // The list is rebuilt shortly after the cell has become too narrow, after 1e-3 of time per step.
   const std::size_t at = message.find("failed at step ");
   ASSERT_NE(at, std::string::npos) << message;
   const double height = std::exp(-5.0 * 1e-3 * std::stod(message.substr(at + 15)));
@@ -484,9 +488,9 @@ TEST(NarrowCell, IsSaidAtTheStartAndEndsWithARemedy)
   EXPECT_GE(height, share * 0.90);
 }
 
-// ---- exceptions and what nobody meant ----
+// ---- exceptions and probable mistakes ----
 
-TEST(FixRveMessage, RotationThatCannotBeToldNamesFixAtomAndStep)
+TEST(FixRveMessage, AmbiguousRotationNamesFixAtomAndStep)
 {
   const std::string message = message_of(
       FOUR_ATOMS + FIX + "drive velocity_gradient xy -5 yx 5 dt 5e-5 substeps 20000\nrun 1");
@@ -499,7 +503,7 @@ TEST(FixRveMessage, RotationThatCannotBeToldNamesFixAtomAndStep)
 
 namespace {
 
-/// Points of an MPM analysis, and the begin of its fix, up to the model.
+/// Points of an MPM analysis and the beginning of its fix, up to the model.
 const std::string POINTS =
     "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array sort 0 0.0\n"
     "region box block 0 4 0 4 -0.05 0.05 units box\ncreate_box 1 box\n"
@@ -520,9 +524,9 @@ TEST(FixRveMessage, DriveMpmThatNoModelUses)
   EXPECT_EQ(message_of(script + "rve grains\nrun 1"), "");
 }
 
-TEST(FixRveMessage, FailureInAnMpmAnalysisIsSaidOnce)
+TEST(FixRveMessage, FailureInAnMpmAnalysisIsReportedOnce)
 {
-  // the ground is thrown against its bottom
+  // The ground hits its bottom at high speed.
   const std::string message =
       message_of(POINTS + "velocity all set 0 -400 0\n" + SOIL + "rve grains\nrun 200");
 
@@ -557,7 +561,7 @@ TEST(FixRveMessage, Rerun)
                        "\nrun 2\nundump d\nrerun " + dump + " dump x y"));
 }
 
-TEST(Warnings, TellATimestepThatNobodySet)
+TEST(Warnings, NameAnUnsetTimestep)
 {
   std::string script = FOUR_ATOMS + FIX + DRIVE;
   script.replace(script.find("timestep 1e-3"), 13, "");

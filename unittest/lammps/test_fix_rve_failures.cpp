@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that cannot go on as they are, through LAMMPS scripts: what becomes of them, what is said and what is counted, on any number of ranks.
+// Failed RVEs through LAMMPS scripts: policies, messages and counts, on any number of ranks.
 
 #include "grains_script.h"
 
@@ -14,7 +14,8 @@ using namespace grains_script;
 
 namespace {
 
-/// Atoms 1 and 2 are stretched at constant area, 2 a little faster, the others stay. A DEM step is 5e-5 of time.
+/// Returns a script that stretches atoms 1 and 2 at constant area, atom 2 a little faster, and
+/// leaves the others at rest. A DEM step is 5e-5 of time.
 std::string stretched(const std::string &words)
 {
   return FOUR_ATOMS + "variable pull atom 5*(id<3)+0.5*(id==2)\nvariable push atom -v_pull\n" +
@@ -24,7 +25,7 @@ std::string stretched(const std::string &words)
 
 }    // namespace
 
-TEST(NarrowCell, IsContinuedByCopiesWhichAreCountedAndSaid)
+TEST(NarrowCell, ContinuesAsCopiesThatAreCountedAndLogged)
 {
   Script script;
   script << stretched("") +
@@ -50,7 +51,7 @@ TEST(NarrowCell, IsContinuedByCopiesWhichAreCountedAndSaid)
   EXPECT_IN("it goes on as 2 copies side by side, of 32 grains", log);
 }
 
-TEST(NarrowCell, IsATroubleWithoutCopies)
+TEST(NarrowCell, IsAnErrorWithoutCopies)
 {
   EXPECT_IN("failed at step", message_of(stretched("copies 1") + "run 120"));
   EXPECT_IN("copies is 3; cells are doubled, so it must be a power of two: 1, 2, 4 ...",
@@ -64,8 +65,8 @@ TEST(NarrowCell, CanBeChangedBetweenRuns)
   EXPECT_EQ(message_of(stretched("copies 1") + "run 20\nfix_modify grains copies 2\nrun 100"), "");
 }
 
-// Atom 2 is crushed at once, again and again; the others are sheared.
-TEST(PolicyFresh, GoesOnWithFreshRvesWhichAreCountedAndSaid)
+// Atom 2 exceeds the overlap limit in each step; the others are sheared.
+TEST(PolicyFresh, ContinuesWithFreshRvesThatAreCountedAndLogged)
 {
   const std::string script = FOUR_ATOMS + "variable crush atom -400*(id==2)*(step%10==5)\n" + FIX +
       "dt 1e-4 policy fresh overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\n"
@@ -91,7 +92,7 @@ TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
   const std::string settings = "variable crush atom -400*(id==2)*(step==8||step==15)\n" + FIX +
       "dt 1e-4 policy fresh overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\n";
   const auto states = [](Script &script) {
-    // of the rank's own atoms
+    // states of the rank's own atoms
     std::string all;
     for (int id = 1; id <= 4; ++id) {
       const std::string path = rve_test::temporary_path("state.rve");
@@ -112,7 +113,7 @@ TEST(PolicyFresh, IsContinuedFromARestartFileToTheSameBits)
   EXPECT_EQ(states(whole), states(second));
 }
 
-TEST(FailureAtTheStart, SaysWhatThePackingHas)
+TEST(FailureAtTheStart, NamesThePropertyOfThePacking)
 {
   const std::string message =
       message_of(FOUR_ATOMS + FIX + "dt 1e-4 overlap_limit 1e-9 drive none\nrun 1");
@@ -121,7 +122,7 @@ TEST(FailureAtTheStart, SaysWhatThePackingHas)
   EXPECT_IN("of the sum of radii, overlap_limit 1e-09 [radius], void ratio 0.161", message);
 }
 
-TEST(PackingFiles, ThatAreALoopOfLinksAreNamed)
+TEST(PackingFiles, LoopOfLinksIsNamed)
 {
   const std::string link = file_of_rank("loop");
   std::remove(link.c_str());
@@ -132,7 +133,7 @@ TEST(PackingFiles, ThatAreALoopOfLinksAreNamed)
   std::remove(link.c_str());
 }
 
-// LAMMPS moves no record of a restart file when it deletes atoms
+// LAMMPS does not move records of a restart file when it deletes atoms.
 TEST(RestartRecords, FollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
 {
   const std::string file = rve_test::temporary_path("restart");
@@ -151,7 +152,7 @@ TEST(RestartRecords, FollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
             message_of(read + "delete_atoms group pit\n" + SHEAR));
 }
 
-TEST(RestartRecords, ThatLammpsHasDroppedAreSaid)
+TEST(RestartRecords, RecordsThatLammpsDroppedAreReported)
 {
   const std::string file = rve_test::temporary_path("restart");
   Script first;
@@ -162,7 +163,7 @@ TEST(RestartRecords, ThatLammpsHasDroppedAreSaid)
   EXPECT_EQ(log_of(read + SHEAR + "run 0").find("without records"), std::string::npos);
 }
 
-TEST(RestartRecords, OfAtomsThatHadNoRveAreSaid)
+TEST(RestartRecords, AtomsWithoutAnRveAreReported)
 {
   const std::string file = rve_test::temporary_path("restart");
   Script first;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths of fix rve through LAMMPS scripts: a path for each atom, from a file and from the script, their ends, and restarts. Runs under
-// mpirun as well.
+// Loading paths of fix rve through LAMMPS scripts: a path for each atom, from a file and from the
+// script, their ends, and restarts. Also runs under mpirun.
 
 #include "grains_script.h"
 #include "update.h"
@@ -16,7 +16,7 @@ using rve_test::temporary_path;
 
 namespace {
 
-/// A file of this rank.
+/// Writes a file of this rank and returns its path.
 std::string written(const std::string &name, const std::string &text)
 {
   const std::string path = file_of_rank(name);
@@ -24,7 +24,7 @@ std::string written(const std::string &name, const std::string &text)
   return path;
 }
 
-// 2.5e-4 of strain per step, or a fifth
+// Four paths with a strain of 2.5e-4 per step or a fifth of it.
 const std::string FOUR_PATHS = R"(# four tests of a laboratory
 path oedometer
 stage rate yy -0.5 until strain yy < -0.002
@@ -58,7 +58,7 @@ std::string fix_with_paths()
 
 TEST(PathsOfFixRve, LimitsThatReverseAStageMayBeVariables)
 {
-  // two reversals: an atom ends at its low limit, which it passes by one step at most
+  // After two reversals an atom ends at its lower limit, which it passes by at most one step.
   const std::string path = FIX +
       "dt 5e-5 path stage rate xy 0.5 stress xx -1e5 stress yy -1e5 "
       "reverse strain xy v_low v_high until cycles > 1\n";
@@ -70,7 +70,7 @@ TEST(PathsOfFixRve, LimitsThatReverseAStageMayBeVariables)
     EXPECT_LE(script.compute("xy").at(id), -5e-4 * id + 1e-8) << id;
     EXPECT_GT(script.compute("xy").at(id), -5e-4 * id - 2.5e-4 * (1.0 + 1e-5)) << id;
   }
-  // a limit that grows in the stage, by a variable and by the word of a path
+  // The limit increases in the stage, by a variable and by a keyword of the path.
   const std::string grows = "variable high equal 1e-3+0.2*step*dt\nvariable low equal -v_high\n";
   const std::string ramp = "reverse strain xy ramp -1e-3 -5e-3 0.02 ramp 1e-3 5e-3 0.02";
   std::string with_ramp = path;
@@ -88,7 +88,7 @@ TEST(PathsOfFixRve, LimitsThatReverseAStageMayBeVariables)
       message_of(ATOMS + "variable low equal 1e-3\nvariable high equal -1e-3\n" + path + "run 1"));
 }
 
-TEST(PathsOfFixRve, EachAtomGoesItsOwnWayAndTheRunEndsWithTheLast)
+TEST(PathsOfFixRve, EachAtomFollowsItsPathAndTheRunEndsWithTheLast)
 {
   GrainsScript script;
   script << ATOMS + COLUMNS + fix_with_paths() + "path_end halt\nrun 0";
@@ -105,7 +105,7 @@ TEST(PathsOfFixRve, EachAtomGoesItsOwnWayAndTheRunEndsWithTheLast)
   const double step = 2.5e-4 * (1.0 + 1e-5);
   for (int id = 1; id <= 4; ++id) EXPECT_EQ(script.compute("ended").at(id), 1.0) << id;
   EXPECT_EQ(script.fix_value(15), 4.0);
-  EXPECT_NEAR(script.lmp->update->ntimestep, 80, 1);    // the slowest one has 5e-5 per step
+  EXPECT_NEAR(script.lmp->update->ntimestep, 80, 1);    // the slowest path has 5e-5 per step
   EXPECT_NEAR(std::log(script.compute("yy").at(1)), -0.002, step);
   EXPECT_EQ(script.compute("stage").at(2), 2.0);
   EXPECT_NEAR(script.compute("e").at(2), before, 1e-14);
@@ -114,7 +114,7 @@ TEST(PathsOfFixRve, EachAtomGoesItsOwnWayAndTheRunEndsWithTheLast)
   EXPECT_EQ(script.compute("cycles").at(4), 1.0);
   EXPECT_NEAR(script.compute("xy").at(4), -0.001, step);
 
-  // behind its end an RVE stays as it is; a path in the script begins anew
+  // After its end an RVE does not change; a path in the script starts again.
   const std::string state = script.state(1);
   script << "fix_modify grains path_end hold\nrun 5";
   EXPECT_EQ(script.state(1), state);
@@ -140,7 +140,7 @@ TEST(PathsOfFixRve, ContinueFromARestartFileBitForBit)
   }
 }
 
-TEST(PathsOfFixRve, ThatHaveEndedContinueWhereTheScriptOfAContinuedRunChangesThem)
+TEST(PathsOfFixRve, EndedPathsContinueWhenAContinuedRunChangesThem)
 {
   const std::string file = temporary_path("restart_of_ended_paths");
   const std::string fix = STEP + FIX + "dt 5e-5 path ",
@@ -170,8 +170,9 @@ TEST(PathsOfFixRve, ThatHaveEndedContinueWhereTheScriptOfAContinuedRunChangesThe
   EXPECT_NEAR(second["yy"], 1e-4, 1e-9);
 }
 
-// A row lies between two ends of steps, and the paths go on behind the last one. Strains are those of the table, shear to what the stretch of a step makes
-// of it; p is within a per cent, which the bends of a table cost a servo.
+// Rows are within steps, and the paths continue after the last row. Strains are those of the table,
+// shear up to the effect of the stretch of a step. p is within a per cent, an error that bends of a
+// table cause for a servo.
 TEST(PathsOfFixRve, FollowTablesFromFiles)
 {
   const std::string strains = written("strains.csv",
@@ -212,7 +213,7 @@ TEST(PathsOfFixRve, FollowTablesFromFiles)
   EXPECT_IN("no_such_table", message_of(fix + "stage strain yy table no_such_table 2"));
 }
 
-TEST(PathsOfFixRve, AreTheDriveAndServoThatTheyStandFor)
+TEST(PathsOfFixRve, AreEquivalentToADriveAndServo)
 {
   GrainsScript path, drive, servo, stage;
   path << ATOMS + FIX + "dt 5e-5 path stage rate xy 0.1 rate yy v_rate\nrun 5";
@@ -224,7 +225,7 @@ TEST(PathsOfFixRve, AreTheDriveAndServoThatTheyStandFor)
   EXPECT_EQ(stage.state(3), servo.state(3));
 }
 
-TEST(PathsOfFixRve, SayWhatIsWrong)
+TEST(PathsOfFixRve, ReportInvalidInput)
 {
   const std::string begin = ATOMS + FIX;
   EXPECT_IN("path and drive exclude each other",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs of spheres through LAMMPS scripts: in dimension 3 and, in plane strain, in dimension 2. Runs under mpirun as well.
+// RVEs of spheres through LAMMPS scripts: in dimension 3 and, in plane strain, in dimension 2. Also
+// runs under mpirun.
 
 #include "comm.h"
 #include "grains_script.h"
@@ -32,7 +33,7 @@ rve::Material lattice_material()
   return material;
 }
 
-/// A packing file of this rank.
+/// Writes a packing file of this rank and returns its path.
 std::string file_of(const std::string &name, const rve_test::Spheres &state)
 {
   const std::string path = file_of_rank(name);
@@ -40,7 +41,7 @@ std::string file_of(const std::string &name, const rve_test::Spheres &state)
   return path;
 }
 
-/// A face-centred cubic array of 32 spheres.
+/// Returns a face-centred cubic array of 32 spheres.
 std::string lattice()
 {
   return file_of("lattice.rve",
@@ -57,13 +58,13 @@ rve_test::CubicConstants lattice_constants()
   return rve_test::face_centred_constants(lattice_material(), RADIUS);
 }
 
-/// 125 spheres in motion.
+/// Returns 125 moving spheres.
 std::string disorder()
 {
   return file_of("disorder.rve", rve_test::disordered_spheres(rve_test::spheres_material(), 5, 7));
 }
 
-/// Four atoms in a box of this dimension.
+/// Returns four atoms in a box of this dimension.
 std::string atoms_in(int dimension)
 {
   const bool flat = dimension == 2;
@@ -100,7 +101,7 @@ TEST(SpheresOfFixRve, StrainedAlongAnAxisOfTheirLatticeHaveItsElasticConstants)
   const rve_test::CubicConstants c = lattice_constants();
   const double error = 5e-3 * c.c11 * strain;
   for (const int dimension : {2, 3}) {
-    // 0.1 s at a rate; then at rest
+    // The RVEs strain at a rate for 0.1 s and are then at rest.
     const std::string axis = dimension == 2 ? "yy" : "zz";
     GrainsScript script;
     script << atoms_in(dimension) + fix_with(lattice()) + "drive velocity_gradient " + axis + " " +
@@ -156,7 +157,7 @@ TEST(SpheresOfFixRve, ContinueFromARestartFileBitForBit)
       message_of("read_restart " + file + "\n" + RATE + fix_with(lattice()) + SHEAR_OF_SPHERES));
 }
 
-TEST(SpheresOfFixRve, SleepWakeAndHaveShadowsThroughARestart)
+TEST(SpheresOfFixRve, QuiescenceAndShadowsSurviveARestart)
 {
   const std::string file = temporary_path("restart_of_sleepers"), packing = lattice();
   const std::string fix = fix_with(packing) +
@@ -171,7 +172,7 @@ TEST(SpheresOfFixRve, SleepWakeAndHaveShadowsThroughARestart)
   for (const char *component : {"xx", "yy", "zz", "xy", "xz", "yz"})
     EXPECT_EQ(whole.compute(std::string("s") + component).at(2),
               second.compute(std::string("s") + component).at(2));
-  EXPECT_LT(whole.fix_value(3), 4 * 40 * 2.0);    // skipped for most of the time
+  EXPECT_LT(whole.fix_value(3), 4 * 40 * 2.0);    // skipped in most steps
   EXPECT_LT(whole.fix_value(12), 0.05);           // deviation from the shadow
 }
 
@@ -192,7 +193,7 @@ TEST(SpheresOfFixRve, HaveTheSameBitsOnAnyNumberOfRanksAndMoveBetweenThem)
   }
 }
 
-TEST(SpheresOfFixRve, AreSeenByOtherCommands)
+TEST(SpheresOfFixRve, AreAvailableToOtherCommands)
 {
   const std::string dump = temporary_path("grains.dump");
   GrainsScript script;
@@ -207,7 +208,7 @@ TEST(SpheresOfFixRve, AreSeenByOtherCommands)
   EXPECT_NEAR(script.compute("fabric").at(1), 1.0 / 3.0, 1e-6);
   Compute *contacts = script.lmp->modify->get_compute_by_id("c");
   contacts->compute_local();
-  // only the rank of the atom has them
+  // Only the rank of the atom has rows.
   ASSERT_TRUE(contacts->size_local_rows == 6 * 32 || contacts->size_local_rows == 0);
   for (int k = 0; k < contacts->size_local_rows; ++k) {
     const double *row = contacts->array_local[k];
@@ -223,7 +224,7 @@ TEST(SpheresOfFixRve, AreSeenByOtherCommands)
   EXPECT_IN(" 12\n", text);    // contacts of the last sphere
 }
 
-TEST(SpheresOfFixRve, ShowTheirResistanceToRollingAndTwisting)
+TEST(SpheresOfFixRve, OutputRollingAndTwistingResistance)
 {
   GrainsScript script;
   script << atoms_in(3) + "group one id 1\n" + fix_with(disorder()) +
@@ -240,8 +241,9 @@ TEST(SpheresOfFixRve, ShowTheirResistanceToRollingAndTwisting)
     const double fn = row[0], overlap = row[1], fr = row[5], mt = row[9];
     EXPECT_NEAR(fr * fr, row[6] * row[6] + row[7] * row[7] + row[8] * row[8], 1e-12 * fn * fn);
     EXPECT_NEAR(row[2] * row[6] + row[3] * row[7] + row[4] * row[8], 0.0, 1e-5 * fn);
-    // springs and dashpots together are within the limit of rolling; without a dashpot, of friction over the area of contact, with
-    // reduced radii up to half of the largest radius
+    // Springs and dashpots together are within the rolling limit. Without a dashpot, twisting is
+    // within the friction over the area of contact, with reduced radii of up to half of the largest
+    // radius.
     EXPECT_LE(std::fabs(mt),
               1.001 * 2.0 / 3.0 * 0.4 * std::sqrt(0.5 * RADIUS * overlap) * fn + 1e-15);
     rolls += fr > 1e-3 * fn;
@@ -264,7 +266,7 @@ TEST(SpheresOfFixRve, AreWrittenForLammpsAtTheirTimes)
   EXPECT_TRUE(text_of(prefix + ".2.1.data").empty());
 }
 
-TEST(SpheresOfFixRve, WarnOfWhatGoesBeyondALimitInWordsOfSpheres)
+TEST(SpheresOfFixRve, WarningsNameLimitsOfSpheres)
 {
   const std::string squeezed =
       file_of("squeezed.rve", rve_test::face_centred_cubic(lattice_material(), 2, RADIUS, 4e-4));
@@ -274,11 +276,11 @@ TEST(SpheresOfFixRve, WarnOfWhatGoesBeyondALimitInWordsOfSpheres)
   EXPECT_IN("of its width along x", log);
 }
 
-// ---- under a plane continuum ------------------------------------------------------------------------------------------------
+// ---- RVEs under a plane continuum ---------------------------------------------------------------
 
 namespace {
 
-/// A column of 2 by 2 points on rollers, with RVEs of spheres, under this surcharge [Pa].
+/// Returns a column of 2 by 2 points on rollers, with RVEs of spheres, under this surcharge [Pa].
 std::string column(const std::string &packing, double surcharge)
 {
   return "units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array\n"
@@ -297,9 +299,10 @@ std::string column(const std::string &packing, double surcharge)
 
 }    // namespace
 
-TEST(SpheresUnderFixMpm, BalanceASurchargeInPlaneStrainWithAStressAcrossIt)
+TEST(SpheresUnderFixMpm, BalanceASurchargeInPlaneStrain)
 {
-  // the initial stress of the lattice and a hundredth more of it: an oedometer, whose lateral stress grows by C12/C11
+  // The surcharge exceeds the initial stress of the lattice by a hundredth: an oedometer test,
+  // whose lateral stress increases by C12/C11.
   const double more = 0.01 * lattice_pressure();
   const rve_test::CubicConstants c = lattice_constants();
   Script script;
@@ -326,7 +329,7 @@ TEST(SpheresUnderFixMpm, HaveTheSameBitsOnAnyNumberOfRanks)
     EXPECT_EQ(together.compute(component), alone.compute(component)) << component;
 }
 
-// ---- wrong input ------------------------------------------------------------------------------------------------------------
+// ---- wrong input --------------------------------------------------------------------------------
 
 TEST(SpheresMessage, OfAMixtureNamesTwoFiles)
 {
@@ -339,7 +342,7 @@ TEST(SpheresMessage, OfAMixtureNamesTwoFiles)
             message_of(atoms_in(2) + fix_with(PACKING) + "packings " + spheres + choose));
 }
 
-TEST(SpheresMessage, OfDisksInSpaceSaysWhatTheyNeed)
+TEST(SpheresMessage, OfDisksInSpaceNamesTheirNeeds)
 {
   EXPECT_IN("fix rve needs a 2d system (its grains are disks)",
             message_of(atoms_in(3) + fix_with(PACKING)));
@@ -354,7 +357,7 @@ TEST(SpheresMessage, OfAMissingFileNamesItInAnyDimension)
   }
 }
 
-TEST(SpheresMessage, OfAMissingFileComesBeforeComponentsThatItsGrainsMayHave)
+TEST(SpheresMessage, OfAMissingFileComesBeforeThatOfComponents)
 {
   const std::string message =
       message_of(atoms_in(3) + fix_with("missing.rve") + "drive velocity_gradient zz -0.2 ");
@@ -379,7 +382,7 @@ TEST(SpheresMessage, OfComponents)
                        "drive velocity_gradient zz -1 servo zz -1e5\n"));
 }
 
-TEST(SpheresMessage, OfColumnsThatDisksHaveNot)
+TEST(SpheresMessage, OfColumnsThatDisksDoNotHave)
 {
   const std::string disks = atoms_in(2) + fix_with(PACKING) + "dt 1e-5\n";
   EXPECT_IN("compute rve/atom c: szz is of spheres, and the RVEs of fix grains are of disks",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A heap of grains without anything around it: its points open to gas, fall, and are pressed together again where they land.
+// A free heap of grains: its points lose all contacts, fall, and are compressed again when they
+// land.
 
 #include "grains_script.h"
 #include "variable.h"
@@ -15,24 +16,26 @@ using namespace grains_script;
 namespace {
 
 constexpr double GRAVITY = 9.81, TIMESTEP = 5e-4;
-constexpr double PRESSURE = 2e4;    // of the packing
+constexpr double PRESSURE = 2e4;    // pressure of the packing
 
 const std::string COMPUTES =
     "compute p all rve/atom p\ncompute q all rve/atom q\ncompute status all rve/atom status\n"
     "compute elastic all rve/atom elastic\ncompute xx all rve/atom cell_xx\n"
     "compute yy all rve/atom cell_yy\n";
 
-/// Of RVEs under pressure that nothing holds, half a meter above the ground as far as grid nodes feel it.
+/// A heap of RVEs under pressure without support, half a metre above the ground in the measure of
+/// grid nodes.
 struct Heap {
   std::string script;
   int points;
   std::string up;
-  double size;         ///< its area in the plane [m²], its volume in space [m³]
-  double thickness;    ///< of cells in the plane [m]; in space they have a height
-  int collisions;    ///< RVEs in flight that are no gas, at most, as grains of a gas meet now and then
+  double size;         ///< area in the plane [m²], volume in space [m³]
+  double thickness;    ///< thickness of cells in the plane [m]; in space cells have a height
+  /// largest number of RVEs in flight with contacts, since moving grains collide at times
+  int collisions;
 };
 
-/// 8 x 4 points.
+/// Returns 8 x 4 points with disks.
 Heap heap_of_disks()
 {
   return {"units si\ndimension 2\nboundary f f p\natom_style sphere\natom_modify map array sort 0 "
@@ -55,7 +58,7 @@ Heap heap_of_disks()
           4};
 }
 
-/// 4 x 4 x 4 points.
+/// Returns 4 x 4 x 4 points with spheres.
 Heap heap_of_spheres()
 {
   const std::string file = rve_test::temporary_path("few_spheres.rve");
@@ -94,7 +97,7 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     return script.Script::fix_value("soil", 3) +
         mass * GRAVITY * of_points("xcm(all," + heap.up + ")");
   };
-  // what the springs of the packing have, per volume of the cell, for all of the heap
+  // elastic energy of the packing per volume of the cell, for the whole heap
   const double thickness = heap.up == "z" ? script.per_atom("zz", 0) : heap.thickness;
   const double stored = heap.size * script.per_atom("elastic", 0) /
       (script.per_atom("xx", 0) * script.per_atom("yy", 0) * thickness);
@@ -108,13 +111,13 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     script << "run " + std::to_string(STEPS);
     const Script::Values p = script.compute("p"), q = script.compute("q"),
                          status = script.compute("status");
-    // nobody but gravity has changed its momentum, until nodes of the ground feel it
+    // Only gravity has changed the momentum of the heap until nodes of the ground act on it.
     const double fallen =
         std::fabs(of_points("vcm(all," + heap.up + ")") + GRAVITY * TIMESTEP * step);
     has_landed = has_landed || step * TIMESTEP > 0.3;
     if (!has_landed) {
       EXPECT_LE(fallen, 1e-12) << step;
-      open_in_flight = 0;    // of the last look
+      open_in_flight = 0;    // number in the last check
     }
     for (const auto &[id, pressure] : p) {
       EXPECT_GE(pressure, -1e-9 * PRESSURE) << "atom " << id << ", step " << step;
@@ -128,22 +131,23 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     EXPECT_LE(motion_and_height(), at_first * (1.0 + 1e-6)) << step;
   }
 
-  // grains of a gas meet now and then
+  // Moving grains collide at times.
   EXPECT_GE(open_in_flight, heap.points - heap.collisions);
   EXPECT_LT(pressure_in_flight, 0.01 * PRESSURE);
-  // a meter of 2.2 (spheres: 1.6) t/m^3 at 3 m/s has 6.6 (4.8) kPa s, which it loses in less than 0.07 (0.05) s
+  // One metre of 2.2 (spheres: 1.6) t/m^3 at 3 m/s has 6.6 (4.8) kPa s, which it loses in less than
+  // 0.07 (0.05) s.
   EXPECT_GT(pressure_after, 1e5);
-  EXPECT_EQ(script.fix_value(2), 0.0);    // frozen
+  EXPECT_EQ(script.fix_value(2), 0.0);    // number of frozen RVEs
 }
 
 }    // namespace
 
-TEST(FreeSurface, HeapThatFallsHasNoStressFromNothingAndNoEnergyEither)
+TEST(FreeSurface, FallingHeapOfDisksHasNoSpuriousStressOrEnergy)
 {
   expect_no_stress_and_no_energy_from_nothing(heap_of_disks());
 }
 
-TEST(FreeSurface, HeapOfSpheresThatFallsDoesNeither)
+TEST(FreeSurface, FallingHeapOfSpheresHasNoSpuriousStressOrEnergy)
 {
   expect_no_stress_and_no_energy_from_nothing(heap_of_spheres());
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The contact laws of LAMMPS' pair_style granular: the same grains in LAMMPS and in an RVE, whose material is read from the same words of
-// pair_coeff, collide, slide, load and unload with the same forces and torques. What the words give, and which ones are errors.
+// The contact laws of LAMMPS' pair_style granular: the same grains in LAMMPS and in an RVE, whose
+// material is read from the same words of pair_coeff, collide, slide, load and unload with the same
+// forces and torques. Other tests check the values of the words and their errors.
 
 #include "grains_script.h"
 #include "rve/core/pi.h"
@@ -23,7 +24,7 @@ using rve::RveState;
 
 namespace {
 
-// ---- a gas of disks, dense enough that all of them collide several times ----
+// ---- disks without initial contacts, so dense that all of them collide several times ----
 
 constexpr int ROWS = 4, NUM_GRAINS = ROWS * ROWS;
 constexpr double SPACING = 0.0101, WIDTH = ROWS * SPACING;    // [m]
@@ -58,7 +59,7 @@ RveState state_of(const Grains &grains, const Material &material)
   return state;
 }
 
-/// A path for `name` that no other test uses: those of a table have a name with slashes.
+/// Returns a path for `name` that no other test uses; names in tables have slashes.
 std::string path_of(const std::string &name)
 {
   std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -66,7 +67,7 @@ std::string path_of(const std::string &name)
   return testing::TempDir() + "rve_granular_" + test + "_" + name;
 }
 
-/// A packing file of the gas, of linear springs.
+/// Returns a packing file of the disks with linear springs.
 std::string gas_file()
 {
   Material material = rve_test::paper_material();
@@ -77,7 +78,7 @@ std::string gas_file()
   return path;
 }
 
-/// What a fix rve makes of these words, from the packing file that it writes.
+/// Returns the material of a fix rve with these words, from the packing file that it writes.
 Material material_of(const std::string &words)
 {
   const std::string out = path_of("material.rve");
@@ -96,7 +97,8 @@ std::string digits(double x)
   return text;
 }
 
-/// What a grain has at a step: x, y, v_x, v_y, spin, f_x, f_y, torque; velocities half a step later.
+/// Numbers of a grain at a step: x, y, v_x, v_y, spin, f_x, f_y, torque; velocities are those half
+/// a step later.
 using Step = std::vector<std::vector<double>>;
 enum { X, Y, VX, VY, SPIN, FX, FY, TORQUE, WIDTH_OF_ROW };
 
@@ -124,7 +126,7 @@ class GranularScript : public Script {
 
   Step after(int steps)
   {
-    // another setup would evaluate forces with the velocities of the whole step
+    // Another setup would compute forces with the velocities of the whole step.
     *this << "run " + std::to_string(steps) + " pre no post no";
     const LAMMPS_NS::Atom *atom = lmp->atom;
     Step all;
@@ -196,7 +198,8 @@ struct Law {
 
 class GranularLaws : public ::testing::TestWithParam<Law> {};
 
-/// Forces and torques (N, 3) of grains where `at` has them, with the velocities that LAMMPS' forces at this step saw; advances histories.
+/// Returns forces and torques (N, 3) of grains at positions `at`, with the velocities that LAMMPS'
+/// forces at this step used; advances histories.
 template <class ContactLaw, class Histories>
 std::vector<std::array<double, 3>> forces_of(const ContactLaw &law, const Grains &grains,
                                              const Step &at, Histories &histories)
@@ -235,7 +238,8 @@ std::vector<std::array<double, 3>> forces_of(const ContactLaw &law, const Grains
 
 }    // namespace
 
-/// `step` with another last digit of each number that forces depend on; of places the last one that an image across the box has.
+/// Returns `step` with a changed last digit of each number that forces depend on; for positions it
+/// is the last digit of an image across the box.
 Step with_other_last_digits(Step step, rve_test::Random &random)
 {
   const double digit_of_image = std::nextafter(WIDTH, 1.0) - WIDTH;
@@ -248,7 +252,7 @@ Step with_other_last_digits(Step step, rve_test::Random &random)
   return step;
 }
 
-/// The largest difference of forces (a = 0, 1) or torques (a = 2) of all grains.
+/// Returns the largest difference of forces (a = 0, 1) or torques (a = 2) of all grains.
 double largest_difference(const std::vector<std::array<double, 3>> &some,
                           const std::vector<std::array<double, 3>> &others, bool torques)
 {
@@ -259,7 +263,7 @@ double largest_difference(const std::vector<std::array<double, 3>> &some,
   return largest;
 }
 
-// in the configurations of a LAMMPS run, step by step: what differs is rounding
+// In the configurations of a LAMMPS run, step by step, results differ only by rounding.
 TEST_P(GranularLaws, GiveTheForcesOfLammpsInTheSameConfiguration)
 {
   const std::string words = GetParam().words;
@@ -276,7 +280,7 @@ TEST_P(GranularLaws, GiveTheForcesOfLammpsInTheSameConfiguration)
     constexpr int kTwins = 8, kSteps = 600;
     Histories histories, twin_histories[kTwins];
     rve_test::Random random(21);
-    rve_test::RoundingErrors compared[2];    // of forces, and of torques
+    rve_test::RoundingErrors compared[2];    // one of forces and one of torques
     for (int step = 0; step < kSteps; ++step) {
       const Step at = lammps.after(1);
       std::vector<std::array<double, 3>> expected;
@@ -319,8 +323,9 @@ TEST_P(GranularLaws, GiveTheForcesAndTorquesOfLammps)
     const int in_contact = rve.result().num_contacts;
     sliding += static_cast<int>(std::lround(in_contact * rve.result().sliding_fraction));
     sticking += static_cast<int>(std::lround(in_contact * (1.0 - rve.result().sliding_fraction)));
-    // Places are rounded to 1e-17 m, a part of 1e-13 of an overlap. Collisions let this grow, most where a contact begins with an
-    // overlap of nearly nothing, over whose root a displacement is kept.
+    // Positions are rounded to 1e-17 m, 1e-13 of an overlap. Collisions amplify this error, most
+    // where a contact begins with a nearly vanishing overlap, by whose root a displacement is
+    // divided.
     const double tolerance = step < 300 ? 1e-10 : 5e-9;
     for (int column = 0; column < WIDTH_OF_ROW; ++column) {
       double scale = largest(expected, column);
@@ -375,15 +380,15 @@ INSTANTIATE_TEST_SUITE_P(
             "dmt 1e8 3e5 0.3 20 tangential mindlin NULL 0.5 0.4 rolling sds 2e4 0 0.1"}),
     [](const auto &info) { return info.param.name; });
 
-// ---- what the words give ----
+// ---- materials from arguments ----
 
-TEST(GranularWords, OfElasticConstantsGiveStiffnesses)
+TEST(GranularWords, ElasticConstantsGiveStiffnesses)
 {
   const double young = 70e9, nu = 0.3;
   const Material material = material_of("contact hertz/material 70e9 0.5 0.3 tangential mindlin "
                                         "NULL 0.7 0.4 damping coeff_restitution");
   EXPECT_EQ(material.law, rve::ContactLaw::Hertz);
-  // E* and G* of two bodies alike: E/(2 (1 - nu^2)) and G/(2 (2 - nu)) with G = E/(2 (1 + nu))
+  // E* and G* of two equal bodies are E/(2 (1 - nu^2)) and G/(2 (2 - nu)) with G = E/(2 (1 + nu)).
   EXPECT_DOUBLE_EQ(material.hertz_stiffness, 4.0 / 3.0 * young / (2.0 * (1.0 - nu * nu)));
   EXPECT_DOUBLE_EQ(material.mindlin_stiffness,
                    8.0 * young / (2.0 * (1.0 + nu)) / (2.0 * (2.0 - nu)));
@@ -392,7 +397,7 @@ TEST(GranularWords, OfElasticConstantsGiveStiffnesses)
   EXPECT_EQ(material.mindlin_displacement, 1.0);
   EXPECT_EQ(material.normal_viscosity, 0.0);
   EXPECT_EQ(material.viscoelastic_damping, 0.0);
-  // Tsuji's constant, of the restitution alone: sqrt(5) |ln e| / sqrt(pi^2 + ln^2 e)
+  // Tsuji's constant depends on the restitution only: sqrt(5) |ln e| / sqrt(pi^2 + ln^2 e).
   const double log_e = std::log(0.5);
   EXPECT_DOUBLE_EQ(material.restitution_damping,
                    std::sqrt(5.0) * -log_e / std::sqrt(rve::kPi * rve::kPi + log_e * log_e));
@@ -400,7 +405,7 @@ TEST(GranularWords, OfElasticConstantsGiveStiffnesses)
   EXPECT_EQ(material.tangential_stiffness, 0.0);
 }
 
-TEST(GranularWords, OfNumbersAreTakenAsTheyAre)
+TEST(GranularWords, NumericalStiffnessesAreUnchanged)
 {
   Material material = material_of(
       "contact hertz 2e9 40 tangential mindlin/force 1.5e9 0.5 0.4 damping velocity damping 0.2");
@@ -412,14 +417,14 @@ TEST(GranularWords, OfNumbersAreTakenAsTheyAre)
   EXPECT_EQ(material.mindlin_displacement, 0.0);
   EXPECT_EQ(material.local_damping, 0.2);
 
-  // no restitution is lost with e = 1, and LAMMPS damps by viscoelasticity where nothing is said
+  // For e = 1 nothing is dissipated; the default of LAMMPS is viscoelastic damping.
   material = material_of("contact hertz 2e9 1 tangential mindlin 0 0 0 damping coeff_restitution");
   EXPECT_EQ(material.restitution_damping, 0.0);
   material = material_of("contact hertz 2e9 3e6 tangential mindlin 0 0 0");
   EXPECT_EQ(material.viscoelastic_damping, 3e6);
 }
 
-TEST(GranularWords, OutOfRangeAreErrors)
+TEST(GranularWords, ArgumentsOutOfRangeAreErrors)
 {
   const auto message_with = [](const std::string &words) {
     return message_of(FOUR_ATOMS + FIX + "dt 1e-6 contact " + words + "\nrun 0\n");
@@ -444,7 +449,7 @@ TEST(GranularWords, OutOfRangeAreErrors)
             message_with("hertz 1e9 0.5 tangential mindlin 1e9 0 0.4 damping tsuji"));
 }
 
-TEST(GranularWords, OfRollingResistanceAreThoseOfLinearSpringsWithoutADefault)
+TEST(GranularWords, RollingResistanceHasNoDefault)
 {
   const std::string hertz = "contact hertz 2e9 0 tangential mindlin 1.7e9 0.5 0.4 ";
   const Material material = material_of(hertz + "rolling sds 5e5 0 0.1");
@@ -463,11 +468,11 @@ TEST(GranularWords, OfRollingResistanceAreThoseOfLinearSpringsWithoutADefault)
   EXPECT_EQ(rve::read_packing(out).material.rolling_stiffness, 2e5);
 }
 
-TEST(GranularWords, OfAnotherLawAreErrors)
+TEST(GranularWords, ArgumentsOfAnotherLawAreErrors)
 {
   const std::string hertz = "contact hertz/material 1e9 0.5 0.2 tangential mindlin NULL 0.5 0.4 "
                             "damping coeff_restitution ";
-  // a stiffness of hooke says nothing of contacts that have another law
+  // A stiffness of hooke does not apply to contacts with another law.
   const std::string message = message_of(FOUR_ATOMS + FIX + "dt 1e-6 " + hertz +
                                          "\nrun 0\nfix_modify grains kn 1e6\nrun 0");
   EXPECT_IN("normal stiffness", message);

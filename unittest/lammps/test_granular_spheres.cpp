@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The contact laws of LAMMPS' pair_style granular between spheres in a triclinic periodic box: the laws of an engine, with the material that
-// the same words of pair_coeff give, have the same forces and torques in the configurations of a LAMMPS run.
+// The contact laws of LAMMPS' pair_style granular between spheres in a triclinic periodic box. The
+// laws of an engine, with the material of the same words of pair_coeff, give the same forces and
+// torques in the configurations of a LAMMPS run.
 //
-// In two things LAMMPS differs on purpose or by mistake, and the laws are asked as LAMMPS has them:
-// - spins move the surfaces across the normal of the end of a step, and what a contact remembers is projected onto the plane of its new
-//   normal, with its length kept, and does not turn about the normal (vector_spring.h says what that costs);
-// - a twisting moment beyond its limit gets the direction of the twisting velocity instead of its own, and turns round where the limit
-//   falls while the grains twist back.
+// LAMMPS differs in two points, and the laws are compared in LAMMPS' form:
+// - Spins move the surfaces across the normal at the end of a step. Histories are projected onto
+//   the plane of the new normal with their length kept, and do not rotate about the normal
+//   (vector_spring.h states the error).
+// - A twisting moment beyond its limit gets the direction of the twisting velocity instead of its
+//   own, and changes sign if the limit decreases while the grains twist back.
 
 #include "grains_script.h"
 #include "lammps/material_words.h"
@@ -34,7 +36,7 @@ constexpr double SPACING = 0.0096, WIDTH = ROWS * SPACING;    // [m]
 constexpr double DENSITY = 2650.0;                            // [kg/m^3]
 constexpr double DT = 1e-5;    // [s], a collision takes about 100 steps
 
-/// A box that leans in all three ways.
+/// A box with all three tilts.
 const Tensor3 BOX_MATRIX{
     {WIDTH, 0.2 * WIDTH, -0.15 * WIDTH, 0.0, WIDTH, 0.25 * WIDTH, 0.0, 0.0, WIDTH}};
 
@@ -43,7 +45,7 @@ struct Grains {
   std::vector<Vector> place, velocity, spin;
 };
 
-/// A sheared cubic array, disturbed: some touch, and all will.
+/// Returns a sheared, disturbed cubic array; some grains touch, and all will touch later.
 Grains random_grains()
 {
   rve_test::Random random(20);
@@ -76,7 +78,8 @@ std::string digits(const Vector &v)
   return digits(v[0]) + digits(v[1]) + digits(v[2]);
 }
 
-/// What a grain has at a step; velocities are those that the forces saw, of half a step before.
+/// Numbers of a grain at a step; the velocities are those of half a step before, which the forces
+/// used.
 struct Grain {
   Vector place, velocity, spin, force, torque;
 };
@@ -102,7 +105,7 @@ class GranularScript : public Script {
             "fix integrate all nve/sphere\nrun 0\n";
   }
 
-  /// What the words behind `pair_coeff * *` mean to an RVE.
+  /// Returns the material of an RVE for the words after `pair_coeff * *`.
   Material material(const std::string &law)
   {
     std::vector<std::string> list = {"contact"};
@@ -123,7 +126,7 @@ class GranularScript : public Script {
 
   std::vector<Grain> next_step()
   {
-    // another setup would evaluate forces with the velocities of the whole step
+    // Another setup would compute forces with the velocities of the whole step.
     *this << "run 1 pre no post no";
     const LAMMPS_NS::Atom *atom = lmp->atom;
     const auto vector = [](const double *x) { return Vector{{x[0], x[1], x[2]}}; };
@@ -143,7 +146,8 @@ class GranularScript : public Script {
   }
 };
 
-/// To the nearest image where the grains touch: they are a quarter of the box apart then, which is less than half of it in all fractions.
+/// Returns the branch to the nearest image of touching grains, which are at most a quarter of the
+/// box apart, less than half of it in all fractions.
 Vector branch_between(const Vector &from, const Vector &to)
 {
   static const Tensor3 inverse_box = rve::inverse(BOX_MATRIX);
@@ -153,7 +157,7 @@ Vector branch_between(const Vector &from, const Vector &to)
   return (to - from) + BOX_MATRIX * shift;
 }
 
-// ---- what a contact remembers, as LAMMPS has it ----
+// ---- histories of contacts in LAMMPS' form ----
 
 void project(Vector &h, const Vector &n)
 {
@@ -173,13 +177,13 @@ void project(rve::RollingHistory<Contact, rve::TurningHistory<double, 3>> &histo
   project(history.turning.rolling, n);
 }
 
-/// Of forces (0) and torques (1), and what the contacts did.
+/// Errors of forces (0) and torques (1), and events of the contacts.
 struct Comparison {
   rve_test::RoundingErrors of[2];
   int sliding = 0, sticking = 0, rolled = 0, twisted = 0;
 };
 
-/// Adds the forces and torques of all contacts of the law to `sum`, and advances what they remember.
+/// Adds the forces and torques of all contacts of the law to `sum` and advances their histories.
 template <class Law, class Histories>
 void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain> &at,
                   Histories &histories, std::vector<std::array<Vector, 2>> &sum,
@@ -199,7 +203,7 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
       }
       auto &history = histories[{i, j}];
       project(history, contact.normal);
-      // without time: the normal of the end of the step
+      // dt = 0 gives the normal at the end of the step.
       auto moving =
           rve::motion_at_contact(law, contact, one, other, rve::Tensor<double, 3>::zero(), 0.0);
       moving.turn = {Vector::zero(), 0.0};
@@ -224,7 +228,8 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
     }
 }
 
-/// The same with another last digit of each number that forces depend on; of places the last one that an image across the box has.
+/// Returns grains with a changed last digit of each number that forces depend on; for positions it
+/// is the last digit of an image across the box.
 std::vector<Grain> with_other_last_digits(std::vector<Grain> grains, rve_test::Random &random)
 {
   const double digit_of_image = std::nextafter(WIDTH, 1.0) - WIDTH;
@@ -306,7 +311,7 @@ class GranularSpheres : public ::testing::TestWithParam<Law> {};
 
 TEST_P(GranularSpheres, HaveTheForcesOfLammpsInTheFirstStep)
 {
-  // no contact remembers anything yet
+  // Contacts have no history yet.
   const std::string words = GetParam().words;
   GranularScript lammps(random_grains(), words);
   with_law_of_lammps(lammps.material(words), [&](const auto &law) {
@@ -316,7 +321,7 @@ TEST_P(GranularSpheres, HaveTheForcesOfLammpsInTheFirstStep)
   });
 }
 
-TEST_P(GranularSpheres, HaveTheForcesOfLammpsWithHistoriesAsItProjectsThem)
+TEST_P(GranularSpheres, HaveTheForcesOfLammpsWithProjectedHistories)
 {
   const std::string words = GetParam().words;
   GranularScript lammps(random_grains(), words);

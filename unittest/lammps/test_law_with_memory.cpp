@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A law of the continuum with a memory of its own, in this file alone: what it remembers goes through runs, ranks, sorting and restart
-// files, to the bit, and can be read by name. Runs under mpirun as well.
+// A law of the continuum with state variables that is defined in this file only. Runs, ranks,
+// sorting and restart files keep its state variables to the bit, and they can be read by name. Also
+// runs under mpirun.
 
 #include "mpm/law_table.h"
 #include "mpm/midpoint_increment.h"
@@ -18,8 +19,9 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// Linear elasticity with a cap: mean stresses in the plane beyond the preconsolidation pressure p_c flow, and p_c hardens with the plastic
-/// strain in compression, as in Cam-clay but linearly; what the point has borne so far softens its shear modulus.
+/// Linear elasticity with a cap: mean stresses in the plane beyond the preconsolidation pressure
+/// p_c flow, and p_c hardens with the plastic strain in compression, as in Cam-clay but linearly.
+/// The largest stress of the point softens its shear modulus.
 class CappedElastic : public mpm::Constitutive<2> {
  public:
   enum { Preconsolidation, PlasticStrain, Damage, NUM_VARIABLES };
@@ -61,7 +63,7 @@ class CappedElastic : public mpm::Constitutive<2> {
     return lame_first_ + 2.0 * shear_modulus_;
   }
 
-  /// Another version of the program may have another name.
+  /// The last state variable has another name in another version of the program.
   static std::string &last_name()
   {
     static std::string name = "plastic_strain";
@@ -84,7 +86,8 @@ const bool is_in_table = [] {
 const std::string SETTINGS = "pair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n"
                              "neigh_modify every 5 delay 0 check no\ntimestep 0.005\n";
 
-/// A plate pressed into ground that is elastic below, of Mohr-Coulomb material on the left and capped on the right.
+/// Returns a plate that is pressed into ground that is elastic below, of Mohr-Coulomb material on
+/// the left and capped on the right.
 std::string footing(const std::string &columns = "column preconsolidation column damage ")
 {
   return "fix soil all mpm 1.0 model ground elastic 1.0e6 0.3 "
@@ -114,7 +117,7 @@ class LawScript : public Script {
  public:
   using Script::Script;
 
-  /// Local points of this rank.
+  /// Returns the local points of this rank.
   std::set<tagint> mine() const { return {lmp->atom->tag, lmp->atom->tag + lmp->atom->nlocal}; }
 
   Rows points()
@@ -167,7 +170,7 @@ TEST(LawWithMemory, RanksRunsAndSortingGiveTheSameBits)
 
   const auto points = together.points();
   EXPECT_EQ(points, alone.points());
-  // a point with damage has come from another rank
+  // A point with damage must have migrated from another rank.
   int migrated = 0;
   for (const tagint id : together.mine())
     migrated += !before.count(id) && points.at(id)[DAMAGE] > 0.0;
@@ -195,7 +198,7 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
   first << scene() + footing() + "run 300\nwrite_restart " + path + "\n";
   const std::string read = "read_restart " + path + "\n" + SETTINGS;
 
-  // laws in another order, and columns that are not asked for
+  // The laws are in another order, and the columns are omitted.
   std::string other = footing("");
   const std::string right = "model right capped 5e5 4e5 2e5 ";
   other.erase(other.find(right), right.size());
@@ -206,7 +209,7 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
   for (auto &[id, row] : expected) row.erase(row.begin() + PRECONSOLIDATION);
   EXPECT_EQ(again.points(), expected);
 
-  // another law remembers nothing of what this one did, and begins at the present stress
+  // Another law does not use these state variables and starts from the present stress.
   std::string elastic = footing("");
   elastic.replace(elastic.find(right), right.size(), "model right mohr_coulomb 1e6 0.3 1e9 30 5 ");
   plain << read + elastic + "run 0\n";
@@ -216,7 +219,7 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
       EXPECT_EQ(row[SZZ], 0.5 * (row[4 + 3] + row[4 + 4])) << "atom " << id;
     }
 
-  // the same law with other state variables is not that of the file
+  // The same law with other state variables is not that of the file.
   CappedElastic::last_name() = "crushed";
   const std::string message = message_of(read + footing());
   CappedElastic::last_name() = "plastic_strain";
@@ -228,9 +231,9 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
       << message;
 }
 
-TEST(LawWithMemory, PointsThatChangeTheirLawBeginAnew)
+TEST(LawWithMemory, PointsThatChangeTheirLawReinitialise)
 {
-  // damage of the one law does not become σ_zz of the other
+  // Damage of one law does not become σ_zz of the other.
   LawScript script(MPI_COMM_SELF);
   script << scene() + footing() + "run 300\n";
   const auto before = script.points();

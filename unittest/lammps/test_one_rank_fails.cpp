@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Failures on one rank only, which must end all ranks with one message and never hang, and warnings of
-// ranks that have no log file. The tests hold on any number of ranks and are run on two.
+// Failures on one rank, which must end all ranks with one message and without hanging, and warnings
+// of ranks without a log file. The tests hold on any number of ranks and run on two.
 
 #include "grains_script.h"
 #include "lammps/collective_error.h"
@@ -31,7 +31,7 @@ int last_rank()
   return ranks - 1;
 }
 
-/// Sets a variable in the environment of the last rank while it exists.
+/// Sets an environment variable of the last rank while it exists.
 class EnvironmentOfLastRank {
  public:
   EnvironmentOfLastRank(const char *name, const char *value) : name_(name)
@@ -47,7 +47,8 @@ class EnvironmentOfLastRank {
   const char *name_;
 };
 
-/// The error that the lines end in on this rank, run by all ranks together; empty if they run.
+/// Returns the error in which the lines end on this rank; empty if they run. All ranks run them
+/// together.
 std::string message_on_all_ranks(Script &script, const std::string &lines)
 {
   try {
@@ -63,7 +64,7 @@ std::string message_on_all_ranks(const std::string &lines)
   return message_on_all_ranks(script, lines);
 }
 
-/// Of fix mpm, with a point in each of four cells.
+/// A scene of fix mpm with a point in each of four cells.
 const std::string GROUND = R"(units si
 dimension 2
 boundary f f p
@@ -76,7 +77,7 @@ create_atoms 1 single 3.5 0.5 0
 set group all diameter 1.0 density 1000
 )";
 
-/// The number of times that `part` occurs in `whole`.
+/// Returns the number of occurrences of `part` in `whole`.
 int count_of(const std::string &part, const std::string &whole)
 {
   int count = 0;
@@ -85,7 +86,7 @@ int count_of(const std::string &part, const std::string &whole)
   return count;
 }
 
-/// States of all atoms, every rank with all of them.
+/// Returns the states of all atoms on every rank.
 std::string states_of(Script &script)
 {
   std::string all;
@@ -101,9 +102,9 @@ std::string states_of(Script &script)
 
 }    // namespace
 
-// ---- the helpers ----
+// ---- helpers ----
 
-TEST(Collectively, EndsAllRanksWithTheProblemOfTheOneThatFailed)
+TEST(Collectively, EndsAllRanksWithTheErrorOfTheFailedRank)
 {
   Script script;
   const auto message_of = [&](const auto &fail) -> std::string {
@@ -126,7 +127,7 @@ TEST(Collectively, EndsAllRanksWithTheProblemOfTheOneThatFailed)
             message_of([] { throw std::runtime_error(""); }));
 }
 
-TEST(Collectively, SaysWhatTheLowestRankSays)
+TEST(Collectively, ReportsTheMessageOfTheLowestRank)
 {
   Script script;
   try {
@@ -138,7 +139,7 @@ TEST(Collectively, SaysWhatTheLowestRankSays)
   }
 }
 
-TEST(OnThisRank, AbortsWithThePlaceForEveryKindOfException)
+TEST(OnThisRank, AbortsWithThePositionForEveryKindOfException)
 {
   Script script;
   const auto who = [] { return std::string("fix any: RVE of atom 7, step 3"); };
@@ -154,7 +155,7 @@ TEST(OnThisRank, AbortsWithThePlaceForEveryKindOfException)
   EXPECT_EQ(LAMMPS_NS::on_this_rank(script.lmp.get(), who, [] { return 5; }), 5);
 }
 
-// ---- places before a run ----
+// ---- failures before a run ----
 
 TEST(OneRankFails, InTheMemoryOfItsRves)
 {
@@ -184,7 +185,7 @@ TEST(OneRankFails, InTheProbesOfATangent)
   EXPECT_IN("compute rve/tangent c: GPU_RVE_REQUIRE_CUDA", message_on_all_ranks(script, "run 0"));
 }
 
-// atom 4 is on the last of two ranks
+// Atom 4 is on the last of two ranks.
 TEST(OneRankFails, InAFileOfTheRankThatHasTheAtom)
 {
   EXPECT_IN("fix rve grains: dump:",
@@ -194,7 +195,7 @@ TEST(OneRankFails, InAFileOfTheRankThatHasTheAtom)
                                  "run 0\nwrite_rve grains atom 4 file /no/such/folder/rve"));
 }
 
-// ---- warnings of any rank are in the log file, once ----
+// ---- warnings of any rank appear once in the log file ----
 
 TEST(WarningsOfAllRanks, OfFrozenRvesAreInTheLog)
 {
@@ -207,7 +208,7 @@ TEST(WarningsOfAllRanks, OfFrozenRvesAreInTheLog)
   EXPECT_LT(log.find("RVE of atom 2 failed"), log.find("RVE of atom 4 failed"));
 }
 
-TEST(ErrorsOfAllRanks, OfAFailedRveIsInTheLog)
+TEST(ErrorsOfAllRanks, OfAFailedRveAreInTheLog)
 {
   const std::string path = rve_test::temporary_path("failed.log");
   Script script;
@@ -222,7 +223,7 @@ TEST(ErrorsOfAllRanks, OfAFailedRveIsInTheLog)
   EXPECT_IN("RVE of atom 4 failed at step", rve_test::text_of(path));
 }
 
-TEST(WarningsOfAllRanks, OfATensionIsGivenOnce)
+TEST(WarningsOfAllRanks, OfATensionAppearsOnce)
 {
   const std::string log = log_of(FOUR_ATOMS + "variable pull atom 1e3*(id==4||step>1)\n" + FIX +
                                  "dt 1e-4 policy freeze servo yy v_pull\nrun 3");
@@ -230,7 +231,7 @@ TEST(WarningsOfAllRanks, OfATensionIsGivenOnce)
   EXPECT_IN("for atom 4 at step 1", log);
 }
 
-TEST(WarningsOfAllRanks, OfAdviceIsGivenOnce)
+TEST(WarningsOfAllRanks, OfAdviceAppearsOnce)
 {
   const std::string log = log_of(FOUR_ATOMS + "variable fast atom -20*(id==4)\n" + FIX +
                                  "dt 1e-4 dt_check 1 "
@@ -241,9 +242,9 @@ TEST(WarningsOfAllRanks, OfAdviceIsGivenOnce)
   EXPECT_GE(count_of("fix rve: in the RVE of atom 4", log), 1) << log;
 }
 
-// ---- a refused change leaves nothing behind ----
+// ---- refused changes ----
 
-TEST(RefusedFixModify, LeavesSettingsAndRvesAsTheyWere)
+TEST(RefusedFixModify, ChangesNoSettingsAndRves)
 {
   const std::string begin = FOUR_ATOMS + SHEAR + "run 5\n", end = "run 5\n";
   const std::string restart = rve_test::temporary_path("one_rank.restart");
@@ -279,7 +280,7 @@ TEST(RefusedFixModify, OnOneRankIsRefusedOnAll)
   plain << begin + end;
   script << begin;
   {
-    // an engine with rolling resistance is made on each rank
+    // Each rank makes an engine with rolling resistance.
     const EnvironmentOfLastRank limit("GPU_RVE_MEMORY_LIMIT", "abc");
     EXPECT_IN(
         "GPU_RVE_MEMORY_LIMIT",
@@ -289,9 +290,9 @@ TEST(RefusedFixModify, OnOneRankIsRefusedOnAll)
   EXPECT_TRUE(states_of(plain) == states_of(script));
 }
 
-// ---- a fix is deleted on ranks one by one, as when an error unwinds them ----
+// ---- fixes that an error deletes on ranks one by one ----
 
-TEST(DeletedFix, DoesNotWaitForOtherRanks)
+TEST(DeletedFix, DestructorDoesNotSynchroniseRanks)
 {
   Script script;
   script << FOUR_ATOMS + SHEAR + "run 2";

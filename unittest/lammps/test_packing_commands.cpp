@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// create_rve and write_rve: what they refuse before anything runs, where they write, and what they warn of; and the images of packings
-// that fix rve makes. Runs under mpirun as well: every rank then runs the scripts alone.
+// create_rve and write_rve: errors before anything runs, output paths, and warnings; and the images
+// of packings that fix rve makes. Also runs under mpirun: every rank then runs the scripts alone.
 
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_io.h"
@@ -48,7 +48,7 @@ create_atoms 1 single 2.5 2.5 0
 const std::string FIX = "fix grains all rve " EXAMPLE_PACKINGS
                         "/A_h0075.rve threads 1 device cpu dt 5e-5 ";
 
-/// The log of the lines, which must run.
+/// Returns the log of the lines, which must run.
 std::string log_of(const std::string &lines)
 {
   const std::string path = file_of_rank("log");
@@ -64,9 +64,9 @@ std::string log_of(const std::string &lines)
 
 }    // namespace
 
-// ---- words ----
+// ---- arguments ----
 
-TEST(CreateRve, WhatIsMissingIsNamed)
+TEST(CreateRve, MissingKeywordsAreNamed)
 {
   EXPECT_IN("create_rve: radius, kn, density, pressure must be given",
             message_of("create_rve none.rve grains 40\n"));
@@ -99,7 +99,7 @@ TEST(CreateRve, ContactInTheWordsOfLammpsGivesTheSamePacking)
                          "rolling_friction 0.1"));
 }
 
-TEST(CreateRve, AMisspeltKeywordNamesWhatIsLikeIt)
+TEST(CreateRve, MisspeltKeywordGetsASuggestion)
 {
   EXPECT_IN("create_rve: unknown keyword 'grians'; did you mean grains?",
             message_of("create_rve none.rve grians 40\n"));
@@ -133,8 +133,8 @@ TEST(CreateRve, ACellThatIsTooNarrowForItsGrainsHasARemedy)
   EXPECT_NOT_IN("policy freeze", message) << "which create_rve does not have";
 }
 
-// before anything runs: the recipes alone would fill the memory of most machines
-TEST(CreateRve, ALibraryThatNoMemoryHoldsIsRefused)
+// The error comes before anything runs: the recipes alone would fill the memory of most machines.
+TEST(CreateRve, LibraryBeyondAllMemoryIsRefused)
 {
   EXPECT_IN("create_rve: a library of 2000000000 packings with 40 grains each is too large; it can "
             "have at most 1000000 of them, 100000000 grains in all, which take tens of GB: use "
@@ -143,7 +143,7 @@ TEST(CreateRve, ALibraryThatNoMemoryHoldsIsRefused)
                        RECIPE.substr(RECIPE.find("radius")) + "seeds 1 2000000000\n"));
 }
 
-TEST(WriteRve, AMisspeltKeywordNamesWhatIsLikeIt)
+TEST(WriteRve, MisspeltKeywordGetsASuggestion)
 {
   EXPECT_IN("write_rve: unknown keyword 'atm'; did you mean atom?",
             message_of(FOUR_ATOMS + FIX + "\nwrite_rve grains atm 1 file none.rve\n"));
@@ -176,10 +176,10 @@ TEST(CreateRve, MoreThreadsThanAnyMachineHasAreRefused)
                        "fix grains all rve " EXAMPLE_PACKINGS "/A_h0075.rve threads 1000000\n"));
 }
 
-// ---- where they write ----
+// ---- output paths ----
 
-// found out before the preparation: its lines would be in the log
-TEST(CreateRve, AFileThatCannotBeWrittenIsFoundOutBeforeTheWork)
+// The error comes before the preparation, whose lines would be in the log.
+TEST(CreateRve, UnwritableFileIsAnErrorBeforeThePreparation)
 {
   const std::string log = file_of_rank("early.log"), path = file_of_rank("none") + "/p.rve";
   std::string message;
@@ -196,7 +196,7 @@ TEST(CreateRve, AFileThatCannotBeWrittenIsFoundOutBeforeTheWork)
   EXPECT_NOT_IN("compression", text_of(log));
 }
 
-TEST(FixRve, ADumpThatCannotBeWrittenIsFoundOutBeforeTheRun)
+TEST(FixRve, UnwritableDumpIsAnErrorBeforeTheRun)
 {
   const std::string prefix = file_of_rank("none") + "/grains";
 
@@ -220,14 +220,14 @@ TEST(WriteRve, ALinkStaysALink)
   fs::remove(link);
 }
 
-TEST(WriteRve, SaysWhyItCannotWrite)
+TEST(WriteRve, ReportsWhyItCannotWrite)
 {
   EXPECT_IN("write_rve: cannot write file /nowhere/p.rve: No such file or directory",
             message_of(FOUR_ATOMS + FIX +
                        "\nrun 0\nwrite_rve grains atom 1 file /nowhere/p.rve format rve\n"));
 }
 
-TEST(FixRve, APackingThatIsNoFileIsRefusedWithTheReason)
+TEST(FixRve, PackingThatIsNoFileIsRefusedWithTheReason)
 {
   const std::string folder = testing::TempDir();
 
@@ -235,7 +235,7 @@ TEST(FixRve, APackingThatIsNoFileIsRefusedWithTheReason)
             message_of(FOUR_ATOMS + "fix grains all rve " + folder + "\n"));
 }
 
-TEST(FixRve, APackingThatIsMissingSaysWhereItWasLookedForAndWhatMakesOne)
+TEST(FixRve, MissingPackingNamesTheSearchedPathsAndACommand)
 {
   const std::string here = fs::current_path().string();
 
@@ -249,9 +249,10 @@ TEST(FixRve, APackingThatIsMissingSaysWhereItWasLookedForAndWhatMakesOne)
             message_of(FOUR_ATOMS + FIX + "packings frition 0.3\n"));
 }
 
-// ---- what they warn of ----
+// ---- warnings ----
 
-// the default thickness of 1 m, and numbers in SI: mean overlap 6 % of the diameter, void ratio below 0
+// With the default thickness of 1 m and numbers in SI units, the mean overlap is 6 % of the
+// diameter and the void ratio negative.
 TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
 {
   const std::string message =
@@ -265,7 +266,7 @@ TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
   EXPECT_IN("the thickness of the disks at most 0.5", message);
 }
 
-TEST(CreateRve, GrainsThatAreSoftAreWarnedOf)
+TEST(CreateRve, SoftGrainsGiveAWarning)
 {
   const std::string path = file_of_rank("soft.rve");
   std::string soft = RECIPE;
@@ -280,8 +281,9 @@ TEST(CreateRve, GrainsThatAreSoftAreWarnedOf)
   EXPECT_NOT_IN("will overlap", log_of("create_rve " + path + RECIPE));
 }
 
-// a packing that was sheared before, turned by 90 degrees: the ground has the other one's horizontal stress
-TEST(PackingImage, OfAPackingThatIsNotIsotropicIsWarnedOf)
+// The packing was sheared and is rotated by 90 degrees: the vertical stress becomes the horizontal
+// one.
+TEST(PackingImage, AnisotropicPackingGivesAWarning)
 {
   const std::string path = file_of_rank("pressed.rve");
   log_of(FOUR_ATOMS + FIX +
@@ -319,7 +321,7 @@ TEST(CreateRve, PackingsOfSpheresAreMadeAndWritten)
              "write_rve grains atom 1 file " + data);
 
   EXPECT_IN("anisotropic load", log);
-  EXPECT_IN("its image", log);    // others have another direction of the vertical stress
+  EXPECT_IN("its image", log);    // the others have another direction of the vertical stress
   const rve::RveStateOf<3> packing = rve::read_packing<3>(path);
   EXPECT_EQ(packing.num_grains(), 80);
   const rve::Tensor3 stress = rve::spring_stress(packing);
@@ -336,7 +338,7 @@ TEST(CreateRve, SpheresHaveNoThickness)
             message_of("create_rve none.rve shape cube" + RECIPE));
 }
 
-// LAMMPS reads what write_rve wrote, and finds the stress of the springs with its own contacts.
+// LAMMPS reads the file of write_rve and computes the stress of the springs from its own contacts.
 TEST(WriteRve, LammpsFindsTheStressOfSpheres)
 {
   const std::string path = file_of_rank("read.rve"), data = file_of_rank("read.data");

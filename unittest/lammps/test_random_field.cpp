@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// random_field through LAMMPS scripts: the same bits on any number of ranks, what reads the property, and the messages for wrong
-// input. Runs under mpirun as well: every rank then also runs the script alone and compares.
+// random_field through LAMMPS scripts: the same bits on any number of ranks, users of the property,
+// and messages for wrong input. Also runs under mpirun: every rank then also runs the script alone
+// and compares.
 
 #include "script.h"
 
@@ -14,7 +15,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// 12 by 8 points of a box of 6 by 4, off the nodes of any grid here. Ranks divide y, so that the IDs are the same on any number of them.
+/// 12 by 8 points of a box of 6 by 4, which are not on nodes of any grid here. Ranks divide y, so
+/// that the IDs are the same on any number of them.
 const std::string points =
     "units si\ndimension 2\nboundary f p p\natom_style atomic\nprocessors 1 * 1\n"
     "region box block 0 6 0 4 -0.1 0.1 units box\ncreate_box 2 box\n"
@@ -93,7 +95,7 @@ TEST(RandomField, VariablesAndDumpsReadTheProperty)
   std::remove("test_random_field.dump");
 }
 
-TEST(RandomField, ValuesGoWithTheAtomsAndThroughARestart)
+TEST(RandomField, ValuesMigrateWithAtomsAndSurviveARestart)
 {
   Script script, second;
 
@@ -106,7 +108,7 @@ TEST(RandomField, ValuesGoWithTheAtomsAndThroughARestart)
 
   EXPECT_EQ(script.property("phi"), before);
   EXPECT_EQ(second.property("phi"), before);
-  // atoms that have gone through the periodic side are found inside again
+  // Atoms that have crossed the periodic side are wrapped again.
   EXPECT_NO_THROW(script << field);
   MPI_Barrier(MPI_COMM_WORLD);
   std::remove("test_random_field.restart");
@@ -118,7 +120,7 @@ TEST(RandomField, PaddingIsReportedInTheLog)
     Script script(MPI_COMM_WORLD, "test_random_field.log");
     script << points +
             "random_field all d_phi covariance gaussian lengths 5 4 spacing 0.5 0.5 seed 3";
-  }    // the log is complete when LAMMPS has gone
+  }    // the log is complete when LAMMPS has ended
   MPI_Barrier(MPI_COMM_WORLD);
   std::ifstream stream("test_random_field.log");
   const std::string log((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
@@ -131,7 +133,7 @@ TEST(RandomField, PaddingIsReportedInTheLog)
   std::remove("test_random_field.log");
 }
 
-TEST(RandomFieldErrors, SayWhatIsWrong)
+TEST(RandomFieldErrors, AreReported)
 {
   const std::string scene = points + "random_field all d_phi ";
   const std::string law = "covariance exponential lengths 3 1 ", grid = "spacing 0.5 0.25 ";
@@ -205,7 +207,7 @@ TEST(RandomFieldErrors, SayWhatIsWrong)
   }
 }
 
-TEST(RandomFieldErrors, ErrorsLeaveTheOldValues)
+TEST(RandomFieldErrors, ErrorsKeepTheOldValues)
 {
   Script script;
   script << points + "set group all d_phi -5";

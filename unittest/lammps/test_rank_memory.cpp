@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Memory that the ranks of one machine have in common.
+// Memory that the ranks of one machine share.
 
 #include "lammps/rank_resources.h"
 
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <mpi.h>
 
-TEST(RankMemory, AllRanksSeeWhatOneHasWritten)
+TEST(RankMemory, AllRanksReadTheNumbersOfOne)
 {
   int rank = 0, ranks = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// SIGTERM and SIGINT during a run: it ends after its present step, with the restart file that the script asks for. Runs under mpirun as
-// well: then only the last rank gets the signal.
+// SIGTERM and SIGINT during a run: it ends after its present step and writes the restart file of
+// the script. Also runs under mpirun, where only the last rank gets the signal.
 
 #include "fix_external.h"
 #include "library.h"
@@ -90,12 +90,12 @@ class SignalledScript : public Script {
   {
     auto *script = static_cast<SignalledScript *>(self);
     if (step != script->when) return;
-    script->when = -1;    // once: the setup of the next run comes in the same step
+    script->when = -1;    // only once: the setup of the next run has the same step
     if (on_last_rank()) std::raise(script->what);
   }
 };
 
-/// What the lines end in, on all ranks together; empty if they run.
+/// Returns the error in which the lines end, for all ranks together; empty if they run.
 std::string message_of(Script &script, const std::string &lines)
 {
   try {
@@ -115,8 +115,8 @@ auto handler_of(int signal)
 
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
 
-/// The step that the message names, "`who` ended the run after step N...". A signal in `step` ends that step; several ranks ask each other in steps
-/// 1, 2, 4, 8 and so on at least.
+/// Returns the step of the message "`who` ended the run after step N...". On one rank a signal in
+/// `step` ends that step. Several ranks synchronise at least in steps 1, 2, 4, 8 and so on.
 bigint end_of_run(const std::string &who, const std::string &message, bigint step)
 {
   const std::string words = who + " ended the run after step ";
@@ -136,7 +136,7 @@ bigint end_of_run(const std::string &who, const std::string &message, bigint ste
 
 }    // namespace
 
-TEST(RunSignals, ARunEndsAfterItsStepWithARestartFileAndGoesOnToTheSameBits)
+TEST(RunSignals, RunEndsAfterItsStepAndContinuesFromTheRestartFile)
 {
   const std::string write = "write_rve grains atom 3 file ";
   {
@@ -192,7 +192,7 @@ TEST(RunSignals, WithoutARestartCommandTheMessageSaysSo)
 
   const bigint end = end_of_run("SIGTERM", message, 5);
   EXPECT_IN("; there is no restart file, since the script has no restart command", message);
-  // whoever caught the error may go on: it was that run which ended
+  // A program that has caught the error may continue: only that run has ended.
   EXPECT_EQ(message_of(script, "run 3"), "");
   EXPECT_EQ(script.lmp->update->ntimestep, end + 3);
 }
@@ -204,7 +204,7 @@ TEST(RunSignals, ASignalInTheLastStepOrInTheSetupIsNotLost)
   last.raise_in_step(4, SIGTERM);
   EXPECT_IN("SIGTERM ended the run after step 4", message_of(last, "run 4"));
 
-  // fixes of before the callback are set up when it comes
+  // Fixes that are older than the callback are set up when it runs.
   setup << FOUR_ATOMS + GRAINS + "run 2";
   setup.raise_in_step(2, SIGTERM);
   EXPECT_IN("SIGTERM ended the run after step 2", message_of(setup, "run 0"));
@@ -219,7 +219,7 @@ TEST(RunSignals, ARunOfMaterialPointsWithoutGrainsEndsToo)
   end_of_run("fix mpm soil: SIGTERM", message_of(script, "run 20"), 6);
 }
 
-TEST(RunSignals, RunsWithoutSetupAreWatchedToo)
+TEST(RunSignals, RunsWithoutSetupReactToo)
 {
   SignalledScript script;
   script << FOUR_ATOMS + GRAINS;
@@ -229,8 +229,8 @@ TEST(RunSignals, RunsWithoutSetupAreWatchedToo)
   EXPECT_EQ(message_of(script, "run 2"), "");
 }
 
-// nohup, and shells for what they run in the background
-TEST(RunSignals, WhatIsIgnoredStaysIgnored)
+// nohup ignores signals, and shells ignore them for background jobs.
+TEST(RunSignals, IgnoredSignalsStayIgnored)
 {
   const auto before = std::signal(SIGINT, SIG_IGN);
   SignalledScript script;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// compute rve/contact/local and dump rve/grain: the contacts and the grains of RVEs against what compute rve/atom says of them, where the
-// atoms are on any rank, and what the two styles refuse.
+// compute rve/contact/local and dump rve/grain: contacts and grains of RVEs against the results of
+// compute rve/atom, for atoms on any rank, and errors of the two styles.
 
 #include "comm.h"
 #include "grains_script.h"
@@ -15,12 +15,14 @@ using namespace grains_script;
 
 namespace {
 
-constexpr double THICKNESS = 0.075;    // of the packing's disks [m]
+constexpr double THICKNESS = 0.075;    // thickness of the packing's disks [m]
 
-const std::string LOOK = R"(group look id 3
-compute s all rve/atom sxx syy sxy syx cell_xx cell_xy cell_yx cell_yy contacts sliding grains
-compute c look rve/contact/local atom id1 id2 force_x force_y branch_x branch_y fn ft normal_x normal_y sliding image_x image_y overlap
-)";
+const std::string LOOK =
+    "group look id 3\n"
+    "compute s all rve/atom sxx syy sxy syx cell_xx cell_xy cell_yx cell_yy contacts sliding "
+    "grains\n"
+    "compute c look rve/contact/local atom id1 id2 force_x force_y branch_x branch_y fn ft "
+    "normal_x normal_y sliding image_x image_y overlap\n";
 enum {
   Atom,
   Id1,
@@ -82,7 +84,7 @@ Frame last_frame(const std::string &path)
 
 class Look : public Script {
  public:
-  /// compute s of atom 3, on every rank.
+  /// Returns compute s of atom 3 on every rank.
   std::vector<double> answer()
   {
     LAMMPS_NS::Compute *s = lmp->modify->get_compute_by_id("s");
@@ -95,7 +97,7 @@ class Look : public Script {
         .at(3);
   }
 
-  /// Rows of compute c, those of this rank.
+  /// Returns the rows of compute c on this rank.
   std::vector<std::vector<double>> contacts()
   {
     LAMMPS_NS::Compute *c = lmp->modify->get_compute_by_id("c");
@@ -114,7 +116,8 @@ class Look : public Script {
   }
 };
 
-/// Love's sum over the rows is the stress that the RVE says, and their numbers are those of its contacts.
+/// Expects that Love's sum over the rows is the stress of the RVE and that the rows agree with its
+/// contacts.
 void expect_contacts_of_the_rve(Look &script)
 {
   const auto rows = script.contacts();
@@ -127,7 +130,7 @@ void expect_contacts_of_the_rve(Look &script)
     stress[3] += row[ForceY] * row[BranchX];
     sliding += row[Sliding];
     EXPECT_EQ(row[Atom], 3.0);
-    // the force is what normal and tangential force say, on the first grain
+    // The force on the first grain follows from the normal and the tangential force.
     EXPECT_NEAR(row[ForceX], -row[Fn] * row[NormalX] - row[Ft] * row[NormalY], 1e-9 * row[Fn]);
     EXPECT_NEAR(row[ForceY], -row[Fn] * row[NormalY] + row[Ft] * row[NormalX], 1e-9 * row[Fn]);
   }
@@ -139,7 +142,7 @@ void expect_contacts_of_the_rve(Look &script)
   EXPECT_EQ(script.sum((double) rows.size()), says[8]);
   // some contacts stick with more than 0.999 of their limit
   EXPECT_NEAR(script.sum(sliding) / says[8], says[9], 0.01);
-  EXPECT_GT(script.sum(sliding), 20.0);    // after this strain there are some
+  EXPECT_GT(script.sum(sliding), 20.0);    // the strain makes some contacts slide
 }
 
 const std::string SHEARED =
@@ -156,7 +159,7 @@ TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
 }
 
 // C = 4 (<n n> - 1/2) in the plane, and kinds of energy are parts of the energy
-TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheAnswer)
+TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
 {
   Look script;
   script << SHEARED +
@@ -165,18 +168,18 @@ TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheAnswer)
           "run 50";
   const auto says = script.answer();
 
-  // format double adds integers
+  // Format double adds integers.
   EXPECT_NEAR(says[0], 4.0 * (says[2] - 0.5), 1e-9);
   EXPECT_NEAR(says[1], 4.0 * says[3], 1e-9);
   EXPECT_GT(std::fabs(says[1]), 1e-3);
   EXPECT_GT(says[5], 0.01 * says[7]);
   EXPECT_NEAR(says[4] + says[5] + says[6], says[7], 1e-7 * says[7]);
-  // disks have radii of 2.5 to 5 mm
+  // Disks have radii of 2.5 to 5 mm.
   EXPECT_NEAR(says[8], 7.5e-3, 2.5e-3);
   EXPECT_GT(says[9], 0.0);
 }
 
-// from one rank to another, where there are several
+// The atom migrates between ranks if there are several.
 TEST(RveContacts, FollowTheirAtom)
 {
   Look script;
@@ -212,8 +215,9 @@ TEST(RveContacts, OfAGroupAreThoseOfAllItsRves)
               (2.0 * of_atom[0] + 3.0 * of_atom[1]) / (of_atom[0] + of_atom[1]), 1e-12);
 }
 
-// the dump says where grains are, the compute which touch: together they give the branch vectors
-TEST(RveGrains, DumpedInTheCellOfTheRveTouchAsTheContactsSay)
+// The dump has the positions of grains and the compute their contacts; together they give the
+// branch vectors.
+TEST(RveGrains, DumpedGrainsTouchAtTheContacts)
 {
   const std::string path = "test_rve_contacts.grains";
   Look script;
@@ -228,7 +232,7 @@ TEST(RveGrains, DumpedInTheCellOfTheRveTouchAsTheContactsSay)
 
   ASSERT_EQ(frame.rows.size(), (std::size_t) says[10]);
   ASSERT_EQ(frame.box.size(), 12u);
-  EXPECT_EQ(frame.box[0], says[4]);    // columns of H are the vectors of the cell
+  EXPECT_EQ(frame.box[0], says[4]);    // columns of H are the cell vectors
   EXPECT_EQ(frame.box[1], says[6]);
   EXPECT_EQ(frame.box[4], says[5]);
   EXPECT_EQ(frame.box[5], says[7]);
@@ -261,7 +265,7 @@ TEST(RveGrains, DumpedInTheCellOfTheRveTouchAsTheContactsSay)
   if (script.lmp->comm->me == 0) std::remove(path.c_str());
 }
 
-TEST(RveGrains, OneFrameIsHadWithoutARun)
+TEST(RveGrains, OneFrameIsWrittenWithoutARun)
 {
   const std::string path = file_of_rank("grains");
   Script script(MPI_COMM_SELF);
@@ -272,7 +276,7 @@ TEST(RveGrains, OneFrameIsHadWithoutARun)
   EXPECT_EQ(last_frame(path).rows.size(), 400u);
 }
 
-TEST(RveContacts, WhatIsRefusedIsNamed)
+TEST(RveContacts, InvalidInputIsNamed)
 {
   const std::string scene = SHEARED + "group look id 7\ngroup two id 1 2\n";
   EXPECT_IN("compute rve/contact/local c: there is no quantity 'force'",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Libraries of packings through LAMMPS scripts: create_rve fills them, fix rve chooses from them; the same on any number of ranks and in
-// any order of atoms, and the messages for wrong input. Runs under mpirun as well: every rank then also runs the script alone.
+// Libraries of packings through LAMMPS scripts: create_rve writes them, fix rve chooses from them,
+// with the same result on any number of ranks and in any order of atoms, and messages for wrong
+// input. Also runs under mpirun: every rank then also runs the script alone.
 
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
@@ -32,7 +33,8 @@ int rank()
   return me;
 }
 
-/// Nine packings of three seeds, made once by all ranks together: void ratios from about 0.18 to 0.28.
+/// Returns a library of nine packings of three seeds with void ratios from about 0.18 to 0.28. All
+/// ranks make it together once.
 const std::string &library()
 {
   static const std::string path = [] {
@@ -43,7 +45,7 @@ const std::string &library()
   return path;
 }
 
-/// Removes that file after the last test, in a process that runs tests of this file.
+/// Removes the library after the last test, in a process that runs tests of this file.
 struct RemoveLibrary : ::testing::Environment {
   void TearDown() override
   {
@@ -86,7 +88,7 @@ std::vector<double> void_ratios()
   return list;
 }
 
-/// Which packing of the library has this void ratio; they all differ.
+/// Returns the index of the packing with this void ratio; all void ratios differ.
 int packing_with(double void_ratio)
 {
   const std::vector<double> all = void_ratios();
@@ -110,7 +112,7 @@ TEST(CreateRveLibrary, TheFileIsTheSameOnAnyNumberOfRanksAndThreads)
   std::remove(own.c_str());
 }
 
-TEST(CreateRveLibrary, TheIndexSaysWhatThePackingsAre)
+TEST(CreateRveLibrary, IndexDescribesThePackings)
 {
   const rve::PackingLibrary lib = rve::read_library(library());
 
@@ -139,7 +141,7 @@ TEST(CreateRveLibrary, PackingsAreThoseOfSingleFiles)
   std::remove(own.c_str());
 }
 
-TEST(CreateRveLibrary, SkipLeavesOutWhatCannotBePrepared)
+TEST(CreateRveLibrary, SkipOmitsPackingsThatCannotBePrepared)
 {
   const std::string own = "test_rve_skip." + std::to_string(rank());
   Script alone(MPI_COMM_SELF);
@@ -201,7 +203,7 @@ TEST(PackingChoice, ByNumber)
     EXPECT_EQ(packing_with(one.second), (one.first - 1) % 9);
 }
 
-TEST(PackingChoice, RandomDrawsTakeAllPackingsAlike)
+TEST(PackingChoice, RandomDrawsAreUniform)
 {
   Script script;
   script << with_fix("packing_random 3");
@@ -209,7 +211,8 @@ TEST(PackingChoice, RandomDrawsTakeAllPackingsAlike)
   std::vector<int> times(9, 0);
   for (const auto &one : script.compute("e")) ++times[packing_with(one.second)];
 
-  // 96 points over 9 packings: chi-square has 8 degrees of freedom and is above 31.8 once in ten thousand times
+  // For 96 points and 9 packings, chi-square has 8 degrees of freedom and exceeds 31.8 once in ten
+  // thousand times.
   double chi_square = 0.0;
   for (const int count : times) chi_square += std::pow(count - 96.0 / 9, 2) / (96.0 / 9);
   EXPECT_LT(chi_square, 31.8);
@@ -279,17 +282,17 @@ TEST(PackingImage, PointsGetTheStressOfTheImage)
   for (const auto &one : image_xx) {
     const tagint id = one.first;
     const int image = id % 8;
-    const double rounding = 2e4 * 1e-5;    // of p: sums of floats in another order
+    const double rounding = 2e4 * 1e-5;    // rounding of p: sums of floats in another order
     EXPECT_NEAR(one.second, image % 2 ? yy.at(id) : xx.at(id), rounding);
-    // shear changes its sign by a right angle, and by a mirror
+    // Shear stress changes sign under a quarter turn and under a mirror.
     EXPECT_NEAR(image_xy.at(id), (image % 2 ? -yx.at(id) : xy.at(id)) * (image >= 4 ? -1 : 1),
                 rounding);
   }
 }
 
-// ---- with the other keywords of fix rve ----
+// ---- libraries with other keywords of fix rve ----
 
-TEST(MassScalingOfLibraries, LengthensTheStableStepOfAllPackingsAndLeavesTheirStress)
+TEST(MassScalingOfLibraries, IncreasesTheStableStepOfAllPackingsAndKeepsTheirStress)
 {
   const auto script_of = [](const std::string &keywords) {
     return with_fix("dt auto 0.5 substeps 1 packing_random 3 packing_image random 5 " + keywords);
@@ -298,12 +301,12 @@ TEST(MassScalingOfLibraries, LengthensTheStableStepOfAllPackingsAndLeavesTheirSt
   light << script_of("");
   heavy << script_of("mass_scaling 4");
 
-  // the bound is 2 over the largest frequency, which goes with the root of the mass
+  // The bound is 2 over the largest frequency and proportional to the root of the mass.
   const double step = light.fix_value("grains", 8);
   EXPECT_NEAR(heavy.fix_value("grains", 8), 2.0 * step, 1e-12 * step);
   for (const char *what : {"e", "sxx", "sxy"}) EXPECT_EQ(light.compute(what), heavy.compute(what));
 
-  // in the state of each point, be it a packing or an image of one, and only in mass_depth
+  // The states of all points, of packings and of images, differ in mass_depth only.
   for (const int id : {1, 40, 96}) {
     const auto material = [&](Script &script) {
       script << "write_rve grains atom " + std::to_string(id) + " file test_rve_heavy format rve";
@@ -319,7 +322,7 @@ TEST(MassScalingOfLibraries, LengthensTheStableStepOfAllPackingsAndLeavesTheirSt
   if (rank() == 0) std::remove("test_rve_heavy");
 }
 
-TEST(MassScalingOfLibraries, AGivenTimeStepIsJudgedByTheScaledMass)
+TEST(MassScalingOfLibraries, GivenTimeStepIsCheckedWithTheScaledMass)
 {
   Script script;
   script << with_fix("dt auto 1.0 substeps 1 packing_random 3");
@@ -334,7 +337,8 @@ TEST(MassScalingOfLibraries, AGivenTimeStepIsJudgedByTheScaledMass)
 
 TEST(KnobsOnLibraries, AreTheSameOnAnyNumberOfRanks)
 {
-  // points at the left sleep, those at the right do not; shadows are chosen by ID as packings and images are
+  // Points on the left are quiescent, those on the right are not; shadows are chosen by ID like
+  // packings and images.
   const std::string keywords = "drive velocity_gradient yy v_rate packing_random 1 packing_image "
                                "random 2 mass_scaling 4 substeps adaptive 1e-6 1e-3 quiescent 5e-5 "
                                "stress average 2 3 shadow 5 2";
@@ -351,7 +355,7 @@ TEST(KnobsOnLibraries, AreTheSameOnAnyNumberOfRanks)
   EXPECT_GT(alone.fix_value("grains", 12), 0.0);
 }
 
-TEST(PackingChoiceErrors, SayWhatIsWrong)
+TEST(PackingChoiceErrors, AreReported)
 {
   const std::string broken = "test_rve_broken.lib." + std::to_string(rank());
   std::string text = text_of(library());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// compute rve/tangent: that it gives each atom the tangent of its RVE, on any rank, and changes nothing of the run; and what it refuses.
+// compute rve/tangent: it gives each atom the tangent of its RVE on any rank, does not change the
+// run, and refuses wrong input.
 
 #include "grains_script.h"
 #include "macro/tangent_probes.h"
@@ -56,7 +57,7 @@ template <int D> macro::ProbedTangentOf<D> tangent_of(const std::string &path)
 
 TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
 {
-  // the group has two atoms; the run has strained all four, each by its own rate
+  // The group has two atoms; the run has strained all four at different rates.
   Look script(MPI_COMM_SELF);
   script << SCENE;
   const std::string path = file_of_rank("state.rve");
@@ -76,7 +77,8 @@ TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
   EXPECT_EQ(row[5], part.poisson());
   EXPECT_EQ(row[6], part.shear);
   EXPECT_EQ(row[7], part.anisotropy);
-  // along D of that atom, yy -0.15 and xy 0.1, but for the strain of a step, 1e-4, by which stretches differ from rates
+  // The second-order work is along D of that atom, yy -0.15 and xy 0.1, up to the strain of a step,
+  // 1e-4, by which stretches differ from rates.
   const rve::Tensor2 rate{{0.0, 0.05, 0.05, -0.15}};
   EXPECT_NEAR(row[8], rve_test::second_order_work(tangent, rate), 1e-5 * row[8]);
   EXPECT_EQ(row[9], tangent.least_second_order_work());
@@ -91,7 +93,7 @@ TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
   EXPECT_EQ(row[16], expected.unrest);
   EXPECT_LT(row[16], 1e-5);    // the default tolerance
   EXPECT_EQ(row[17], expected.steps);
-  EXPECT_GE(row[17], 500.0);    // those of a strain, at the least
+  EXPECT_GE(row[17], 500.0);    // at least the steps of one strain
   EXPECT_EQ(row[18], expected.changed_contacts);
 
   EXPECT_NE(rows.at(1), row);
@@ -124,14 +126,15 @@ TEST(RveTangent, OfSpheresHasAllComponents)
   EXPECT_NEAR(row[1], cubic(1, 1, 2, 2), tolerance);
   EXPECT_NEAR(row[2], cubic(1, 2, 1, 2), tolerance);
   EXPECT_NEAR(row[3], 0.0, tolerance);
-  // a cubic lattice has several directions that are alike: one of them, of a normal of size 1
+  // A cubic lattice has several equivalent directions; the result is one of them, with a normal of
+  // length 1.
   EXPECT_LE(std::fabs(row[4]), 1.0);
   EXPECT_EQ(row[5], 1.0);
 }
 
 TEST(RveTangent, OfSpheresIsThatOfTheRveOfEachAtom)
 {
-  // a lattice that a strain of four components has made unlike in all directions
+  // A strain with four components has made all directions of the lattice different.
   const std::string lattice = file_of_rank("sheared.rve"), path = file_of_rank("state.rve");
   rve::write_packing(lattice,
                      rve_test::face_centred_cubic(rve_test::of_spheres(rve_test::linear_springs()),
@@ -161,7 +164,7 @@ TEST(RveTangent, OfSpheresIsThatOfTheRveOfEachAtom)
   EXPECT_NE(row[1], 0.0);
 }
 
-TEST(RveTangent, ChangesNothingOfTheRun)
+TEST(RveTangent, DoesNotChangeTheRun)
 {
   const auto state_after = [](const std::string &look) {
     GrainsScript script;
@@ -187,7 +190,7 @@ TEST(RveTangent, AlongLoadingIsSofterAndNeedsADirection)
   EXPECT_LT(loading[0], 0.9 * elastic[0]);
 }
 
-TEST(RveTangent, WhatIsRefusedIsNamed)
+TEST(RveTangent, InvalidInputIsNamed)
 {
   const auto refused = [](const std::string &words) {
     return message_of(FOUR_ATOMS + SHEAR + "compute c all rve/tangent " + words + "\nrun 0");

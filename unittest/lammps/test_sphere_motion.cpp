@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Colliding spheres in the engine and in LAMMPS' pair_style granular: the same motion. They begin apart, so that the half step between the
-// velocities of both leapfrogs makes no difference: before the first contact velocities are those of any time.
+// Colliding spheres in the engine and in LAMMPS' pair_style granular have the same motion. They
+// begin without contacts, when velocities are constant, so that the half step between the
+// velocities of both leapfrogs makes no difference.
 
 #include "rve/engine/contact_model.h"
 #include "script.h"
@@ -33,7 +34,8 @@ std::string digits(double x)
   return text;
 }
 
-/// A gas of spheres that do not touch; in a plane they move in it and spin across it.
+/// Returns spheres without contacts; with `in_plane` they move in a plane and spin about its
+/// normal.
 Spheres gas(const rve::Material &material, bool in_plane)
 {
   rve_test::Random random(11);
@@ -84,10 +86,10 @@ class Lammps : public Script {
   }
 };
 
-/// Of the engine from LAMMPS, after a run.
+/// Differences between the engine and LAMMPS after a run.
 struct Difference {
   double place = 0.0;    ///< [m]
-  double spin = 0.0;     ///< of the middle of a step, where the engine has it [1/s]
+  double spin = 0.0;     ///< spin at the middle of a step, as in the engine [1/s]
 };
 
 Difference difference(Spheres state, const std::string &law, int steps)
@@ -138,9 +140,9 @@ rve::Material springs(double friction)
 
 }    // namespace
 
-// Roundings differ, and each collision makes about ten times more of them.
+// Roundings differ, and each collision amplifies them about tenfold.
 
-TEST(MotionOfSpheres, WithoutFrictionIsThatOfLammps)
+TEST(MotionOfSpheres, WithoutFrictionAgreesWithLammps)
 {
   const Difference found =
       difference(gas(springs(0.0), false),
@@ -149,9 +151,9 @@ TEST(MotionOfSpheres, WithoutFrictionIsThatOfLammps)
   EXPECT_LT(found.place, 1e-9 * RADIUS);
 }
 
-TEST(MotionOfSpheres, InAPlaneIsThatOfLammpsWithFriction)
+TEST(MotionOfSpheres, InAPlaneWithFrictionAgreesWithLammps)
 {
-  // no axis leans to a normal, and no contact turns about it
+  // In a plane spin axes are across the normals, and no contact rotates about its normal.
   const Difference found =
       difference(gas(springs(0.4), true),
                  "hooke 1e5 0 tangential linear_history 8e4 0 0.4 damping velocity", 1600);
@@ -160,9 +162,10 @@ TEST(MotionOfSpheres, InAPlaneIsThatOfLammpsWithFriction)
   EXPECT_LT(found.spin, 1e-8 * SPEED / RADIUS);
 }
 
-TEST(MotionOfSpheres, InSpaceWithFrictionDiffersByWhatLammpsLeavesOut)
+TEST(MotionOfSpheres, InSpaceWithFrictionDiffersByTermsThatLammpsOmits)
 {
-  // the turn about the normal, and the normal of the middle of a step: with spins of 100 rad/s and collisions of a millisecond
+  // The differences are the rotation about the normal and the normal at the middle of a step, with
+  // spins of 100 rad/s and collisions of a millisecond.
   const Difference found =
       difference(gas(springs(0.4), false),
                  "hooke 1e5 0 tangential linear_history 8e4 0 0.4 damping velocity", 400);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The DEM time step of fix rve through LAMMPS scripts: whose stability bound counts, and when it is looked at. Alone and on several
-// ranks.
+// The DEM time step of fix rve through LAMMPS scripts: which RVE determines the stability bound,
+// and when it is checked. The tests run on one and on several ranks.
 
 #include "engine/test_states.h"
 #include "fix_rve_impl.h"
@@ -23,7 +23,7 @@ namespace {
 
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
 
-// of the bound: an automatic step that the check finds above it is lowered
+// An automatic step above this fraction of the bound is lowered by the check.
 constexpr double MARGIN = 0.95;
 
 const std::string TWO_ATOMS = R"(units si
@@ -39,7 +39,7 @@ create_atoms 1 single 1.5 0.5 0
 variable second atom id-1
 )";
 
-/// Many contacts, and a tenth of the stiffness of loose_packing().
+/// Returns a packing with many contacts and a tenth of the stiffness of loose_packing().
 std::string soft_packing()
 {
   const std::string path = file_of_rank("soft.rve");
@@ -47,7 +47,7 @@ std::string soft_packing()
   return path;
 }
 
-/// Stiff grains that have been pulled apart and hardly touch.
+/// Returns stiff grains that have been expanded and hardly touch.
 std::string loose_packing()
 {
   rve::RveState state = rve::read_packing(EXAMPLE_PACKINGS "/A20_h0075.rve");
@@ -71,7 +71,7 @@ class TimeStepScript : public Script {
         ->rves_of<2>()
         .state(local(id));
   }
-  /// Of an RVE, on every rank.
+  /// Returns the bound of an RVE on every rank.
   double bound(tagint id)
   {
     double mine = local(id) < 0 ? 0.0 : rve::stable_time_step(state(id)), bound;
@@ -94,8 +94,8 @@ std::string two_packings(const std::string &rest)
       " packing_variable v_second threads 1 substeps 10 " + rest + "\n";
 }
 
-/// Disks with Hertz' contacts, which stiffen when pressed, at a nearly constant number of contacts.
-/// The packing is made once by each rank.
+/// Returns disks with Hertz' contacts, which stiffen under pressure at a nearly constant number of
+/// contacts. Each rank makes the packing once.
 std::string hertz_packing()
 {
   static const std::string path = [] {
@@ -110,7 +110,7 @@ std::string hertz_packing()
   return path;
 }
 
-/// One RVE of Hertz' contacts, compressed for 40 steps and then held.
+/// Returns one RVE of Hertz' contacts that is compressed for 40 steps and then held.
 std::string hertz_compressed(const std::string &words)
 {
   return "units si\ndimension 2\nboundary p p p\natom_style atomic\n"
@@ -121,7 +121,7 @@ std::string hertz_compressed(const std::string &words)
       "\ncompute pressure all rve/atom p\ncompute kinetic all rve/atom kinetic\n";
 }
 
-/// Step that a message names as "at step N:" or "at step N;".
+/// Returns the step of a message with "at step N:" or "at step N;".
 long step_in(const std::string &message)
 {
   const std::string before = "at step ";
@@ -129,12 +129,12 @@ long step_in(const std::string &message)
   return place == std::string::npos ? -1 : std::stol(message.substr(place + before.size()));
 }
 
-/// The second RVE is made dense.
+/// The second RVE becomes dense.
 const std::string COMPRESS = "variable rate atom -0.5*(id-1)\n";
 
 }    // namespace
 
-TEST(TimeStep, IsThatOfTheStiffestNetworkWhateverItsContacts)
+TEST(TimeStep, IsThatOfTheStiffestNetwork)
 {
   TimeStepScript script;
   script << COMPRESS +
@@ -149,7 +149,7 @@ TEST(TimeStep, IsThatOfTheStiffestNetworkWhateverItsContacts)
   EXPECT_GE(script.step(), 0.8 * MARGIN * script.bound(2));
 }
 
-TEST(TimeStep, OfTheUserEndsTheRunWhereOneNetworkCannotBearIt)
+TEST(TimeStep, OfTheUserEndsTheRunIfOneNetworkIsUnstable)
 {
   TimeStepScript probe(MPI_COMM_SELF);
   probe << two_packings("dt auto 0.94");
@@ -164,8 +164,8 @@ TEST(TimeStep, OfTheUserEndsTheRunWhereOneNetworkCannotBearIt)
   EXPECT_IN("of the RVE of atom 2 at step", message);
 }
 
-// The first RVE is crushed and frozen with the most contacts of all.
-TEST(TimeStep, FrozenRveHidesNoOther)
+// The first RVE exceeds its overlap limit and is frozen with the most contacts of all.
+TEST(TimeStep, FrozenRveDoesNotHideOthers)
 {
   TimeStepScript script;
   script << "variable rate atom -0.5*(id==2)-20*(id==1)\n" +
@@ -179,8 +179,9 @@ TEST(TimeStep, FrozenRveHidesNoOther)
   EXPECT_GE(script.step(), 0.8 * MARGIN * script.bound(2));
 }
 
-// A loose packing allows a long step, which is too long as soon as it is dense: no interval of checks is short enough.
-TEST(TimeStep, FollowsNewContactsBeforeTheNextCheckIsDue)
+// A loose packing allows a long step, which is too long once it is dense, however short the
+// interval of checks.
+TEST(TimeStep, FollowsNewContactsBeforeTheNextCheck)
 {
   TimeStepScript script;
   script << COMPRESS +
@@ -193,9 +194,9 @@ TEST(TimeStep, FollowsNewContactsBeforeTheNextCheckIsDue)
   EXPECT_LE(script.step(), script.bound(2));
 }
 
-// Hertz' contacts stiffen at a constant number of contacts. Before, an automatic step followed only
-// at the next interval, and the held packing kept a kinetic energy of 0.06 J.
-TEST(TimeStep, FollowsContactsThatStiffenBeforeTheNextCheckIsDue)
+// Hertz' contacts stiffen at a constant number of contacts. An automatic step that follows only at
+// the next interval would leave a kinetic energy of 0.06 J in the held packing.
+TEST(TimeStep, FollowsStiffeningContactsBeforeTheNextCheck)
 {
   TimeStepScript script(MPI_COMM_SELF), checked_every_step(MPI_COMM_SELF);
   script << hertz_compressed("dt auto 0.9 dt_check 1000");
@@ -225,7 +226,7 @@ TEST(TimeStep, OfADividedRunOfHertzContactsIsThatOfTheWhole)
   EXPECT_EQ(rve::serialize(whole.state(1)), rve::serialize(parts.state(1)));
 }
 
-// A given step ends the run in the step in which it becomes too large, whatever the interval.
+// A step of the user that becomes too large ends the run in that step, for any interval of checks.
 TEST(TimeStep, OfTheUserEndsTheRunAsSoonAsContactsHaveStiffened)
 {
   TimeStepScript probe(MPI_COMM_SELF);
@@ -237,12 +238,12 @@ TEST(TimeStep, OfTheUserEndsTheRunAsSoonAsContactsHaveStiffened)
 
   EXPECT_IN("is above the stability bound", late);
   EXPECT_GT(step_in(soon), 0);
-  // the contact force may grow by a third between two checks
+  // The contact force may increase by a third between two checks.
   EXPECT_LE(step_in(late), step_in(soon) + 3);
 }
 
-// So many DEM steps to a LAMMPS step that contacts stiffen far within one.
-TEST(TimeStep, WarnsWhereContactsStiffenWithinOneStep)
+// A LAMMPS step has so many DEM steps that contacts stiffen within one.
+TEST(TimeStep, WarnsIfContactsStiffenWithinOneStep)
 {
   {
     Script script(MPI_COMM_SELF, file_of_rank("log.within"));
@@ -265,7 +266,7 @@ TEST(TimeStep, DoesNotDependOnRanks)
   EXPECT_EQ(together.bound(2), alone.bound(2));
 }
 
-// Looks before and after a run change nothing that a whole run would not have changed.
+// Checks before and after a run change nothing, so that a divided run equals the whole one.
 TEST(TimeStep, OfADividedRunIsThatOfTheWhole)
 {
   const std::string lines = COMPRESS +
@@ -307,8 +308,8 @@ TEST(TimeStep, WarningsComeInRunsShorterThanTheInterval)
   EXPECT_IN("the inertial number is", text_of(file_of_rank("log.short")));
 }
 
-// 1e-3 in eleven steps of at most 9.5e-5.
-TEST(TimeStep, OfAFailureIsTheStepThatWasUsed)
+// Eleven steps of at most 9.5e-5 make 1e-3.
+TEST(TimeStep, FailureReportsTheUsedStep)
 {
   const std::string message = message_of(TWO_ATOMS +
                                          "fix grains all rve " EXAMPLE_PACKINGS
@@ -319,7 +320,8 @@ TEST(TimeStep, OfAFailureIsTheStepThatWasUsed)
   EXPECT_IN("DEM time step 9.0909", message);
 }
 
-/// The log of a run in which two equal disks with dashpots collide at an angle, with this time step.
+/// Returns the log of a run with this time step in which two equal disks with dashpots collide at
+/// an angle.
 static std::string log_of_collision(const std::string &dt)
 {
   rve::Material material = rve_test::paper_material();
@@ -339,8 +341,8 @@ static std::string log_of_collision(const std::string &dt)
   return text_of(log);
 }
 
-// A contact of so few steps loses energy that no dashpot took: the ledger says so.
-TEST(TimeStep, WarnsOfAnEnergyBalanceThatIsOpen)
+// A contact of few steps loses energy that no dashpot dissipates, which the energy balance shows.
+TEST(TimeStep, WarnsOfAnOpenEnergyBalance)
 {
   const std::string warning = "the energy balance is open";
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The convergence of tangents by probing, for doc/src/compute_rve_tangent.rst: errors against the size of the probe in each number format, and
-// what a loading tangent depends on. Takes half a minute.
+// The convergence of tangents by probing, for doc/src/compute_rve_tangent.rst: errors over the size
+// of the probe in each number format, and the parameters that a loading tangent depends on. It
+// takes half a minute.
 
 #include "macro/tangent_probes.h"
 #include "oracle/lattice_tangents.h"
@@ -55,7 +56,7 @@ rve::RveState at_rest(rve::RveState state)
   return rig.state();
 }
 
-/// After 2 % of compression along y with the sides held at 100 kPa.
+/// Returns the packing after 2 % of compression along y with the sides held at 100 kPa.
 rve::RveState in_biaxial_compression()
 {
   const rve::RveState start = packing_of_400();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that move to an engine with other contacts: to the same bits, with their numbers and shadows, or not at all.
+// RVEs that move to an engine with other contacts keep their bits, numbers and shadows, or do not
+// move at all.
 
 #include "macro/rve_points.h"
 
@@ -23,7 +24,7 @@ namespace {
 
 constexpr double DT = 5e-5;
 constexpr int RVES = 4;
-/// Its RVE has left when the others move.
+/// Index of the RVE that is removed before the others move.
 constexpr int LEAVES = 1;
 const std::vector<int> STAY = {0, 2, 3};
 
@@ -44,7 +45,7 @@ rve::Material rough(rve::Material material)
   return material;
 }
 
-/// Four RVEs of which one leaves, the last one with a shadow, some macro steps on.
+/// Returns four RVEs, one of which is removed; the last one has a shadow.
 RvePoints points_with(std::unique_ptr<rve::Engine> engine, std::unique_ptr<rve::Engine> shadows)
 {
   MacroStepOptions macro;
@@ -64,7 +65,7 @@ RvePoints points_with(bool rolling)
                      rve::make_engine(cpu_options(rolling, rve::Format::Double)));
 }
 
-/// The first one sleeps, the others are sheared at rates of their own.
+/// Advances the RVEs: the first one becomes quiescent, the others are sheared at different rates.
 void advance(RvePoints &points, int steps)
 {
   for (int step = 0; step < steps; ++step) {
@@ -76,7 +77,7 @@ void advance(RvePoints &points, int steps)
   }
 }
 
-/// As bytes: some are no numbers.
+/// Returns the bytes, since some values are not numbers.
 std::string bytes_of(const std::vector<double> &record)
 {
   return {reinterpret_cast<const char *>(record.data()), record.size() * sizeof(double)};
@@ -89,7 +90,7 @@ std::vector<std::string> records(const RvePoints &points)
   return all;
 }
 
-/// An engine whose like takes only so many RVEs.
+/// An engine whose copies take a limited number of RVEs.
 class NarrowEngine final : public rve_test::ForwardingEngine {
  public:
   NarrowEngine(std::unique_ptr<rve::Engine> engine_in, int room_in, int room_of_next_in) :
@@ -112,7 +113,7 @@ class NarrowEngine final : public rve_test::ForwardingEngine {
 
 }    // namespace
 
-TEST(ContactChange, GivesTheBitsOfAnEngineThatWasMadeForIt)
+TEST(ContactChange, GivesTheBitsOfANewEngineWithTheseContacts)
 {
   RvePoints moves = points_with(false), stays = points_with(true);
   advance(moves, 5);
@@ -132,12 +133,13 @@ TEST(ContactChange, GivesTheBitsOfAnEngineThatWasMadeForIt)
   EXPECT_GE(moves.point(3).shadow, 0);
   EXPECT_TRUE(moves.state(2).has_rolling_forces());
   EXPECT_FALSE(moves.state(0).has_rolling_forces());
-  // the number of the one that left is free
+  // The number of the removed RVE is free.
   const rve::RveState packing = rve_test::packing_of_400();
   EXPECT_EQ(moves.add({&packing}), (std::vector<int>{LEAVES}));
 }
 
-// The rolling spring is the same beside every law: it goes on with another one, and is forgotten where there is none.
+// The rolling spring is the same for every law: another law continues with it, and a law without
+// rolling drops it.
 TEST(ContactChange, ToAnotherLawKeepsRollingForcesWhereTheLawHasThem)
 {
   for (const bool rolls : {true, false}) {
@@ -171,7 +173,7 @@ TEST(ContactChange, ToAnotherLawKeepsRollingForcesWhereTheLawHasThem)
   }
 }
 
-TEST(ContactChange, TakesPlaceForRvesThatCome)
+TEST(ContactChange, AppliesToRvesThatAreAddedLater)
 {
   RvePoints moves = points_with(false), stays = points_with(true);
   advance(moves, 5);
@@ -189,7 +191,7 @@ TEST(ContactChange, TakesPlaceForRvesThatCome)
   EXPECT_TRUE(moves.contacts().rolling);
 }
 
-TEST(ContactChange, IsRefusedWhereMemoryIsShortAndThenNothingChanges)
+TEST(ContactChange, RefusalForLackOfMemoryChangesNothing)
 {
   RvePoints points = points_with(false), other = points_with(false);
   advance(points, 5);
@@ -212,7 +214,7 @@ TEST(ContactChange, IsRefusedWhereMemoryIsShortAndThenNothingChanges)
   EXPECT_TRUE(records(points) == records(other));
 }
 
-TEST(ContactChange, IsTakenBackIfItFailsHalfway)
+TEST(ContactChange, FailureHalfwayRestoresTheEngine)
 {
   RvePoints other = points_with(false);
   for (int room = 0; room < RVES; ++room) {

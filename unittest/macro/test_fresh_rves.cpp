@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fresh RVEs in place of those that failed: under the stress, with the deformation and near the density that these had.
+// Fresh RVEs instead of failed ones: with their stress and deformation and near their density.
 
 #include "macro/rve_points.h"
 
@@ -21,7 +21,7 @@ template <int D> using Points = macro::RvePointsOf<D>;
 template <int D> using Matrix = rve::Tensor<double, D>;
 template <int D> using States = std::vector<rve::RveStateOf<D>>;
 
-/// A dense one and a loose one.
+/// Returns a dense packing and a loose one.
 template <int D> const States<D> &packings()
 {
   static const States<D> both = {small_packing<D>(), small_packing<D>(0.5)};
@@ -40,7 +40,8 @@ template <int D> rve::DriveOf<D> drive_of(const Matrix<D> &gradient, int steps)
   return rve::DriveOf<D>::constant_velocity_gradient(gradient, DT_OF_SMALL_PACKINGS<D>, steps);
 }
 
-/// A few percent of compression along the last axis, without failing, and then a call that fails: half of the height at once.
+/// Compresses by a few per cent along the last axis without a failure, and then by half of the
+/// height in one call, which fails.
 template <int D> void load_and_fail(Points<D> &points, const std::vector<int> &slots)
 {
   const double rate = 1e-5 / DT_OF_SMALL_PACKINGS<D>;
@@ -64,7 +65,7 @@ TYPED_TEST_SUITE(FreshRve, Dimensions);
 
 }    // namespace
 
-TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheOneThatFailed)
+TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheFailedOne)
 {
   constexpr int D = TypeParam::value;
   Points<D> points = points_of<D>({packings<D>()[0]});
@@ -82,7 +83,8 @@ TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheOneThatFailed)
   EXPECT_EQ(renewals[0].void_ratio_before, before.void_ratio);
   EXPECT_FALSE(points.frozen(0));
   EXPECT_EQ(points.renewals(0), 1);
-  // the largest component is within the tolerance of the norm, and Love's stress is not quite symmetric
+  // The largest component is within the tolerance of the norm, and Love's stress is not exactly
+  // symmetric.
   const Matrix<D> wanted = 0.5 * (before.stress + rve::transpose(before.stress));
   EXPECT_LE(rve::norm(result.stress - wanted), D * macro::FRESH_TOLERANCE * rve::norm(wanted));
   EXPECT_LE(result.unbalanced_ratio, 2.0 * macro::FRESH_TOLERANCE);
@@ -91,7 +93,7 @@ TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheOneThatFailed)
   EXPECT_EQ(result.counters.steps, before.counters.steps + renewals[0].steps);
   EXPECT_EQ(result.energy.work, 0.0);
 
-  // and goes on from there: a small strain changes the stress by little
+  // The fresh RVE continues: a small strain changes the stress little.
   const Matrix<D> stress = result.stress;
   Matrix<D> l = Matrix<D>::zero();
   l(D - 1, D - 1) = -1e-7 / DT_OF_SMALL_PACKINGS<D>;
@@ -99,7 +101,7 @@ TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheOneThatFailed)
   EXPECT_LE(rve::norm(points.stress(0) - stress), 0.05 * rve::norm(stress));
 }
 
-TYPED_TEST(FreshRve, IsOfThePackingWhoseVoidRatioIsNearest)
+TYPED_TEST(FreshRve, ComesFromThePackingWithTheNearestVoidRatio)
 {
   constexpr int D = TypeParam::value;
   const double dense = packings<D>()[0].void_ratio(), loose = packings<D>()[1].void_ratio();
@@ -116,7 +118,7 @@ TYPED_TEST(FreshRve, IsOfThePackingWhoseVoidRatioIsNearest)
 }
 
 // A torn point keeps its density and has no stress.
-TYPED_TEST(FreshRve, InPlaceOfAGasIsAsOpenAsThat)
+TYPED_TEST(FreshRve, KeepsTheDensityOfARveWithoutContacts)
 {
   constexpr int D = TypeParam::value;
   Points<D> points = points_of<D>({packings<D>()[0]});
@@ -138,7 +140,7 @@ TYPED_TEST(FreshRve, InPlaceOfAGasIsAsOpenAsThat)
   EXPECT_NEAR(points.point(0).result.void_ratio, void_ratio, 1e-9);
 }
 
-TYPED_TEST(FreshRve, ThatFailsAtOnceIsNotReplacedAgain)
+TYPED_TEST(FreshRve, IsNotReplacedIfItFailsAtOnce)
 {
   constexpr int D = TypeParam::value;
   Points<D> points = points_of<D>({packings<D>()[0]});
@@ -156,7 +158,7 @@ TYPED_TEST(FreshRve, ThatFailsAtOnceIsNotReplacedAgain)
   EXPECT_TRUE(rve::serialize(points.state(0)) == fresh);
 }
 
-TYPED_TEST(FreshRve, HasTheSameBitsWhateverElseIsReplacedAndTravelsInItsRecord)
+TYPED_TEST(FreshRve, HasTheSameBitsWithOtherReplacementsAndAfterARecord)
 {
   constexpr int D = TypeParam::value;
   Points<D> two = points_of<D>({packings<D>()[1], packings<D>()[0]}),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Stresses in the ground before anything happens: weight of levels, and RVEs that are brought to a stress.
+// Initial stresses of the ground: weight of levels, and RVEs that are brought to a stress.
 
 #include "macro/in_situ.h"
 
@@ -31,7 +31,7 @@ rve::Options cpu_options(int dimension = 2)
   return options;
 }
 
-/// 80 grains under an isotropic pressure of 20 kPa.
+/// Returns 80 grains under an isotropic pressure of 20 kPa.
 template <int D> const rve::RveStateOf<D> &packing()
 {
   static const rve::RveStateOf<D> state = [] {
@@ -61,7 +61,7 @@ template <int D> struct Ground {
   }
 };
 
-/// 2 kPa to 80 kPa with K0 = 0.5.
+/// Returns stresses from 2 kPa to 80 kPa with K0 = 0.5.
 std::vector<StressGoal> depths(int vertical)
 {
   std::vector<StressGoal> goals;
@@ -91,7 +91,7 @@ template <int D> void expect_goals_are_met()
     for (int a = 0; a < D; ++a)
       for (int b = 0; b < D; ++b) EXPECT_EQ(point.result.deformation(a, b), a == b ? 1.0 : 0.0);
   }
-  // and it stays: in cells that are held nothing moves
+  // The stress stays, since nothing moves in cells that are held.
   std::vector<rve::DriveOf<D>> held(3);
   for (auto &drive : held) {
     drive.dt = DT;
@@ -112,7 +112,7 @@ TEST(HeightProfile, CoverIsTheTrapezoidalSumOfTheWeightsOfLevels)
 
   EXPECT_DOUBLE_EQ(ground.between(2.25, 2.5), 0.25 * 1700.0);
   EXPECT_DOUBLE_EQ(ground.between(1.75, 2.5), 0.25 * 1900.0 + 0.5 * 1700.0);
-  // what nodes between two levels ask for: half of the weight of each
+  // Nodes between two levels need half of the weight of each.
   EXPECT_NEAR(ground.between(1.25, 2.5) - ground.between(1.75, 2.5), 0.25 * (2000.0 + 1900.0),
               1e-10);
   EXPECT_NEAR(ground.between(2.5, 3.0), 0.5 * 1700.0, 1e-10) << "density goes on above";
@@ -128,7 +128,7 @@ TEST(HeightProfile, ALevelWithoutPointsHasTheDensityBelow)
   EXPECT_NEAR(ground.change_to(HeightProfile(0.0, 1.0, {2000.0, 2020.0, 1683.0})), 0.01, 1e-12);
 }
 
-TEST(HeightProfile, NamesWhatIsWrong)
+TEST(HeightProfile, NamesInvalidInput)
 {
   EXPECT_EQ(rve_test::message_of([] { HeightProfile(0.0, -1.0, {1.0}); }),
             "levels of the ground are -1 [length] thick; they must be thicker than 0");
@@ -138,7 +138,8 @@ TEST(HeightProfile, NamesWhatIsWrong)
             "a profile over height needs a value of its lowest level");
 }
 
-// Two points in a level and one in the next: the mean, and rounds until densities stay.
+// Two points in a level and one in the next: the stress of a level is the mean, and rounds continue
+// until densities converge.
 TEST(GroundAtRest, DensityAndStressAreFoundInRounds)
 {
   GroundAtRest::Points points;
@@ -161,7 +162,7 @@ TEST(GroundAtRest, DensityAndStressAreFoundInRounds)
   EXPECT_TRUE(goal.steered[0][0]);
 }
 
-TEST(GroundAtRest, K0IsTheMeanThatTheGrainsOfALevelFind)
+TEST(GroundAtRest, K0IsTheMeanOfTheGrainsOfALevel)
 {
   GroundAtRest::Points points;
   points.height = {0.5, 0.5};
@@ -178,7 +179,7 @@ TEST(GroundAtRest, K0IsTheMeanThatTheGrainsOfALevelFind)
   EXPECT_TRUE(ground.settles({2000.0, 2000.0}, {0.45, 0.45}));
 }
 
-TEST(GroundAtRest, DensitiesThatDoNotSettleAreAnError)
+TEST(GroundAtRest, DensitiesThatDoNotConvergeAreAnError)
 {
   GroundAtRest::Points points;
   points.height = points.surcharge = {0.5};
@@ -222,7 +223,7 @@ TEST(InSitu, BitsDoNotDependOnTheOthersOrTheirOrder)
 }
 
 // Jaky's K0 = 1 - sin(phi) of granular soils lies between the active limit and 1.
-TEST(InSitu, AtRestTheSidesAreHeldAndTheGrainsFindTheLateralStress)
+TEST(InSitu, HeldSidesGiveTheLateralStressAtRest)
 {
   Ground<2> ground(1);
 
@@ -251,7 +252,7 @@ TEST(InSitu, GrainsWithoutDampingComeToRestToo)
   EXPECT_EQ(ground.points.state(ground.slots[0]).material.local_damping, 0.0);
 }
 
-TEST(InSitu, AStressThatGrainsDoNotBearIsAnError)
+TEST(InSitu, StressBeyondTheStrengthIsAnError)
 {
   Ground<2> ground(2);
 
@@ -269,7 +270,7 @@ TEST(InSitu, AStressThatGrainsDoNotBearIsAnError)
   }
 }
 
-// Each of these took some million steps until something was said.
+// Without early checks each of these cases would take some million steps before an error.
 TEST(InSitu, StressesThatCannotBeReachedAreErrorsSoon)
 {
   const auto message = [](double xx, double yy, double xy, double tolerance) {
@@ -298,7 +299,7 @@ TEST(InSitu, StressesThatCannotBeReachedAreErrorsSoon)
             message(-1e-30, -1e-30, 0.0, 1e-35));
 }
 
-TEST(InSitu, ShadowsAndFrozenRvesBeginAnewToo)
+TEST(InSitu, ShadowsAndFrozenRvesRestart)
 {
   macro::MacroStepOptions options;
   macro::RvePoints points(rve::make_engine(cpu_options()), rve::make_engine(cpu_options()),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths of RVEs against closed forms: laboratory tests on lattices, whose constants are known, and on packings; events, tables, and
-// what a path must not depend on.
+// Loading paths of RVEs against closed forms: laboratory tests on lattices with known constants,
+// and on packings; events, tables, and independence of other conditions.
 
 #include "macro/rve_points.h"
 
@@ -61,7 +61,7 @@ template <int D> class Laboratory {
     paths.begin(points.path(slots[k]), path, points.point(slots[k]).result.deformation);
   }
 
-  /// A macro step of those whose paths go on; false if none does.
+  /// Makes a macro step of the RVEs whose paths have not ended; returns false if all have ended.
   bool advance(const std::vector<double> &script = {})
   {
     std::vector<int> some;
@@ -79,7 +79,7 @@ template <int D> class Laboratory {
   const rve::ResultOf<D> &result(int k = 0) { return points.point(slots[k]).result; }
   const PathState<D> &path(int k = 0) { return points.path(slots[k]); }
 
-  /// Steps until the path has ended; at most so many.
+  /// Steps until the path has ended, at most `most` times.
   int finish(
       int most, const std::function<void()> &look = [] {})
   {
@@ -108,7 +108,8 @@ template <int D> class Laboratory {
 
 constexpr double RADIUS = 0.005, OVERLAP = 1e-3 * RADIUS;
 
-/// Without friction limit in reach, and damped as packings are. k_t is below k_n: else C12 of the array is nothing but its pressure.
+/// Returns a lattice whose contacts stay below the friction limit, with the damping of packings.
+/// k_t is below k_n, since otherwise C12 of the array would be its pressure only.
 Spheres lattice(double stiffer = 1.0)
 {
   rve::Material material = spheres_material();
@@ -117,7 +118,7 @@ Spheres lattice(double stiffer = 1.0)
   return face_centred_cubic(material, 2, RADIUS, OVERLAP / stiffer);
 }
 
-/// Elastic constants of that lattice under its pressure, in closed form [stress].
+/// Returns the elastic constants of the lattice under its pressure in closed form [stress].
 CubicConstants constants_under_pressure(const rve::Material &material, double overlap = OVERLAP)
 {
   const macro::TangentOf<3> c =
@@ -154,7 +155,7 @@ void expect_in(const std::string &part, const std::string &message)
 
 }    // namespace
 
-// ---- words and values ----
+// ---- keywords and values ----
 
 TEST(PathTable, IsLinearBetweenRowsAndConstantBeyond)
 {
@@ -170,7 +171,7 @@ TEST(PathTable, IsLinearBetweenRowsAndConstantBeyond)
   EXPECT_EQ(table.at(1, 7.0), 4.0);
 }
 
-TEST(PathTable, RefusesWhatIsNoTable)
+TEST(PathTable, RefusesInvalidTables)
 {
   const auto message = [](const std::string &text) {
     try {
@@ -200,7 +201,7 @@ TEST(PathTable, ReadsTheLineEndsAndMarksOfOtherSystems)
       1);
 }
 
-TEST(PathTable, NamesTheLineOfWhatItCannotRead)
+TEST(PathTable, NamesTheLineOfAnError)
 {
   const auto message = [](const std::string &text) {
     try {
@@ -240,7 +241,7 @@ TEST(LoadPath, RefusesABinaryFileWithTheLine)
   }
 }
 
-TEST(LoadPath, ContinuesAtItsPlaceOnAnotherPath)
+TEST(LoadPath, ContinuesAtTheSamePositionOfAnotherPath)
 {
   const std::string first = "stage rate zz -0.1 until time > 0.02 repeat 1 1";
   const auto ended = [&] {
@@ -271,7 +272,8 @@ TEST(LoadPath, ContinuesAtItsPlaceOnAnotherPath)
   EXPECT_THROW(paths_of(first).resume(in_second, rve::ResultOf<3>()), InputError);
 }
 
-// sin of 30, 90, 150 and 270 degrees, at the end of a step of stresses and strains and in the middle of one of rates
+// The values are the sine of 30, 90, 150 and 270 degrees, at the end of a step for stresses and
+// strains and at its middle for rates.
 TEST(PathWave, HasItsMeanAmplitudePeriodAndPhaseInDegrees)
 {
   const auto paths =
@@ -297,12 +299,12 @@ TEST(PathWave, HasItsMeanAmplitudePeriodAndPhaseInDegrees)
   EXPECT_NEAR(drive_at(0.02).velocity_gradient(2, 2), 3.5, 1e-12);
   EXPECT_NEAR(drive_at(0.08).velocity_gradient(2, 2), 2.5, 1e-12);
 
-  state.stage = 1;    // the strain that is wanted, all of it in this step, for the cell has none
+  state.stage = 1;    // the whole requested strain is in this step, since the cell has none
   EXPECT_NEAR(drive_at(0.1).velocity_gradient(0, 0), 1e-3 / 0.02, 1e-12);
   EXPECT_NEAR(drive_at(0.04).velocity_gradient(0, 0), -1e-3 / 0.02, 1e-12);
 }
 
-TEST(LoadPath, NamesWhatIsWrong)
+TEST(LoadPath, NamesInvalidInput)
 {
   expect_in("paths:2: the stage has 2 conditions on 3 components (xx yy zz)",
             message_of("# undrained\nstage rate zz -1\nrate volume 0\n"));
@@ -333,7 +335,7 @@ TEST(LoadPath, NamesWhatIsWrong)
             message_of("stage stress p wave 1e4 2e4 1 stress xx-yy 0 rate zz 0"));
 }
 
-TEST(LoadPath, InAScriptEndsAtTheFirstWordThatIsNotItsOwn)
+TEST(LoadPath, InAScriptEndsAtTheFirstForeignWord)
 {
   std::size_t used = 0;
   const auto words =
@@ -415,8 +417,8 @@ TEST(LoadPath, ConstantBIsHeldInTrueTriaxialCompression)
   EXPECT_LT(s(2, 2), -2e5);
 }
 
-// Of a cubic crystal with the tangent that it has under its pressure. Strains of 1e-5 change the overlap, 5e-4 of the distance, by a fiftieth: what
-// is left of second order is ten strains at most.
+// Tests on a cubic crystal with its tangent under pressure. Strains of 1e-5 change the overlap,
+// 5e-4 of the distance, by a fiftieth; terms of second order are at most ten strains.
 namespace {
 constexpr double STRAIN = -1e-5, SECOND_ORDER = 1e-4;
 }
@@ -438,9 +440,12 @@ TEST(LoadPath, K0OfALatticeIsThatOfItsElasticConstants)
   EXPECT_NEAR(change(1, 1), change(0, 0), 1e-9 * std::fabs(change(0, 0)));
 }
 
-// Along an axis of the crystal: drained, E = C11 - 2 C12^2/(C11 + C12); at constant volume the difference of stresses grows by 3/2 (C11 - C12) with
-// the axial strain, and at constant p too; with the volume p grows by (C11 + 2 C12)/3, isotropic or at constant q. At constant b the sides follow
-//   C11 e_x + C12 (e_y + e_z) = 0,   C11 e_y + C12 (e_x + e_z) = b (C11 e_z + C12 (e_x + e_y)).
+// Along an axis of the crystal: drained, E = C11 - 2 C12^2/(C11 + C12). At constant volume and at
+// constant p the difference of stresses increases by 3/2 (C11 - C12) with the axial strain. With
+// the volume p increases by (C11 + 2 C12)/3, isotropic or at constant q. At constant b the strains
+// of the sides satisfy
+//   C11 e_x + C12 (e_y + e_z) = 0,
+//   C11 e_y + C12 (e_x + e_z) = b (C11 e_z + C12 (e_x + e_y)).
 TEST(LoadPath, ModuliOfALatticeAreThoseOfItsElasticConstants)
 {
   const Spheres start = lattice();
@@ -500,7 +505,8 @@ TEST(LoadPath, ModuliOfALatticeAreThoseOfItsElasticConstants)
               SECOND_ORDER);
 }
 
-// sigma_xy = C44 gamma, without friction limit in reach: two cycles end where they began, and have cost nothing.
+// sigma_xy = C44 gamma below the friction limit: two cycles end at their initial state without
+// dissipation.
 TEST(LoadPath, CyclesOfALatticeBetweenLimitsOfStrainAreElastic)
 {
   const Spheres start = lattice();
@@ -508,7 +514,7 @@ TEST(LoadPath, CyclesOfALatticeBetweenLimitsOfStrainAreElastic)
   const auto paths = paths_of("stage rate xy 0.01 reverse strain xy -1e-5 1e-5 until cycles > 2 "
                               "stage rate xy 0.01 until strain xy > 0.9999e-5");
   Laboratory<3> laboratory(start, 1, paths);
-  laboratory.step.dt = 5e-5 / laboratory.step.substeps;    // twenty steps from limit to limit
+  laboratory.step.dt = 5e-5 / laboratory.step.substeps;    // twenty steps between the limits
   ASSERT_LT(laboratory.step.dt, 0.8 * rve::stable_time_step(start));
   const rve::Tensor3 before = laboratory.result().stress;
   const auto shear = [&] {
@@ -549,7 +555,7 @@ TEST(LoadPath, IsotropicCompressionReachesAllThreeStresses)
   for (int a = 0; a < 3; ++a) EXPECT_NEAR(laboratory.result().stress(a, a), -2e5, 0.005 * 2e5);
 }
 
-// Disks, in the plane: the servo of this engine runs on both.
+// The servo of the engine is the same for disks and spheres.
 TEST(LoadPath, OfDisksHoldsPInThePlane)
 {
   const auto paths = paths_of<2>("stage rate yy -0.05 stress p 1e5 until strain yy < -0.01");
@@ -565,7 +571,7 @@ TEST(LoadPath, OfDisksHoldsPInThePlane)
   EXPECT_GT(laboratory.result().deviatoric_stress(), 0.3 * 1e5);
 }
 
-// The stress goes round in the deviatoric plane, |s'| = 2e4; here (s_xx - s_yy)/2 and s_xy.
+// The stress moves on a circle in the deviatoric plane, |s'| = 2e4; here (s_xx - s_yy)/2 and s_xy.
 TEST(LoadPath, CircleInTheDeviatoricPlaneKeepsItsRadius)
 {
   const auto paths = paths_of<2>("stage stress xx ramp -1e5 -0.8e5 0.05 stress yy ramp -1e5 -1.2e5 "
@@ -593,7 +599,7 @@ TEST(LoadPath, CircleInTheDeviatoricPlaneKeepsItsRadius)
   EXPECT_NEAR(turned, 2.0 * rve::kPi, of_a_step + 0.02);
 }
 
-TEST(LoadPath, CircleOfSpheresHasTheWantedDeviator)
+TEST(LoadPath, CircleOfSpheresHasTheRequestedDeviator)
 {
   const auto paths = paths_of("stage circle 1e5 3e4 2");
   const PathStep step{1e-3, 10, 1.0, 1.0};
@@ -610,9 +616,11 @@ TEST(LoadPath, CircleOfSpheresHasTheWantedDeviator)
   }
 }
 
-// 1000 spheres as YADE strains them, row n with the forces after n - 1 steps: the first half of a per cent of shear, where test_sphere_curves.cpp
-// says how far two codes are apart. The drained curve is YADE's own; the undrained one is of its rules in another program, whose q/p is that of
-// YADE within 1e-9 up to 0.1 % of strain in tests that both ran.
+// YADE strained the same 1000 spheres; row n has the forces after n - 1 steps. The test covers the
+// first half of a per cent of shear, for which test_sphere_curves.cpp states the differences
+// between two codes. The drained curve is from YADE. The undrained one is from another program with
+// YADE's rules, whose q/p agrees with YADE within 1e-9 up to 0.1 % of strain in tests that both
+// ran.
 TEST(LoadPath, UndrainedAndDrainedTestsAreThoseOfYade)
 {
   rve::Material material = spheres_material();
@@ -733,7 +741,7 @@ TEST(LoadPath, EventsEndAndRepeatStages)
   EXPECT_EQ(state.stage, 3);
 }
 
-// V = (1 + e) V_s, so that 1 + e follows det F; a limit is passed by one step at most.
+// V = (1 + e) V_s, so that 1 + e is proportional to det F; a limit is passed by at most one step.
 TEST(LoadPath, VoidRatioAndStressRatioEndStagesFromBothSides)
 {
   const auto paths =
@@ -774,7 +782,7 @@ TEST(LoadPath, VoidRatioAndStressRatioEndStagesFromBothSides)
     EXPECT_NEAR((1.0 + end.void_ratio) / before, rve::determinant(end.deformation), 1e-9);
 }
 
-// Strains are those since their stage began.
+// Strains are relative to the start of their stage.
 TEST(LoadPath, StrainsOfStagesAddUp)
 {
   const auto paths = paths_of<3>("stage strain xx ramp 0 1e-3 0.001 until strain xx > 0.9999e-3 "
@@ -800,13 +808,14 @@ TEST(LoadPath, FollowsTablesOfStrain)
     const rve::Tensor3 &f = laboratory.result().deformation;
     const double time = laboratory.path().time;
     ASSERT_NEAR(std::log(f(0, 0)), table.at(1, time), 1e-13);
-    // what the stretch of the step makes of the shear that is there
+    // The tolerance is the effect of a step's stretch on the present shear.
     ASSERT_NEAR(f(0, 1) / f(1, 1), table.at(2, time), 1e-3 * table.at(2, time));
   });
 }
 
-// The servo integrates twice, and an array of stiffness K swings under it with omega^2 = 3 G K, because p grows by 3 K with the rate of its mode: a goal
-// that bends by a slope leaves this slope over omega behind. Within a macro step the goal stands still.
+// The servo integrates twice, and an array of stiffness K oscillates under it with omega^2 = 3 G K,
+// since p increases by 3 K with the rate of its mode. After a bend of the goal the error is the
+// change of slope over omega. Within a macro step the goal is constant.
 TEST(LoadPath, FollowsTablesOfStress)
 {
   const std::string text = "time p\n0 P\n0.005 Q\n0.02 P\n";
@@ -833,7 +842,7 @@ TEST(LoadPath, FollowsTablesOfStress)
   });
 
   EXPECT_LT(off,
-            4.0 / 3.0 * slope / omega + of_a_step);    // the bend at the top is of 4/3 of the slope
+            4.0 / 3.0 * slope / omega + of_a_step);    // the bend at the top is 4/3 of the slope
   EXPECT_LT(off, 0.1 * (top - p));
   EXPECT_NEAR(highest, top, slope / omega + of_a_step);
   EXPECT_NEAR(laboratory.result().mean_stress(), p, 1e-3 * (top - p));
@@ -841,9 +850,11 @@ TEST(LoadPath, FollowsTablesOfStress)
 
 // ---- the gain of the servo ----
 
-// The default gain does not know the springs. At the same pressure grains with springs a hundred times as stiff converge as fast, by the servo's own
-// period and by the number of steps, because the stable one falls as the period does; constants of the arrays differ by their overlaps, 5e-4.
-TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsWhateverTheStiffness)
+// The default gain does not depend on the springs. At the same pressure, grains with springs a
+// hundred times as stiff converge as fast in periods of the servo and in numbers of steps, since
+// the stable step decreases as the period does. The constants of the arrays differ by their
+// overlaps, 5e-4.
+TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsForAnyStiffness)
 {
   std::vector<double> errors[2];
   double gain[2], radians[2];
@@ -868,7 +879,7 @@ TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsWhateverTheStiffness)
   EXPECT_NEAR(gain[1] / gain[0], 1.0, 1e-3);
   EXPECT_NEAR(radians[1] / radians[0], 1.0, 1e-3);
   const auto settled =
-      [&](int k) {    // after that the error is below a thousandth [radians of the servo]
+      [&](int k) {    // time after which the error is below a thousandth [radians of the servo]
         std::size_t n = errors[k].size();
         while (n > 0 && std::fabs(errors[k][n - 1]) < 1e-3) --n;
         EXPECT_LT(n, errors[k].size());
@@ -876,15 +887,16 @@ TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsWhateverTheStiffness)
       };
   EXPECT_NEAR(settled(1), settled(0), radians[0] + 1e-3 * settled(0));
   EXPECT_LT(settled(0),
-            400.0);    // what ServoModes.ConvergeInAnyIsotropicElasticMaterial finds at most
+            400.0);    // the largest result of ServoModes.ConvergeInAnyIsotropicElasticMaterial
   double off = 0.0;
   for (std::size_t n = 0; n < errors[0].size(); ++n)
     off = std::max(off, std::fabs(errors[1][n] - errors[0][n]));
-  EXPECT_LT(off, 1e-3 * settled(0));    // in phase, to what their periods differ by
+  EXPECT_LT(off, 1e-3 * settled(0));    // phase, up to the difference of the periods
 }
 
-// A sheared packing, anisotropic, with a part of its contacts sliding: the stress meets its goal the better the slower it is strained.
-TEST(ServoGain, MeetsTheStressOfASlidingPackingTheBetterTheSlowerItIs)
+// In a sheared anisotropic packing with sliding contacts, the error of the stress decreases with
+// the strain rate.
+TEST(ServoGain, StressErrorOfASlidingPackingDecreasesWithTheRate)
 {
   double off[2], mean[2];
   for (int k = 0; k < 2; ++k) {
@@ -917,7 +929,7 @@ TEST(ServoGain, MeetsTheStressOfASlidingPackingTheBetterTheSlowerItIs)
   EXPECT_LT(off[1], 0.005 * 1e5);
 }
 
-// ---- what a path must not depend on ----
+// ---- independence of a path ----
 
 namespace {
 constexpr const char *MANY =
@@ -947,7 +959,7 @@ TEST(LoadPath, OfABatchIsThatOfEachAlone)
   }
 }
 
-TEST(LoadPath, GoesOnAfterARecordToTheSameBits)
+TEST(LoadPath, ContinuesFromARecordToTheSameBits)
 {
   const auto paths = paths_of<3>(MANY);
   const Spheres start = disordered_spheres(spheres_material(), 6, 1);
@@ -972,8 +984,8 @@ TEST(LoadPath, GoesOnAfterARecordToTheSameBits)
   }
 }
 
-// A test along x of a sample is the test along y of the sample turned by a right angle.
-TEST(LoadPath, TurnsWithTheSample)
+// A test along x of a sample equals the test along y of the sample rotated by a right angle.
+TEST(LoadPath, RotatesWithTheSample)
 {
   const auto along_x = paths_of<3>("stage rate xx -0.5 stress p 5e4 stress yy-zz 0"),
              along_y = paths_of<3>("stage rate yy -0.5 stress p 5e4 stress xx-zz 0");
@@ -1001,15 +1013,15 @@ TEST(LoadPath, TurnsWithTheSample)
 
   const rve::Tensor3 &s = one.result().stress, &t = other.result().stress;
   const double size = one.result().mean_stress();
-  // places differ by rounding, and disorder lets that grow
+  // Positions differ by rounding, which disorder amplifies.
   EXPECT_NEAR(s(0, 0), t(1, 1), 1e-6 * size);
   EXPECT_NEAR(s(1, 1), t(0, 0), 1e-6 * size);
   EXPECT_NEAR(s(2, 2), t(2, 2), 1e-6 * size);
   EXPECT_NEAR(s(0, 1), -t(1, 0), 1e-6 * size);
 }
 
-// The work of the servo is on record: its error after a step, and its rate.
-TEST(LoadPath, TellsTheErrorOfItsStresses)
+// The error of the servo after a step and its rate are results.
+TEST(LoadPath, ReportsTheErrorOfItsStresses)
 {
   const auto paths = paths_of<3>("stage rate zz -0.5 stress p 7e4 stress xx-yy 0");
   Laboratory<3> laboratory(disordered_spheres(spheres_material(), 6, 1), 1, paths);
@@ -1022,7 +1034,7 @@ TEST(LoadPath, TellsTheErrorOfItsStresses)
   EXPECT_EQ(laboratory.result().servo_velocity_gradient(2, 2), -0.5);
 }
 
-TEST(LoadPath, AsksForAPathAndAStageThatAre)
+TEST(LoadPath, RequiresAnExistingPathAndStage)
 {
   const auto paths = paths_of<3>("stage rate zz v_rate");
   PathState<3> state;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that are stretched until their cells are too narrow for their grains, and go on as copies of themselves side by side.
+// RVEs that are stretched until their cells are too narrow for their grains and continue as copies
+// next to each other.
 
 #include "macro/rve_points.h"
 
@@ -29,7 +30,7 @@ namespace {
 template <int D> using Points = macro::RvePointsOf<D>;
 template <int D> using Matrix = rve::Tensor<double, D>;
 
-constexpr int STEPS = 20;    // of a macro step
+constexpr int STEPS = 20;    // DEM steps of a macro step
 
 MacroStepOptions with_copies(int most)
 {
@@ -48,7 +49,8 @@ Points<D> points_of(const rve::RveStateOf<D> &state, const MacroStepOptions &mac
   return points;
 }
 
-/// The first axis becomes narrow, at constant volume and quasi-statically enough: 2e-5 of strain per DEM step.
+/// Returns an increment that narrows the first axis at constant volume, nearly quasi-static: 2e-5
+/// of strain per DEM step.
 template <int D> Matrix<D> stretch()
 {
   const double rate = 2e-5 / DT_OF_SMALL_PACKINGS<D>;
@@ -63,7 +65,7 @@ template <int D> rve::DriveOf<D> drive_of(const Matrix<D> &gradient)
   return rve::DriveOf<D>::constant_velocity_gradient(gradient, DT_OF_SMALL_PACKINGS<D>, STEPS);
 }
 
-/// The small packing some macro steps before stretch makes its cell too narrow.
+/// Returns the small packing some macro steps before stretch() makes its cell too narrow.
 template <int D> const rve::RveStateOf<D> &stretched_packing()
 {
   static const rve::RveStateOf<D> state = [] {
@@ -81,7 +83,8 @@ template <int D> const rve::RveStateOf<D> &stretched_packing()
   return state;
 }
 
-/// Grains, list, history and counters, to the last bit, and what the stress and the contacts are.
+/// Returns true if grains, list, history, counters, stress and contacts are the same to the last
+/// bit.
 template <int D> bool same_bits(const Points<D> &a, int slot, const Points<D> &b, int other)
 {
   return rve::serialize(a.state(slot)) == rve::serialize(b.state(other)) &&
@@ -100,8 +103,8 @@ class NarrowCells : public OnDeviceOf<testing::Test> {};
 
 }    // namespace
 
-// As long as what parts the copies has not grown: a packing that flows is chaotic.
-TYPED_TEST(NarrowCell, GoesOnAsTheMediumThatHadTheWideCellBefore)
+// The copies agree only while their difference has not grown, since a flowing packing is chaotic.
+TYPED_TEST(NarrowCell, ContinuesAsAPackingThatHadTheWideCellBefore)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = stretched_packing<D>();
@@ -125,8 +128,8 @@ TYPED_TEST(NarrowCell, GoesOnAsTheMediumThatHadTheWideCellBefore)
   EXPECT_NEAR(one.void_ratio, other.void_ratio, 1e-12);
 }
 
-// Beside others in one advance, by increments as by drives.
-TYPED_TEST(NarrowCell, GoesOnBesideThoseThatAreNotNarrow)
+// The RVE advances with others in one call, by increments and by drives.
+TYPED_TEST(NarrowCell, ContinuesTogetherWithOtherRves)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> narrow = stretched_packing<D>(), &wide = small_packing<D>();
@@ -154,7 +157,7 @@ TYPED_TEST(NarrowCell, GoesOnBesideThoseThatAreNotNarrow)
   for (const int slot : slots) EXPECT_TRUE(same_bits<D>(by_increments, slot, by_drives, slot));
 }
 
-// Work is found in springs, motion, friction and damping, as well before as after.
+// The energy balance of springs, motion, friction and damping is the same before and after.
 TYPED_TEST(NarrowCell, KeepsItsEnergyPerVolume)
 {
   constexpr int D = TypeParam::value;
@@ -178,8 +181,8 @@ TYPED_TEST(NarrowCell, KeepsItsEnergyPerVolume)
   EXPECT_EQ(points.copies(0), 2);
 }
 
-// Without local damping, which knows the axes.
-TYPED_TEST(NarrowCell, TurnsWithItsDrive)
+// Local damping, which depends on the axes, is off.
+TYPED_TEST(NarrowCell, RotatesWithItsDrive)
 {
   constexpr int D = TypeParam::value;
   rve::RveStateOf<D> state = stretched_packing<D>();
@@ -237,7 +240,7 @@ TYPED_TEST(NarrowCell, ContinuesFromItsRecordToTheSameBits)
   EXPECT_LE(points.record_size(0), bound);
 }
 
-TYPED_TEST(NarrowCell, LeavesTheOthersAlone)
+TYPED_TEST(NarrowCell, DoesNotChangeOtherRves)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = stretched_packing<D>();
@@ -257,7 +260,7 @@ TYPED_TEST(NarrowCell, LeavesTheOthersAlone)
   EXPECT_TRUE(same_bits(three, 2, one, 0));
 }
 
-TYPED_TEST(NarrowCell, FailsAloneWhereThereMayBeNoCopiesOrNoMemoryForThem)
+TYPED_TEST(NarrowCell, FailsIfCopiesAreForbiddenOrMemoryIsShort)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = stretched_packing<D>();
@@ -277,7 +280,7 @@ TYPED_TEST(NarrowCell, FailsAloneWhereThereMayBeNoCopiesOrNoMemoryForThem)
   }
 }
 
-TYPED_TEST(NarrowCell, TakesItsShadowAlongAndIsSampled)
+TYPED_TEST(NarrowCell, DoublesItsShadowAndAveragesItsStress)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = stretched_packing<D>();
@@ -294,13 +297,13 @@ TYPED_TEST(NarrowCell, TakesItsShadowAlongAndIsSampled)
   EXPECT_EQ(points.copies(0), 2);
   EXPECT_FALSE(points.frozen(0));
   ASSERT_GE(points.point(0).shadow, 0);
-  // the stress is the mean of the last two steps, and the shadow's that of the last one
+  // The stress is the mean of the last two steps, and that of the shadow the one of the last step.
   EXPECT_LT(points.point(0).shadow_deviation(), 0.1);
 }
 
-// What a narrow cell hides: copies part, and the RVE flows as one of many grains does. Without that its grains would stand in rows, which
-// bear a stress ratio of 0.9.
-TEST_F(NarrowCells, GoOnAsPackingsWhoseGrainsAreNotInStep)
+// Copies in a narrow cell part, and the RVE flows as one with many grains. Otherwise its grains
+// would stay in rows, which bear a stress ratio of 0.9.
+TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
 {
   Points<2> points(rve::make_engine<2>(options_of_dimension(2, Format::Fast)), nullptr,
                    with_copies(8));
@@ -315,7 +318,7 @@ TEST_F(NarrowCells, GoOnAsPackingsWhoseGrainsAreNotInStep)
   drive.servo_gain = points.servo_gain(0);
   drive.servo_max_rate = -3.0 * drive.velocity_gradient(0, 0);
 
-  // from twice the strain at which the cell became too narrow on
+  // The mean starts at twice the strain at which the cell became too narrow.
   double ratio = 0.0, void_ratio = 0.0;
   int looks = 0, narrow = 0, step = 0;
   for (; narrow == 0 || step < 2 * narrow; ++step) {
@@ -334,7 +337,8 @@ TEST_F(NarrowCells, GoOnAsPackingsWhoseGrainsAreNotInStep)
   EXPECT_GT(void_ratio / looks, 0.15);
 }
 
-// Grains that do not move by themselves stay in step: when they are their own neighbours, more of them would tell nothing.
+// Grains that do not move by themselves stay in step. If they are their own neighbours, more copies
+// would give no new information.
 TEST_F(NarrowCells, AreNotDoubledAgainOnceTheyAreOneGrainWide)
 {
   rve::RveState state = small_packing<2>();
@@ -358,7 +362,7 @@ TEST_F(NarrowCells, AreNotDoubledAgainOnceTheyAreOneGrainWide)
   EXPECT_TRUE(rve::is_one_grain_across(points.state(0), 2));
 }
 
-// A column that is pulled long becomes narrow across two axes.
+// A column that is stretched becomes narrow across two axes.
 TEST_F(NarrowCells, OfSpheresAreDoubledAcrossBothAxes)
 {
   Points<3> points = points_of<3>(small_packing<3>(), with_copies(4));

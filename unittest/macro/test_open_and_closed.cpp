@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that open until no grains touch, as at a free surface, and are closed again: no stress from nothing, stress again where grains touch
-// again, and all energy on record.
+// RVEs that open until no grains touch, as at a free surface, and are closed again: no stress
+// without contacts, stress when grains touch again, and complete energy bookkeeping.
 
 #include "macro/rve_points.h"
 
@@ -34,7 +34,7 @@ template <int D> Points<D> points_of(const rve::RveStateOf<D> &state)
   return points;
 }
 
-/// All axes stretch alike, by `strain` in so many DEM steps.
+/// Returns an equal stretch of all axes by `strain` in `steps` DEM steps.
 template <int D> rve::DriveOf<D> swell(double strain, int steps)
 {
   rve::DriveOf<D> drive;
@@ -44,7 +44,7 @@ template <int D> rve::DriveOf<D> swell(double strain, int steps)
   return drive;
 }
 
-/// Equal grains in the densest lattice; every grain is in balance, whatever the overlap.
+/// Returns equal grains in the densest lattice; every grain is in balance for any overlap.
 template <int D> rve::RveStateOf<D> lattice()
 {
   if constexpr (D == 3) {
@@ -63,7 +63,8 @@ template <int D> rve::RveStateOf<D> lattice()
   }
 }
 
-/// Pressure of the lattice at a distance l of neighbours: k_n overlap on each of 6 or 12 sides of a grain [stress].
+/// Returns the pressure of the lattice at a distance l of neighbours: k_n overlap on each of 6 or
+/// 12 sides of a grain [stress].
 template <int D> double lattice_pressure(const rve::Material &material, double l)
 {
   const double overlap = 2.0 * RADIUS - l;
@@ -74,16 +75,16 @@ template <int D> double lattice_pressure(const rve::Material &material, double l
     return face_centred_pressure(material, RADIUS, overlap);
 }
 
-/// What has been worked and is neither lost nor there [force length].
+/// Returns the work that is neither dissipated nor stored [force length].
 template <int D> double missing(const Result<D> &r)
 {
   return r.energy.work - r.energy.friction - r.energy.local_damping - r.energy.viscous -
       r.kinetic_energy - r.elastic_energy;
 }
 
-/// A pair of grains that would touch in the cell times `stretch`, if they moved with it.
+/// A pair of grains that would touch in the cell times `stretch` in affine motion.
 struct Touch {
-  double stretch, distance, sum_of_radii;    // [-], and at stretch 1 [length]
+  double stretch, distance, sum_of_radii;    // [-]; the lengths are those at stretch 1 [length]
 };
 
 template <int D> std::vector<Touch> touches(const rve::RveStateOf<D> &state)
@@ -105,7 +106,7 @@ template <int D> std::vector<Touch> touches(const rve::RveStateOf<D> &state)
   return all;
 }
 
-/// Its list and what contacts remember are forgotten: it is another packing.
+/// Drops the list and the histories of contacts, since the state is another packing.
 template <int D> void forget_list(rve::RveStateOf<D> &state)
 {
   state.pairs.clear();
@@ -120,8 +121,9 @@ TYPED_TEST_SUITE(OpenAndClosed, Dimensions);
 
 }    // namespace
 
-// There and back: at each distance of neighbours the stress is that of the overlap there, and zero beyond it. The work comes back.
-TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapOnBothWays)
+// In opening and closing, the stress at each distance of neighbours is that of the overlap, and
+// zero without overlap. The work is recovered.
+TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapInOpeningAndClosing)
 {
   constexpr int D = TypeParam::value;
   const rve::RveStateOf<D> state = lattice<D>();
@@ -134,7 +136,7 @@ TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapOnBothWays)
   for (int step = 0; step < 40; ++step) {
     const double length_before = points.point(0).result.cell(0, 0);
     const double strain = (step < 20 ? 1.0 : -1.0) * 1e-4;
-    // back to the same lengths
+    // the same lengths in reverse order
     points.advance({0}, {swell<D>(step < 20 ? strain : 1.0 / (1.0 - strain) - 1.0, 20)});
 
     const Result<D> &r = points.point(0).result;
@@ -148,7 +150,7 @@ TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapOnBothWays)
     EXPECT_EQ(rve::norm(r.stress), 0.0);
     EXPECT_EQ(r.status, rve::status::NoContacts);
     EXPECT_EQ(r.elastic_energy, 0.0);
-    EXPECT_NEAR(r.energy.work, -elastic, 1e-3 * elastic);    // what was stored
+    EXPECT_NEAR(r.energy.work, -elastic, 1e-3 * elastic);    // energy stored in the springs
   }
 
   EXPECT_GT(open, 20);
@@ -156,8 +158,9 @@ TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapOnBothWays)
   EXPECT_LE(points.point(0).result.kinetic_energy, 1e-6 * elastic);
 }
 
-// Nothing acts on grains that do not touch: they keep their velocities to the bit, and no work is done on them.
-TYPED_TEST(OpenAndClosed, GasKeepsItsMotionAndItsBooks)
+// No force acts on grains that do not touch: they keep their velocities to the bit, and no work is
+// done on them.
+TYPED_TEST(OpenAndClosed, MotionAndEnergyWithoutContactsAreConstant)
 {
   constexpr int D = TypeParam::value;
   rve::RveStateOf<D> state = small_packing<D>();
@@ -179,8 +182,9 @@ TYPED_TEST(OpenAndClosed, GasKeepsItsMotionAndItsBooks)
   EXPECT_TRUE(points.state(0).velocity == state.velocity);
 }
 
-// Grains at rest move with the cell until the first two touch, and then the stress is that of the overlaps which the cell gives them.
-TYPED_TEST(OpenAndClosed, PackingHasStressAgainWhereGrainsTouchAndNoJump)
+// Grains at rest move with the cell until the first two touch. The stress is then that of the
+// overlaps of affine motion.
+TYPED_TEST(OpenAndClosed, StressReturnsContinuouslyWhenGrainsTouch)
 {
   constexpr int D = TypeParam::value;
   rve::RveStateOf<D> state = small_packing<D>();
@@ -189,7 +193,8 @@ TYPED_TEST(OpenAndClosed, PackingHasStressAgainWhereGrainsTouchAndNoJump)
   const std::vector<Touch> pairs = touches<D>(state);
   ASSERT_LT(pairs[0].stretch, 1.0);
   ASSERT_GT(pairs[0].stretch, 0.98);
-  // apart from the first one by less than a step: the next ones would be moved by it
+  // The margin after the first contact is less than a step, since that contact would move the next
+  // grains.
   const double until = pairs[0].stretch * (1.0 + 1e-9);
   Points<D> points = points_of<D>(state);
 
@@ -203,7 +208,7 @@ TYPED_TEST(OpenAndClosed, PackingHasStressAgainWhereGrainsTouchAndNoJump)
   EXPECT_EQ(before.status, rve::status::NoContacts);
   EXPECT_EQ(before.energy.work, 0.0);
   const double stretch = until * (1.0 - STEP);
-  double virial = 0.0;    // of p, force times branch
+  double virial = 0.0;    // p times the volume: force times branch
   int contacts = 0;
   for (const Touch &pair : pairs) {
     const double overlap = pair.sum_of_radii - stretch * pair.distance;
@@ -215,12 +220,14 @@ TYPED_TEST(OpenAndClosed, PackingHasStressAgainWhereGrainsTouchAndNoJump)
   const double pressure = virial / (D * depth * std::pow(stretch, D) * state.cell_volume());
   EXPECT_EQ(after.num_contacts, contacts);
   EXPECT_GT(pressure, 0.0);
-  // the overlap is a difference of lengths, 1e-6 of them, in coordinates of 64 bits and radii of 53
+  // The overlap is a difference of lengths, 1e-6 of them, in coordinates of 64 bits and radii of 53
+  // bits.
   EXPECT_NEAR(after.mean_stress(), pressure, 1e-6 * pressure);
 }
 
-// From pressure to a gas and back to pressure: all work is in springs, motion and losses, and while it is open none is done.
-TYPED_TEST(OpenAndClosed, PackingKeepsItsEnergyOnRecord)
+// The packing opens until it has no contacts and is compressed again. All work is in springs,
+// motion and dissipation, and no work is done while it is open.
+TYPED_TEST(OpenAndClosed, PackingBalancesItsEnergy)
 {
   constexpr int D = TypeParam::value;
   Points<D> points = points_of<D>(small_packing<D>());
@@ -243,14 +250,14 @@ TYPED_TEST(OpenAndClosed, PackingKeepsItsEnergyOnRecord)
   EXPECT_GT(open, 100);
   const Result<D> &end = points.point(0).result;
   EXPECT_NEAR(end.void_ratio, begin.void_ratio, 1e-9);
-  // of other contacts, at the same density
+  // The final stress is that of other contacts at the same density.
   EXPECT_GT(end.mean_stress(), 0.2 * begin.mean_stress());
   EXPECT_LT(end.mean_stress(), 10.0 * begin.mean_stress());
   EXPECT_GT(work, -begin.elastic_energy);
 }
 
-// A gas in a cell that becomes narrow is twice the gas.
-TYPED_TEST(OpenAndClosed, GasInANarrowCellHasNoStressFromItsCopies)
+// A packing without contacts in a cell that becomes narrow is doubled.
+TYPED_TEST(OpenAndClosed, CopiesWithoutContactsHaveNoStress)
 {
   constexpr int D = TypeParam::value;
   rve::RveStateOf<D> state = small_packing<D>();

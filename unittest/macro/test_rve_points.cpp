@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macro steps of RVEs: what an advance leaves in the results, with details and without.
+// Macro steps of RVEs: results of an advance with and without details.
 
 #include "macro/rve_points.h"
 
@@ -40,7 +40,7 @@ RvePoints three_points(std::vector<int> &slots, const MacroStepOptions &macro = 
   return points;
 }
 
-/// Each RVE is sheared and compressed at a rate of its own.
+/// Returns drives that shear and compress each RVE at its own rate.
 std::vector<rve::Drive> drives(int substeps)
 {
   std::vector<rve::Drive> drives(RVES);
@@ -58,7 +58,7 @@ template <class T> bool same_bits(const T &a, const T &b)
 }    // namespace
 
 // fix mpm counts both as time of the RVEs: a check in the middle of a step may compile a kernel.
-TEST(RvePoints, BoundsOfTimeStepsHaveATimeOfTheirOwn)
+TEST(RvePoints, BoundsOfTimeStepsAreTimedSeparately)
 {
   std::vector<int> slots;
   const RvePoints points = three_points(slots);
@@ -69,8 +69,8 @@ TEST(RvePoints, BoundsOfTimeStepsHaveATimeOfTheirOwn)
   EXPECT_EQ(points.engine_time(), in_engine);
 }
 
-// Velocities have had their last kick in both, which kinetic energy and the forces of dashpots know of.
-TEST(RvePoints, DetailsAreTheSameWhetherAskedForAtOnceOrLater)
+// Velocities have had their last kick in both cases, on which kinetic energy and dashpots depend.
+TEST(RvePoints, DetailsAreTheSameAtOnceAndLater)
 {
   rve::RveState packing = rve_test::packing_of_400();
   packing.material.normal_viscosity = packing.material.tangential_viscosity = 50.0;
@@ -116,7 +116,7 @@ TEST(RvePoints, StressHasTheSameBitsWithDetailsAndWithout)
   }
 }
 
-TEST(RvePoints, DetailsThatAreAskedForLaterAreThoseOfTheSameConfiguration)
+TEST(RvePoints, LaterDetailsBelongToTheSameConfiguration)
 {
   std::vector<int> slots, other_slots;
   RvePoints with = three_points(slots), without = three_points(other_slots);
@@ -135,7 +135,8 @@ TEST(RvePoints, DetailsThatAreAskedForLaterAreThoseOfTheSameConfiguration)
     EXPECT_EQ(a.num_pairs, b.num_pairs);
     EXPECT_EQ(a.num_rattlers, b.num_rattlers);
     EXPECT_TRUE(same_bits(a.counters, b.counters));
-    // forces are the same to the rounding of their sums; contacts at the Coulomb limit stay there
+    // Forces are the same up to the rounding of their sums; contacts at the Coulomb limit stay
+    // there.
     EXPECT_EQ(a.sliding_fraction, b.sliding_fraction);
     EXPECT_NEAR(a.elastic_energy, b.elastic_energy, 1e-6 * a.elastic_energy);
     EXPECT_NEAR(a.largest_contact_force, b.largest_contact_force, 1e-6 * a.largest_contact_force);
@@ -143,7 +144,7 @@ TEST(RvePoints, DetailsThatAreAskedForLaterAreThoseOfTheSameConfiguration)
   }
 }
 
-TEST(RvePoints, LookingChangesNothing)
+TEST(RvePoints, EvaluationChangesNothing)
 {
   std::vector<int> slots, other_slots;
   RvePoints looked_at = three_points(slots), left_alone = three_points(other_slots);
@@ -163,7 +164,7 @@ TEST(RvePoints, LookingChangesNothing)
 
 TEST(RvePoints, RecordsWithLongListsOfPairsAreWithinTheirBound)
 {
-  // lists take most of the record: the bound must know how large a pair is
+  // Lists take most of the record, so that the bound must include the size of a pair.
   rve::Options options = cpu_options();
   options.skin = 0.01;
   RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
@@ -190,7 +191,7 @@ TEST(RvePoints, ARecordHoldsACompleteResult)
   EXPECT_TRUE(same_bits(points.point(again).result.fabric, points.point(slots[1]).result.fabric));
 }
 
-TEST(PointRecord, IsRefusedWithAnyBitOfItsHeadFlippedAndLeavesNothing)
+TEST(PointRecord, FlippedBitInItsHeadIsRefusedWithoutAChange)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots);
@@ -201,7 +202,8 @@ TEST(PointRecord, IsRefusedWithAnyBitOfItsHeadFlippedAndLeavesNothing)
 
   std::vector<double> damaged = record;
   auto *byte = reinterpret_cast<unsigned char *>(damaged.data());
-  // the head is a few results and tensors, of a thousand bytes or two; then the state, which has a checksum of its own
+  // The head has a few results and tensors, one or two thousand bytes; then the state follows,
+  // which has its own checksum.
   for (std::size_t k = 0; k + 8 < bytes; k += k < 2048 ? 1 : 397) {
     byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
     EXPECT_THROW(points.add_record(damaged.data(), damaged.size()), rve::InputError) << k;
@@ -218,7 +220,7 @@ TEST(PointRecord, IsRefusedWithAnyOtherLength)
   RvePoints points = three_points(slots);
   const std::vector<double> record = points.record(slots[0]);
 
-  // each in memory of its own, of which not a byte more may be read
+  // Each record is in memory of exactly its size, so that a sanitizer detects reads beyond it.
   for (std::size_t size : {std::size_t(1), std::size_t(7), record.size() / 2, record.size() - 1}) {
     const std::vector<double> shorter(record.begin(), record.begin() + static_cast<long>(size));
     EXPECT_THROW(points.add_record(shorter.data(), size), rve::InputError) << size;
@@ -228,9 +230,9 @@ TEST(PointRecord, IsRefusedWithAnyOtherLength)
   EXPECT_THROW(points.add_record(longer.data(), longer.size()), rve::InputError);
 }
 
-TEST(PointRecord, CarriesTheGainOfTheServoThatItsPackingHad)
+TEST(PointRecord, StoresTheServoGainOfItsPacking)
 {
-  // `fast` rounds radii, and a gain that is made of them again is another one
+  // `fast` rounds radii, so that a gain computed from them again would differ.
   rve::Options options = cpu_options();
   options.format = rve::Format::Fast;
   RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
@@ -244,16 +246,16 @@ TEST(PointRecord, CarriesTheGainOfTheServoThatItsPackingHad)
   EXPECT_EQ(points.servo_gain(again), points.servo_gain(slot));
 }
 
-// ---- macro steps by plan ----------------------------------------------------------------------------------------------------
+// ---- planned macro steps ------------------------------------------------------------------------
 
 namespace {
 
-/// RVEs that were asked for each kind of answer, and turned.
+/// Numbers of RVEs that were called with each kind of answer, and of rotated ones.
 struct Tally {
   int responses = 0, results = 0, elastic_results = 0, increments = 0, turned = 0;
 };
 
-/// An engine that counts what it is asked for.
+/// An engine that counts its calls.
 class CountingEngine final : public rve_test::ForwardingEngine {
  public:
   CountingEngine(const rve::Options &options, Tally &tally_in) :
@@ -312,11 +314,12 @@ MacroStepOptions adaptive()
 MacroStepOptions sleepy()
 {
   MacroStepOptions macro = adaptive();
-  macro.quiescent_strain = 8e-5;    // ten macro steps of the strains below, which are worth a look
+  // ten macro steps of the strains below, enough for a diagnostic evaluation
+  macro.quiescent_strain = 8e-5;
   return macro;
 }
 
-/// One macro step of some strain and rotation.
+/// Returns a drive of one macro step with some strain and rotation.
 rve::Drive small_drive(double strain, double angle = 0.0)
 {
   rve::Drive drive;
@@ -326,13 +329,14 @@ rve::Drive small_drive(double strain, double angle = 0.0)
   return drive;
 }
 
-/// The first strains all the time, the second sleeps now and then and turns meanwhile, the third as well without turning.
+/// Returns drives for three RVEs: the first strains always, the second is quiescent at times and
+/// then rotates, the third is quiescent at times without rotation.
 std::vector<rve::Drive> drives_of_sleepers()
 {
   return {small_drive(5e-5), small_drive(4e-6, 3e-4), small_drive(-3e-6)};
 }
 
-/// Everything that an RVE answers, but what is rounded in units of the forces of a call.
+/// Expects equal results, except those that are rounded in units of the forces of a call.
 void expect_same_point(const RvePoints::Point &a, const RvePoints::Point &b)
 {
   EXPECT_TRUE(same_bits(a.result.stress, b.result.stress));
@@ -349,7 +353,7 @@ void expect_same_point(const RvePoints::Point &a, const RvePoints::Point &b)
 
 }    // namespace
 
-TEST(AdaptiveMacroSteps, TakeTheShortAnswerAndHaveTheBitsOfTheLongOne)
+TEST(AdaptiveMacroSteps, ShortAndLongAnswersHaveTheSameBits)
 {
   Tally tally;
   RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, adaptive());
@@ -374,13 +378,14 @@ TEST(AdaptiveMacroSteps, TakeTheShortAnswerAndHaveTheBitsOfTheLongOne)
     expect_same_point(brief.point(slots[k]), full.point(other_slots[k]));
     EXPECT_EQ(brief.point(slots[k]).drive.substeps, full.point(other_slots[k]).drive.substeps);
   }
-  // slower ones take fewer steps
+  // slower RVEs make fewer steps
   EXPECT_LT(full.point(other_slots[0]).drive.substeps, full.point(other_slots[2]).drive.substeps);
 }
 
 namespace {
 
-/// The stress after a rotation by `angle` in so many macro steps, over the mean stress, turned back.
+/// Returns the stress over the mean stress after a rotation by `angle` in `steps` macro steps,
+/// rotated back.
 Tensor2 stress_after_turn(double angle, int steps, MacroStepOptions macro, bool with_details)
 {
   std::vector<int> slots;
@@ -398,20 +403,20 @@ Tensor2 stress_after_turn(double angle, int steps, MacroStepOptions macro, bool 
 
 }    // namespace
 
-TEST(AdaptiveMacroSteps, TurnTheStressWithARotationOfAnySpeed)
+TEST(AdaptiveMacroSteps, RotateTheStressWithARotationOfAnySpeed)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots, adaptive());
   const double p = points.point(slots[0]).result.mean_stress();
   const Tensor2 still = (1.0 / p) * points.stress(slots[0]);
 
-  // one DEM step each: 1e-2, 1e-3, 1e-4, and 1e-5 rad, which grains follow
+  // Each macro step has one DEM step with 1e-2, 1e-3, 1e-4, or 1e-5 rad, which grains follow.
   for (const auto &[angle, steps] :
        {std::pair<double, int>{1.0, 100}, {1.0, 1000}, {1.0, 10000}, {0.1, 10000}, {-1.0, 300}}) {
     const Tensor2 turned = stress_after_turn(angle, steps, adaptive(), false);
     for (int k = 0; k < 4; ++k)
       EXPECT_NEAR(turned.component[k], still.component[k], 1e-3) << angle / steps;
-    // to the same bits whoever looks on the way
+    // Details during the run do not change a bit.
     EXPECT_TRUE(same_bits(turned, stress_after_turn(angle, steps, adaptive(), true)));
   }
   MacroStepOptions samples = adaptive();
@@ -421,7 +426,7 @@ TEST(AdaptiveMacroSteps, TurnTheStressWithARotationOfAnySpeed)
   for (int k = 0; k < 4; ++k) EXPECT_NEAR(mean.component[k], still.component[k], 1e-3);
 }
 
-TEST(AdaptiveMacroSteps, TurnTheMeanStressNotAtAll)
+TEST(AdaptiveMacroSteps, KeepTheMeanStressUnderRotation)
 {
   std::vector<int> slots;
   RvePoints points = three_points(slots, adaptive());
@@ -437,7 +442,7 @@ TEST(AdaptiveMacroSteps, TurnTheMeanStressNotAtAll)
   EXPECT_LT(points.point(slots[0]).result.unbalanced_ratio, 1e-2);
 }
 
-TEST(AdaptiveMacroSteps, TurnShadowsToo)
+TEST(AdaptiveMacroSteps, RotateShadowsToo)
 {
   MacroStepOptions macro = adaptive();
   RvePoints points(rve::make_engine(cpu_options()), rve::make_engine(cpu_options()), macro);
@@ -454,9 +459,9 @@ TEST(AdaptiveMacroSteps, TurnShadowsToo)
   EXPECT_LT(points.point(slot).shadow_deviation(), 1e-3);
 }
 
-TEST(AdaptiveMacroSteps, WithStepsEnoughForTheRotationHaveTheBitsOfThoseSteps)
+TEST(AdaptiveMacroSteps, EnoughStepsForTheRotationGiveTheBitsOfThoseSteps)
 {
-  // simple shear is half a rotation, and has as many DEM steps as the strain asks for
+  // Simple shear is half a rotation, and its number of DEM steps is that of the strain.
   std::vector<int> slots, other_slots;
   RvePoints points = three_points(slots, adaptive()),
             plain = three_points(other_slots, MacroStepOptions());
@@ -475,9 +480,10 @@ TEST(AdaptiveMacroSteps, WithStepsEnoughForTheRotationHaveTheBitsOfThoseSteps)
   EXPECT_EQ(rve::serialize(points.state(slots[0])), rve::serialize(plain.state(other_slots[0])));
 }
 
-TEST(AdaptiveMacroSteps, ShearWithFewStepsAsWithMany)
+TEST(AdaptiveMacroSteps, ShearGivesTheSameStressWithFewSteps)
 {
-  // strain and rotation of a DEM step beyond what contacts bear unturned: 2e-4 and 1e-4, one to ten DEM steps for each macro step
+  // Strain and rotation of a DEM step exceed the limit for contacts without rotation: 2e-4 and
+  // 1e-4, with one to ten DEM steps for each macro step.
   MacroStepOptions coarse, fine;
   coarse.adaptive = rve::AdaptiveSubsteps{1.5e-4, 1.0, 100000};
   fine.adaptive = rve::AdaptiveSubsteps{1e-6, 1.0, 100000};
@@ -498,7 +504,7 @@ TEST(AdaptiveMacroSteps, ShearWithFewStepsAsWithMany)
   EXPECT_NEAR(few.point(slots[0]).result.mean_stress() / p, 1.0, 0.03);
 }
 
-TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
+TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
 {
   Tally tally, other_tally;
   RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, sleepy());
@@ -515,7 +521,7 @@ TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
     full.advance(other_slots, drives_of_sleepers(), true);
     for (int k = 0; k < RVES; ++k) {
       EXPECT_TRUE(same_bits(brief.stress(slots[k]), full.stress(other_slots[k])));
-      // asleep is up to date without details
+      // the state of a quiescent RVE is valid without details
       const bool asleep = full.point(other_slots[k]).asleep();
       naps += asleep && !slept[k] ? 1 : 0;
       awake += asleep ? 0 : 1;
@@ -526,7 +532,7 @@ TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
   EXPECT_GT(naps, 8);
   EXPECT_GT(tally.turned, 2);
   EXPECT_EQ(tally.turned, other_tally.turned);
-  // a look is the long answer of a step that is made anyway
+  // A diagnostic evaluation is the long answer of a step that is made in any case.
   EXPECT_EQ(tally.responses + tally.elastic_results, awake);
   EXPECT_EQ(tally.results, at_first.results);
   EXPECT_GE(tally.elastic_results, naps);
@@ -538,8 +544,8 @@ TEST(QuiescentMacroSteps, LookOnlyAtThoseThatMaySleepWhateverIsAskedFor)
   }
 }
 
-// What two macro steps of sleep save is less than a look costs.
-TEST(QuiescentMacroSteps, AreOnlyLookedForWhereTheySaveMoreThanALookCosts)
+// Two quiescent macro steps save less than a diagnostic evaluation costs.
+TEST(QuiescentMacroSteps, EvaluationRunsOnlyIfItSavesTime)
 {
   MacroStepOptions macro = sleepy();
   macro.quiescent_strain = 1.8e-5;    // 8e-6 in a macro step
@@ -553,8 +559,8 @@ TEST(QuiescentMacroSteps, AreOnlyLookedForWhereTheySaveMoreThanALookCosts)
   EXPECT_EQ(tally.elastic_results, at_first);
 }
 
-// Of one that sleeps, that has just been looked at, that is about to wake.
-TEST(QuiescentMacroSteps, TheRecordOfASleeperContinuesWithTheSameBits)
+// The record is of an RVE that is quiescent, has just been evaluated, or is about to wake.
+TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
 {
   bool has_slept = false, has_rested = false;
   for (int before = 1; before < 26; ++before) {
@@ -585,9 +591,10 @@ TEST(QuiescentMacroSteps, TheRecordOfASleeperContinuesWithTheSameBits)
   EXPECT_TRUE(has_rested);
 }
 
-TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameThoseThatFailInOrder)
+TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameFailuresInOrder)
 {
-  // small RVEs, as many as are worth a team: some sleep, some strain, and these are crushed in step 2
+  // The RVEs are small and so many that a team of threads pays: some are quiescent, some strain,
+  // and these exceed the overlap limit in step 2.
   const int count = 600;
   const std::vector<int> crushed = {7, 411, 599};
   const rve::RveState lattice =
@@ -622,7 +629,7 @@ TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameThoseThatFailInOrder)
   EXPECT_EQ(std::memcmp(one.data(), three.data(), one.size() * sizeof(Tensor2)), 0);
 }
 
-TEST(MacroStepsByPlan, AFrozenRveLeavesTheOthersWhatTheyHad)
+TEST(MacroStepsByPlan, FrozenRveDoesNotChangeTheOthers)
 {
   Tally tally;
   RvePoints with(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,
@@ -649,13 +656,14 @@ TEST(MacroStepsByPlan, AFrozenRveLeavesTheOthersWhatTheyHad)
   EXPECT_TRUE(with.frozen(slots[1]));
 }
 
-// ---- by increments ----------------------------------------------------------------------------------------------------------
+// ---- increments ---------------------------------------------------------------------------------
 
 namespace {
 
 using Increments = rve_test::IncrementsOf<2>;
 
-/// One RVE strains; the second turns more than contacts would bear in a step or two; the third does both.
+/// Returns drives: one RVE strains, the second rotates more than contacts allow in a step or two,
+/// the third does both.
 std::vector<rve::Drive> drives_that_turn()
 {
   return {small_drive(2e-5), small_drive(1e-6, 2e-3), small_drive(-8e-6, -1e-3)};
@@ -700,7 +708,7 @@ TEST(MacroIncrements, HaveTheBitsOfTheDrives)
     }
 }
 
-TEST(MacroIncrements, LetRvesSleepAsDrivesDo)
+TEST(MacroIncrements, AllowQuiescentRvesAsDrivesDo)
 {
   const rve::RveState packing = rve_test::packing_of_400();
   MacroStepOptions matched = sleepy();
@@ -739,8 +747,9 @@ TEST(MacroIncrements, LetRvesSleepAsDrivesDo)
   }
 }
 
-// What one of them cannot say by itself is for a call of drives, and nothing has happened.
-TEST(MacroIncrements, AreNotTakenWhereMoreStandsBetween)
+// Cases that increments cannot express need a call with drives; the refused advance changes
+// nothing.
+TEST(MacroIncrements, AreRefusedIfTheyNeedDrives)
 {
   MacroStepOptions averaged;
   averaged.stress_from = macro::StressFrom::Average;
@@ -762,7 +771,7 @@ TEST(MacroIncrements, AreNotTakenWhereMoreStandsBetween)
   }
 }
 
-TEST(MacroIncrements, FailuresAreNamedAndRestFromThenOn)
+TEST(MacroIncrements, FailedRvesAreNamedAndStayFrozen)
 {
   Tally tally;
   RvePoints by_increments(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,

@@ -38,7 +38,7 @@ Points points_of(const Spheres &state, int count, std::vector<int> &slots,
   return points;
 }
 
-/// A face-centred cubic array under pressure, overlaps a thousandth of the radius.
+/// Returns a face-centred cubic array under pressure with overlaps of a thousandth of the radius.
 Spheres pressed_lattice()
 {
   return face_centred_cubic(spheres_material(), 2, RADIUS, 1e-3 * RADIUS);
@@ -94,7 +94,7 @@ TEST(PointsOfSpheres, ContinueFromTheirRecordBitForBit)
   Points points = points_of(packing(), 3, slots, sleepy());
   Points next = points_of(packing(), 0, others, sleepy());
   std::vector<Drive> drives = shears();
-  drives[1] = drive_of(Tensor3::identity());    // comes to rest, and sleeps in the end
+  drives[1] = drive_of(Tensor3::identity());    // comes to rest and is finally quiescent
   for (int step = 0; step < 5; ++step) points.advance(slots, drives, false);
 
   for (const int slot : slots) {
@@ -138,7 +138,7 @@ TEST(PointsOfSpheres, RefuseARecordOfDisksAndOneWithAFlippedBit)
   EXPECT_EQ(points.size(), 1);
 }
 
-TEST(PointsOfSpheres, AnswerAsleepByTheStiffnessOfTheirLatticeTurnedWithThem)
+TEST(PointsOfSpheres, QuiescentRvesUseTheRotatedStiffnessOfTheirLattice)
 {
   Spheres lattice = pressed_lattice();
   lattice.material.tangential_stiffness = 0.3 * lattice.material.normal_stiffness;
@@ -160,7 +160,8 @@ TEST(PointsOfSpheres, AnswerAsleepByTheStiffnessOfTheirLatticeTurnedWithThem)
       expected(a, b) += a == b ? (c.c11 - c.c12) * strain(a, a) + c.c12 * rve::trace(strain)
                                : 2.0 * c.c44 * strain(a, b);
   expected = rotation * expected * rve::transpose(rotation);
-  // of the strains' stress, which turning and stretching contact forces change by parts of the overlap
+  // The tolerance is relative to the stress of the strains, which rotating and stretching contact
+  // forces change by parts of the overlap.
   const double size = c.c11 * rve::norm(strain);
   for (int k = 0; k < 9; ++k)
     EXPECT_NEAR(points.stress(slots[0]).component[k], expected.component[k], 2e-3 * size);
@@ -169,9 +170,10 @@ TEST(PointsOfSpheres, AnswerAsleepByTheStiffnessOfTheirLatticeTurnedWithThem)
               1e-8);
 }
 
-TEST(PointsOfSpheres, WakeWithTheRotationThatTheySleptThrough)
+TEST(PointsOfSpheres, ApplyTheDeferredRotationWhenTheyResume)
 {
-  // asleep through a rotation about a tilted axis that lets contacts slide if the grains do not turn with the cell
+  // The RVE is quiescent during a rotation about a tilted axis. Contacts would slide if the grains
+  // did not rotate with the cell.
   const Spheres lattice = pressed_lattice();
   const Vector axis{{0.48, 0.6, 0.64}};
   std::vector<int> slots;
@@ -198,9 +200,9 @@ TEST(PointsOfSpheres, WakeWithTheRotationThatTheySleptThrough)
                 (stretch * turn).component[k], 1e-9);
 }
 
-TEST(PointsOfSpheres, TurnTheStressWithARotationAboutAnyAxisOfAnySpeed)
+TEST(PointsOfSpheres, RotateTheStressAboutAnyAxisAtAnySpeed)
 {
-  // a lattice that carries shear, at rest
+  // The lattice bears shear at rest.
   Spheres lattice = pressed_lattice();
   lattice.material.local_damping = 0.7;
   for (const Vector &axis : {Vector{{1.0, 0.0, 0.0}}, Vector{{0.48, -0.6, 0.64}}})
@@ -226,9 +228,9 @@ TEST(PointsOfSpheres, TurnTheStressWithARotationAboutAnyAxisOfAnySpeed)
     }
 }
 
-TEST(PointsOfSpheres, AverageTheStressOfPartsOfAnIncrementThatTurns)
+TEST(PointsOfSpheres, AverageTheStressOfARotatingIncrement)
 {
-  // a lattice that only turns: all parts have the same stress, in the axes of their own time
+  // The lattice only rotates: all parts have the same stress in the axes of their own time.
   MacroStepOptions average;
   average.stress_from = macro::StressFrom::Average;
   average.stress_samples = 4;
@@ -296,11 +298,11 @@ TEST(GrainSizeOfSpheres, IsTheDiameterOfEqualOnes)
   EXPECT_NEAR(points.point(slots[0]).grain_size, 2.0 * RADIUS, 1e-9 * RADIUS);
 }
 
-// ---- under a continuum ------------------------------------------------------------------------------------------------------
+// ---- RVEs under a continuum ---------------------------------------------------------------------
 
 namespace {
 
-/// RVEs of spheres whose numbers are those of their points.
+/// RVEs of spheres with the indices of their points.
 class Owner final : public macro::RveOwner<3> {
  public:
   Owner(const Spheres &state, int count) : points(points_of(state, count, slots)) {}
@@ -327,7 +329,8 @@ class Owner final : public macro::RveOwner<3> {
   Points points;
 };
 
-/// d sigma_xx / d eps_xx of grains that move with the mean field, along a direction [stress].
+/// Returns d sigma_xx / d eps_xx of grains that move with the mean field, along a direction
+/// [stress].
 double stiffness_along(const rve::AffineStiffnessOf<3> &stiffness, const Vector &direction)
 {
   const Tensor3 strain = rve::dyad(direction, direction);
@@ -344,9 +347,9 @@ rve::AffineStiffnessOf<3> stiffness_of(const Spheres &state)
 
 }    // namespace
 
-TEST(SpheresUnderAPlane, AnswerInPlaneStrainWithAStressAcrossIt)
+TEST(SpheresUnderAPlane, PlaneStrainHasAStressAcrossThePlane)
 {
-  // quasi-static, and small enough for no contact to slide
+  // The strain is quasi-static and so small that no contact slides.
   Spheres lattice = pressed_lattice();
   lattice.material.tangential_stiffness = 0.3 * lattice.material.normal_stiffness;
   lattice.material.local_damping = 0.7;
@@ -363,7 +366,7 @@ TEST(SpheresUnderAPlane, AnswerInPlaneStrainWithAStressAcrossIt)
   for (int rest = 0; rest < 20; ++rest)
     law.update(2, some.data(), increments.data(), 200 * DT, stress.data(), {});
 
-  EXPECT_EQ(rve::norm(stress[1]), 0.0);    // nobody asked
+  EXPECT_EQ(rve::norm(stress[1]), 0.0);    // the results were not requested
   const CubicConstants c = face_centred_constants(lattice.material, RADIUS);
   const double volume = rve::trace(strain);
   const double error = 5e-3 * c.c11 * rve::norm(strain);
@@ -376,7 +379,7 @@ TEST(SpheresUnderAPlane, AnswerInPlaneStrainWithAStressAcrossIt)
   }
 }
 
-TEST(SpheresUnderASpace, AnswerTheWholeStress)
+TEST(SpheresUnderASpace, AllStressComponentsAreReturned)
 {
   Owner owner(pressed_lattice(), 1);
   macro::RveConstitutive<3> law(owner);
@@ -390,9 +393,9 @@ TEST(SpheresUnderASpace, AnswerTheWholeStress)
   EXPECT_LT(stress(2, 2), stress(0, 0));
 }
 
-TEST(PWaveModulusOfSpheres, IsThatOfTheLatticeWhereItIsIsotropic)
+TEST(PWaveModulusOfSpheres, IsThatOfAnIsotropicLattice)
 {
-  // k_n = k_t: the same stiffness in all directions, and Voigt's bound is reached
+  // For k_n = k_t the stiffness is the same in all directions, and Voigt's bound is reached.
   const Spheres lattice = face_centred_cubic(spheres_material(), 2, RADIUS, 1e-8 * RADIUS);
   Owner owner(lattice, 1);
   const double c11 = face_centred_constants(lattice.material, RADIUS).c11;
@@ -401,9 +404,10 @@ TEST(PWaveModulusOfSpheres, IsThatOfTheLatticeWhereItIsIsotropic)
   EXPECT_NEAR(macro::RveConstitutive<3>(owner).p_wave_modulus(0), c11, 1e-6 * c11);
 }
 
-TEST(PWaveModulusOfSpheres, ByATangentIsThatOfTheLattice)
+TEST(PWaveModulusOfSpheres, FromATangentIsThatOfTheLattice)
 {
-  // k_t = 0.3 k_n: a centrosymmetric lattice moves affinely, waves along the diagonal of the cube are the fastest; the bound takes k_n for k_t
+  // For k_t = 0.3 k_n the centrosymmetric lattice moves affinely, and waves along the diagonal of
+  // the cube are the fastest; the bound takes k_n for k_t.
   Spheres lattice = pressed_lattice();
   lattice.material.tangential_stiffness = 0.3 * lattice.material.normal_stiffness;
   Owner owner(lattice, 2);
@@ -419,7 +423,7 @@ TEST(PWaveModulusOfSpheres, ByATangentIsThatOfTheLattice)
   const double share = law.measured_wave_share(
       {0, 1}, probes, [&](int point) { return owner.points.state(owner.slots[point]); });
 
-  // constants are those without overlap, which is 1e-3 of the radius
+  // The constants are those without overlap, which is 1e-3 of the radius.
   EXPECT_NEAR(share * bound, fastest, 5e-3 * fastest);
   EXPECT_LT(share, 0.9);
   law.scale_waves(share);
@@ -429,7 +433,7 @@ TEST(PWaveModulusOfSpheres, ByATangentIsThatOfTheLattice)
 
 TEST(PWaveModulusOfSpheres, BoundsTheAffineStiffnessInAllDirections)
 {
-  // compressed along one axis, the fabric leans to it
+  // After compression along one axis, the fabric is larger along it.
   for (const double ratio : {0.3, 1.0}) {
     Spheres state = packing();
     state.material.tangential_stiffness = ratio * state.material.normal_stiffness;
@@ -449,7 +453,7 @@ TEST(PWaveModulusOfSpheres, BoundsTheAffineStiffnessInAllDirections)
           most = std::fmax(most, stiffness_along(stiffness, n));
           if (j == 18) most_in_plane = std::fmax(most_in_plane, stiffness_along(stiffness, n));
         }
-      // radii are not equal: large spheres have more contacts than the mean one, and longer branches
+      // Radii differ: large spheres have more contacts than the mean one, and longer branches.
       constexpr double OF_RADII = 0.97;
       EXPECT_GT(in_space, OF_RADII * most) << ratio;
       EXPECT_LT(in_space, 2.5 * most) << ratio;

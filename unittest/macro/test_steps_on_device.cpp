@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Steps of a continuum over RVEs have the same bits where increments and stresses stay on a GPU, where the host waits for nothing that it does not
-// need, and on CPU threads: with substeps that are matched or adaptive, RVEs that are turned, looked at, have stiffened, repeat a call or fail.
+// Steps of a continuum with RVEs have the same bits if increments and stresses stay on a GPU, where
+// the host synchronises only if necessary, and on CPU threads. Substeps are matched or adaptive,
+// and RVEs rotate, are evaluated, stiffen, repeat a call or fail.
 
 #include "macro/rve_constitutive.h"
 #include "mpm/mpm_solver.h"
@@ -30,7 +31,7 @@ template <class T> bool same_bits(const T &a, const T &b)
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-/// Passes a request on and counts.
+/// Forwards a request and counts its calls.
 class CountingRequest final : public rve::Request {
  public:
   void set(rve::Request *request)
@@ -60,8 +61,7 @@ class CountingRequest final : public rve::Request {
   rve::Request *request_ = nullptr;
 };
 
-/// What fix rve does with its RVEs, whose slots are the indices of their points. Those that fail are
-/// frozen.
+/// Uses RVEs as fix rve does; slots are the indices of points. Failed RVEs are frozen.
 template <int D> class Owner final : public RveOwner<D> {
  public:
   using Points = RvePointsOf<D>;
@@ -73,7 +73,7 @@ template <int D> class Owner final : public RveOwner<D> {
     points_.add(states);
   }
 
-  /// With the results of the last advance.
+  /// Returns the points with the results of the last advance.
   Points &points()
   {
     finish();
@@ -159,14 +159,15 @@ template <int D> class Owner final : public RveOwner<D> {
   MacroIncrementsOf<D> *increments_ = nullptr;
 };
 
-/// Of a free block. Stresses of the RVEs blow a light one up.
+/// Motion of a free block. Stresses of the RVEs accelerate a light one strongly.
 struct Motion {
   double shrinking, shearing = 0.2;    ///< rates [1/time]
   double density = 2000.0;             ///< [mass/length^3]
   double turning = 1.0;                ///< rate [1/time]
 };
 
-/// A free block that turns, shears and shrinks, the more so the farther from its left side.
+/// Returns a free block that rotates, shears and shrinks, increasingly with the distance from its
+/// left side.
 mpm_test::Scene turning_block(const Motion &motion)
 {
   const double shrinking = motion.shrinking, shearing = motion.shearing, turning = motion.turning;
@@ -180,7 +181,7 @@ mpm_test::Scene turning_block(const Motion &motion)
   return scene;
 }
 
-/// A block and its RVEs, on the CPU or on the device.
+/// A block and its RVEs on the CPU or on the device.
 template <int D> struct Block {
   mpm_test::Scene scene;
   Owner<D> owner;
@@ -293,13 +294,15 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   EXPECT_EQ(here.owner.failures, there.owner.failures);
   const bool shall_fail = overlap_limit < 0.1;
   EXPECT_EQ(there.owner.failures > 0, shall_fail);
-  // contacts of Hertz' law stiffen when pressed; linear ones where many close
+  // Hertz' contacts stiffen under pressure; packings of linear contacts stiffen when many contacts
+  // close.
   const bool shall_stiffen = shall_fail || state.material.law == rve::ContactLaw::Hertz;
   EXPECT_EQ(there.owner.times_stiffened > 0, shall_stiffen);
   EXPECT_EQ(here.owner.times_stiffened > 0, shall_stiffen);
   if (DEVICE != rve::Device::Cuda) return;
   const int updates = scheme == mpm::Scheme::Usavg ? 2 * steps : steps;
-  // where all work calls begin before the host has seen their plan; adaptive ones when it knows about how many steps they make
+  // If all RVEs work, calls begin before the host has their plan. Adaptive calls do so when their
+  // numbers of steps are known approximately.
   const int ahead = there.owner.on_device.early;
   if (macro.quiescent_strain > 0.0)
     EXPECT_EQ(ahead, 0);
@@ -315,7 +318,7 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   EXPECT_TRUE(!shall_fail || there.owner.times_unfinished > 0);
 }
 
-/// All velocities become so many times as large.
+/// Multiplies all velocities by `share`.
 template <int D> void slow_down(Block<D> &block, double share)
 {
   block.solver.fetch(block.scene.view());
@@ -327,42 +330,44 @@ template <int D> void slow_down(Block<D> &block, double share)
 
 class StepsOnDevice : public OnDevice {};
 
-TEST_P(StepsOnDevice, HaveTheBitsOfTheCpuWithMatchedSubsteps)
+TEST_P(StepsOnDevice, MatchedSubstepsHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5}, {});
 }
 
-// An increment that turns so far takes several segments, which the host plans: the RVEs that the device has begun with have not moved.
-TEST_P(StepsOnDevice, HaveThemWhereTheHostPlansSomeSteps)
+// An increment with a large rotation takes several segments, which the host plans. The device has
+// begun with these RVEs but has not moved them.
+TEST_P(StepsOnDevice, StepsPlannedByTheHostHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5, 0.2, 1e7, 1.001 * rve::LARGEST_TURN / DT},
                      {});
 }
 
-TEST_P(StepsOnDevice, HaveThemWithAdaptiveSubstepsAndTurns)
+TEST_P(StepsOnDevice, AdaptiveSubstepsAndRotationsHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5}, adaptive());
 }
 
-TEST_P(StepsOnDevice, HaveThemWithHalfOfTheStrainBeforeTheForces)
+TEST_P(StepsOnDevice, HalfTheStrainBeforeTheForcesHasTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5}, adaptive(), 0.2, mpm::Scheme::Usavg);
 }
 
-TEST_P(StepsOnDevice, HaveThemBeyondRvesThatFail)
+TEST_P(StepsOnDevice, FailedRvesKeepTheBitsOfTheCpu)
 {
-  // they are gases at first, and too dense in the end
+  // The RVEs have no contacts at first and are too dense at the end.
   rve::RveState loose = packing_of_400();
   loose.cell = 1.02 * loose.cell;
   loose.pairs.clear();
   loose.forget_list();
   expect_same_course(loose, GetParam(), {8.0}, adaptive(), 0.05);
-  // passes of the next step that were begun ahead are halted
+  // Passes of the next step that began ahead are cancelled.
   expect_same_course(loose, GetParam(), {8.0}, {}, 0.05);
 }
 
-// They fall asleep, turn by more than contacts bear, wake in some ten steps, and are looked at again.
-TEST_P(StepsOnDevice, HaveThemWhereRvesSleep)
+// RVEs become quiescent, rotate by more than contacts allow, wake after about ten steps, and are
+// evaluated again.
+TEST_P(StepsOnDevice, QuiescentRvesHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), SLOW, sleepy());
   MacroStepOptions matched = sleepy();
@@ -370,8 +375,9 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesSleep)
   expect_same_course(packing_of_400(), GetParam(), SLOW, matched);
 }
 
-// Calls begin before the host has seen their plan as long as all work. When some are looked at or sleep, what has begun has not moved them.
-TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
+// Calls begin before the host has their plan while all RVEs work. When some are evaluated or
+// quiescent, the calls that have begun have not moved them.
+TEST_P(StepsOnDevice, RvesThatBecomeQuiescentHaveTheBitsOfTheCpu)
 {
   const rve::RveState state = packing_of_400();
   const auto fast = [&](rve::Device device) {
@@ -404,11 +410,11 @@ TEST_P(StepsOnDevice, HaveThemWhereRvesFallAsleepThatWereExpectedToWork)
   if (DEVICE == rve::Device::Cuda) { EXPECT_EQ(there->owner.on_device.launched, 55); }
 }
 
-TEST_P(StepsOnDevice, HaveThemOverSpheresInPlaneStrain)
+TEST_P(StepsOnDevice, SpheresInPlaneStrainHaveTheBitsOfTheCpu)
 {
   rve::Material material = spheres_material();
   material.normal_stiffness = material.tangential_stiffness =
-      1e4;    // stable with the step of disks
+      1e4;    // stable with the time step of disks
   Spheres lattice = face_centred_cubic(material, 2, 0.005, 2e-5);
   expect_same_course<3>(lattice, GetParam(), {0.5}, adaptive());
   expect_same_course<3>(lattice, GetParam(), SLOW, sleepy());

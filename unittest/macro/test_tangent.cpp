@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a tangent says of a material, against closed forms: isotropic and plastic solids, solids under stress.
+// Properties of a material that follow from its tangent, against closed forms: isotropic and
+// plastic solids, solids under stress.
 
 #include "oracle/tangent_algebra.h"
 
@@ -19,7 +20,7 @@ using rve_test::dyad, rve_test::Random, rve_test::second_order_work, rve_test::t
 namespace {
 
 constexpr double LAMBDA = 3e7, MU = 2e7;
-// of a few hundred operations on numbers of size 1
+// Rounding error of a few hundred operations on numbers of order 1.
 constexpr double ROUNDING = 1e-13;
 
 template <int D> Tensor<double, D> diagonal(std::initializer_list<double> values)
@@ -40,7 +41,8 @@ template <int D> double contraction(const Tensor<double, D> &x, const Tensor<dou
   return sum;
 }
 
-/// C - (C : P)(F : C) / (h + F : C : P): plastic strain goes along P and begins where F : sigma grows; h is the modulus of hardening.
+/// Returns C - (C : P)(F : C) / (h + F : C : P). Plastic strain is along P and begins if F : sigma
+/// increases; h is the hardening modulus.
 template <int D>
 TangentOf<D> plastic_tangent(const TangentOf<D> &elastic, const Tensor<double, D> &p,
                              const Tensor<double, D> &f, double hardening)
@@ -49,7 +51,7 @@ TangentOf<D> plastic_tangent(const TangentOf<D> &elastic, const Tensor<double, D
   return elastic + factor * dyad(elastic(p), elastic(f));
 }
 
-/// Von Mises in the plane, strained at constant area along x and y.
+/// Returns the tangent of a von Mises solid in the plane, strained at constant area along x and y.
 TangentOf<2> von_mises(double hardening)
 {
   const auto direction = diagonal<2>({std::sqrt(0.5), -std::sqrt(0.5)});
@@ -110,7 +112,7 @@ template <int D> void expect_isotropic_solid()
   EXPECT_NEAR(tangent.least_second_order_work(), 2.0 * MU, ROUNDING * MU);
   EXPECT_NEAR(second_order_work(tangent, Tensor<double, D>::identity()), D * LAMBDA + 2.0 * MU,
               ROUNDING * LAMBDA);
-  // under a pressure too: a change of volume and the turning of its forces cancel in a band
+  // Under a pressure too: in a band the change of volume and the rotation of its forces cancel.
   const double expected = (LAMBDA + 2.0 * MU) * std::pow(MU, D - 1);
   for (const double pressure : {0.0, 0.1 * MU}) {
     const auto least = NominalTangentOf<D>(tangent, -pressure * Tensor<double, D>::identity())
@@ -140,7 +142,7 @@ template <int D> void expect_turned_tangent(const Tensor<double, D> &rotation)
   const auto after =
       NominalTangentOf<D>(result, rotation * stress * back).least_acoustic_determinant();
   EXPECT_NEAR(after.determinant, before.determinant, 10.0 * ROUNDING);
-  // a direction is known to the root of what its value is
+  // The error of a direction is the root of that of its value.
   EXPECT_NEAR(std::fabs(rve::dot(after.normal, rotation * before.normal)), 1.0, 1e-12);
 }
 
@@ -171,7 +173,7 @@ template <int D> void expect_zeros_without_stiffness()
   EXPECT_EQ(none.isotropic_part().young(), 0.0);
   EXPECT_EQ(none.isotropic_part().poisson(), 0.0);
   EXPECT_EQ(none.isotropic_part().anisotropy, 0.0);
-  // a solid that has no Young's modulus
+  // a solid without Young's modulus
   expect_numbers_of(TangentOf<D>::isotropic(-1.0, 1.0));
   // stiff along one axis only
   TangentOf<D> one{};
@@ -181,7 +183,7 @@ template <int D> void expect_zeros_without_stiffness()
 
 }    // namespace
 
-TEST(Tangent, NumbersWithoutStiffnessAreZeros)
+TEST(Tangent, PropertiesWithoutStiffnessAreZero)
 {
   expect_zeros_without_stiffness<2>();
   expect_zeros_without_stiffness<3>();
@@ -193,8 +195,8 @@ TEST(Tangent, ItsFastestWavesAreThoseOfIsotropicSolidsAndCubicCrystals)
               ROUNDING * LAMBDA);
   EXPECT_NEAR(TangentOf<3>::isotropic(LAMBDA, MU).wave_modulus(), LAMBDA + 2.0 * MU,
               ROUNDING * LAMBDA);
-  // C11 = 3, C12 = 1: with C44 below (C11 - C12)/2 waves along an axis are the fastest, C11, above it those along the diagonal of the cube,
-  // (C11 + 2 C12 + 4 C44)/3
+  // C11 = 3, C12 = 1: for C44 below (C11 - C12)/2 the fastest waves are along an axis, C11, and
+  // above it along the diagonal of the cube, (C11 + 2 C12 + 4 C44)/3.
   auto cubic = TangentOf<3>::isotropic(1.0, 1.0);
   for (int k = 3; k < 6; ++k) cubic.component[k][k] = 0.5;
   EXPECT_NEAR(cubic.wave_modulus(), 3.0, ROUNDING);
@@ -204,8 +206,8 @@ TEST(Tangent, ItsFastestWavesAreThoseOfIsotropicSolidsAndCubicCrystals)
 
 TEST(Tangent, OfACubicCrystalHasItsIsotropicPartAndLeastEigenvalue)
 {
-  // C11 = 3, C12 = 1, C44 = 0.5: eigenvalues C11 + 2 C12, C11 - C12 and 2 C44; Voigt's means lambda = (C11 + 4 C12 - 2 C44)/5,
-  // mu = (C11 - C12 + 3 C44)/5
+  // C11 = 3, C12 = 1, C44 = 0.5: eigenvalues C11 + 2 C12, C11 - C12 and 2 C44; Voigt's means lambda
+  // = (C11 + 4 C12 - 2 C44)/5, mu = (C11 - C12 + 3 C44)/5
   auto cubic = TangentOf<3>::isotropic(1.0, 1.0);
   for (int k = 3; k < 6; ++k) cubic.component[k][k] = 0.5;
   const IsotropicPart part = cubic.isotropic_part();
@@ -220,14 +222,14 @@ TEST(Tangent, OfACubicCrystalHasItsIsotropicPartAndLeastEigenvalue)
               1.0, 1e-12);
 }
 
-TEST(Tangent, StressTurnsWithARigidRotation)
+TEST(Tangent, StressRotatesWithARigidRotation)
 {
   Random random(1);
   const TangentOf<3> tangent = random_tangent<3>(random);
   const Tensor<double, 3> stress = random_stress<3>(random);
   const Tensor<double, 3> spin{{0.0, -0.3, 0.5, 0.3, 0.0, -0.2, -0.5, 0.2, 0.0}};
   const NominalTangentOf<3> nominal(tangent, stress);
-  // of nominal stress the rate is W sigma: its areas are those before the turn
+  // The rate of nominal stress is W sigma, since its areas are those before the rotation.
   const Tensor<double, 3> expected = spin * stress;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
@@ -252,7 +254,8 @@ TEST(Tangent, ShearWavesInAStressedSolidAreThoseOfBiot)
 
 TEST(Tangent, VonMisesInThePlaneLosesEllipticityAtFortyFiveDegreesWithoutHardening)
 {
-  // det Q = mu (lambda + 2 mu) (1 - (2 mu sin^2 2t + 2 mu^2 cos^2 2t/(lambda + 2 mu))/(2 mu + h)), least at t = 45 degrees: h/(2 mu + h)
+  // det Q = mu (lambda + 2 mu) (1 - (2 mu sin^2 2t + 2 mu^2 cos^2 2t/(lambda + 2 mu))/(2 mu + h)),
+  // least at t = 45 degrees: h/(2 mu + h)
   const double elastic = MU * (LAMBDA + 2.0 * MU);
   for (const double hardening : {0.3 * MU, 0.0, -0.1 * MU}) {
     const NominalTangentOf<2> tangent = unstressed(von_mises(hardening));
@@ -268,7 +271,7 @@ TEST(Tangent, VonMisesInThePlaneLosesEllipticityAtFortyFiveDegreesWithoutHardeni
     EXPECT_NEAR(least.determinant, elastic * hardening / (2.0 * MU + hardening),
                 ROUNDING * elastic);
     EXPECT_NEAR(std::fabs(std::atan2(least.normal[1], least.normal[0])), 0.25 * rve::kPi, 1e-6);
-    // and second-order work is lost along the flow, since it is associated
+    // Second-order work vanishes along the flow too, since the flow is associated.
     EXPECT_NEAR(von_mises(hardening).least_second_order_work(),
                 2.0 * MU * hardening / (2.0 * MU + hardening), ROUNDING * MU);
   }
@@ -276,7 +279,8 @@ TEST(Tangent, VonMisesInThePlaneLosesEllipticityAtFortyFiveDegreesWithoutHardeni
 
 TEST(Tangent, NonAssociatedFlowLosesSecondOrderWorkBeforeEllipticity)
 {
-  // least eigenvalue of the symmetric part for P != F is negative at a positive modulus of hardening, det Q not yet (Rudnicki and Rice, below)
+  // For P != F the least eigenvalue of the symmetric part is negative at a positive hardening
+  // modulus, but det Q is not yet (Rudnicki and Rice, below).
   const auto elastic = TangentOf<2>::isotropic(LAMBDA, MU);
   const auto f = diagonal<2>({1.0, -0.4}), p = diagonal<2>({0.75, -0.65});
   const TangentOf<2> tangent = plastic_tangent(elastic, p, f, 0.1 * MU);
@@ -286,9 +290,11 @@ TEST(Tangent, NonAssociatedFlowLosesSecondOrderWorkBeforeEllipticity)
 
 TEST(Tangent, DruckerPragerLosesEllipticityAtTheHardeningAndAngleOfRudnickiAndRice)
 {
-  // Rudnicki and Rice 1975, J. Mech. Phys. Solids 23, 371, eqs. (20) and (18): deviator N (N:N = 2), friction a, dilatancy b,
+  // Rudnicki and Rice 1975, J. Mech. Phys. Solids 23, 371, eqs. (20) and (18): deviator N (N:N =
+  // 2), friction a, dilatancy b,
   //     h/G = (1 + nu)/(9 (1 - nu)) (b - a)^2 - (1 + nu)/2 (N_II + (a + b)/3)^2,
-  //     tan^2 of the angle between the normal and axis III = (xi - N_III)/(N_I - xi), xi = (1 + nu)(a + b)/3 - N_II (1 - nu)
+  //     tan^2 of the angle between the normal and axis III = (xi - N_III)/(N_I - xi), xi = (1 +
+  //     nu)(a + b)/3 - N_II (1 - nu)
   const double nu = 0.5 * LAMBDA / (LAMBDA + MU), friction = 0.6, dilatancy = 0.2;
   const rve::Tensor3 rotation = rve::spatial_rotation({{0.3, -0.7, 0.4}});
   for (const double middle : {0.0, -0.25, 0.3}) {
@@ -324,7 +330,7 @@ TEST(Tangent, DruckerPragerLosesEllipticityAtTheHardeningAndAngleOfRudnickiAndRi
   }
 }
 
-TEST(Tangent, SearchFindsWhatAScanOfAllDirectionsFinds)
+TEST(Tangent, SearchAgreesWithAScanOfAllDirections)
 {
   Random random(7);
   for (int trial = 0; trial < 20; ++trial) {
@@ -349,7 +355,7 @@ TEST(Tangent, SearchFindsWhatAScanOfAllDirectionsFinds)
   }
 }
 
-TEST(Tangent, TurnsWithTheMaterialAndItsNumbersDoNot)
+TEST(Tangent, RotatesWithTheMaterialAndItsInvariantsAreConstant)
 {
   expect_turned_tangent<2>(rve::Tensor2{{0.8, -0.6, 0.6, 0.8}});
   expect_turned_tangent<3>(rve::spatial_rotation({{0.5, 0.2, -1.1}}));

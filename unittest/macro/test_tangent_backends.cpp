@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The tangent of an RVE has the same bits whatever else is probed with it, by any number of threads, and on a GPU as on a CPU.
+// The tangent of an RVE has the same bits with any other RVEs in the call, any number of threads,
+// on a GPU and on a CPU.
 
 #include "macro/tangent_probes.h"
 #include "support/lattice.h"
@@ -60,7 +61,7 @@ template <int D> void expect_bits(const State<D> &state, const State<D> &other, 
 
 class TangentBits : public OnDevice {};
 
-TEST_P(TangentBits, AreThoseOfAnRveAloneOnACpu)
+TEST_P(TangentBits, AreThoseOfASingleRveOnACpu)
 {
   const rve::Material material = paper_material();
   rve::RveState disks = triangular_packing(material, 10, 10, 0.005, 3);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The tangent of an RVE by probing: lattices against their closed forms, disordered packings against linear algebra and against runs, and that
-// the bits are those of an RVE alone.
+// The tangent of an RVE by probing: lattices against closed forms, disordered packings against
+// linear algebra and against runs, and the bits of a single RVE in a batch.
 
 #include "macro/tangent_probes.h"
 
@@ -71,7 +71,7 @@ template <int D> double relative_error(const TangentOf<D> &found, const TangentO
   return (found + (-1.0) * expected).norm() / expected.norm();
 }
 
-/// Grains without order, at rest after a shear in which contacts have slid.
+/// Returns a disordered packing at rest after a shear with sliding contacts.
 rve::RveState sheared_packing()
 {
   rve::Material material = paper_material();
@@ -135,8 +135,8 @@ double along(const Tensor2 &stress, const Tensor2 &strain)
 
 TEST(TangentProbes, LatticesHaveTheirClosedForms)
 {
-  // 1e-8: rounding of stresses over what a probe changes, 1e-16/(1e-4 overlap over distance) = 5e-10, with Hertz the square of the
-  // probe, 1e-8/40
+  // The tolerance of 1e-8 covers the rounding of stresses over the change by a probe, 1e-16/(1e-4
+  // overlap over distance) = 5e-10, and for Hertz the square of the probe, 1e-8/40.
   for (const rve::Material &material : {linear_springs(), hertz_mindlin()}) {
     SCOPED_TRACE(rve::word_of(material.law));
     const Springs springs = springs_of(material);
@@ -184,9 +184,10 @@ TEST(TangentProbes, ErrorIsTheSquareOfLargeProbesAndTheInverseOfSmallOnes)
   EXPECT_GT(error(1e-8), 1e2 * error(1e-4));
 }
 
-TEST(TangentProbes, EveryNumberFormatHasAProbeThatSuitsIt)
+TEST(TangentProbes, EveryNumberFormatHasASuitableProbe)
 {
-  // of the rounding of forces, 6e-8 in mixed, and of gaps over overlaps in fast, over the size of the probe (doc: compute rve/tangent)
+  // The tolerances are the rounding of forces, 6e-8 in mixed, and of gaps over overlaps in fast,
+  // over the size of the probe (doc: compute rve/tangent).
   const rve::Material material = linear_springs();
   const rve::RveState lattice = hexagonal_lattice(material, RADIUS, OVERLAP);
   const TangentOf<2> expected = of_hexagons(springs_of(material), material.thickness);
@@ -200,7 +201,8 @@ TEST(TangentProbes, EveryNumberFormatHasAProbeThatSuitsIt)
 
 TEST(TangentProbes, PackingsHaveTheTangentOfTheirLinearEquations)
 {
-  // with less friction than there was contacts slide, and some come to rest at its limit: they stick in an elastic probe all the same
+  // With less friction than before, contacts slide, and some come to rest at the limit. They stick
+  // in an elastic probe nevertheless.
   for (const double friction : {0.5, 0.05}) {
     SCOPED_TRACE(friction);
     rve::RveState state = sheared_packing();
@@ -219,7 +221,7 @@ TEST(TangentProbes, PackingsHaveTheTangentOfTheirLinearEquations)
     EXPECT_LE(probed.unrest, 1e-5);
     EXPECT_EQ(probed.changed_contacts, 0);
     EXPECT_LT(probed.nonlinearity, 1e-4);
-    // what is left of unbalanced forces at rest, and rounding
+    // The error is that of the unbalanced forces at rest, and of rounding.
     EXPECT_LT(relative_error(probed.tangent, expected), 1e-8);
     EXPECT_GT(expected.isotropic_part().anisotropy, 0.02);
   }
@@ -227,7 +229,8 @@ TEST(TangentProbes, PackingsHaveTheTangentOfTheirLinearEquations)
 
 TEST(TangentProbes, AreBelowTheAffineStiffness)
 {
-  // grains that may leave the mean field store less energy: the difference is positive semidefinite
+  // Grains that may deviate from the mean field store less energy, so that the difference is
+  // positive semidefinite.
   RveRig disks(at_rest(sheared_packing()));
   std::vector<rve::ElasticResult> answer;
   disks.owner().advance({disks.rve_number()}, {rve::Drive{1e-6}}, answer);
@@ -239,7 +242,7 @@ TEST(TangentProbes, AreBelowTheAffineStiffness)
   EXPECT_LT(probed.tangent.isotropic_part().anisotropy, 0.1);
 }
 
-TEST(TangentProbes, RestIsWaitedFor)
+TEST(TangentProbes, StepsContinueUntilRest)
 {
   const rve::RveState state = packing_of_400();
   const TangentOf<2> expected = probe(state, elastic()).tangent;
@@ -258,7 +261,7 @@ TEST(TangentProbes, ElasticTangentIsThatOfASmallStrainInARun)
   rve::RveState state = packing_of_400();
   state.material.local_damping = 0.7;
   const TangentOf<2> tangent = probe(state, elastic()).tangent;
-  // a strain of a ten-thousandth of the overlap, at which no contact slides, then rest
+  // A strain of a ten-thousandth of the overlap, at which no contact slides, is followed by rest.
   const Tensor2 strain{{-3e-7, 2e-7, 2e-7, 5e-7}};
   RveRig rig(state);
   const Tensor2 before = rig.strain(Tensor2::zero(), 5e-6, 20000).stress;
@@ -274,7 +277,7 @@ TEST(TangentProbes, ElasticTangentOfSpheresIsThatOfASmallStrainInARun)
   State<3> state = rve::read_packing<3>(std::string(RVE_PACKINGS_DIR) + "/S500.rve");
   state.material.local_damping = 0.7;
   constexpr double DT = 3e-6;
-  constexpr int AWHILE = 6000;    // a wave crosses the cell some seventy times
+  constexpr int AWHILE = 6000;    // a wave crosses the cell about seventy times
   SphereRig rig(state);
   const rve::ResultOf<3> rest = rig.strain(Tensor3::zero(), DT, AWHILE);
   const TangentOf<3> tangent = probe(rig.state(), elastic()).tangent;
@@ -292,8 +295,9 @@ TEST(TangentProbes, ElasticTangentOfSpheresIsThatOfASmallStrainInARun)
 
 TEST(TangentProbes, LoadingTangentNeedsALead)
 {
-  // At rest contacts have left the limit of friction. The page's disks have 16 % of nonlinearity without a lead and 0.9 % with that of 0.1, 18 times less; these are
-  // others, and four times, the root of it, is asked for.
+  // At rest contacts have left the friction limit. The disks of the page have 16 % of nonlinearity
+  // without a lead and 0.9 % with a lead of 0.1, 18 times less. These disks are others, and the
+  // test requires a factor of four, the root of that.
   const rve::RveState state = sheared_packing();
   const auto nonlinearity = [&](double lead) {
     TangentOptions options = loading();
@@ -314,7 +318,7 @@ TEST(TangentProbes, LoadingTangentIsThatOfTheContinuedRunAndSofterThanTheElastic
   EXPECT_LT(plastic.nonlinearity, 0.05);
   EXPECT_LT(along(plastic.response, LOADING), 0.8 * along(stiff.tangent(LOADING), LOADING));
 
-  // the run goes on, a tenth as fast
+  // The run continues at a tenth of the rate.
   RveRig rig(state);
   const double overlap = rig.evaluate().mean_overlap;
   const auto strained = [&](double share) {
@@ -328,7 +332,7 @@ TEST(TangentProbes, LoadingTangentIsThatOfTheContinuedRunAndSofterThanTheElastic
     EXPECT_NEAR(plastic.response.component[k], rate.component[k], 0.1 * rve::norm(rate));
 }
 
-TEST(TangentProbes, LoadingTangentIsTheElasticOneWhereNothingSlides)
+TEST(TangentProbes, LoadingTangentWithoutSlidingIsTheElasticOne)
 {
   rve::RveState state = packing_of_400();
   state.material.friction = 1e6;
@@ -337,7 +341,7 @@ TEST(TangentProbes, LoadingTangentIsTheElasticOneWhereNothingSlides)
   options.probe = 1e-4;
   const auto plastic = probe<2>({state}, options, rve::Format::Double, 1, LOADING)[0];
   const auto stiff = probe(state, elastic());
-  // of rounding over a probe's spread, and of its square
+  // The tolerance is the rounding over the spread of a probe and its square.
   EXPECT_LT(relative_error(plastic.tangent, stiff.tangent), 1e-5);
   EXPECT_LT(plastic.nonlinearity, 1e-5);
 
@@ -349,7 +353,7 @@ TEST(TangentProbes, LoadingTangentIsTheElasticOneWhereNothingSlides)
   EXPECT_LT(relative_error(cubic.tangent, of_face_centred_cubes(springs_of(material))), 1e-4);
 }
 
-TEST(TangentProbes, TurnWithTheRve)
+TEST(TangentProbes, RotateWithTheRve)
 {
   const auto turned_packing = [](const rve::RveState &state, const Tensor2 &rotation) {
     RveRig rig(state);
@@ -373,18 +377,18 @@ TEST(TangentProbes, TurnWithTheRve)
             1e-8);
 }
 
-TEST(TangentProbes, OneThatCannotBeMeasuredSaysSoAndLeavesOthersAlone)
+TEST(TangentProbes, UnmeasurableTangentIsReportedAndChangesNoOther)
 {
   const rve::RveState lattice = hexagonal_lattice(paper_material(), RADIUS, OVERLAP);
   rve::RveState crushed = lattice;
-  for (double &r : crushed.radius) r *= 1.7;    // overlaps beyond what the engine takes
+  for (double &r : crushed.radius) r *= 1.7;    // overlaps beyond the limit of the engine
   const auto batch = probe<2>({crushed, lattice}, elastic());
   EXPECT_FALSE(batch[0].is_measured);
   EXPECT_NE(batch[0].status & rve::status::Fatal, 0u);
   EXPECT_EQ(batch[0].tangent.norm(), 0.0);
   EXPECT_TRUE(same_bits(batch[1], probe(lattice, elastic())));
 
-  EXPECT_FALSE(probe(lattice, loading()).is_measured);    // along no direction
+  EXPECT_FALSE(probe(lattice, loading()).is_measured);    // not measured along any direction
   const auto gas = probe(paper_gas(), elastic());
   EXPECT_TRUE(gas.is_measured);
   EXPECT_EQ(gas.tangent.norm(), 0.0);
@@ -397,7 +401,7 @@ TEST(TangentProbes, PortionsThatFitIntoMemoryGiveTheSameBits)
   other.material.tangential_stiffness *= 0.5;
   const std::vector<rve::RveState> states = {lattice, other, lattice};
   const auto at_once = probe<2>(states, elastic());
-  const Environment limit("GPU_RVE_MEMORY_LIMIT", "1");    // no two RVEs together
+  const Environment limit("GPU_RVE_MEMORY_LIMIT", "1");    // not enough for two RVEs
   const auto one_by_one = probe<2>(states, elastic());
   ASSERT_EQ(one_by_one.size(), 3u);
   for (int k = 0; k < 3; ++k) EXPECT_TRUE(same_bits(one_by_one[k], at_once[k])) << k;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One point of a law in space, for tests: strained step by step, or in a triaxial cell. Laws have one state variable there.
+// One point of a law in space for tests, strained step by step or in a triaxial cell. The laws have
+// one state variable.
 
 #pragma once
 
@@ -16,7 +17,7 @@ inline rve::Tensor3 diagonal(double x, double y, double z)
   return {{x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z}};
 }
 
-/// One point and what it remembers.
+/// One point and its state variables.
 template <class Law> struct Element {
   Law law;
   rve::Tensor3 stress;
@@ -48,7 +49,7 @@ inline rve::Tensor3 rotation_about(const rve::Vec<double, 3> &axis, double angle
   return turn;
 }
 
-/// A rotation by any angle about any axis.
+/// Returns a rotation by a random angle about a random axis.
 inline rve::Tensor3 any_rotation(std::mt19937 &random)
 {
   std::normal_distribution<double> normal;
@@ -57,10 +58,11 @@ inline rve::Tensor3 any_rotation(std::mt19937 &random)
   return rotation_about(axis, 3.0 * normal(random));
 }
 
-/// Shortens the z axis in steps while two lateral stresses are kept at -pressure by widening in x and y alike.
+/// Shortens the z axis in steps and keeps two lateral stresses at -pressure by equal strains along
+/// x and y.
 template <class Law> struct Triaxial {
   Element<Law> element;
-  double widening = 0.0;    ///< of x and of y, in the last step
+  double widening = 0.0;    ///< strain of x and y in the last step
 
   Triaxial(const Law &law, double pressure) :
       element(law, (-pressure) * rve::Tensor3::identity()), pressure_(pressure)

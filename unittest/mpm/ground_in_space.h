@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Ground in space with everything that a step knows: two laws, a square footing, a plate in the ground, two tractions, gravity,
-// initial stress, irregular velocities and all kinds of sides. Nothing of it is symmetric.
+// Ground in space with all features of a step: two laws, a square footing, a plate in the ground,
+// two tractions, gravity, initial stress, irregular velocities and all kinds of sides. The scene
+// has no symmetry.
 
 #pragma once
 
@@ -38,7 +39,7 @@ struct GroundInSpace {
   {
     using mpm::Face;
     using mpm::SideKind;
-    // faces of bodies are between rows of nodes, their sides on them
+    // Faces of bodies are between rows of nodes, and their sides are on rows.
     scene.add_block({{0.02, 0.0, 0.0}}, {{0.82, 0.7, SURFACE}}, 0.5 * CELL, 2000.0);
     const int ground = scene.size();
     scene.add_block({{0.2, 0.2, SURFACE}}, {{0.5, 0.5, SURFACE + CELL}}, CELL, 2000.0);
@@ -72,7 +73,7 @@ struct GroundInSpace {
     find_loads();
   }
 
-  /// Of the points that are in the scene now.
+  /// Finds the loads of the points that are in the scene now.
   void find_loads()
   {
     loads.assign(2, {});
@@ -88,7 +89,8 @@ struct GroundInSpace {
     }
   }
 
-  /// A solver that knows the laws and the velocities of the bodies. The ground must stay where it is.
+  /// Returns a solver with the laws and the velocities of the bodies. The ground must not be moved
+  /// in memory afterwards.
   mpm::MpmSolver<3> solver(const mpm::Communication &communication = {})
   {
     mpm::MpmSolver<3> made(options, communication);
@@ -97,7 +99,7 @@ struct GroundInSpace {
     return made;
   }
 
-  /// All that a solver says of forces and masses. All ranks ask together.
+  /// Returns all forces and masses of a solver. All ranks must call it together.
   std::vector<double> numbers(mpm::MpmSolver<3> &of)
   {
     std::vector<double> list = {of.max_unbalanced_force(), of.cfl_number(scene.view(), STEP)};
@@ -108,8 +110,7 @@ struct GroundInSpace {
     const mpm::Totals<3> totals = of.totals(scene.view());
     note(totals.momentum);
     list.insert(list.end(), {totals.mass, totals.kinetic_energy});
-    for (int n = 0; n < of.grid().node_count();
-         n += 17) {    // each question is a meeting of the ranks
+    for (int n = 0; n < of.grid().node_count(); n += 17) {    // each query synchronises the ranks
       note(of.node_force(of.grid().place(n)));
       list.push_back(of.node_mass(of.grid().place(n)));
     }

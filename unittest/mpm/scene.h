@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Material points for the tests of the solver: arrays, blocks of points, and a few ranks in one process.
+// Material points for tests of the solver: arrays, blocks of points, and several ranks in one
+// process.
 
 #pragma once
 
@@ -20,7 +21,7 @@ namespace mpm_test {
 using mpm::Vec2;
 using rve::Tensor2;
 
-/// Owns what a PointView points to.
+/// Owns the arrays that a PointView points to.
 template <int D> struct SceneOf : mpm::PointArrays<D> {
   using Vec = mpm::Vec<D>;
   using Tensor = mpm::Tensor<D>;
@@ -32,7 +33,7 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
 
   int size() const { return static_cast<int>(id.size()); }
 
-  /// In the plane of unit thickness.
+  /// Adds a point and returns its index; the thickness of the plane is one.
   int add(const Vec &place, const Vec &half, double density)
   {
     mpm::PointRecord<D> point = mpm::new_point<D>();
@@ -60,7 +61,8 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
     return add({{x, y}}, half, density);
   }
 
-  /// Fills [lo, hi] with boxes of the given width; those whose centre `inside(x, y)` or inside(x, y, z) accepts.
+  /// Fills [lo, hi] with boxes of the given width whose centres `inside(x, y)` or inside(x, y, z)
+  /// accepts.
   template <class Inside>
   void add_block(const Vec &lo, const Vec &hi, double width, double density, const Inside &inside)
   {
@@ -86,7 +88,7 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
     add_block(lo, hi, width, density, [](auto...) { return true; });
   }
 
-  /// All points begin to remember what a law does, at the stress that they have.
+  /// Initialises the state variables of a law for all points at their present stress.
   void begin_memory(const mpm::Constitutive<D> &law)
   {
     memory_width = static_cast<int>(law.state_variables().size());
@@ -95,7 +97,7 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
   }
   double *row(int p) { return memory.data() + p * memory_width; }
 
-  /// The same points in the given order.
+  /// Returns the same points in the given order.
   SceneOf selected(const std::vector<int> &order) const
   {
     SceneOf scene;
@@ -152,19 +154,21 @@ inline mpm::SolverOptions<2> grid_options(Vec2 lo, Vec2 hi, double cell_size)
   return grid_options_of<2>(lo, hi, cell_size);
 }
 
-/// Roller on every side but the upper one, which is free.
+/// Returns rollers on all sides except the upper one, which is free.
 inline std::array<mpm::SideKind, 4> box_open_above()
 {
   return {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Free};
 }
 
-/// Calls work(rank, communication) on `ranks` threads whose collective calls meet each other. An exception of one ends the others in
-/// their next call, as MPI_Abort would, and run() throws it.
+/// Calls work(rank, communication) on `ranks` threads whose collective calls synchronise. An
+/// exception of one thread ends the others in their next call, as MPI_Abort would, and run() throws
+/// it.
 class RankTeam {
  public:
   explicit RankTeam(int ranks) : ranks_(ranks), values_(ranks), sizes_(ranks), messages_(ranks) {}
 
-  /// Integers that each rank has given to sums so far, those in messages of all ranks, and calls of all kinds.
+  /// Counts of integers that each rank has given to sums, of integers in messages of all ranks, and
+  /// of calls of all kinds.
   std::size_t words_summed() const { return words_summed_; }
   std::size_t words_sent() const { return words_sent_; }
   std::size_t calls() const { return calls_; }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sides with dashpots after Lysmer & Kuhlemeyer: waves leave through them, energy never comes back, and what they take is on record.
+// Sides with dashpots after Lysmer & Kuhlemeyer: waves leave through them, energy does not return,
+// and the absorbed impulse is recorded.
 
 #include "scene.h"
 
@@ -20,18 +21,19 @@ constexpr double SHEAR = YOUNG / (2.0 * (1.0 + POISSON));
 constexpr double P_WAVE = 2.0 * SHEAR * (1.0 - POISSON) / (1.0 - 2.0 * POISSON);
 const double P_SPEED = std::sqrt(P_WAVE / DENSITY), S_SPEED = std::sqrt(SHEAR / DENSITY);
 
-constexpr int CELLS = 60;    // along the bar
+constexpr int CELLS = 60;    // number along the bar
 constexpr int WIDTH = 20;    // cells of the pulse
 constexpr double STRAIN = 1e-5;
 
-// The end of a chain of lumped masses m = ρ A h has the impedance ρ c A cos(kh/2), the dashpot ρ c A: waves of the number k come back with
-// tan²(kh/4). The spectrum of a pulse sin²(π x/w) ends, but for a per cent, at k = 4π/w.
+// The end of a chain of lumped masses m = ρ A h has the impedance ρ c A cos(kh/2) and the dashpot ρ
+// c A, so that waves of the number k are reflected with tan²(kh/4). The spectrum of a pulse sin²(π
+// x/w) ends, up to a per cent, at k = 4π/w.
 const double DISCRETISATION = std::pow(std::tan(PI / WIDTH), 2);
 
 enum class End { Free, Fixed, Absorbing, RollerAndDashpots };
 
-/// How much of the stress of a plane pulse comes back from a side, signed: of a compression wave, or of a shear wave polarised along another
-/// axis. The bar has two cells across.
+/// Returns the reflected share of the stress of a plane pulse at a side, signed, for a compression
+/// wave or a shear wave polarised along another axis. The bar has two cells across.
 template <int D> double reflected(End end, Face side, int polarisation, double misjudged = 1.0)
 {
   const int along = mpm::axis_of(side);
@@ -61,8 +63,9 @@ template <int D> double reflected(End end, Face side, int polarisation, double m
   options.sides.fill(SideKind::Roller);
   const auto face = static_cast<int>(side);
   if (is_shear) {
-    // the bar is a piece of a wide body: its sides across the polarisation move with the wave, and nothing moves along the bar there.
-    // Dashpots of a million times the speed hold what is at rest.
+    // The bar is a piece of a wide body: its sides across the polarisation move with the wave, and
+    // it does not move along the bar there. Dashpots for a million times the speed hold the resting
+    // parts.
     for (const int of_wave : {2 * polarisation, 2 * polarisation + 1}) {
       options.sides[of_wave] = SideKind::Free;
       options.dashpots[of_wave].tangential = 1e6 * c;
@@ -88,7 +91,7 @@ template <int D> double reflected(End end, Face side, int polarisation, double m
   return product / square;
 }
 
-/// Elastic and kinetic [energy].
+/// Returns the elastic and kinetic energy [energy].
 double energy(mpm::MpmSolver<2> &solver, mpm_test::Scene &scene)
 {
   double sum = solver.totals(scene.view()).kinetic_energy;
@@ -104,7 +107,7 @@ double energy(mpm::MpmSolver<2> &solver, mpm_test::Scene &scene)
   return sum;
 }
 
-/// A square of 16 cells with waves of every direction that its sides absorb.
+/// A square of 16 cells with waves of every direction, which its sides absorb.
 struct Square {
   static constexpr int CELLS = 16;
   mpm_test::Scene scene;
@@ -152,8 +155,8 @@ TEST(AbsorbingSide, LetsAShearWaveLeave)
     }
 }
 
-/// The same pulses come back whole from other sides.
-TEST(AbsorbingSide, IsNeitherFreeNorFixed)
+/// Free and fixed sides reflect the same pulses completely.
+TEST(AbsorbingSide, FreeAndFixedSidesReflectTheSamePulses)
 {
   for (const int polarisation : {0, 1}) {
     EXPECT_NEAR(reflected<2>(End::Free, Face::XHi, polarisation), -1.0, DISCRETISATION);
@@ -163,15 +166,15 @@ TEST(AbsorbingSide, IsNeitherFreeNorFixed)
   EXPECT_NEAR(reflected<3>(End::Fixed, Face::ZHi, 1), 1.0, DISCRETISATION);
 }
 
-TEST(AbsorbingSide, BesideARollerTakesShearWavesAlone)
+TEST(AbsorbingSide, DashpotsAtARollerAbsorbOnlyShearWaves)
 {
   EXPECT_NEAR(reflected<2>(End::RollerAndDashpots, Face::YLo, 1), 1.0, DISCRETISATION);
   EXPECT_LT(std::abs(reflected<2>(End::RollerAndDashpots, Face::YLo, 0)), DISCRETISATION);
 }
 
-TEST(AbsorbingSide, ReflectsByTheRatioOfImpedancesWhereSpeedsAreMisjudged)
+TEST(AbsorbingSide, WrongSpeedsReflectByTheRatioOfImpedances)
 {
-  // dashpots of n times the impedance: (n - 1)/(n + 1) of the stress comes back
+  // Dashpots of n times the impedance reflect (n - 1)/(n + 1) of the stress.
   for (const double n : {0.5, 2.0, 4.0}) {
     EXPECT_NEAR(reflected<2>(End::Absorbing, Face::XHi, 0, n), (n - 1.0) / (n + 1.0),
                 DISCRETISATION);
@@ -180,7 +183,7 @@ TEST(AbsorbingSide, ReflectsByTheRatioOfImpedancesWhereSpeedsAreMisjudged)
   }
 }
 
-TEST(AbsorbingSides, TakeEnergyAndGiveNone)
+TEST(AbsorbingSides, AbsorbEnergyAndReturnNone)
 {
   Square square;
   square.options.scheme = mpm::Scheme::Usavg;
@@ -193,18 +196,18 @@ TEST(AbsorbingSides, TakeEnergyAndGiveNone)
   double before = initial;
   for (int step = 1; step <= 4 * crossing; ++step) {
     solver.step(square.scene.view(), {}, dt);
-    if (step % 10 != 0) continue;    // a cell further
+    if (step % 10 != 0) continue;    // the number of steps for a cell
     const double now = energy(solver, square.scene);
     EXPECT_LT(now, before) << "step " << step;
     before = now;
     if (step % crossing != 0) continue;
     printf("%d crossings: %.1e of the energy is left\n", step / crossing, now / initial);
-    // every wave meets a side at 45 degrees or less, from which less than half of its energy comes back
+    // Every wave reaches a side at 45 degrees or less, which reflects less than half of its energy.
     EXPECT_LT(now, initial * std::pow(0.5, step / crossing));
   }
 }
 
-TEST(AbsorbingSides, FeelTheMomentumThatTheMaterialLoses)
+TEST(AbsorbingSides, ReceiveTheMomentumThatTheMaterialLoses)
 {
   for (const bool beside_others : {false, true}) {
     Square square;
@@ -217,7 +220,8 @@ TEST(AbsorbingSides, FeelTheMomentumThatTheMaterialLoses)
     mpm::MpmSolver<2> solver(square.options);
     solver.set_models({&square.law});
     const double dt = 0.3 * CELL / P_SPEED;
-    // round-off of sums over a thousand points, and far below the impulse of any node
+    // The tolerance is the round-off of sums over a thousand points and far below the impulse of
+    // any node.
     const double tolerance =
         1e-11 * DENSITY * square.options.hi[0] * square.options.hi[1] * STRAIN * P_SPEED;
     for (int step = 0; step < 20; ++step) {
@@ -231,7 +235,7 @@ TEST(AbsorbingSides, FeelTheMomentumThatTheMaterialLoses)
   }
 }
 
-TEST(AbsorbingSides, AreStableUpToACourantNumberOfOneOfTheirOwnSpeeds)
+TEST(AbsorbingSides, AreStableUpToACourantNumberOfOneForTheirSpeeds)
 {
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg}) {
     Square square;
@@ -250,12 +254,13 @@ TEST(AbsorbingSides, AreStableUpToACourantNumberOfOneOfTheirOwnSpeeds)
       EXPECT_LT(now, before) << "step " << step;
       before = now;
     }
-    // twice the impedance of compression waves, 3.5 times that of shear waves: a third and more than a half come back from a side
+    // At twice the impedance of compression waves and 3.5 times that of shear waves, a side
+    // reflects a third and more than a half.
     EXPECT_LT(before, 0.1 * initial);
   }
 }
 
-/// The side holds nothing by itself: a traction that balances the stress does.
+/// The side does not hold the ground; a traction that balances the stress does.
 TEST(AbsorbingSides, LeaveGroundAtRestUnderTheReactionOfItsStress)
 {
   constexpr double PRESSURE = 20e3;
@@ -279,13 +284,14 @@ TEST(AbsorbingSides, LeaveGroundAtRestUnderTheReactionOfItsStress)
   const double dt = 0.3 * CELL / P_SPEED;
   for (int step = 0; step < 100; ++step) solver.step(square.scene.view(), loads, dt);
 
-  // round-off of 1e-12 of the nodal forces, for 100 steps
+  // round-off of 1e-12 of the nodal forces for 100 steps
   const double speed = 1e-12 * PRESSURE * CELL / (0.25 * DENSITY * CELL * CELL) * 100 * dt;
   for (const double v : square.scene.velocity) EXPECT_LT(std::abs(v), 10.0 * speed);
 }
 
-/// Half of a traction on an absorbing side goes into its dashpots: 2 ρ c v sends a wave of the velocity v into the ground.
-TEST(AbsorbingSide, LetsAWaveInByATractionOfTwiceItsStress)
+/// Half of a traction on an absorbing side acts on its dashpots: 2 ρ c v sends a wave of the
+/// velocity v into the ground.
+TEST(AbsorbingSide, TractionOfTwiceTheStressSendsAWaveIntoTheGround)
 {
   mpm_test::Scene scene;
   scene.add_block({{0.0, 0.0}}, {{CELLS * CELL, CELL}}, 0.5 * CELL, DENSITY);
@@ -302,19 +308,19 @@ TEST(AbsorbingSide, LetsAWaveInByATractionOfTwiceItsStress)
   for (int p = 0; p < scene.size(); ++p)
     if (scene.position[3 * p] < 0.5 * CELL) loads[0].point_index.push_back(p);
   const double dt = 0.3 * CELL / P_SPEED;
-  const double rise = WIDTH * CELL / P_SPEED;    // smoothly, then constant
+  const double rise = WIDTH * CELL / P_SPEED;    // the traction rises smoothly and is then constant
   const double time = 3.0 * CELLS * CELL / P_SPEED;
   for (double t = 0.0; t < time; t += dt) {
     const double share = std::pow(std::sin(0.5 * PI * std::min(1.0, t / rise)), 2);
     loads[0].traction = {{2.0 * DENSITY * P_SPEED * velocity * share, 0.0}};
     solver.step(scene.view(), loads, dt);
   }
-  // it has left on the other side, and all moves with it
+  // The wave has left on the other side, and all points move with its velocity.
   for (int p = 0; p < scene.size(); ++p)
     EXPECT_NEAR(scene.velocity[3 * p], velocity, DISCRETISATION * velocity);
 }
 
-TEST(AbsorbingSide, RefusesWhatCannotBe)
+TEST(AbsorbingSide, RefusesInvalidOptions)
 {
   const auto message = [](SideKind kind, const mpm::Dashpots &dashpots) {
     mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.0, 1.0}}, CELL);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Boxes that follow the deformation of their points (cpgimp), and volumetric parts that are means over cells.
+// Boxes that follow the deformation of their points (cpgimp), and mean dilation over cells.
 
 #include "scene.h"
 
@@ -29,7 +29,8 @@ template <int D> Vec<D> uniform(double value)
   return v;
 }
 
-/// Σ N = 1, Σ N x = x and Σ x ⊗ ∇N = 1 over all parts of boxes that are stretched, sheared and turned, near the sides too.
+/// Expects Σ N = 1, Σ N x = x and Σ x ⊗ ∇N = 1 over all parts of boxes that are stretched, sheared
+/// and rotated, also near the sides.
 template <int D> void expect_linear_fields_are_reproduced()
 {
   const mpm::Grid<D> grid(uniform<D>(0.0), uniform<D>(1.0), CELL);
@@ -97,8 +98,9 @@ TEST(BoxesThatFollow, HaveTheSecondMomentsOfTheDeformedBox)
 
 namespace {
 
-/// A bar, one point per cell, that is drawn to `stretch` times its length: its points are given v = ε̇ x in every step, and what the grid
-/// makes of that is compared with e^(ε̇ t). The least and the largest stretch of a point over that, and of the stress over E ln λ.
+/// Stretches a bar of one point per cell to `stretch` times its length. Points have v = ε̇ x in
+/// every step, and the result of the grid is compared with e^(ε̇ t): the least and the largest
+/// stretch of a point over that, and of the stress over E ln λ.
 struct Bar {
   double least = 1e9, largest = 0.0;
 };
@@ -114,7 +116,7 @@ template <int D> Bar drawn_bar(ShapeFunction shape, double stretch)
   SceneOf<D> scene;
   hi[0] = 0.8;
   scene.add_block(uniform<D>(0.0), hi, CELL, DENSITY);
-  mpm::LinearElastic<D> law(1.0, 0.0);    // so soft that stresses move nothing
+  mpm::LinearElastic<D> law(1.0, 0.0);    // so soft that stresses do not move points
   MpmSolver<D> solver(options);
   solver.set_models({&law});
   const int steps = 400;
@@ -126,7 +128,7 @@ template <int D> Bar drawn_bar(ShapeFunction shape, double stretch)
     solver.step(scene.view(), {}, TIME_STEP);
   }
   Bar bar;
-  // beyond the last point is nothing to take a slope from: of the last two cells, say nothing
+  // The last two cells are omitted, since beyond the last point there is no value for a slope.
   for (int p = 0; p < scene.size() - 2; ++p) {
     const double made = scene.deformation_gradient[p](0, 0) / stretch;
     bar.least = std::min(bar.least, made);
@@ -138,7 +140,7 @@ template <int D> Bar drawn_bar(ShapeFunction shape, double stretch)
 
 }    // namespace
 
-TEST(BoxesThatFollow, BarDrawnToThreeTimesItsLengthStaysWhole)
+TEST(BoxesThatFollow, BarStretchedToThreeTimesItsLengthDoesNotFracture)
 {
   const Bar whole = drawn_bar<2>(ShapeFunction::Cpgimp, 3.0);
   const Bar in_space = drawn_bar<3>(ShapeFunction::Cpgimp, 3.0);
@@ -152,7 +154,7 @@ TEST(BoxesThatFollow, BarDrawnToThreeTimesItsLengthStaysWhole)
 
 namespace {
 
-/// A block of points with irregular places and an affine velocity.
+/// Returns a block of points at irregular positions with an affine velocity.
 template <int D> SceneOf<D> affine_block(const mpm::Tensor<D> &gradient)
 {
   SceneOf<D> scene;
@@ -224,7 +226,8 @@ template <int D> void expect_one_dilation_in_a_cell()
   }
 }
 
-/// Power of the nodal forces on a velocity field of the nodes = -Σ V σ : L, with the L that the law gets; a quadratic field.
+/// Expects that the power of the nodal forces on a quadratic velocity field of the nodes is -Σ V σ
+/// : L, with the L that the law gets.
 template <int D> void expect_forces_do_the_work_of_stresses()
 {
   SceneOf<D> scene;
@@ -263,7 +266,7 @@ template <int D> void expect_forces_do_the_work_of_stresses()
     of_forces += dot(solver.node_force(place), field(place));
   });
 
-  // the same by hand: cells hold whole boxes, two along each axis
+  // The reference sum: cells have whole boxes, two along each axis.
   double of_stresses = 0.0;
   std::vector<double> volume(grid.node_count(), 0.0), sum(grid.node_count(), 0.0);
   std::vector<mpm::Tensor<D>> gradient(scene.size());
@@ -315,7 +318,8 @@ TEST(MeanDilation, ForcesDoTheWorkOfTheStresses)
 
 namespace {
 
-/// Ground that yields under a footing, with boxes that follow and mean dilation: the same bits on ranks.
+/// Expects the same bits on ranks for ground that yields under a footing, with boxes that follow
+/// and mean dilation.
 template <int D> void expect_same_bits_on_ranks(ShapeFunction shape, mpm::Scheme scheme)
 {
   SceneOf<D> scene;
@@ -323,7 +327,7 @@ template <int D> void expect_same_bits_on_ranks(ShapeFunction shape, mpm::Scheme
   for (int p = 0; p < scene.size(); ++p)
     for (int a = 0; a < D; ++a) {
       scene.velocity[3 * p + a] = 0.3 * std::sin(1.7 * p + a);
-      // stretched as it is, a box reaches over several cells
+      // The box is stretched over several cells.
       scene.deformation_gradient[p](a, a) = a == 0 ? 2.7 : 0.8;
     }
   mpm::SolverOptions<D> options =

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A column of dry sand collapses: run-out and height of the deposit against the experiments' band.
+// Collapse of a column of dry sand: run-out and height of the deposit against the range of
+// experiments.
 
 #include "scene.h"
 
@@ -26,10 +27,11 @@ constexpr double CELL = 0.1;
 struct Deposit {
   double run_out;    ///< (L∞ - L0)/L0
   double height;     ///< H∞/L0, at the wall
-  double energy;     ///< kinetic over the initial potential one
+  double energy;     ///< kinetic energy over the initial potential energy
 };
 
-/// Plane column of the width L0 = 1 and the height H0 = 2 beside a smooth wall, on a rough base, suddenly released.
+/// Releases a plane column of the width L0 = 1 and the height H0 = 2 next to a smooth wall on a
+/// rough base.
 Deposit collapse(mpm::Constitutive<2> &law)
 {
   Scene scene;
@@ -43,14 +45,14 @@ Deposit collapse(mpm::Constitutive<2> &law)
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{6.0, 3.0}}, CELL);
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
-  options.flip = 0.999;    // 0.1 % of PIC per step brings the noise of flowing points to rest
+  options.flip = 0.999;    // 0.1 % of PIC per step damps the noise of flowing points
   MpmSolver solver(options);
   solver.set_models({&law});
   const double dt = 0.3 * CELL / std::sqrt(law.p_wave_modulus(0) / DENSITY);
   const double time = 8.0 * std::sqrt(HEIGHT / GRAVITY);
   for (double t = 0.0; t < time; t += dt) solver.step(scene.view(), {}, dt);
 
-  // the deposit ends where the first gap of a cell between its points is
+  // The deposit ends at the first gap of a cell between its points.
   std::vector<double> x;
   double top = 0.0;
   for (int p = 0; p < scene.size(); ++p) {
@@ -66,8 +68,9 @@ Deposit collapse(mpm::Constitutive<2> &law)
 
 }    // namespace
 
-// H0/L0 = 2: run-outs between 1.2 H0/L0 (Lube, Huppert, Sparks & Freundt 2005, Phys. Rev. E 72, 041301) and 1.8 H0/L0
-// (Lajeunesse, Monnier & Homsy 2005, Phys. Fluids 17, 103302), heights of 0.83 to 1.32 L0 in the same experiments.
+// For H0/L0 = 2 experiments have run-outs between 1.2 H0/L0 (Lube, Huppert, Sparks & Freundt 2005,
+// Phys. Rev. E 72, 041301) and 1.8 H0/L0 (Lajeunesse, Monnier & Homsy 2005, Phys. Fluids 17,
+// 103302), and heights of 0.83 to 1.32 L0.
 TEST(ColumnCollapse, RunOutAndHeightOfSandAreWithinTheBandOfExperiments)
 {
   mpm::MohrCoulomb<2> sand(STIFFNESS * WEIGHT, 0.3, 0.0, std::atan(0.5) * DEGREE, 0.0);
@@ -82,7 +85,7 @@ TEST(ColumnCollapse, RunOutAndHeightOfSandAreWithinTheBandOfExperiments)
   EXPECT_LT(deposit.height, 1.32);
 }
 
-TEST(ColumnCollapse, WithACoefficientOfFrictionOfTwoItIsNot)
+TEST(ColumnCollapse, FrictionOfTwoIsOutsideTheBandOfExperiments)
 {
   mpm::MohrCoulomb<2> rubble(STIFFNESS * WEIGHT, 0.3, 0.0, std::atan(2.0) * DEGREE, 0.0);
 

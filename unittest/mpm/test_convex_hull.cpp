@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The half spaces of the vertices of a convex body.
+// The half spaces of the convex hull of vertices.
 
 #include "mpm/convex_hull.h"
 
@@ -28,7 +28,8 @@ template <int D> std::vector<Vec<D>> random_points(int count, unsigned seed, dou
   return points;
 }
 
-/// Of the hull, a plane with this normal at this distance from the origin of the vertices.
+/// Returns true if the hull has a plane with this normal at this distance from the origin of the
+/// vertices.
 template <int D> bool has_plane(const ConvexHull<D> &hull, const Vec<D> &normal, double distance)
 {
   return std::any_of(hull.sides.begin(), hull.sides.end(), [&](const auto &side) {
@@ -88,7 +89,7 @@ TEST(ConvexHull, HasAllFacesOfRandomPointsAndNoOther)
   }
 }
 
-TEST(ConvexHull, PointsInsideAndOnFacesChangeNothing)
+TEST(ConvexHull, PointsInsideAndOnFacesDoNotChangeTheHull)
 {
   std::vector<Vec<3>> vertices;
   for (int corner = 0; corner < 8; ++corner)
@@ -112,7 +113,7 @@ TEST(ConvexHull, PointsInsideAndOnFacesChangeNothing)
 
 TEST(ConvexHull, FacesWithManyVerticesAreOneFace)
 {
-  // a dodecahedron, and a prism of 24 sides as a script has it, with six digits
+  // The bodies are a dodecahedron and a prism of 24 sides with six digits, as in a script.
   const double golden = 0.5 * (1.0 + std::sqrt(5.0));
   std::vector<Vec<3>> dodecahedron, prism;
   for (const double i : {-1.0, 1.0})
@@ -131,9 +132,9 @@ TEST(ConvexHull, FacesWithManyVerticesAreOneFace)
   EXPECT_EQ(convex_hull(prism, "body").sides.size(), 26u);
 }
 
-TEST(ConvexHull, GoesOnBehindASideWithItsWidthThere)
+TEST(ConvexHull, ContinuesBeyondAPlaneWithTheWidthAtThePlane)
 {
-  // half of a wedge, cut at x = 0: its tip goes on as a flat edge, not as a longer tip
+  // Half of a wedge is cut at x = 0: its tip continues as a flat edge and not as a longer tip.
   ConvexHull<2> half = convex_hull<2>({{{0.0, 0.0}}, {{1.0, 2.0}}, {{0.0, 2.0}}}, "body");
   const auto cut = std::find_if(half.sides.begin(), half.sides.end(),
                                 [](const auto &side) { return side.plane.normal[0] == -1.0; });
@@ -145,7 +146,7 @@ TEST(ConvexHull, GoesOnBehindASideWithItsWidthThere)
   EXPECT_TRUE(has_plane<2>(half, {{0.0, -1.0}}, 0.0));
   EXPECT_TRUE(has_plane<2>(half, {{0.0, 1.0}}, 2.0));
 
-  // a quarter of a pyramid on its tip, cut at x = 0 and y = 0
+  // A quarter of a pyramid on its tip is cut at x = 0 and y = 0.
   ConvexHull<3> quarter = convex_hull<3>({{{0.0, 0.0, 0.0}},
                                           {{0.0, 0.0, 2.0}},
                                           {{1.0, 0.0, 2.0}},
@@ -167,7 +168,7 @@ TEST(ConvexHull, GoesOnBehindASideWithItsWidthThere)
       }
 }
 
-TEST(ConvexHull, RefusesWhatEnclosesNothing)
+TEST(ConvexHull, RefusesPointsWithoutVolume)
 {
   const auto message = [](const auto &vertices) {
     try {

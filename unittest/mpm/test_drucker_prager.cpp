@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Drucker-Prager and von Mises, in space and in plane strain: where stresses return to, and paths against closed forms.
+// Drucker-Prager and von Mises in space and in plane strain: the return of stresses, and paths
+// against closed forms.
 
 #include "mpm/drucker_prager.h"
 
@@ -31,7 +32,7 @@ double sine(double degrees)
   return std::sin(degrees * PI / 180.0);
 }
 
-/// α of an angle.
+/// Returns α for an angle.
 double slope(double degrees)
 {
   return 2.0 * sine(degrees) / (std::sqrt(3.0) * (3.0 - sine(degrees)));
@@ -68,7 +69,8 @@ TEST(DruckerPrager, DrainedTriaxialCompressionHasTheStrengthOfMohrCoulomb)
 
 TEST(DruckerPrager, DrainedTriaxialExtensionIsStrongerThanMohrCoulomb)
 {
-  // sqrt(J2) = (p - σ)/sqrt(3) and I1 = -2 p - σ for the axial pressure σ: the other meridian of the cone, with the same slope
+  // With the axial pressure σ, sqrt(J2) = (p - σ)/sqrt(3) and I1 = -2 p - σ. This is the other
+  // meridian of the cone, with the same slope.
   const double pressure = 100e3, friction = 30.0, a = slope(friction), step = 1e-4;
   Triaxial test({YOUNG, POISSON, 0.0, friction, 0.0}, pressure);
 
@@ -80,7 +82,7 @@ TEST(DruckerPrager, DrainedTriaxialExtensionIsStrongerThanMohrCoulomb)
   EXPECT_LT(axial, pressure * (1.0 - sine(friction)) / (1.0 + sine(friction)));
 }
 
-TEST(DruckerPrager, AnyTrialEndsOnTheConeWithItsDirectionOrAtTheApex)
+TEST(DruckerPrager, TrialStressReturnsToTheConeOrTheApex)
 {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(-1e-2, 1e-2);
@@ -123,7 +125,7 @@ TEST(DruckerPrager, AnyTrialEndsOnTheConeWithItsDirectionOrAtTheApex)
 
 TEST(DruckerPrager, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEnergyNorm)
 {
-  // (σ_t - σ):C⁻¹(τ - σ) <= 0 for all admissible τ: the cone is convex
+  // The cone is convex: (σ_t - σ):C⁻¹(τ - σ) <= 0 for all admissible τ.
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   const double cohesion = 0.4e5, friction = 25.0, size = 3e5;
@@ -136,7 +138,7 @@ TEST(DruckerPrager, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEnergy
   for (int n = 0; n < 300; ++n) {
     Element element(law, any_stress());
     const Tensor3 trial = element.stress;
-    element.deform(Tensor3::identity());    // an increment of nothing returns the stress
+    element.deform(Tensor3::identity());    // an increment of zero returns the stress
     const Tensor3 relaxed = trial - element.stress;
     const Tensor3 plastic = (1.0 / (2.0 * SHEAR)) *
         (relaxed - (POISSON / (1.0 + POISSON) * trace(relaxed)) * Tensor3::identity());
@@ -151,7 +153,7 @@ TEST(DruckerPrager, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEnergy
   }
 }
 
-TEST(DruckerPrager, WithoutFrictionIsVonMisesOfTheShearStrengthThatTriaxialTestsSay)
+TEST(DruckerPrager, WithoutFrictionIsVonMisesWithTheTriaxialStrength)
 {
   // σ1 - σ3 = 2 c in a triaxial test: sqrt(J2) = 2 c/sqrt(3), the shear stress in simple shear
   const double cohesion = 10e3, strength = 2.0 * cohesion / std::sqrt(3.0);
@@ -183,7 +185,7 @@ TEST(DruckerPrager, PlaneStrainIsTheLawOfSpace)
     law.update(1, &point, &increment, 1.0, &stress, {memory, 2});
     element.deform(rve::in_plane_strain<3>(increment));
 
-    // round-off of a thousand steps, of stresses of order 1e5
+    // round-off of a thousand steps of stresses of order 1e5
     for (int a = 0; a < 2; ++a)
       for (int b = 0; b < 2; ++b) ASSERT_NEAR(element.stress(a, b), stress(a, b), 1e-6);
     ASSERT_NEAR(element.stress(2, 2), memory[DruckerPrager<2>::OutOfPlaneStress], 1e-6);
@@ -193,9 +195,10 @@ TEST(DruckerPrager, PlaneStrainIsTheLawOfSpace)
   EXPECT_GT(element.plastic_strain(), 0.05) << "it did yield";
 }
 
-TEST(DruckerPrager, ChosenForPlaneStrainFailsThereAsMohrCoulomb)
+TEST(DruckerPrager, PlaneStrainMatchFailsAsMohrCoulomb)
 {
-  // α = tan φ'/sqrt(9 + 12 tan² φ'), k = 3 c'/sqrt(9 + 12 tan² φ') with associated flow (Drucker & Prager 1952): theory_mpm.rst
+  // α = tan φ'/sqrt(9 + 12 tan² φ'), k = 3 c'/sqrt(9 + 12 tan² φ') with associated flow (Drucker &
+  // Prager 1952): theory_mpm.rst
   const double friction = 30.0, cohesion = 5e3, pressure = 20e3;
   const double tangent = std::tan(friction * PI / 180.0),
                root = std::sqrt(9.0 + 12.0 * tangent * tangent);
@@ -231,7 +234,7 @@ TEST(DruckerPrager, ChosenForPlaneStrainFailsThereAsMohrCoulomb)
       << "strains of 4 %: D_zz is 0, the plastic one goes there with the elastic one's rest";
 }
 
-TEST(DruckerPrager, TurnedHistoryGivesTheTurnedStress)
+TEST(DruckerPrager, RotatedHistoryGivesTheRotatedStress)
 {
   std::mt19937 random(5);
   const Tensor3 Q = any_rotation(random), initial = diagonal(-20e3, -30e3, -25e3);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Points to nodes in two and three dimensions: what the integer sums keep exactly, and what is interpolated exactly.
+// Transfer from points to nodes in two and three dimensions: exact conservation by integer sums,
+// and exact interpolation.
 
 #include "mpm/grid_transfer.h"
 
@@ -14,7 +15,7 @@ namespace {
 
 constexpr int POINTS = 500;
 
-/// In D dimensions, for both shape functions.
+/// Transfers in D dimensions for both shape functions.
 template <class Dimension> class Transfer : public testing::Test {
  protected:
   static constexpr int D = Dimension::value;
@@ -30,7 +31,8 @@ template <class Dimension> class Transfer : public testing::Test {
   }
   const mpm::Grid<D> grid = make_grid();
 
-  /// Weights of random points, and of points on nodes, edges and corners of the grid; places get the points.
+  /// Returns weights of random points and of points on nodes, edges and corners of the grid;
+  /// `places` gets the positions.
   std::vector<Support> supports(ShapeFunction shape, std::vector<Vec> *places = nullptr) const
   {
     std::mt19937 random(1);
@@ -92,7 +94,7 @@ TYPED_TEST(Transfer, WeightsAreAPartitionOfUnityWithLinearCompleteness)
       EXPECT_EQ(nodes, D == 2 ? 9 : 27);
       EXPECT_NEAR(unity, 1.0, 1e-14) << "a few operations on numbers of order 1";
       for (int a = 0; a < D; ++a) {
-        // linear functions keep 2^-24 cells away from nodes
+        // Linear functions keep a distance of 2^-24 cells from nodes.
         EXPECT_NEAR(place[a], places[p][a], shape == ShapeFunction::Gimp ? 1e-14 : 0x1p-25);
         EXPECT_NEAR(none[a], 0.0, 1e-13) << "of slopes up to 2";
         for (int b = 0; b < D; ++b)
@@ -125,7 +127,7 @@ TYPED_TEST(Transfer, NodesHoldTheRoundedMassOfThePointsToTheLastBit)
   }
 }
 
-TYPED_TEST(Transfer, InternalForcesOfAPointAddUpToNothingToTheLastBit)
+TYPED_TEST(Transfer, InternalForcesOfAPointSumToZeroToTheLastBit)
 {
   constexpr int D = TestFixture::D;
   for (const ShapeFunction shape : this->SHAPES) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A scene in space with everything: bits that do not depend on threads, order and ranks, no preferred axis, and the balance of forces.
+// A scene in space with all features: bits do not depend on threads, order and ranks; no axis is
+// preferred; forces balance.
 
 #include "ground_in_space.h"
 
@@ -19,7 +20,7 @@ namespace {
 
 constexpr int STEPS = 12;
 
-/// What steps have made of the points, in the order of their ids, and what the solver says.
+/// Points after some steps in the order of their ids, and the forces and masses of the solver.
 struct Outcome {
   Scene scene;
   std::vector<double> numbers;
@@ -64,7 +65,7 @@ class BitsInSpace : public testing::TestWithParam<Method> {
     return outcome_of(ground, steps);
   }
 
-  /// The same with points on ranks by rank_of(p, place).
+  /// Expects the same result with points on the ranks rank_of(p, place).
   template <class RankOf>
   void expect_of_ranks(const Outcome &reference, int ranks, const RankOf &rank_of,
                        int steps = STEPS)
@@ -113,7 +114,8 @@ TEST_P(BitsInSpace, DoNotDependOnTheNumberOfThreads)
 TEST_P(BitsInSpace, DoNotDependOnRanks)
 {
   const Outcome reference = alone();
-  // from everywhere, with a rank that has none; slabs across each axis
+  // Points of each rank are everywhere, and one rank has none; then ranks have slabs across each
+  // axis.
   expect_of_ranks(reference, 3, [](int p, const double *) { return p * 7 / 3 % 2; });
   expect_of_ranks(reference, 2, [](int, const double *x) {
     return x[2] < GroundInSpace::SURFACE - GroundInSpace::CELL ? 0 : 1;
@@ -126,7 +128,8 @@ TEST_P(BitsInSpace, DoNotDependOnRanks)
   });
 }
 
-/// A rank beside the border of which the other one has only one node of the two that a face ties together.
+/// A rank is next to a border, where the other one has only one of the two nodes that a face ties
+/// together.
 TEST_P(BitsInSpace, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 2;
@@ -146,7 +149,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Method{Scheme::Usavg, ShapeFunction::Linear, 0.1, 0.99, true, true},
                     Method{Scheme::Musl, ShapeFunction::Gimp, 0.0, 0.99, false, true, true}));
 
-TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheExchangedAndMirroredMotion)
+TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheSameMotion)
 {
   for (const Method &method :
        {Method{Scheme::Musl, ShapeFunction::Gimp, 0.1, 0.99, true, true},
@@ -158,7 +161,7 @@ TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheExchangedAndMirroredMotion)
     const int axes[][3] = {{1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {0, 1, 2}};
     const double signs[][3] = {{1, 1, 1}, {-1, 1, -1}, {1, -1, 1}, {-1, -1, -1}};
     for (int k = 0; k < 4; ++k) {
-      // x becomes ± axis to[0], and so on; the mirrors are the coordinate planes
+      // x becomes ± axis to[0], and so on; mirrors are the coordinate planes.
       const int *to = axes[k];
       const double *sign = signs[k];
       const auto turned = [&](const Vec3 &v) {
@@ -209,7 +212,7 @@ TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheExchangedAndMirroredMotion)
 
       const std::vector<double> position = turned_rows(expected.scene.position);
       const std::vector<double> velocity = turned_rows(expected.scene.velocity);
-      // round-off of 12 steps: of velocities of order 0.1, of stresses of order 1e5
+      // round-off of 12 steps of velocities of order 0.1 and stresses of order 1e5
       for (std::size_t i = 0; i < position.size(); ++i) {
         ASSERT_NEAR(found.scene.position[i], position[i], 1e-12) << "exchange " << k;
         ASSERT_NEAR(found.scene.velocity[i], velocity[i], 1e-10) << "exchange " << k;
@@ -226,7 +229,7 @@ TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheExchangedAndMirroredMotion)
 TEST(BalanceInSpace, MomentumChangesByGravityTractionsAndReactions)
 {
   for (const double flip : {1.0, 0.6})
-    for (const int kind : {0, 1, 2}) {    // of bodies: rough, smooth, smooth and round
+    for (const int kind : {0, 1, 2}) {    // kinds of bodies: rough, smooth, smooth and round
       GroundInSpace ground(
           {Scheme::Musl, ShapeFunction::Gimp, 0.1, flip, kind == 0, true, kind == 2});
       mpm::MpmSolver<3> solver = ground.solver();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Nodes that a side or a body holds: points beside them feel what forces do, and walls and bodies feel what points lose.
+// Nodes that a side or a body holds: points near them still feel forces, and walls and bodies get
+// the momentum that points lose.
 
 #include "scene.h"
 
@@ -31,10 +32,11 @@ struct Strip {
   Wall wall;
   Scheme scheme;
   int points;     ///< along the edge of a cell
-  double part;    ///< of the usual time step
+  double part;    ///< fraction of the usual time step
 };
 
-/// How far the top of a strip of sand, some cells wide and 2 high beside a wall, has fallen when a free body has fallen by 0.8.
+/// Returns the fall of the top of a strip of sand, some cells wide and 2 high next to a wall, while
+/// a free body falls by 0.8.
 double fall_beside_a_wall(const Strip &strip, int cells)
 {
   const double left = 2.0 * CELL, height = 2.0, time = 0.4;
@@ -76,7 +78,7 @@ double fall_beside_a_wall(const Strip &strip, int cells)
 
 class StripOfSand : public testing::TestWithParam<Strip> {};
 
-/// Strain energy of the points in plane strain; uniform thickness 1.
+/// Returns the strain energy of the points in plane strain with a thickness of 1.
 double strain_energy(const Scene &scene, double young, double poisson)
 {
   double sum = 0.0;
@@ -92,9 +94,10 @@ double strain_energy(const Scene &scene, double young, double poisson)
 
 }    // namespace
 
-// Sand of cohesion zero that nothing holds from the side has no strength: what is above falls freely. The stress of the side that
-// accelerates the foot of the strip outwards holds it back by less than 1/20, in strips of one cell as in wider ones. (One point
-// across a strip that no wall holds cannot say how fast it becomes wider: with separation it wants two.)
+// Sand without cohesion and lateral support has no strength, so the material above falls freely.
+// The lateral stress that accelerates the foot of the strip outwards delays the fall by less than
+// 1/20, in strips of one cell and in wider ones. (One point across a strip without a wall does not
+// resolve its widening: with separation it needs two.)
 TEST_P(StripOfSand, FallsFreely)
 {
   const double free_fall = 0.5 * GRAVITY * 0.4 * 0.4;
@@ -112,7 +115,8 @@ INSTANTIATE_TEST_SUITE_P(, StripOfSand,
                                          Strip{Wall::Body, Scheme::Usavg, 2, 1.0},
                                          Strip{Wall::BodyThatSeparates, Scheme::Musl, 2, 1.0}));
 
-// An elastic block that falls on a smooth side bounces off: the side does no work. FLIP and the time step cost 1 to 2 %.
+// An elastic block that falls on a smooth side rebounds, since the side does no work. FLIP and the
+// time step cost 1 to 2 %.
 TEST(HeldNodes, TakeNoEnergyFromAnElasticBlock)
 {
   for (const int points : {1, 2})
@@ -137,8 +141,8 @@ TEST(HeldNodes, TakeNoEnergyFromAnElasticBlock)
     }
 }
 
-// Reactions, body forces and damping are the change of the momentum of all points, whatever holds nodes and whatever share of PIC
-// there is.
+// Reactions, body forces and damping equal the change of momentum of all points, for any kind of
+// held nodes and any share of PIC.
 TEST(HeldNodes, ReactionsAndForcesAreTheChangeOfMomentum)
 {
   for (const double flip : {1.0, 0.9, 0.0})
@@ -180,7 +184,7 @@ TEST(HeldNodes, ReactionsAndForcesAreTheChangeOfMomentum)
             solver.set_models({&law});
 
             for (int step = 0; step < 60; ++step) {
-              // down, to the side, and off again
+              // The body moves down, sideways, and off again.
               solver.set_body_velocity(
                   0, {{0.2 * std::sin(0.1 * step), 0.4 * std::sin(0.2 * step) - 0.1}});
               const mpm::Totals<2> before = solver.totals(scene.view());
@@ -197,9 +201,9 @@ TEST(HeldNodes, ReactionsAndForcesAreTheChangeOfMomentum)
           }
 }
 
-TEST(HeldNodes, ABodyThatStartsTakesItsMaterialAlong)
+TEST(HeldNodes, AcceleratingBodyMovesItsMaterial)
 {
-  // a block that stands on a smooth plate, which moves upwards with a constant acceleration: in the mean it pushes with m a
+  // A smooth plate moves a block upwards with a constant acceleration; its mean force is m a.
   const double dt = 5e-4, acceleration = 5.0;
   mpm::LinearElastic<2> law(YOUNG, 0.3);
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 4.8}}, CELL);
@@ -230,9 +234,9 @@ TEST(HeldNodes, ABodyThatStartsTakesItsMaterialAlong)
   for (int p = 0; p < block; ++p) EXPECT_NEAR(scene.velocity[3 * p + 1], velocity, 0.05 * velocity);
 }
 
-TEST(HeldNodes, ABlockThatFliesWithABodyFeelsNothing)
+TEST(HeldNodes, BlockThatMovesWithABodyHasNoForce)
 {
-  // and neither does the body, in whatever frame it is looked at
+  // A moving body does no work either, in any frame of reference.
   mpm::LinearElastic<2> law(YOUNG, 0.3);
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 2.4}}, CELL);
   options.rigid_bodies.resize(1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What points carry: their fields, and what laws remember, in rows as the layout says, begun by the
-// law, and advanced where they are.
+// Data of points: their fields, and the state variables of laws in rows of the layout, which the
+// law initialises and advances in place.
 
 #include "mpm/law_table.h"
 #include "mpm/memory_layout.h"
@@ -66,9 +66,10 @@ TEST(MemoryLayout, RowsBeginWithTheStateVariablesOfTheLaw)
   EXPECT_EQ(layout.names(0), "");
 }
 
-TEST(MemoryRows, ALawTouchesTheRowsOfItsPointsAndInThemItsOwnVariables)
+TEST(MemoryRows, LawWritesOnlyItsVariablesOfItsPoints)
 {
-  // rows wider than the law needs, with a number beyond and rows of other points that must stay
+  // The rows are wider than the law needs, with an additional number and rows of other points that
+  // must not change.
   const double other = 17.0;
   for (const mpm::LawEntry<2> &entry : mpm::law_table<2>()) {
     if (entry.word != "mohr_coulomb") continue;
@@ -96,7 +97,7 @@ TEST(MemoryRows, ALawTouchesTheRowsOfItsPointsAndInThemItsOwnVariables)
   }
 }
 
-TEST(PointFields, MoveFromRecordToRecordAndAreSeenInAView)
+TEST(PointFields, AreCopiedBetweenRecordsAndVisibleInAView)
 {
   mpm::PointArrays<2> points;
   points.resize(2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mohr-Coulomb and Tresca in plane strain: where stresses return to, and what an element test gives.
+// Mohr-Coulomb and Tresca in plane strain: the return of stresses, and element tests.
 
 #include "mpm/mohr_coulomb.h"
 #include "support/messages.h"
@@ -23,7 +23,7 @@ double sine(double degrees)
   return std::sin(degrees * PI / 180.0);
 }
 
-/// One point and what it remembers.
+/// One point and its state variables.
 struct Element {
   MohrCoulomb law;
   Tensor2 stress;
@@ -42,7 +42,8 @@ struct Element {
   }
 };
 
-/// The return for c [stress] and angles [degrees], E = 1, made as the law makes it.
+/// Returns the return mapping for c [stress] and angles [degrees] with E = 1, constructed as in the
+/// law.
 MohrCoulombReturn return_for(double cohesion, double friction, double dilation)
 {
   MohrCoulombReturn mapping;
@@ -54,7 +55,7 @@ MohrCoulombReturn return_for(double cohesion, double friction, double dilation)
   return mapping;
 }
 
-/// C⁻¹ σ of isotropic elasticity with E = 1, in principal axes.
+/// Computes C⁻¹ σ of isotropic elasticity with E = 1 in principal axes.
 void strain_of(const double *stress, double *strain)
 {
   const double sum = stress[0] + stress[1] + stress[2];
@@ -72,8 +73,9 @@ MohrCoulombReturn::Principal sorted(double a, double b, double c)
 
 TEST(MohrCoulombReturn, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEnergyNorm)
 {
-  // σ is the projection of the trial σ_t on the convex set of admissible stresses if, and only if,
-  // (σ_t - σ)·C⁻¹(τ - σ) <= 0 for all admissible τ: one test of plane, edges and apex
+  // σ is the projection of the trial stress σ_t on the convex set of admissible stresses if and
+  // only if (σ_t - σ)·C⁻¹(τ - σ) <= 0 for all admissible τ. This tests plane, edges and apex
+  // together.
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-3.0, 3.0);
   int plane = 0, edge = 0, apex = 0;
@@ -110,7 +112,8 @@ TEST(MohrCoulombReturn, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEn
 
 TEST(MohrCoulombReturn, PlasticStrainFollowsThePotential)
 {
-  // on a plane Δε^p = Δλ (m, 0, -1) with Δλ > 0; on the edges a mixture of two of that kind
+  // On a plane Δε^p = Δλ (m, 0, -1) with Δλ > 0; on the edges it is a combination of two such
+  // increments.
   const MohrCoulombReturn mapping = return_for(0.4, 30.0, 10.0);
   const double m = mapping.dilatancy_ratio;
   std::mt19937 random(2);
@@ -130,7 +133,7 @@ TEST(MohrCoulombReturn, PlasticStrainFollowsThePotential)
       EXPECT_NEAR(plastic[0], -m * plastic[2], 1e-14);
     } else {
       ++edges;
-      // tensile parts m times the compressive one, and each part of the right sign
+      // The tensile parts are m times the compressive one, and each part has the right sign.
       const bool compression = stress.value[0] == stress.value[1];
       const double tensile = plastic[0] + (compression ? plastic[1] : 0.0);
       const double compressive = -plastic[2] - (compression ? 0.0 : plastic[1]);
@@ -144,13 +147,13 @@ TEST(MohrCoulombReturn, PlasticStrainFollowsThePotential)
 
 TEST(MohrCoulomb, PlaneStrainCompressionYieldsAtTheRatioOfPrincipalStresses)
 {
-  // lateral stress kept at -p by letting the element widen: σ_yy = -(k p + s)
+  // The element widens to keep the lateral stress at -p: σ_yy = -(k p + s).
   const double pressure = 20e3, cohesion = 5e3, friction = 23.7;
   const double k = (1.0 + sine(friction)) / (1.0 - sine(friction));
   for (const double dilation : {0.0, 10.0, 23.7}) {
     Element element({YOUNG, POISSON, cohesion, friction, dilation},
                     {{-pressure, 0.0, 0.0, -pressure}});
-    double widening = 0.0;    // strain per step, of the last step
+    double widening = 0.0;    // strain of the last step
     for (int step = 0; step < 400; ++step) {
       const double axial = 1e-4;
       Element before = element;
@@ -164,7 +167,7 @@ TEST(MohrCoulomb, PlaneStrainCompressionYieldsAtTheRatioOfPrincipalStresses)
     }
     const double strength = 2.0 * cohesion * std::sqrt(k);
     EXPECT_NEAR(element.stress(1, 1), -(k * pressure + strength), 1e-6 * k * pressure);
-    // at failure the plane of zz flows not: widening / shortening = m
+    // At failure the plane of zz does not flow: widening / shortening = m.
     const double m = (1.0 + sine(dilation)) / (1.0 - sine(dilation));
     EXPECT_NEAR(widening / 1e-4, m, 1e-3 * m) << "strains per step of 1e-4";
     EXPECT_GT(element.out_of_plane_stress(), element.stress(1, 1));
@@ -182,7 +185,8 @@ TEST(MohrCoulomb, TrescaShearsAtItsCohesion)
               cohesion, 1e-9 * cohesion);
   EXPECT_NEAR(0.5 * (element.stress(0, 0) + element.stress(1, 1)), -5e3, 1e-3 * cohesion)
       << "no dilation; D of Hughes-Winget has a trace of the order of the step squared";
-  // elastic up to γ = c/G, then all of it is plastic: dε^p = dγ/2 (e_x e_y + e_y e_x), sqrt(2/3 dε^p:dε^p) = dγ/sqrt(3)
+  // Strain is elastic up to γ = c/G and then plastic: dε^p = dγ/2 (e_x e_y + e_y e_x), sqrt(2/3
+  // dε^p:dε^p) = dγ/sqrt(3).
   const double shear_modulus = YOUNG / 2.6;
   EXPECT_NEAR(element.plastic_strain(), (0.1 - cohesion / shear_modulus) / std::sqrt(3.0),
               0.01 * 0.1 / std::sqrt(3.0));
@@ -206,7 +210,7 @@ TEST(MohrCoulomb, UniaxialTensionEndsAtTheUniaxialStrengthAndIsotropicTensionAtT
   EXPECT_LT(above.value[0], 1.01 * 2.0 * cohesion / std::sqrt(3.0));
   EXPECT_NEAR(mapping.yield(above), 0.0, 1e-9 * cohesion);
 
-  // without cohesion a point under tension has no stress at all
+  // Without cohesion a point under tension has no stress.
   Element dry({YOUNG, POISSON, 0.0, friction, 0.0}, {{-1e3, 0.0, 0.0, -1e3}});
   dry.deform({{1.01, 0.0, 0.0, 1.01}});
   EXPECT_EQ(dry.stress(0, 0), 0.0);
@@ -215,7 +219,8 @@ TEST(MohrCoulomb, UniaxialTensionEndsAtTheUniaxialStrengthAndIsotropicTensionAtT
 
 TEST(MohrCoulomb, ElasticCycleCreatesNoEnergyAndPlasticCyclesDissipate)
 {
-  // a closed square path in (ε_xx, ε_xy); the work of a small elastic one is a round-off of its largest part
+  // The path is a closed square in (ε_xx, ε_xy). The work of a small elastic cycle is round-off,
+  // relative to its largest part.
   const auto cycle = [](Element &element, double size, double &largest) {
     double work = 0.0;
     largest = 0.0;
@@ -252,7 +257,7 @@ TEST(MohrCoulomb, ElasticCycleCreatesNoEnergyAndPlasticCyclesDissipate)
   }
 }
 
-TEST(MohrCoulomb, TurnedHistoryGivesTheTurnedStress)
+TEST(MohrCoulomb, RotatedHistoryGivesTheRotatedStress)
 {
   const double angle = 0.7;
   const Tensor2 turn = {{std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)}};
@@ -276,12 +281,12 @@ TEST(MohrCoulomb, TurnedHistoryGivesTheTurnedStress)
   EXPECT_NEAR(turned.out_of_plane_stress(), upright.out_of_plane_stress(), 1e-9 * 30e3);
   EXPECT_NEAR(turned.plastic_strain(), upright.plastic_strain(), 1e-12);
 
-  // rigid rotation of a stress on the yield surface: nothing flows
+  // A rigid rotation of a stress on the yield surface causes no plastic flow.
   Element spinning = upright;
   const double before = spinning.plastic_strain();
   for (int step = 0; step < 100; ++step)
     spinning.deform(
-        {{std::cos(0.1), -std::sin(0.1), std::sin(0.1), std::cos(0.1)}});    // 10 rad in all
+        {{std::cos(0.1), -std::sin(0.1), std::sin(0.1), std::cos(0.1)}});    // 10 rad in total
   EXPECT_NEAR(spinning.plastic_strain(), before, 1e-13);
   EXPECT_NEAR(spinning.law.yield(spinning.stress, spinning.memory),
               upright.law.yield(upright.stress, upright.memory), 1e-9 * 30e3);

@@ -30,7 +30,7 @@ using mpm_test::diagonal;
 using Element = mpm_test::Element<MohrCoulomb<3>>;
 using Triaxial = mpm_test::Triaxial<MohrCoulomb<3>>;
 
-/// (1 + sin)/(1 - sin) of an angle [degrees].
+/// Returns (1 + sin)/(1 - sin) of an angle [degrees].
 double ratio(double degrees)
 {
   return (1.0 + sine(degrees)) / (1.0 - sine(degrees));
@@ -38,7 +38,7 @@ double ratio(double degrees)
 
 }    // namespace
 
-TEST(PrincipalAxes, ComposeTheTensorAndAreAtRightAnglesAlsoWhereValuesAreEqual)
+TEST(PrincipalAxes, ComposeTheTensorAndAreOrthogonalForEqualValues)
 {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -77,7 +77,7 @@ TEST(MohrCoulombInSpace, DrainedTriaxialCompressionFailsAtTheRatioOfPrincipalStr
       Triaxial test({YOUNG, POISSON, cohesion, friction, dilation}, pressure);
       const double k = ratio(friction), m = ratio(dilation), step = 1e-4;
       const double strength = k * pressure + 2.0 * cohesion * std::sqrt(k);
-      // elastic at first: E in the axis, ν across it; O(step) beyond linear
+      // The first step is elastic: E along the axis and ν across it, to O(step).
       test.step(step);
       EXPECT_NEAR(test.element.stress(2, 2), -pressure - YOUNG * step, 1e-3 * YOUNG * step);
       EXPECT_NEAR(test.widening, POISSON * step, 1e-3 * step);
@@ -87,16 +87,17 @@ TEST(MohrCoulombInSpace, DrainedTriaxialCompressionFailsAtTheRatioOfPrincipalStr
 
       EXPECT_NEAR(test.element.stress(2, 2), -strength, 1e-9 * strength);
       EXPECT_NEAR(test.element.yield(), 0.0, 1e-9 * strength);
-      // two equal planes share: widening of both / shortening = m; strains per step of 1e-4
+      // Two planes flow equally: the widening of both over the shortening is m, for strains per
+      // step of 1e-4.
       EXPECT_NEAR(2.0 * test.widening / step, m, 1e-3 * m);
-      // deviator of (m/2, m/2, -1): sqrt(2/3 e:e) = (m + 2)/3 per shortening
+      // The deviator of (m/2, m/2, -1) has sqrt(2/3 e:e) = (m + 2)/3 per shortening.
       const double elastic = (strength - pressure) / YOUNG;
       EXPECT_NEAR(test.element.plastic_strain(), (m + 2.0) / 3.0 * (301 * step - elastic),
                   1e-3 * 301 * step);
     }
 }
 
-TEST(MohrCoulombInSpace, DrainedTriaxialExtensionFailsWhenTheAxisIsTheLeastPressed)
+TEST(MohrCoulombInSpace, DrainedTriaxialExtensionFailsWithTheAxisAsLeastPressure)
 {
   const double pressure = 100e3, cohesion = 5e3, friction = 30.0, dilation = 10.0;
   Triaxial test({YOUNG, POISSON, cohesion, friction, dilation}, pressure);
@@ -109,10 +110,11 @@ TEST(MohrCoulombInSpace, DrainedTriaxialExtensionFailsWhenTheAxisIsTheLeastPress
   EXPECT_NEAR(2.0 * test.widening / step, -1.0 / m, 1e-3) << "shortening of both = stretch / m";
 }
 
-TEST(MohrCoulombInSpace, ConstantMeanStressFailsWhereTheLodeAngleSaysSo)
+TEST(MohrCoulombInSpace, ConstantMeanStressFailsAtTheStrengthOfItsLodeAngle)
 {
-  // p = -tr σ/3 held, deviatoric strain of Lode angle θ, associated so that the stress ends on the pyramid:
-  // (σ1 - σ3)/2 = c cos φ - (σ1 + σ3)/2 sin φ at any ratio of the middle stress
+  // The path has constant p = -tr σ/3 and a deviatoric strain of Lode angle θ. Flow is associated,
+  // so that the stress ends on the pyramid: (σ1 - σ3)/2 = c cos φ - (σ1 + σ3)/2 sin φ for any
+  // middle stress.
   const double pressure = 50e3, cohesion = 4e3, friction = 27.0;
   const double s = sine(friction), c = std::cos(friction * PI / 180.0);
   for (const double angle : {-0.5, -0.3, 0.0, 0.1, 0.4, 0.52}) {
@@ -144,7 +146,7 @@ TEST(MohrCoulombInSpace, TrescaInPureShearOfAnyPlaneFlowsAtItsCohesion)
       for (int step = 0; step < 100; ++step) element.deform(increment);
       const rve::PrincipalAxes<3> axes(element.stress);
       EXPECT_NEAR(0.5 * (axes.value[0] - axes.value[2]), cohesion, 1e-9 * cohesion);
-      // γ = 0.01, elastic up to c/G; the stress turns with γ/2 at most
+      // γ = 0.01 is elastic up to c/G; the stress rotates by at most γ/2.
       EXPECT_NEAR(element.stress(a, b), cohesion, 1e-4 * cohesion);
       EXPECT_NEAR(element.plastic_strain(), (0.01 - cohesion / shear_modulus) / std::sqrt(3.0),
                   0.01 * 0.01);
@@ -164,7 +166,8 @@ TEST(MohrCoulombInSpace, TensionInAllDirectionsEndsAtTheApex)
 
 TEST(MohrCoulombInSpace, PlaneStrainIsTheLawOfThePlane)
 {
-  // an irregular path through shear, compression, rotation and tension: σ_zz is what the plane law remembers
+  // The path is irregular through shear, compression, rotation and tension; σ_zz is a state
+  // variable of the plane law.
   const MohrCoulomb<2> plane(YOUNG, POISSON, 2e3, 30.0, 5.0);
   const MohrCoulomb<3> space(YOUNG, POISSON, 2e3, 30.0, 5.0);
   MohrCoulomb<2> law = plane;
@@ -182,7 +185,7 @@ TEST(MohrCoulombInSpace, PlaneStrainIsTheLawOfThePlane)
     law.update(1, &point, &increment, 1.0, &stress, {memory, 2});
     element.deform(rve::in_plane_strain<3>(increment));
 
-    // round-off of a thousand steps, of stresses of order 1e5
+    // round-off of a thousand steps of stresses of order 1e5
     for (int a = 0; a < 2; ++a)
       for (int b = 0; b < 2; ++b) ASSERT_NEAR(element.stress(a, b), stress(a, b), 1e-6);
     ASSERT_NEAR(element.stress(2, 2), memory[MohrCoulomb<2>::OutOfPlaneStress], 1e-6);
@@ -191,7 +194,7 @@ TEST(MohrCoulombInSpace, PlaneStrainIsTheLawOfThePlane)
   EXPECT_GT(element.plastic_strain(), 0.05) << "it did yield";
 }
 
-TEST(MohrCoulombInSpace, TurnedHistoryGivesTheTurnedStress)
+TEST(MohrCoulombInSpace, RotatedHistoryGivesTheRotatedStress)
 {
   std::mt19937 random(5);
   for (int turn = 0; turn < 5; ++turn) {

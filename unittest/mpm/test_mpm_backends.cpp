@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The same bits from CPU threads and from a CUDA device. Skips where there is no device, unless GPU_RVE_REQUIRE_CUDA=1.
+// CPU threads and a CUDA device give the same bits. Skipped without a device, unless
+// GPU_RVE_REQUIRE_CUDA=1.
 
 #include "scene.h"
 #include "turning_bodies.h"
@@ -41,7 +42,9 @@ mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
   options.flip = 0.99;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
-  if (what.absorbing) {    // dashpots beside a roller, and corners with a fixed and with an absorbing side
+  // dashpots next to a roller, and corners of an absorbing side with a fixed and with an absorbing
+  // one
+  if (what.absorbing) {
     options.sides[1] = mpm::SideKind::Free;
     options.dashpots = {{{0.0, 40.0}, {80.0, 40.0}, {}, {80.0, 0.0}}};
   }
@@ -54,7 +57,8 @@ mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
   return options;
 }
 
-/// Ground of two laws under a footing at the roller and a surcharge beside it, with a plate that pushes from the left higher up.
+/// Returns ground of two laws under a footing at the roller and a surcharge next to it, with a
+/// plate that pushes from the left further up.
 Scene scene_with_two_bodies()
 {
   Scene scene;
@@ -126,7 +130,7 @@ template <class T> bool same_bits(const std::vector<T> &a, const std::vector<T> 
       (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
-/// What a solver says of forces and masses; all ranks ask together.
+/// Returns forces and masses of a solver. All ranks must call it together.
 std::vector<double> numbers(Ground &run)
 {
   std::vector<double> list = {run.solver.max_unbalanced_force(),
@@ -167,7 +171,7 @@ const Case MUSL{Scheme::Musl, ShapeFunction::Gimp, 0.05, false};
 
 class OnDevice : public testing::Test {
  protected:
-  /// Auto takes a device if there is one, and fails with GPU_RVE_REQUIRE_CUDA=1 if not.
+  /// Auto selects a device if there is one, and fails without one if GPU_RVE_REQUIRE_CUDA=1.
   void SetUp() override
   {
     std::string obstacle;
@@ -220,13 +224,13 @@ TEST_F(OnDevice, OrderOfThePointsHasNoInfluence)
   expect_same_bits(cpu, cuda);
 }
 
-TEST_F(OnDevice, TakesWhatOthersChangeBetweenSteps)
+TEST_F(OnDevice, UsesChangesBetweenSteps)
 {
   Ground cpu(MUSL, mpm::Device::Cpu, scene_with_two_bodies());
   Ground cuda(MUSL, mpm::Device::Cuda, scene_with_two_bodies());
   for (Ground *run : {&cpu, &cuda}) {
     run->steps(5);
-    // unannounced: velocities, positions, body forces, laws and bodies
+    // Changes without a notice: velocities, positions, body forces, laws and bodies.
     for (int p = 0; p < run->scene.size(); ++p) {
       run->scene.velocity[3 * p] *= 0.5;
       run->scene.position[3 * p + 1] += 1e-5;
@@ -234,7 +238,7 @@ TEST_F(OnDevice, TakesWhatOthersChangeBetweenSteps)
     }
     run->scene.model[7] = 1;
     run->steps(5);
-    // announced: everything, and the number of points
+    // Changes with a notice: everything, and the number of points.
     run->solver.fetch(run->scene.view());
     run->solver.points_changed();
     std::vector<int> fewer;
@@ -257,7 +261,8 @@ TEST_P(Backends, GiveTheSameBitsOnSeveralRanks)
   alone.steps(10);
   const std::vector<double> at_end = numbers(alone);
 
-  // points from everywhere, columns, and layers with a border right below the footing; the last rank has no points
+  // Points of ranks are everywhere, in columns, or in layers with a border right below the footing;
+  // the last rank has no points.
   constexpr int RANKS = 3;
   const std::vector<std::function<int(int, double, double)>> divisions = {
       [](int p, double, double) { return p * 7 / 3 % 2; },
@@ -292,7 +297,7 @@ TEST_P(Backends, GiveTheSameBitsOnSeveralRanks)
     }
 }
 
-TEST_F(OnDevice, SaysWhatIsWrongAsTheCpuDoes)
+TEST_F(OnDevice, ReportsErrorsAsTheCpuDoes)
 {
   const auto message = [](mpm::Device device, const std::function<void(Ground &)> &spoil) {
     Ground run(MUSL, device, scene_with_two_bodies());
@@ -341,7 +346,7 @@ TEST_F(OnDevice, GivesTheSameBitsInSpace)
         GroundInSpace ground(method);
         ground.options.device = on_device ? mpm::Device::Cuda : mpm::Device::Cpu;
         ground.options.threads = 2;
-        if (absorbing) {    // beside the roller in x, in place of the fixed side in y
+        if (absorbing) {    // next to the roller in x, instead of the fixed side in y
           ground.options.sides[2] = mpm::SideKind::Free;
           ground.options.dashpots[0] = {0.0, 40.0};
           ground.options.dashpots[2] = {80.0, 40.0};
@@ -374,7 +379,7 @@ template <int D> void expect_same_bits_of_turning_bodies(mpm::BodyForm form, int
   EXPECT_TRUE(same_bits(cpu.numbers, cuda.numbers)) << name;
   EXPECT_TRUE(cpu.point == cuda.point) << name;
 
-  // the first of two ranks on the CPU, the other one on the device
+  // The first of two ranks is on the CPU, the other one on the device.
   std::vector<Outcome> of_rank(2);
   mpm_test::RankTeam(2).run([&](int rank, const Communication &communication) {
     std::vector<int> mine;
@@ -391,7 +396,7 @@ template <int D> void expect_same_bits_of_turning_bodies(mpm::BodyForm form, int
 
 }    // namespace
 
-TEST_F(OnDevice, GivesTheSameBitsWithBodiesThatTurn)
+TEST_F(OnDevice, GivesTheSameBitsWithRotatingBodies)
 {
   for (const mpm::BodyForm form : {mpm::BodyForm::Box, mpm::BodyForm::Ball, mpm::BodyForm::Convex})
     expect_same_bits_of_turning_bodies<2>(form, 60);
@@ -400,8 +405,9 @@ TEST_F(OnDevice, GivesTheSameBitsWithBodiesThatTurn)
     expect_same_bits_of_turning_bodies<3>(form, 20);
 }
 
-/// Blocks that are drawn apart until their boxes reach over several cells, on a grid of 1.6 billion nodes.
-TEST_F(OnDevice, HoldsThePartThatBoxesReachWhichFollowTheDeformation)
+/// Blocks are stretched until their boxes extend over several cells, on a grid of 1.6 billion
+/// nodes.
+TEST_F(OnDevice, HoldsTheNodesOfBoxesThatFollowTheDeformation)
 {
   constexpr double MIDDLE = 400.0, RATE = 30.0;
   for (const Scheme scheme : {Scheme::Musl, Scheme::Usavg})

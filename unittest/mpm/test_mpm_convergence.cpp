@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Closed forms and manufactured solutions on successively finer grids: the error and its observed order.
-//
-// Time steps are proportional to cells, so an order is that of both. doc/src/verification_mpm.rst has the table.
+// Closed forms and manufactured solutions on successively finer grids: the error and its observed
+// order. Time steps are proportional to cells, so that an order is that of both.
+// doc/src/verification_mpm.rst has the table.
 
 #include "scene.h"
 
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double PI = 3.14159265358979323846;
 
-/// Root of the mean square.
+/// Root mean square of added numbers.
 class Rms {
  public:
   void add(double value)
@@ -32,7 +32,7 @@ class Rms {
   int count_ = 0;
 };
 
-/// error(cells) for each of the numbers of cells; each number twice the one before. Prints the table.
+/// Returns error(cells) for each number of cells, each twice the one before, and prints the table.
 template <int N, class Error>
 std::array<double, N> errors_of(const char *name, const std::array<int, N> &cells,
                                 const Error &error)
@@ -57,8 +57,9 @@ class AxialBar : public testing::TestWithParam<Scheme> {};
 
 TEST_P(AxialBar, FirstModeConvergesAtSecondOrder)
 {
-  // E = 100, ν = 0, ρ = 1, L = 25, fixed at x = 0: u = v0/ω sin(β X) sin(ω t), β = π/2L, ω = β sqrt(E/ρ); v0 so small that
-  // nothing of finite strain is seen. After 1 1/8 periods.
+  // E = 100, ν = 0, ρ = 1, L = 25, fixed at x = 0: u = v0/ω sin(β X) sin(ω t), β = π/2L, ω = β
+  // sqrt(E/ρ). v0 is so small that finite strains are negligible. The errors are those after 1 1/8
+  // periods.
   const double length = 25.0, speed = 1e-4;
   const double beta = PI / (2.0 * length);
   const double omega = 10.0 * beta;
@@ -101,16 +102,17 @@ INSTANTIATE_TEST_SUITE_P(, AxialBar, testing::Values(Scheme::Musl, Scheme::Usavg
 
 namespace {
 
-/// Errors of stress, over E, and of place, over the height, on three grids.
+/// Errors of stress over E and of position over the height, on three grids.
 struct ColumnErrors {
   std::array<double, 3> stress, place;
 };
 
 ColumnErrors errors_of_self_weight_column(mpm::ShapeFunction shape)
 {
-  // Column of the height l0 on a roller, ν = 0. Equilibrium in material coordinates: σ_yy = -ρ0 g (l0 - Y), whatever the law.
-  // The law in one dimension is dσ = E dλ/λ, so λ(Y) = exp(-ρ0 g (l0 - Y)/E) and y(Y) = ∫ λ dY. With ρ0 g l0 = E the
-  // base has 37 % of its height left and the column 63 %.
+  // The column of the height l0 is on a roller and has ν = 0. Equilibrium in material coordinates
+  // is σ_yy = -ρ0 g (l0 - Y) for any law. In one dimension the law is dσ = E dλ/λ, so that λ(Y) =
+  // exp(-ρ0 g (l0 - Y)/E) and y(Y) = ∫ λ dY. With ρ0 g l0 = E the base keeps 37 % of its height and
+  // the column 63 %.
   const double height = 50.0, density = 80.0, gravity = 10.0, young = density * gravity * height;
   std::array<double, 3> place_error;
   int which = 0;
@@ -156,15 +158,16 @@ ColumnErrors errors_of_self_weight_column(mpm::ShapeFunction shape)
 
 }    // namespace
 
-TEST(SelfWeightColumn, CompressedByAThirdHasTheStressAndPlaceOfTheClosedForm)
+TEST(SelfWeightColumn, CompressedByAThirdHasTheStressAndPositionOfTheClosedForm)
 {
   const auto [e, place_error] = errors_of_self_weight_column(mpm::ShapeFunction::Gimp);
 
   EXPECT_GT(order(place_error[0], place_error[1]), 0.9);
   EXPECT_GT(order(place_error[1], place_error[2]), 0.9);
   EXPECT_LT(place_error[2], 2e-3);
-  // Boxes of fixed size overlap where the column is compressed, so that the sum over points is no longer that of
-  // neighbours that touch: what is wrong with the stress of single points is worst at the base and falls slowly.
+  // Boxes of fixed size overlap where the column is compressed, so that the sum over points is not
+  // that of adjacent neighbours. The error of single stresses is largest at the base and decreases
+  // slowly.
   EXPECT_GT(order(e[1], e[2]), 0.4);
   EXPECT_LT(e[2], 0.025);
 }
@@ -185,19 +188,22 @@ TEST(SelfWeightColumn, HasBetterOrdersWithBoxesThatFollow)
 
 namespace {
 
-/// A manufactured solution: rings of material turn by the angle g(t) h(r) around the origin, so that each point shears by
-/// γ = r h'(r) g(t) in a frame that turns with it (generalized vortex; Kamojjala, Brannon, Sadeghirad & Guilkey 2015, Eng.
-/// Comput. 31, 193). For the Jaumann rate, with spin W - θ' = γ'/2 with respect to that frame, the stress is
+/// A manufactured solution: rings of material rotate by the angle g(t) h(r) about the origin, so
+/// that each point shears by γ = r h'(r) g(t) in a frame that rotates with it (generalized vortex;
+/// Kamojjala, Brannon, Sadeghirad & Guilkey 2015, Eng. Comput. 31, 193). For the Jaumann rate, with
+/// spin W - θ' = γ'/2 with respect to that frame, the stress is
 ///   σ_rθ = μ sin γ,  σ_θθ = -σ_rr = μ (1 - cos γ),
-/// and the body force per mass that the balance of momentum then needs is
-///   b_r = -r (g' h)² - [∂σ_rr/∂r + (σ_rr - σ_θθ)/r]/ρ,   b_θ = r h g'' - [∂σ_rθ/∂r + 2 σ_rθ/r]/ρ.
-/// h = (1 - 16 (r - 1)²)³ for 3/4 < r < 5/4, else 0 (a third power, for a continuous body force); g = A (1 - cos 2πt)/2.
+/// and the body force per mass of the balance of momentum is
+///   b_r = -r (g' h)² - [∂σ_rr/∂r + (σ_rr - σ_θθ)/r]/ρ,
+///   b_θ = r h g'' - [∂σ_rθ/∂r + 2 σ_rθ/r]/ρ.
+/// h = (1 - 16 (r - 1)²)³ for 3/4 < r < 5/4, else 0 (a third power, for a continuous body force); g
+/// = A (1 - cos 2πt)/2.
 struct Vortex {
   static constexpr double AMPLITUDE = 0.02;    ///< A: γ up to 0.14
   double shear_modulus, density;
 
   struct Local {
-    double turn, rate, force[2], stress[2];    ///< angle, its rate; b_r, b_θ; σ_rθ, σ_θθ
+    double turn, rate, force[2], stress[2];    ///< angle and its rate; b_r, b_θ; σ_rθ, σ_θθ
   };
 
   Local at(double r, double t) const
@@ -231,14 +237,14 @@ struct Vortex {
 
 namespace {
 
-/// Errors of place, over the largest turn, and of stress, over G, on three grids.
+/// Errors of position over the largest rotation and of stress over G, on three grids.
 struct VortexErrors {
   std::array<double, 3> place, stress;
 };
 
 VortexErrors errors_of_generalized_vortex(mpm::ShapeFunction shape)
 {
-  // E = 1000, ν = 0.3, ρ = 1000; at t = 1/2 the rings have turned most
+  // E = 1000, ν = 0.3, ρ = 1000; at t = 1/2 the rotation is largest.
   const double young = 1000.0, poisson = 0.3, density = 1000.0, side = 1.4;
   const Vortex vortex = {young / (2.0 * (1.0 + poisson)), density};
   std::array<double, 3> stress_error;
@@ -257,7 +263,7 @@ VortexErrors errors_of_generalized_vortex(mpm::ShapeFunction shape)
     const int steps = cells;
     const double dt = 0.5 / steps;
     EXPECT_LT(solver.cfl_number(scene.view(), dt), 0.5);
-    // the step leaps: velocities are those of half a step before the positions
+    // In the leapfrog scheme, velocities are those of half a step before the positions.
     for (int p = 0; p < scene.size(); ++p) {
       const double x = scene.position[3 * p], y = scene.position[3 * p + 1];
       const double rate = vortex.at(std::hypot(x, y), -0.5 * dt).rate;
@@ -284,7 +290,7 @@ VortexErrors errors_of_generalized_vortex(mpm::ShapeFunction shape)
       const double c = std::cos(local.turn), s = std::sin(local.turn);
       const double x = c * X - s * Y, y = s * X + c * Y;
       place.add(std::hypot(scene.position[3 * p] - x, scene.position[3 * p + 1] - y));
-      const double cosine = x / r, sine = y / r;    // of e_r
+      const double cosine = x / r, sine = y / r;    // components of e_r
       // σ_rθ from the components in x and y
       const Tensor2 &sigma = scene.stress[p];
       stress.add(((sigma(1, 1) - sigma(0, 0)) * sine * cosine +
@@ -327,9 +333,10 @@ TEST(GeneralizedVortex, ConvergesAtSecondOrderWithBoxesThatFollow)
 
 TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
 {
-  // Disk in plane strain, turning with ω: with K = ρω²/(8(1-ν)),
+  // A disk in plane strain rotates with ω. With K = ρω²/(8(1-ν)),
   //   σ_rr = K (3-2ν)(R² - r²),   σ_θθ = K [(3-2ν) R² - (1+2ν) r²]
-  // (Timoshenko & Goodier 1970, section 32, with the constants of plane strain). In this state it only turns.
+  // (Timoshenko & Goodier 1970, section 32, with the constants of plane strain). This state only
+  // rotates.
   const double radius = 0.5, spin = 1.0, density = 1000.0, young = 2e3, poisson = 0.3;
   const double K = density * spin * spin / (8.0 * (1.0 - poisson));
   const double central = K * (3.0 - 2.0 * poisson) * radius * radius;    // largest stress
@@ -353,14 +360,15 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
     const bool gimp = shape == mpm::ShapeFunction::Gimp;
     double drift[3], lag[3];
     int which = 0;
-    const auto error = [&](int cells) {    // in the radius
+    const auto error = [&](int cells) {    // number of cells in the radius
       const double h = radius / cells;
       const double half = radius + 2.0 * h;
       const double wave_speed = std::sqrt(1.35 * young / density);
       const int steps = static_cast<int>(std::ceil(2.0 * PI / (0.15 * h / wave_speed)));
       const double dt = 2.0 * PI / spin / steps;
 
-      // rings of points, for a surface without steps; the step leaps: velocities are those half a step ago
+      // Rings of points give a surface without steps. In the leapfrog scheme, velocities are those
+      // of half a step before.
       Scene scene;
       const double width = 0.5 * h;
       for (int ring = 0; ring < 2 * cells; ++ring) {
@@ -392,7 +400,7 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
         const double X = start.position[3 * p], Y = start.position[3 * p + 1];
         angle.add(std::atan2(X * y - Y * x, X * x + Y * y));
         if (std::hypot(X, Y) > 0.75 * radius)
-          continue;    // a layer at the surface is less accurate
+          continue;    // a layer at the surface is omitted, since it is less accurate
         const Tensor2 now = exact(x, y);
         for (int k = 0; k < 4; ++k)
           stress.add((scene.stress[p].component[k] - now.component[k]) / central);
@@ -414,7 +422,7 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
       EXPECT_GT(order(-drift[1], -drift[2]), 1.5);
       EXPECT_LT(std::abs(drift[2]), 5e-3);
       EXPECT_LT(lag[2], 0.01 * 2.0 * PI);
-    } else {    // the control: the noise of points that cross cells does not vanish with them
+    } else {    // control: the noise of points that cross cells does not vanish with them
       EXPECT_LT(order(e[1], e[2]), 0.3);
       EXPECT_GT(e[2], 0.4);
     }
@@ -423,8 +431,9 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
 
 TEST(CollidingDisks, EnergyHistoryIsThatOfAnElasticImpact)
 {
-  // E = 1000, ν = 0.3, ρ = 1000, R = 0.2, v = ±(0.1, 0.1) (Sulsky, Chen & Schreyer 1994). The surfaces meet at
-  // t = (0.6 sqrt(2) - 2 R)/(0.2 sqrt(2)) = 1.586; on the grid as soon as they share a node, up to two cells apart.
+  // E = 1000, ν = 0.3, ρ = 1000, R = 0.2, v = ±(0.1, 0.1) (Sulsky, Chen & Schreyer 1994). The
+  // surfaces touch at t = (0.6 sqrt(2) - 2 R)/(0.2 sqrt(2)) = 1.586, and on the grid as soon as
+  // they share a node, up to two cells apart.
   const double approach = 0.2 * std::sqrt(2.0);
   const double meeting = (0.6 * std::sqrt(2.0) - 0.4) / approach;
   struct History {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Places where a weight is zero: a point on a cell edge, a footing over an empty cell.
+// Positions where a weight is zero: a point on a cell edge, a footing over an empty cell.
 
 #include "scene.h"
 
@@ -12,7 +12,7 @@ using rve::Tensor2;
 
 namespace {
 
-constexpr double CELL = 0.25;    // powers of two, so that edges are met exactly
+constexpr double CELL = 0.25;    // a power of two, so that points are exactly on edges
 
 class OnACellEdge : public testing::TestWithParam<ShapeFunction> {
  protected:
@@ -26,9 +26,10 @@ class OnACellEdge : public testing::TestWithParam<ShapeFunction> {
 
 }    // namespace
 
-TEST_P(OnACellEdge, APointFliesOnWithItsVelocityAndWithoutStrain)
+TEST_P(OnACellEdge, PointMovesWithItsVelocityWithoutStrain)
 {
-  // a node, the middle of an edge along x and along y, and the corners of the grid
+  // The positions are a node, the middle of an edge along x and along y, and the corners of the
+  // grid.
   for (const mpm::Vec2 &place :
        {mpm::Vec2{{1.0, 1.0}}, mpm::Vec2{{1.125, 1.0}}, mpm::Vec2{{1.0, 1.125}},
         mpm::Vec2{{0.0, 0.0}}, mpm::Vec2{{4.0, 4.0}}}) {
@@ -47,16 +48,17 @@ TEST_P(OnACellEdge, APointFliesOnWithItsVelocityAndWithoutStrain)
     EXPECT_NEAR(scene.position[0], place[0] + sign * 0.5 * dt, 1e-12);
     EXPECT_NEAR(scene.velocity[0], sign * 0.5, 1e-9);
     EXPECT_NEAR(scene.velocity[1], sign * 0.25, 1e-9);
-    // round-off of nodes with next to no mass, over a cell: 2^-24 cells is how near a point gets to a node
+    // The tolerance is the round-off of nodes with hardly any mass, over a cell; points keep a
+    // distance of 2^-24 cells from nodes.
     for (const double l : scene.velocity_gradient[p].component) EXPECT_NEAR(l, 0.0, 1e-5);
     EXPECT_EQ(solver.totals(scene.view()).mass, scene.mass[0]);
   }
 }
 
-TEST_P(OnACellEdge, NodesFeelThePointAsTheyDoBesideTheEdge)
+TEST_P(OnACellEdge, NodesHaveTheMassAndForceOfAPointNextToTheEdge)
 {
-  // masses are continuous across an edge with both shape functions, internal forces with gimp; with linear ones the force
-  // is that of the cell above
+  // Masses are continuous across an edge with both shape functions, and internal forces with gimp.
+  // With linear functions the force is that of the cell above.
   const double aside = 1e-9;
   const auto nodes_at = [&](double x) {
     Scene scene;
@@ -87,7 +89,8 @@ TEST_P(OnACellEdge, NodesFeelThePointAsTheyDoBesideTheEdge)
 
 TEST_P(OnACellEdge, StressOfAPointMovesItNoFasterThanTheCellAllows)
 {
-  // A node that gets force but next to no mass must not throw the point: in a step, |Δv| <= 4 |σ| V dt / (m h)
+  // A node with force but hardly any mass must not accelerate the point strongly: in a step |Δv| <=
+  // 4 |σ| V dt / (m h).
   Scene scene;
   const int p = scene.add(1.0, 1.0, {{0.5 * CELL, 0.5 * CELL}}, 3.0);
   scene.stress[p] = {{-2.0, 0.5, 0.5, -1.0}};
@@ -106,9 +109,10 @@ TEST_P(OnACellEdge, StressOfAPointMovesItNoFasterThanTheCellAllows)
               1e-15);
 }
 
-TEST_P(OnACellEdge, ABlockOfSuchPointsStaysInBalanceUnderItsStress)
+TEST_P(OnACellEdge, BlockOfPointsOnEdgesStaysInBalanceUnderItsStress)
 {
-  // one point per cell, all of them on nodes; the surface of the outermost boxes is in the middle of cells
+  // There is one point per cell, each on a node; the surface of the outermost boxes is in the
+  // middle of cells.
   Scene scene;
   scene.add_block({{1.125, 1.125}}, {{2.875, 2.625}}, CELL, 3.0);
   const double pressure = 2.0;
@@ -133,7 +137,8 @@ TEST_P(OnACellEdge, ABlockOfSuchPointsStaysInBalanceUnderItsStress)
 
   solver.evaluate(scene.view(), loads, 1e-3);
 
-  // with linear functions boxes that reach over an edge do not add up, and the surface is out of balance by half its load
+  // With linear functions, boxes that extend over an edge do not add up, and the surface is out of
+  // balance by half its load.
   const double allowed = GetParam() == ShapeFunction::Gimp ? 1e-9 : 0.5 + 1e-6;
   EXPECT_LT(solver.max_unbalanced_force(), allowed * pressure * CELL);
 }
@@ -166,7 +171,7 @@ struct Footing {
 
 }    // namespace
 
-TEST(EmptyCellUnderTheFooting, AGapIsNotFeltUntilItIsClosed)
+TEST(EmptyCellUnderTheFooting, GapExertsNoForceUntilItIsClosed)
 {
   for (const auto shape : {ShapeFunction::Gimp, ShapeFunction::Linear}) {
     const double gap = 3.0 * CELL, dt = 2e-3, speed = 0.5;
@@ -175,7 +180,7 @@ TEST(EmptyCellUnderTheFooting, AGapIsNotFeltUntilItIsClosed)
     solver.set_models({&set.law});
     solver.set_body_velocity(0, {{0.0, -speed}});
 
-    double touched = 0.0;    // settlement at the first reaction
+    double touched = 0.0;    // settlement at which the reaction begins
     for (int step = 0; step < 1200 && touched == 0.0; ++step) {
       solver.step(set.scene.view(), {}, dt);
       if (solver.body_reaction(0)[1] != 0.0) {
@@ -186,9 +191,11 @@ TEST(EmptyCellUnderTheFooting, AGapIsNotFeltUntilItIsClosed)
       }
     }
 
-    // body and ground meet on the grid when they share a row of nodes: less than a cell and a box apart
+    // On the grid, body and ground touch when they share a row of nodes: less than a cell and a box
+    // apart.
     EXPECT_GT(touched, gap - 1.5 * CELL - dt * speed);
-    // nodes that are held give their points no velocity: a stress is what is felt first, a step after the contact
+    // Held nodes do not change the velocity of their points. The stress acts first, a step after
+    // the contact.
     EXPECT_LT(touched, gap + 3.0 * dt * speed);
     for (int step = 0; step < 100; ++step) solver.step(set.scene.view(), {}, dt);
     EXPECT_GT(solver.body_reaction(0)[1], 0.0) << "then it pushes";
@@ -197,7 +204,8 @@ TEST(EmptyCellUnderTheFooting, AGapIsNotFeltUntilItIsClosed)
 
 TEST(EmptyCellUnderTheFooting, AHoleIsBridged)
 {
-  // a column of cells below the footing has no points, nor have the two beside it: nodes without mass take no part
+  // A column of cells below the footing and its two neighbours have no points; nodes without mass
+  // take no part.
   for (const auto shape : {ShapeFunction::Gimp, ShapeFunction::Linear}) {
     const auto pressed = [&](bool hole) {
       Footing set(shape, 2.0, [&](double x, double y) {

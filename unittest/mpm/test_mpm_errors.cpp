@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Wrong input and trouble in a run: an exception that says what, where, and what is allowed.
+// Errors of input and of a run: an exception names the value, its position, and the allowed range.
 
 #include "mpm/mohr_coulomb.h"
 #include "scene.h"
@@ -106,7 +106,7 @@ TEST(PointTrouble, StartingOutsideOfTheGridNamesThePoint)
   }
 }
 
-TEST(PointTrouble, CornersOfTheGridBelongToIt)
+TEST(PointTrouble, CornersOfTheGridAreInside)
 {
   for (const double x : {0.0, 4.0})
     for (const double y : {0.0, 4.0}) {
@@ -117,7 +117,7 @@ TEST(PointTrouble, CornersOfTheGridBelongToIt)
     }
 }
 
-TEST(PointTrouble, WhatIsNotFiniteIsReportedAndNeverSummed)
+TEST(PointTrouble, NonFiniteValuesAreReportedAndNotSummed)
 {
   const double bad = std::numeric_limits<double>::quiet_NaN();
   const auto with = [&](auto change) {
@@ -137,7 +137,7 @@ TEST(PointTrouble, WhatIsNotFiniteIsReportedAndNeverSummed)
                   "rigid body 0, but there are only 0");
 }
 
-TEST(PointTrouble, SumsThatCannotBeHeldAreRefused)
+TEST(PointTrouble, SumsOutOfRangeAreRefused)
 {
   OnePoint set;
   set.scene.mass[0] = 1e301;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Motion in closed form: free flight, rotation, patch test, a vibrating bar, two disks that collide.
+// Motion in closed form: free flight, rotation, patch test, a vibrating bar, and two colliding
+// disks.
 
 #include "scene.h"
 
@@ -31,7 +32,7 @@ class Motion : public testing::TestWithParam<Case> {
   }
 };
 
-/// ½ σ : ε of linear elasticity in plane strain, times volume.
+/// Returns ½ σ : ε of linear elasticity in plane strain times the volume.
 double strain_energy(const Scene &scene, int p, double young, double poisson)
 {
   const Tensor2 &s = scene.stress[p];
@@ -63,7 +64,8 @@ TEST_P(Motion, FreeFlightKeepsVelocityMassAndMomentumAcrossCells)
   EXPECT_EQ(solver.totals(scene.view()).mass, mass);
   EXPECT_NEAR(solver.totals(scene.view()).momentum[0], momentum[0], 1e-10 * momentum[0]);
   for (int p = 0; p < scene.size(); ++p) {
-    // L is not exactly 0: velocities of nodes are quotients of rounded sums; 1e-8 where a node has hardly any mass
+    // L is not exactly 0, since velocities of nodes are quotients of rounded sums; the error is
+    // 1e-8 at nodes with hardly any mass.
     EXPECT_NEAR(scene.position[3 * p], start.position[3 * p] + 1.5, 1e-9);
     EXPECT_NEAR(scene.position[3 * p + 1], start.position[3 * p + 1] + 1.0, 1e-9);
     EXPECT_NEAR(scene.velocity[3 * p], 0.75, 1e-7);
@@ -84,7 +86,8 @@ TEST_P(Motion, InternalForcesGiveTheNodesNoMomentum)
   solver.evaluate(scene.view(), {}, 0.01);
 
   double force[2] = {
-      0.0, 0.0};    // the integer sums are exact (test_grid_transfer); doubles of them round
+      // the integer sums are exact (test_grid_transfer); their conversion to doubles rounds
+      0.0, 0.0};
   for (int j = -1; j <= 17; ++j)
     for (int i = -1; i <= 17; ++i)
       for (int c = 0; c < 2; ++c) force[c] += solver.node_force({{i, j}})[c];
@@ -109,9 +112,10 @@ TEST_P(Motion, BodyForceAcceleratesEveryPointAlike)
   }
 }
 
-TEST_P(Motion, RigidRotationTurnsTheStressAndStrainsNothing)
+TEST_P(Motion, RigidRotationRotatesTheStressWithoutStrain)
 {
-  // one small step of v = ω × r: L = ω J at every point, the stress rotates, its invariants stay
+  // In one small step of v = ω × r, L = ω J at every point, and the stress rotates with constant
+  // invariants.
   Scene scene;
   scene.add_block({{1.0, 1.0}}, {{3.0, 3.0}}, 0.125, 7.0);
   const double spin = 0.3;
@@ -135,7 +139,8 @@ TEST_P(Motion, RigidRotationTurnsTheStressAndStrainsNothing)
     const double y = scene.position[3 * p + 1] - 2.0;
     if (std::max(std::abs(x), std::abs(y)) > 0.2) continue;    // three cells from the surface
     ++interior;
-    // accelerated by nothing inside; 1e-9 = round-off / cell size, and (ω dt)² of the explicit step
+    // Inside there is no acceleration; 1e-9 is the round-off over the cell size, plus (ω dt)² of
+    // the explicit step.
     EXPECT_NEAR(scene.velocity_gradient[p](0, 0), 0.0, 1e-9);
     EXPECT_NEAR(scene.velocity_gradient[p](1, 0), spin, 1e-9);
     EXPECT_NEAR(scene.stress[p](0, 0), initial(0, 0) - 2.0 * turn * initial(0, 1), 1e-6);
@@ -176,7 +181,8 @@ TEST_P(Motion, PatchUnderUniformVelocityGradientStrainsUniformly)
 
 TEST_P(Motion, BarVibratesWithTheFrequencyOfItsFirstMode)
 {
-  // E = 100, L = 25, ρ = 1, fixed at x = 0, v = v0 sin(β x): v_cm = v0/(β L) cos(ω t), ω = β sqrt(E/ρ), β = π/2L
+  // E = 100, L = 25, ρ = 1, fixed at x = 0, v = v0 sin(β x): v_cm = v0/(β L) cos(ω t), ω = β
+  // sqrt(E/ρ), β = π/2L
   const double speed = 0.1;
   const double wave_number = PI / 50.0;
   const double omega = wave_number * 10.0;
@@ -237,7 +243,7 @@ TEST_P(Motion, CollidingDisksKeepEnergyAndSymmetry)
   double most = initial;
   double least = initial;
   for (int step = 0; step < 640;
-       ++step) {    // until t = 3.2: contact begins at 1.6 or a little before
+       ++step) {    // until t = 3.2; contact begins at 1.6 or slightly earlier
     solver.step(scene.view(), {}, dt);
     const mpm::Totals<2> totals = solver.totals(scene.view());
     double energy = totals.kinetic_energy;
@@ -254,7 +260,7 @@ TEST_P(Motion, CollidingDisksKeepEnergyAndSymmetry)
   EXPECT_GT(least, 0.91 * initial) << "8 cells per diameter; 0.92 to 0.93 for the three schemes";
   EXPECT_LT(scene.velocity[0], 0.0) << "they bounced";
   for (int p = 0; p < half;
-       ++p) {    // point reflection at (0.5, 0.5): the blocks are filled in the same order
+       ++p) {    // point reflection at (0.5, 0.5); the blocks are filled in the same order
     const int mirror = scene.size() - 1 - p;
     for (int c = 0; c < 2; ++c)
       ASSERT_NEAR(scene.position[3 * p + c] + scene.position[3 * mirror + c], 1.0, 1e-6);
@@ -289,9 +295,9 @@ TEST(LocalDamping, BringsAColumnUnderItsWeightToRest)
         << "depth, with the settlement of 1e-3";
 }
 
-TEST(Pic, TakesTheVelocityOfTheGrid)
+TEST(Pic, UsesTheVelocityOfTheGrid)
 {
-  // one fast point between slow ones: FLIP keeps the difference, PIC shares it out
+  // A single fast point is among slow ones: FLIP keeps the difference, PIC distributes it.
   for (const double flip : {0.0, 1.0}) {
     Scene scene;
     scene.add_block({{0.5, 0.5}}, {{1.5, 1.5}}, 0.125, 7.0);

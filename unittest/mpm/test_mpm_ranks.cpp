@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The same bits for any number of ranks and threads and any order of the points.
+// Bits do not depend on the number of ranks and threads and the order of the points.
 
 #include "mpm/rank_devices.h"
 #include "scene.h"
@@ -20,9 +20,9 @@ using mpm_test::Scene;
 
 namespace {
 
-constexpr double CELL = 0.05;    // so many points and nodes that threads share them
+constexpr double CELL = 0.05;    // so many points and nodes that several threads share them
 constexpr double STEP = 2.5e-4;
-constexpr double BOTTOM = -0.02;    // of the grid: faces of bodies are between its rows
+constexpr double BOTTOM = -0.02;    // lower side of the grid; faces of bodies are between its rows
 
 struct Method {
   Scheme scheme;
@@ -32,7 +32,7 @@ struct Method {
   bool absorbing = false;
 };
 
-/// Everything that a step changes, as bytes.
+/// All numbers of a point that a step changes, compared as bytes.
 struct PointState {
   double position[3], velocity[3], volume;
   rve::Tensor2 deformation_gradient, stress, velocity_gradient;
@@ -45,8 +45,9 @@ struct Outcome {
 
 enum Body { ANVIL, FOOTING, PLATE };
 
-/// Ground all around three bodies: a footing that is pressed down, an anvil below it, whose face is a cell away so that both have
-/// a condition on the row between, and a plate that pushes to the right. Gravity, stress, and irregular velocities.
+/// Returns ground around three bodies: a footing that is pressed down, an anvil below it, whose
+/// face is a cell away so that both have a condition on the row between, and a plate that pushes to
+/// the right; with gravity, stress, and irregular velocities.
 Scene ground()
 {
   Scene scene;
@@ -76,8 +77,9 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
   options.shape = method.shape;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
-  if (method
-          .absorbing) {    // dashpots beside a roller, and corners with a fixed and with an absorbing side
+  // dashpots next to a roller, and corners of an absorbing side with a fixed and with an absorbing
+  // one
+  if (method.absorbing) {
     options.sides[1] = options.sides[3] = mpm::SideKind::Free;
     options.dashpots = {{{0.0, 40.0}, {80.0, 40.0}, {}, {80.0, 0.0}}};
   }
@@ -143,7 +145,7 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
   const mpm::Grid<2> &grid = solver.grid();
   for (int j = -1; j <= grid.cells(1) + 1; ++j)
     for (int i = -1 + (j + 5) % 4; i <= grid.cells(0) + 1;
-         i += 4) {    // each question is a meeting of the ranks
+         i += 4) {    // each query synchronises the ranks
       note(solver.node_force({{i, j}}));
       outcome.numbers.push_back(solver.node_mass({{i, j}}));
     }
@@ -160,7 +162,7 @@ void expect_same_bits(const Outcome &a, const Outcome &b)
   EXPECT_EQ(different, 0) << "points of " << b.point.size();
 }
 
-/// The points of each rank by rank_of(x, y).
+/// Returns the points of each rank by rank_of(x, y).
 template <class RankOf>
 std::vector<std::vector<int>> divided(const Scene &all, int ranks, const RankOf &rank_of)
 {
@@ -180,7 +182,7 @@ class Bits : public testing::TestWithParam<Method> {
     return run(scene, GetParam(), steps, 1, {});
   }
 
-  /// The same with the given points on each rank.
+  /// Expects the same result with the given points on each rank.
   void expect_of_ranks(const Outcome &reference, const std::vector<std::vector<int>> &mine,
                        int steps)
   {
@@ -219,14 +221,14 @@ TEST_P(Bits, DoNotDependOnTheNumberOfThreads)
   }
 }
 
-TEST_P(Bits, DoNotDependOnRanksWithPointsFromEverywhere)
+TEST_P(Bits, DoNotDependOnRanksWithScatteredPoints)
 {
   const Outcome reference = alone(STEPS);
   const int size = ground().size();
   for (const int ranks : {1, 2, 4}) {
     std::vector<std::vector<int>> mine(ranks);
     for (int p = 0; p < size; ++p) mine[(p * 7 / 3) % ranks].push_back(p);
-    if (ranks > 1) {    // a rank without points takes part all the same
+    if (ranks > 1) {    // a rank without points takes part
       mine[0].insert(mine[0].end(), mine[ranks - 1].begin(), mine[ranks - 1].end());
       mine[ranks - 1].clear();
     }
@@ -257,7 +259,8 @@ TEST_P(Bits, DoNotDependOnRanksWithPartsOfTheGround)
         STEPS);
 }
 
-/// A rank above or beside the border of which the other one has only one node of the two that a face ties together.
+/// A rank is above or next to a border, where the other one has only one of the two nodes that a
+/// face ties together.
 TEST_P(Bits, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 4;
@@ -282,7 +285,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
 {
-  // the plate ties columns together: one more on either side of the four that the halves share
+  // The plate ties columns together: the halves share four columns and one more on either side.
   const Scene all = ground();
   const auto mine = divided(all, 2, [](double x, double) { return x < 0.3 ? 0 : 1; });
   const auto words_of = [&](int steps) {
@@ -303,15 +306,16 @@ TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
 
   const auto one = words_of(1), two = words_of(2);
 
-  // the number of points and two boxes; five sums on a node at the start of a step and two for its end, on the columns that one has
-  // touched and the other one needs, each way
+  // Each way, ranks exchange the number of points and two boxes, and per node five sums at the
+  // start of a step and two for its end, on the columns that one has touched and the other one
+  // needs.
   constexpr int COLUMNS = 4 + 1, ROWS = 23;
   EXPECT_EQ(two[0] - one[0], 1u + 4 * 2);
   EXPECT_EQ(two[1] - one[1], 2u * 7u * COLUMNS * ROWS);
   EXPECT_EQ(two[2] - one[2], 5u) << "boxes, bounds, sums, bounds, sums";
 }
 
-TEST(Exchange, EndsWithTheErrorOfARankWhosePointHasNoPlace)
+TEST(Exchange, EndsWithTheErrorOfARankWithAPointOutside)
 {
   for (const double place : {std::nan(""), HUGE_VAL, 7.0}) {
     const Scene all = ground();
@@ -327,8 +331,8 @@ TEST(Exchange, EndsWithTheErrorOfARankWhosePointHasNoPlace)
   }
 }
 
-// GPUs of ranks wait for each other only if no two ranks have the same one, and none is without
-TEST(RankDevices, AreTheirOwnWhereEachRankHasAnotherOne)
+// GPUs of ranks synchronise directly only if each rank has its own GPU.
+TEST(RankDevices, AreExclusiveIfEachRankHasAnotherOne)
 {
   const auto answer_of = [](const std::vector<mpm::DeviceName> &names) {
     std::vector<char> answers(names.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The material point method in space: what is conserved, and motion in closed form.
+// The material point method in space: conservation, and motion in closed form.
 
 #include "scene.h"
 
@@ -54,7 +54,7 @@ Vec3 angular_momentum(const Scene &scene)
   return sum;
 }
 
-/// ½ σ : C⁻¹ σ of linear elasticity, times volume.
+/// Returns ½ σ : C⁻¹ σ of linear elasticity times the volume.
 double strain_energy(const Scene &scene, double young, double poisson)
 {
   double sum = 0.0;
@@ -73,7 +73,7 @@ double order(double coarse, double fine, double refinement = 2.0)
   return std::log(coarse / fine) / std::log(refinement);
 }
 
-/// Root of the mean square.
+/// Root mean square of added numbers.
 class Rms {
  public:
   void add(double value)
@@ -111,7 +111,8 @@ TEST_P(MotionInSpace, FreeFlightKeepsVelocityMassAndMomentumAcrossCells)
     EXPECT_NEAR(after.momentum[c], before.mass * velocity[c], 1e-10 * before.mass);
   for (int p = 0; p < scene.size(); ++p)
     for (int c = 0; c < 3; ++c) {
-      // velocities of nodes are quotients of rounded sums: 1e-7 where a node has hardly any mass
+      // Velocities of nodes are quotients of rounded sums; the error is 1e-7 at nodes with hardly
+      // any mass.
       EXPECT_NEAR(scene.position[3 * p + c], start.position[3 * p + c] + 1.25 * velocity[c], 1e-8);
       EXPECT_NEAR(scene.velocity[3 * p + c], velocity[c], 1e-6);
       EXPECT_NEAR(scene.stress[p](c, c), 0.0, 1e-4);
@@ -134,7 +135,7 @@ TEST_P(MotionInSpace, InternalForcesGiveTheNodesNeitherMomentumNorAngularMomentu
 
   solver.evaluate(scene.view(), {}, 0.01);
 
-  // the integer sums are exact (test_grid_transfer); doubles of them round
+  // The integer sums are exact (test_grid_transfer); their conversion to doubles rounds.
   Vec3 force = Vec3::zero(), moment = Vec3::zero();
   double size = 0.0;
   for (int n = 0; n < solver.grid().node_count(); ++n) {
@@ -147,7 +148,7 @@ TEST_P(MotionInSpace, InternalForcesGiveTheNodesNeitherMomentumNorAngularMomentu
   EXPECT_GT(size, 0.5) << "forces there are";
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(force[c], 0.0, 1e-14 * size);
-    // Σ x ⊗ ∇N = I, and stresses are symmetric; linear functions have a margin beside the nodes
+    // Σ x ⊗ ∇N = I, and stresses are symmetric; linear functions keep a margin to the nodes.
     EXPECT_NEAR(moment[c], 0.0, 1e-13 * size);
   }
 }
@@ -168,7 +169,7 @@ TEST_P(MotionInSpace, BodyForceAcceleratesEveryPointAlike)
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(scene.velocity[3 * p + c], 0.5 * gravity[c], 1e-7);
 }
 
-TEST_P(MotionInSpace, UniformVelocityGradientStrainsAndTurnsUniformly)
+TEST_P(MotionInSpace, UniformVelocityGradientStrainsAndRotatesUniformly)
 {
   Scene scene;
   scene.add_block({{0.5, 0.5, 0.5}}, {{2.0, 2.0, 2.0}}, 0.125, 7.0);
@@ -192,7 +193,7 @@ TEST_P(MotionInSpace, UniformVelocityGradientStrainsAndTurnsUniformly)
       (40.0 * trace(strain)) * Tensor3::identity() + 80.0 * strain;
   int interior = 0;
   for (int p = 0; p < scene.size(); ++p) {
-    bool inside = true;    // two cells from the surface, whose forces reach one of them
+    bool inside = true;    // two cells from the surface, since its forces extend over one of them
     for (int c = 0; c < 3; ++c) inside = inside && std::abs(scene.position[3 * p + c] - 1.25) < 0.2;
     if (!inside) continue;
     ++interior;
@@ -218,8 +219,9 @@ class BarInSpace : public testing::TestWithParam<Scheme> {};
 
 TEST_P(BarInSpace, FirstModeConvergesAtSecondOrder)
 {
-  // E = 100, ν = 0, ρ = 1, L = 25, fixed at z = 0, one cell thick: u = v0/ω sin(β Z) sin(ω t), β = π/2L, ω = β sqrt(E/ρ).
-  // After 1 1/8 periods; time steps are proportional to cells.
+  // E = 100, ν = 0, ρ = 1, L = 25, fixed at z = 0, one cell thick: u = v0/ω sin(β Z) sin(ω t), β =
+  // π/2L, ω = β sqrt(E/ρ). The errors are those after 1 1/8 periods; time steps are proportional to
+  // cells.
   const double length = 25.0, speed = 1e-4;
   const double beta = PI / (2.0 * length);
   const double omega = 10.0 * beta;
@@ -262,8 +264,9 @@ INSTANTIATE_TEST_SUITE_P(, BarInSpace, testing::Values(Scheme::Musl, Scheme::Usa
 
 TEST(ColumnInSpace, CompressedByAThirdOfItsHeightHasTheClosedForm)
 {
-  // On a roller, ν = 0, gravity along each axis in turn: σ = -ρ0 g (l0 - Z), and with dσ = E dλ/λ the place is
-  // z = l0 e⁻¹ (exp(Z/l0) - 1) where ρ0 g l0 = E; see SelfWeightColumn of test_mpm_convergence
+  // The column is on a roller with ν = 0 and gravity along each axis in turn: σ = -ρ0 g (l0 - Z).
+  // With dσ = E dλ/λ the position is z = l0 e⁻¹ (exp(Z/l0) - 1) for ρ0 g l0 = E; see
+  // SelfWeightColumn of test_mpm_convergence.
   const double height = 50.0, density = 80.0, gravity = 10.0, young = density * gravity * height;
   struct Errors {
     double place, stress;
@@ -317,7 +320,8 @@ TEST(ColumnInSpace, CompressedByAThirdOfItsHeightHasTheClosedForm)
   EXPECT_LT(fine, 5e-3);
   for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(error(8, axis), coarse, 1e-9);
 
-  // boxes that follow their points do not overlap where the column is compressed: a full order more, as in the plane
+  // Boxes that follow their points do not overlap where the column is compressed, which gives a
+  // full order more, as in the plane.
   const Errors followed = errors(8, 2, mpm::ShapeFunction::Cpgimp),
                finer = errors(16, 2, mpm::ShapeFunction::Cpgimp);
   printf("column in space, boxes that follow: place %.3e %.3e, order %.2f; stress %.3e %.3e, order "
@@ -333,14 +337,15 @@ TEST(ColumnInSpace, CompressedByAThirdOfItsHeightHasTheClosedForm)
 
 namespace {
 
-/// A sphere of radius R that turns about an axis with ω, of a material with Poisson's ratio ν.
+/// A sphere of radius R that rotates about an axis with ω, of a material with Poisson's ratio ν.
 struct SpinningSphere {
   double radius, poisson;
   double q;    ///< ρω²/(5 (1-ν)(7+5ν))
   Vec3 axis;
 
-  /// Of the equilibrium with ρω²(x, y, 0), z along the axis, whose displacements are polynomials of third degree; no traction on the
-  /// surface (Chree 1889, Trans. Camb. Phil. Soc. 14, 250).
+  /// Returns the stress of the equilibrium with ρω²(x, y, 0), z along the axis, whose displacements
+  /// are polynomials of third degree without traction on the surface (Chree 1889, Trans. Camb.
+  /// Phil. Soc. 14, 250).
   Tensor3 stress(const Vec3 &place) const
   {
     const double n = poisson, R = radius;
@@ -356,7 +361,7 @@ struct SpinningSphere {
                             w * (R * R - 2.0 * (x * x + y * y) - z * z)}};
     return q * (frame * sigma * transpose(frame));
   }
-  /// The place after a turn by an angle.
+  /// Returns the position after a rotation by an angle.
   Vec3 turned(const Vec3 &place, double angle) const
   {
     return std::cos(angle) * place + std::sin(angle) * cross(axis, place) +
@@ -364,7 +369,7 @@ struct SpinningSphere {
   }
 
  private:
-  /// The axes x, y, z as columns.
+  /// Returns the axes x, y, z as columns.
   Tensor3 columns() const
   {
     Vec3 x = cross(Vec3{{0.0, 1.0, 0.0}}, axis);
@@ -378,15 +383,15 @@ struct SpinningSphere {
 
 namespace {
 
-/// What a spinning sphere has lost after a turn.
+/// Errors and losses of a spinning sphere after a rotation.
 struct Found {
-  double stress;     ///< wrong by, over the largest [1]
-  double turning;    ///< share of the angular momentum
-  double energy;     ///< share
-  double angle;      ///< places wrong by, over the radius
+  double stress;     ///< error over the largest stress [1]
+  double turning;    ///< lost share of the angular momentum
+  double energy;     ///< lost share of the energy
+  double angle;      ///< error of positions over the radius
 };
 
-/// With `cells` in the radius, turned by an angle [radian].
+/// Returns the errors with `cells` in the radius after a rotation by an angle [radian].
 Found spun(int cells, double turn)
 {
   const double radius = 0.5, spin = 1.0, density = 1000.0, young = 2e3, poisson = 0.3;
@@ -407,7 +412,7 @@ Found spun(int cells, double turn)
   });
   for (int p = 0; p < scene.size(); ++p) {
     const Vec3 x = at(scene.position, p);
-    // the step leaps: velocities are those half a step ago
+    // In the leapfrog scheme, velocities are those of half a step before.
     set(scene.velocity, p, spin * cross(exact.axis, exact.turned(x, -0.5 * spin * dt)));
     scene.stress[p] = exact.stress(x);
   }
@@ -430,7 +435,8 @@ Found spun(int cells, double turn)
     const Vec3 x = at(scene.position, p), X = at(start.position, p);
     const Vec3 wrong = x - exact.turned(X, turn);
     angle.add(std::sqrt(dot(wrong, wrong)) / radius);
-    if (dot(X, X) > 0.5 * radius * radius) continue;    // a layer at the surface is less accurate
+    // a layer at the surface is omitted, since it is less accurate
+    if (dot(X, X) > 0.5 * radius * radius) continue;
     const Tensor3 now = exact.stress(x);
     for (int k = 0; k < 9; ++k)
       stress.add((scene.stress[p].component[k] - now.component[k]) / central);
@@ -451,7 +457,7 @@ Found spun(int cells, double turn)
 
 }    // namespace
 
-TEST(SpinningSphere, KeepsItsStressMomentaEnergyAndAngleWhileItTurns)
+TEST(SpinningSphere, KeepsItsStressMomentaEnergyAndAngle)
 {
   const Found coarse = spun(3, PI / 3.0), fine = spun(6, PI / 3.0);
 
@@ -465,7 +471,7 @@ TEST(SpinningSphere, KeepsItsStressMomentaEnergyAndAngleWhileItTurns)
   EXPECT_LT(fine.angle, 0.03);
 }
 
-TEST(SpinningSphere, IsAsItWasAfterAWholeTurn)
+TEST(SpinningSphere, ReturnsToItsStateAfterAWholeTurn)
 {
   const Found coarse = spun(3, 2.0 * PI), fine = spun(6, 2.0 * PI);
 
@@ -482,16 +488,19 @@ TEST(SpinningSphere, IsAsItWasAfterAWholeTurn)
 
 namespace {
 
-/// A manufactured solution in space: rings around an axis turn by g(t) h(r, z), z along it. Each point shears by γ = |Γ|, Γ = r g ∇h, in the plane
-/// of e_θ and d = Γ/γ, which turns with it, so the generalized vortex of test_mpm_convergence has an equivalent of two shears. For the Jaumann rate
+/// A manufactured solution in space: rings around an axis rotate by g(t) h(r, z), z along the axis.
+/// Each point shears by γ = |Γ|, Γ = r g ∇h, in the plane of e_θ and d = Γ/γ, which rotates with
+/// it, so that the generalized vortex of test_mpm_convergence has an equivalent of two shears. For
+/// the Jaumann rate
 ///   σ = μ sin γ (e_θ ⊗ d + d ⊗ e_θ) + μ (1 - cos γ) (e_θ ⊗ e_θ - d ⊗ d),
-/// and the force per mass that the balance of momentum needs is -r (g' h)² e_r + r h g'' e_θ - div σ/ρ.
-/// h = (1 - r² - z²)³ inside of the unit sphere, else 0; g = A (1 - cos 2πt)/2.
+/// and the force per mass of the balance of momentum is -r (g' h)² e_r + r h g'' e_θ - div σ/ρ. h =
+/// (1 - r² - z²)³ inside of the unit sphere, else 0; g = A (1 - cos 2πt)/2.
 struct VortexInSpace {
   static constexpr double AMPLITUDE = 0.15;    ///< A: γ up to 0.13
   double shear_modulus, density;
 
-  /// Components of vectors and stresses are those along e_r, e_θ and the axis.
+  /// Returns the rotation angle. Components of vectors and stresses are those along e_r, e_θ and
+  /// the axis.
   double turn(double r, double z, double t) const { return growth(t) * shape(r, z); }
   double rate(double r, double z, double t) const
   {
@@ -514,7 +523,7 @@ struct VortexInSpace {
   Vec3 force(double r, double z, double t) const
   {
     if (!(inside(r, z) > 0.0)) return Vec3::zero();
-    const double d = 1e-5;    // of central differences: right to 1e-9
+    const double d = 1e-5;    // step of central differences, whose error is 1e-9
     const Tensor3 by_r = (0.5 / d) * (stress(r + d, z, t) - stress(r - d, z, t));
     const Tensor3 by_z = (0.5 / d) * (stress(r, z + d, t) - stress(r, z - d, t));
     const Tensor3 s = stress(r, z, t);
@@ -533,7 +542,8 @@ struct VortexInSpace {
   static double growth(double t) { return 0.5 * AMPLITUDE * (1.0 - std::cos(2.0 * PI * t)); }
 };
 
-/// Errors of place, over the largest turn, and of stress, over the shear modulus; cells in the radius of the vortex.
+/// Returns errors of position over the largest rotation and of stress over the shear modulus;
+/// `cells` is the number in the radius of the vortex.
 std::array<double, 2> errors_of_vortex(int cells, const Vec3 &axis, mpm::ShapeFunction shape)
 {
   const double young = 1000.0, poisson = 0.3, density = 1000.0, h = 1.0 / cells;
@@ -550,7 +560,7 @@ std::array<double, 2> errors_of_vortex(int cells, const Vec3 &axis, mpm::ShapeFu
       frame = {{e_r[0], e_t[0], axis[0], e_r[1], e_t[1], axis[1], e_r[2], e_t[2], axis[2]}};
     }
   };
-  // a cell and more of material at rest around it
+  // The vortex is surrounded by at least a cell of material at rest.
   const double reach = 1.0 + 1.5 * h, side = h * std::ceil(reach / h);
   Scene scene;
   scene.add_block(
@@ -566,7 +576,7 @@ std::array<double, 2> errors_of_vortex(int cells, const Vec3 &axis, mpm::ShapeFu
   solver.set_models({&law});
   const int steps = 2 * cells;
   const double dt = 0.5 / steps;
-  // the step leaps: velocities are those of half a step before the positions
+  // In the leapfrog scheme, velocities are those of half a step before the positions.
   for (int p = 0; p < scene.size(); ++p) {
     const Vec3 x = at(scene.position, p);
     const Local local(x, axis);
@@ -620,7 +630,7 @@ TEST(VortexInSpace, ManufacturedSolutionConvergesAtSecondOrder)
   EXPECT_GT(order(b[1], c[1], 1.5), 1.1) << "1.3: a derivative, one order less";
   EXPECT_LT(c[1], 0.1 * 0.13) << "of the largest stress, G γ";
 
-  // no axis is another's better, and boxes that stretch with their points have nothing to stretch for
+  // No axis is preferred, and boxes that follow their points have no advantage here.
   const auto upright = errors_of_vortex(8, {{0.0, 0.0, 1.0}}, ShapeFunction::Gimp),
              followed = errors_of_vortex(8, tilted, ShapeFunction::Cpgimp);
   for (const auto &other : {upright, followed})

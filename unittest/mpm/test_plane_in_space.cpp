@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Space against the plane: one cell of thickness between smooth walls is plane strain, along whichever axis, and no axis is another's
-// better.
+// Space against the plane: one cell of thickness between smooth walls is plane strain, along any
+// axis, and no axis is preferred.
 
 #include "scene.h"
 
@@ -41,8 +41,9 @@ mpm::RigidBodyOptions body_options(int body, const Method &method)
   return options;
 }
 
-/// Elastic ground with a frictional layer on it, below a footing, beside a plate that pushes to the right, under two tractions; gravity,
-/// stress, and irregular velocities. The faces of the bodies are between rows of nodes.
+/// Elastic ground with a frictional layer on it, below a footing and next to a plate that pushes to
+/// the right, under two tractions; with gravity, stress, and irregular velocities. The faces of the
+/// bodies are between rows of nodes.
 struct PlaneGround {
   Scene scene;
   std::vector<mpm::TractionLoad<2>> loads;
@@ -77,7 +78,7 @@ struct PlaneGround {
   }
 };
 
-/// x and y of the plane are `axis` and the next one but the third, in the order of space; `out` is across.
+/// Maps x and y of the plane to two axes of space in the order of space; `out` is the axis across.
 struct Embedding {
   int in[2], out;
 
@@ -98,7 +99,7 @@ struct Embedding {
   }
 };
 
-/// Reactions on bodies and sides along two axes, the force of damping, and at last the CFL number.
+/// Returns reactions on bodies and sides along two axes, the force of damping, and the CFL number.
 template <int D>
 std::vector<double> run(mpm_test::SceneOf<D> &scene, const mpm::SolverOptions<D> &options,
                         const std::vector<mpm::TractionLoad<D>> &loads,
@@ -158,7 +159,7 @@ TEST_P(PlaneInSpace, OneCellBetweenSmoothWallsIsPlaneStrainAlongEachAxis)
   mpm::MohrCoulomb<3> frictional(10e6, 0.3, 2e3, 30.0, 5.0);
   for (int out = 0; out < 3; ++out) {
     const Embedding to(out);
-    // two layers of points; rigid bodies reach beyond the walls
+    // There are two layers of points; rigid bodies extend beyond the walls.
     SceneInSpace scene;
     scene.memory_width = 1;
     std::vector<int> first_of(start.size());
@@ -210,7 +211,8 @@ TEST_P(PlaneInSpace, OneCellBetweenSmoothWallsIsPlaneStrainAlongEachAxis)
     const std::vector<double> found =
         run<3>(scene, in_space, loads, body_velocity, {&elastic, &frictional}, steps, to.in, sides);
 
-    // round-off of 60 steps: of velocities of order 0.1, of stresses of order 1e5, of forces of order 100
+    // round-off of 60 steps of velocities of order 0.1, stresses of order 1e5 and forces of order
+    // 100
     for (int p = 0; p < flat.size(); ++p)
       for (int layer = 0; layer < 2; ++layer) {
         const int q = first_of[p] + layer;

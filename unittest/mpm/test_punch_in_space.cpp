@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Punches pressed into an elastic half space: a square and a round one.
+// Square and round punches that are pressed into an elastic half space.
 
 #include "scene.h"
 
@@ -12,14 +12,15 @@ namespace {
 
 constexpr double YOUNG = 1e6, POISSON = 0.25;
 
-/// Force over settlement and E a/(1 - ν²) of a smooth punch of the half width or radius `half`, in cells, on a quarter of the ground.
+/// Returns the force of a smooth punch over its settlement and E a/(1 - ν²), for the half width or
+/// radius `half` in cells, on a quarter of the ground.
 double stiffness_of_punch(int half, bool round)
 {
   constexpr int WIDTH = 14, DEPTH = 14;
   mpm_test::SceneOf<3> scene;
   scene.add_block({{0, 0, 0}}, {{WIDTH, WIDTH, DEPTH}}, 1.0, 2000.0);
   const int ground = scene.size();
-  // two points in opposite corners; of a quarter of a body the rest is beyond the planes of symmetry
+  // Two points mark opposite corners; the rest of the body is beyond the planes of symmetry.
   for (const double corner : {0.5 - half, half - 0.5})
     scene.add({{corner, corner, DEPTH + 0.5}}, {{0.5, 0.5, 0.5}}, 2000.0);
   for (int p = ground; p < scene.size(); ++p) scene.rigid_body[p] = 0;
@@ -51,22 +52,26 @@ double stiffness_of_punch(int half, bool round)
 
 TEST(PunchInSpace, IsAsStiffAsTheClosedFormsOfASquareAndARoundOne)
 {
-  // On a half space: round 2 (Boussinesq; Johnson 1985, Contact Mechanics, section 3.4), square 2.31 (Pais & Kausel 1988, Soil Dyn. Earthq.
-  // Eng. 7, 213). The ground ends after 3.5 half widths, which makes a rigid base 1.28/3.5 stiffer; a square acts half a cell wider.
+  // On a half space a round punch has 2 (Boussinesq; Johnson 1985, Contact Mechanics, section 3.4)
+  // and a square one 2.31 (Pais & Kausel 1988, Soil Dyn. Earthq. Eng. 7, 213). The ground ends
+  // after 3.5 half widths, and a rigid base is 1.28/3.5 stiffer; a square acts as if half a cell
+  // wider.
   const double square = stiffness_of_punch(4, false), round = stiffness_of_punch(4, true);
   printf("punch: square %.3f, round %.3f, ratio %.3f\n", square, round, round / square);
   EXPECT_GT(square, 2.31);
   EXPECT_LT(square, 2.31 * (1.0 + 1.28 / 3.5) * 4.5 / 4.0);
   EXPECT_GT(round, 2.0);
   EXPECT_LT(round, 2.0 * (1.0 + 1.28 / 3.5));
-  // between springs side by side, as 49 columns to 81, and the half space
+  // The ratio is between that of independent springs, 49 columns over 81, and that of the half
+  // space.
   EXPECT_GT(round / square, 49.0 / 81.0);
   EXPECT_LT(round / square, 2.0 / 2.31);
 }
 
-TEST(RoundBody, HoldsWhatMovesTowardsItsAxisAndLetsTheRestGo)
+TEST(RoundBody, StopsMaterialThatMovesTowardsItsAxisOnly)
 {
-  // dust flows past a smooth cylinder that stands in it: in front of it the dust is stopped, behind it not
+  // Dust flows past a smooth cylinder: in front of it the dust is stopped, behind it the dust is
+  // not.
   const double radius = 3.0, centre = 6.0;
   for (const double angle : {0.0, 0.25 * 3.14159265358979323846}) {
     mpm_test::SceneOf<3> scene;

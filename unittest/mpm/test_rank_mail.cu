@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mail between the GPUs of ranks: here each rank is a stream of one GPU, whose kernels run beside each other and wait for each other.
+// Exchange buffers between the GPUs of ranks. Each rank is a stream of one GPU here, and their
+// kernels run at the same time and synchronise.
 
 #include "cuda/device_buffer.cuh"
 #include "mpm/cuda_rank_mail.cuh"
@@ -21,7 +22,7 @@ using rve::SideStream;
 
 constexpr int RANKS = 3, THREADS = 512;
 
-/// Memory as all ranks have it in common, and a stream for each.
+/// Memory that all ranks share, and a stream for each.
 class RankMailTest : public rve_test::BlockTest {
  protected:
   void SetUp() override
@@ -46,7 +47,7 @@ class RankMailTest : public rve_test::BlockTest {
   SideStream streams[RANKS];
 };
 
-// numbers that any rank may have the largest of, in rounds that no host waits for
+// Rounds of maxima over the ranks run without the host.
 TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
 {
   const int count = 20, rounds = 100;
@@ -73,7 +74,8 @@ TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
     }
 }
 
-/// Rank r gives r + 1 nodes to each other rank, two numbers for each, and adds up what it gets.
+/// Rank r sends r + 1 nodes to each other rank, two numbers for each, and sums the numbers that it
+/// receives.
 __global__ void give_and_take(MailPlaces mail, int round, MailPartners partners,
                               unsigned long long *sum)
 {
@@ -88,7 +90,7 @@ __global__ void give_and_take(MailPlaces mail, int round, MailPartners partners,
       });
 }
 
-TEST_F(RankMailTest, SumsAreThoseThatOthersGive)
+TEST_F(RankMailTest, SumsAreThoseOfTheSentNumbers)
 {
   const int rounds = 100;
   HostBuffer<unsigned long long> sums;
@@ -104,7 +106,7 @@ TEST_F(RankMailTest, SumsAreThoseThatOthersGive)
       give_and_take<<<1, THREADS, 0, streams[rank]>>>(places(rank), round, partners, sum + rank);
     }
   wait();
-  const auto first_for = [](int from, int to) {    // of the list of nodes that a rank gives
+  const auto first_for = [](int from, int to) {    // index in the list of sent nodes
     return (from + 1) * (to < from ? to : to - 1);
   };
   for (int rank = 0; rank < RANKS; ++rank) {
@@ -117,8 +119,9 @@ TEST_F(RankMailTest, SumsAreThoseThatOthersGive)
   }
 }
 
-// a rank that the host has to help makes its passes again: kernels that are halted leave nothing, and others wait
-TEST_F(RankMailTest, HaltedRankMeetsOthersLater)
+// A rank that needs the host repeats its passes: kernels that are cancelled write nothing, and the
+// others wait.
+TEST_F(RankMailTest, CancelledRankSynchronisesLater)
 {
   HostBuffer<double> numbers;
   double *number = numbers.room(RANKS);
@@ -138,7 +141,7 @@ TEST_F(RankMailTest, HaltedRankMeetsOthersLater)
   for (int rank = 0; rank < RANKS; ++rank) EXPECT_EQ(number[rank], 12.0);
 }
 
-TEST_F(RankMailTest, NobodyWaitsForRanksThatHaveLeft)
+TEST_F(RankMailTest, RanksThatHaveEndedDoNotBlockOthers)
 {
   HostBuffer<double> numbers;
   double *number = numbers.room(1);

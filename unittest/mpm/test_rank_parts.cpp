@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What a rank holds of the grid is its part: nodes around its points, however large the grid is, and the same bits as on a small one.
+// A rank stores a part of the grid: nodes around its points, for any size of the grid, with the
+// same bits as on a small grid.
 
 #include "scene.h"
 
@@ -24,10 +25,10 @@ using mpm_test::SceneOf;
 
 namespace {
 
-// a power of two, so that places in cells are exact wherever the grid begins
+// The cell is a power of two, so that positions in cells are exact for any origin of the grid.
 constexpr double CELL = 0.125;
 constexpr double STEP = 1e-3;
-constexpr double MIDDLE = 2500.0;    // of the large grid in x
+constexpr double MIDDLE = 2500.0;    // middle of the large grid in x
 
 struct Method {
   mpm::Scheme scheme = mpm::Scheme::Musl;
@@ -42,8 +43,8 @@ template <int D> Vec<D> corner(double x, double between, double top)
   return place;
 }
 
-/// Ground on a fixed bottom under a surcharge, a footing that is pressed into it, a ball that falls on it, and a block that flies over several
-/// cells: so what is held changes in the run.
+/// Ground on a fixed bottom under a surcharge, a footing that is pressed into it, a ball that falls
+/// on it, and a block that flies over several cells, so that the stored part changes in the run.
 template <int D> struct Analysis {
   SceneOf<D> scene;
   mpm::SolverOptions<D> options;
@@ -51,7 +52,7 @@ template <int D> struct Analysis {
 
   Analysis(const Method &method, bool is_large)
   {
-    // 40,000 x 40,000 cells, and 40,000 x 400 x 400 in space: 1.6e9 and 6.4e9 nodes
+    // The grids have 40,000 x 40,000 cells, and 40,000 x 400 x 400 in space: 1.6e9 and 6.4e9 nodes.
     const double far = D == 2 ? 5000.0 : 50.0;
     options = is_large
         ? mpm_test::grid_options_of<D>(corner<D>(0.0, 0.0, 0.0), corner<D>(5000.0, far, far), CELL)
@@ -64,7 +65,7 @@ template <int D> struct Analysis {
     options.flip = 0.99;
     options.sides[2 * (D - 1)] = SideKind::Fixed;
     if (D == 3) options.sides[2] = SideKind::Roller;
-    options.dashpots[0] = {40.0, 20.0};    // a side that nothing reaches
+    options.dashpots[0] = {40.0, 20.0};    // a side without points near it
     options.rigid_bodies.resize(2);
     options.rigid_bodies[0].face = D == 2 ? Face::YLo : Face::ZLo;
     options.rigid_bodies[0].separation = true;
@@ -95,7 +96,7 @@ template <int D> struct Analysis {
     return std::min(ranks - 1, static_cast<int>((x - MIDDLE) / WIDTH * ranks));
   }
 
-  /// The points of each rank, which are beside each other.
+  /// Returns the points of each rank in adjacent slabs.
   std::vector<std::vector<int>> divided(int ranks) const
   {
     std::vector<std::vector<int>> mine(ranks);
@@ -107,7 +108,7 @@ template <int D> struct Analysis {
 struct Outcome {
   std::map<std::int64_t, std::vector<double>> point;
   std::vector<double> numbers;
-  std::vector<int> held;    ///< nodes, after each step
+  std::vector<int> held;    ///< number of nodes after each step
 
   void add(const Outcome &other) { point.insert(other.point.begin(), other.point.end()); }
 };
@@ -157,7 +158,7 @@ Outcome run(const Analysis<D> &analysis, SceneOf<D> points, int steps,
   return outcome;
 }
 
-/// The same on several ranks, and the largest number of nodes that each held.
+/// Runs the analysis on several ranks and finds the largest number of nodes on each.
 template <int D>
 Outcome run_on(int ranks, const Analysis<D> &analysis, int steps, std::vector<int> &held)
 {
@@ -177,8 +178,8 @@ Outcome run_on(int ranks, const Analysis<D> &analysis, int steps, std::vector<in
   return all;
 }
 
-/// Nodes of a box of cells in which points are, with what their weights, loads and three steps of margins need around it: 4 below and
-/// above for the points, 1 + 2 for bodies, 1 in which points may move.
+/// Returns the number of nodes of a box of cells with points and its margins for weights, loads and
+/// three steps: 4 below and above for the points, 1 + 2 for bodies, and 1 for the motion of points.
 double nodes_around(const std::vector<double> &cells)
 {
   double nodes = 1.0;
@@ -199,7 +200,7 @@ template <int D> void expect_same_bits_as_on_a_small_grid(const Method &method, 
     EXPECT_EQ(found.numbers, expected.numbers) << ranks << " ranks";
     EXPECT_EQ(found.point, expected.point) << ranks << " ranks";
     for (int rank = 0; rank < ranks; ++rank) {
-      // the last one has the block, which flies away
+      // The last rank has the block, which flies away.
       const double right = rank + 1 < ranks ? Analysis<D>::WIDTH / ranks * (rank + 1) : 4.5;
       std::vector<double> cells = {(right - Analysis<D>::WIDTH / ranks * rank) / CELL, 1.5 / CELL};
       if (D == 3) cells.push_back(Analysis<D>::DEPTH / CELL);
@@ -222,7 +223,8 @@ TEST(RankPart, OfAnEnormousGridHasTheBitsOfASmallOneInSpace)
   expect_same_bits_as_on_a_small_grid<3>({}, 60);
 }
 
-/// Boxes that follow the deformation are placed by their ends, which are rounded where they are: ranks are compared with each other.
+/// Ends of boxes that follow the deformation are rounded at their position, so that runs with
+/// several ranks are compared with each other.
 TEST(RankPart, HoldsBoxesThatFollowTheDeformation)
 {
   const Analysis<2> analysis({mpm::Scheme::Musl, ShapeFunction::Cpgimp, true}, true);
@@ -237,7 +239,7 @@ TEST(RankPart, HoldsBoxesThatFollowTheDeformation)
 
 TEST(RankPart, FollowsPointsThatMoveAndLeave)
 {
-  // one point on its way across a thousand cells, and the ground where it comes from
+  // One point moves across a thousand cells away from the ground.
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{500.0, 500.0}}, CELL);
   Scene scene;
   scene.add(1.0, 1.0, {{0.5 * CELL, 0.5 * CELL}}, 2000.0);
@@ -267,7 +269,7 @@ TEST(RankPart, FollowsPointsThatMoveAndLeave)
   EXPECT_LE(solver.held_nodes(), 7 * 7) << "what nobody needs any more is given back";
 }
 
-TEST(RankPart, HasALimitThatAllRanksNameTogether)
+TEST(RankPart, LimitIsReportedByAllRanksTogether)
 {
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{5000.0, 5000.0}}, CELL);
   Scene scene;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rigid bodies with a prescribed velocity: what they do to the material, and what they feel.
+// Rigid bodies with a prescribed velocity: their effect on the material, and the forces on them.
 
 #include "scene.h"
 
@@ -30,7 +30,7 @@ void make_rigid(Scene &scene, int first)
   for (int p = first; p < scene.size(); ++p) scene.rigid_body[p] = 0;
 }
 
-/// Stiffness against uniaxial strain for ν = 0.3.
+/// Returns the stiffness in uniaxial strain for ν = 0.3.
 double confined_modulus()
 {
   return mpm::LinearElastic<2>(YOUNG, 0.3).p_wave_modulus(0);
@@ -82,7 +82,7 @@ TEST(RigidPunch, FullWidthCompressionGivesTheConfinedModulus)
 
 TEST(RigidPunch, ReactionAndStressDoNotJumpWhenTheFacePassesARowOfNodes)
 {
-  // 20 % compression: the face passes two rows of nodes
+  // At 20 % compression the face passes two rows of nodes.
   PunchOnLayer set(0.0, true);
   set.law = mpm::LinearElastic<2>(YOUNG, 0.0);
   MpmSolver solver(set.options);
@@ -109,9 +109,9 @@ TEST(RigidPunch, ReactionAndStressDoNotJumpWhenTheFacePassesARowOfNodes)
       << "the mean growth over 50 steps is 0.025 of it, plus waves";
 }
 
-TEST(RigidPunch, BalancesUniformStressWhereverItsFaceIs)
+TEST(RigidPunch, BalancesUniformStressAtEveryPositionOfItsFace)
 {
-  // the rest of the surface, outside of the footing, carries the traction
+  // The traction acts on the part of the surface outside of the footing.
   const double pressure = 20e3;
   for (const double start : {0.0, -0.02, -0.05, -0.09}) {
     Scene scene;
@@ -139,7 +139,7 @@ TEST(RigidPunch, BalancesUniformStressWhereverItsFaceIs)
 
     solver.evaluate(scene.view(), loads, TIME_STEP);
 
-    // the nodes of the column under the edge share between footing and traction
+    // Footing and traction share the load of the column of nodes below the edge.
     EXPECT_LT(solver.max_unbalanced_force(), 1e-6 * pressure * CELL) << "start " << start;
     EXPECT_NEAR(solver.body_reaction(0)[0], 0.0, 1e-9 * pressure);
     EXPECT_NEAR(solver.body_reaction(0)[1], pressure * 0.4, 1e-9 * pressure) << start;
@@ -162,7 +162,7 @@ TEST(RigidPunch, SeparatingFaceDoesNotPull)
   pulling.set_body_velocity(0, {{0.0, 0.1}});
   leaving.set_body_velocity(0, {{0.0, 0.1}});
 
-  for (int step = 0; step < 10; ++step) {    // then the face is too far away
+  for (int step = 0; step < 10; ++step) {    // from there the face is too far away
     pulling.step(glued.scene.view(), {}, TIME_STEP);
     leaving.step(loose.scene.view(), {}, TIME_STEP);
     EXPECT_LT(pulling.body_reaction(0)[1], 0.0);
@@ -192,7 +192,8 @@ TEST(RigidPunch, SmoothFaceLetsTheMaterialSlideAndRoughFaceDoesNot)
 
 TEST(RigidBody, ImpulseBalanceIsExact)
 {
-  // change of the points' momentum = -(reactions) dt: no other force acts on a free block that is hit
+  // The change of the points' momentum is -(reactions) dt, since no other force acts on a free
+  // block that is hit.
   Scene scene;
   scene.add_block({{0.4, 0.4}}, {{0.8, 0.8}}, 0.5 * CELL, DENSITY);
   const int first = scene.size();
@@ -233,14 +234,15 @@ TEST(RigidBody, WithoutPointsIsRefused)
 
 namespace {
 
-/// Ground under a plate that is pressed into it, beside a plate at rest. The pressed plate consists
-/// of `parts` bodies, in the plane 1 or 2, in space 1 or 4, which are named in the given order.
+/// Ground below a plate that is pressed into it, next to a plate at rest. The pressed plate
+/// consists of `parts` bodies, 1 or 2 in the plane and 1 or 4 in space, with names in the given
+/// order.
 template <int D> struct PlateOnGround {
   static constexpr double PRESS_SPEED = 0.5;
   mpm_test::SceneOf<D> scene;
   mpm::SolverOptions<D> options;
   mpm::LinearElastic<D> law{1e6, 0.2};
-  std::vector<int> pressed;    ///< numbers of the bodies
+  std::vector<int> pressed;    ///< indices of the bodies
   int at_rest = 0;
 
   static mpm::Vec<D> corner(double x, double between, double top)
@@ -280,7 +282,7 @@ template <int D> struct PlateOnGround {
       body.separation = separation;
       body.form = form;
     }
-    // names, not the order in the script, say in which order impulses are added
+    // The names and not the order in the script determine the order in which impulses are added.
     options.rigid_body_names.resize(bodies);
     for (int body = 0; body < bodies; ++body)
       options.rigid_body_names[number(body)] = std::string(1, static_cast<char>('a' + body));
@@ -297,7 +299,7 @@ template <int D> struct PlateOnGround {
     solver.rigid_bodies().set_rates(body, rates);
   }
 
-  /// Loads of the pressed plate and of the one at rest after each of some steps.
+  /// Returns loads of the pressed plate and of the plate at rest after each step.
   std::vector<std::array<mpm::Vec<D>, 2>> loads_in(int steps)
   {
     mpm::MpmSolver<D> solver(options);
@@ -314,7 +316,8 @@ template <int D> struct PlateOnGround {
   }
 };
 
-/// A plate in parts bears what one plate bears, while it passes two rows of nodes beside another one.
+/// Expects that a plate in parts has the load of one plate while it passes two rows of nodes next
+/// to another plate.
 template <int D> void expect_parts_bear_what_the_whole_bears(bool rough, bool separation)
 {
   const int steps = D == 2 ? 500 : 100, parts = D == 2 ? 2 : 4;    // 1.25 cells
@@ -340,7 +343,8 @@ template <int D> void expect_parts_bear_what_the_whole_bears(bool rough, bool se
   EXPECT_EQ(divided.scene.position, reversed.scene.position) << "to the last bit";
 }
 
-/// A trapdoor that sinks below the floor beside it under dry sand, as half of a symmetric problem.
+/// A trapdoor that sinks below the surrounding floor under dry sand, as half of a symmetric
+/// problem.
 struct Trapdoor {
   static constexpr double WIDTH = 0.5, HEIGHT = 2.0, WEIGHT = 2240.0 * 9.81;
   double cell;
@@ -375,25 +379,25 @@ struct Trapdoor {
 
 }    // namespace
 
-TEST(BodiesOnTheSameNodes, PartsOfARoughPlateBearWhatThePlateBears)
+TEST(BodiesOnTheSameNodes, PartsOfARoughPlateBearItsLoad)
 {
   expect_parts_bear_what_the_whole_bears<2>(true, false);
 }
 
-TEST(BodiesOnTheSameNodes, PartsOfASmoothPlateBearWhatThePlateBears)
+TEST(BodiesOnTheSameNodes, PartsOfASmoothPlateBearItsLoad)
 {
   expect_parts_bear_what_the_whole_bears<2>(false, true);
 }
 
-TEST(BodiesOnTheSameNodes, QuartersOfAPlateInSpaceBearWhatThePlateBears)
+TEST(BodiesOnTheSameNodes, QuartersOfAPlateInSpaceBearItsLoad)
 {
   expect_parts_bear_what_the_whole_bears<3>(true, true);
 }
 
-TEST(BodiesOnTheSameNodes, PlatesFarFromEachOtherAreImposedOneByOneToTheSameBits)
+TEST(BodiesOnTheSameNodes, DistantPlatesHaveTheBitsOfSeparateImposition)
 {
-  // A third body in the air presses on nothing. Where it touches the left plate, nodes are divided
-  // among bodies, and where it does not, they are not.
+  // A third body in the air exerts no force. If it touches the left plate, nodes are divided among
+  // bodies; otherwise they are not.
   std::vector<double> velocities[2], loads[2];
   for (const bool touches : {true, false}) {
     Scene scene;
@@ -429,7 +433,7 @@ TEST(BodiesOnTheSameNodes, PlatesFarFromEachOtherAreImposedOneByOneToTheSameBits
   EXPECT_EQ(velocities[0], velocities[1]);
 }
 
-// Halves of a box do not bear what the box bears, since each of them has corners where they meet.
+// Halves of a box do not have the load of the box, since each has corners where they touch.
 TEST(BodiesOnTheSameNodes, LoadsOfBoxesDoNotDependOnTheirOrder)
 {
   constexpr int STEPS = 300;    // three quarters of a cell
@@ -478,9 +482,9 @@ TEST(BodiesOnTheSameNodes, LoadOfATrapdoorHasNoJumpInOneAndAHalfCells)
   }
 
   EXPECT_EQ(of_order[0], of_order[1]) << "to the last bit";
-  // The active state is reached after 0.2 cells. From there on the load is steady but for waves: points
-  // that enter a cell, and faces that pass a row, disturb one point of the eight on the door, of which
-  // each bears an eighth of the load. Waves of a quarter of the load are twice that.
+  // The active state is reached after 0.2 cells; then the load is constant except for waves. Points
+  // that enter a cell and faces that pass a row disturb one of the eight points on the door, each
+  // of which bears an eighth of the load. The limit of a quarter of the load is twice that.
   const std::vector<double> &load = of_order[0];
   const std::size_t first = load.size() / 5;
   double mean = 0.0;

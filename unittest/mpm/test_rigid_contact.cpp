@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rigid bodies that can turn, and those that forces drive: geometry, motion, contact and exchange of momentum.
+// Rigid bodies that rotate or that forces move: geometry, motion, contact and exchange of momentum.
 
 #include "turning_bodies.h"
 
@@ -21,7 +21,7 @@ using mpm_test::SceneOf;
 
 namespace {
 
-/// A shape gets the half spaces of vertices that are counted from its centre, along its axes.
+/// Sets the half spaces of a shape from vertices relative to its centre and along its axes.
 template <int D> void set_vertices(mpm::RigidShape<D> &shape, const std::vector<Vec<D>> &vertices)
 {
   const mpm::ConvexHull<D> hull = mpm::convex_hull(vertices, "body");
@@ -32,7 +32,7 @@ template <int D> void set_vertices(mpm::RigidShape<D> &shape, const std::vector<
   for (int k = 0; k < shape.num_half_spaces; ++k) shape.half_space[k] = hull.sides[k].plane;
 }
 
-/// Directions and places at random.
+/// Returns random directions and positions.
 template <int D> struct Random {
   std::mt19937 generator{11};
   std::uniform_real_distribution<double> number{-1.0, 1.0};
@@ -78,7 +78,7 @@ template <int D> void expect_lines_meet_the_surface(BodyForm form)
       inside[axis] += crossing.place[end] + (end == 0 ? 1e-7 : -1e-7);
       EXPECT_NEAR(dot(normal, normal), 1.0, 1e-12);
       EXPECT_LE((end == 0 ? 1.0 : -1.0) * normal[axis], 0.0) << "the line enters and leaves";
-      // a convex body is on one side of the plane through a point of its surface
+      // A convex body is on one side of the plane through a point of its surface.
       for (int k = 0; k < 20; ++k) {
         const Vec<D> other = shape.centre + 2.0 * random.vector();
         typename mpm::RigidShape<D>::Crossing far;
@@ -97,7 +97,7 @@ template <int D> void expect_lines_meet_the_surface(BodyForm form)
 
 }    // namespace
 
-TEST(RigidShape, LinesEnterAndLeaveAConvexBodyThroughSupportingPlanes)
+TEST(RigidShape, LinesIntersectAConvexBodyAtSupportingPlanes)
 {
   expect_lines_meet_the_surface<2>(BodyForm::Box);
   expect_lines_meet_the_surface<2>(BodyForm::Ball);
@@ -130,7 +130,7 @@ template <int D> void expect_corners_of_a_box_are_the_box()
     if (!meets) continue;
     ++met;
     for (int end = 0; end < 2; ++end) {
-      // along a line a face that is nearly parallel to it has a place of a larger error
+      // The error of an intersection is larger on a face nearly parallel to the line.
       const double steep = std::abs(one.normal[end][trial % D]);
       EXPECT_NEAR(other.place[end], one.place[end], 1e-13 / steep);
       for (int a = 0; a < D; ++a) EXPECT_NEAR(other.normal[end][a], one.normal[end][a], 1e-13);
@@ -176,7 +176,8 @@ TEST(RigidShape, PolygonOfManySidesIsADisk)
 
 namespace {
 
-/// Material that a rough body encloses, with the given rates of the body about a point that is not its centre.
+/// Expects that material enclosed by a rough body moves with it, for the given rates of the body
+/// about a point other than its centre.
 template <int D> void expect_enclosed_material_moves_with_body(const double *rates)
 {
   mpm::SolverOptions<D> options =
@@ -231,7 +232,7 @@ template <int D> void expect_enclosed_material_moves_with_body(const double *rat
 
 }    // namespace
 
-TEST(TurningBody, TurnsByTheSpinTimesTheTime)
+TEST(TurningBody, RotatesByTheSpinTimesTheTime)
 {
   for (const double angle : {1e-9, 0.1, 1.0, 2.5, 6.0}) {
     const double in_plane[] = {0.0, 0.0, 2.0 * angle};
@@ -244,7 +245,7 @@ TEST(TurningBody, TurnsByTheSpinTimesTheTime)
     EXPECT_NEAR(space(0, 2), std::sin(angle), 2e-15) << angle;
     EXPECT_EQ(space(1, 1), 1.0) << angle;
   }
-  // a whole turn in 100 steps
+  // The rotation is a whole turn in 100 steps.
   const double rates[] = {0.0, 0.0, 0.0, 0.02 * std::acos(-1.0), 0.0, 0.0};
   mpm::Tensor<3> turn = mpm::Tensor<3>::identity();
   for (int step = 0; step < 100; ++step) turn = mpm::turn_of<3>(rates, 1.0) * turn;
@@ -260,7 +261,7 @@ TEST(TurningBody, NodesInARoughBodyHaveItsVelocityAndItsSpin)
   expect_enclosed_material_moves_with_body<3>(in_space);
 }
 
-TEST(TurningBody, BoxOnTheWholeWidthPressesAsTheBodyWithAFaceDoes)
+TEST(TurningBody, FullWidthBoxAgreesWithABodyWithAFace)
 {
   for (const bool rough : {false, true}) {
     double reaction[3], stress[3];
@@ -292,7 +293,8 @@ TEST(TurningBody, BoxOnTheWholeWidthPressesAsTheBodyWithAFaceDoes)
 
 namespace {
 
-/// A free body of the layer's width comes to rest on it: M g = E_c A ln(H / (H - u)) for ν = 0 (Hughes-Winget in one dimension).
+/// Expects the settlement of a free body of the layer's width: M g = E_c A ln(H / (H - u)) for ν =
+/// 0 (Hughes-Winget in one dimension).
 template <int D> void expect_settlement(double density)
 {
   BodyOnLayer<D> set(0.4, 0.8, 0.6);
@@ -306,7 +308,7 @@ template <int D> void expect_settlement(double density)
   MpmSolver<D> solver(set.options);
   solver.set_models({&set.law});
 
-  double least = 1.0;    // force over weight, after the first steps
+  double least = 1.0;    // least force over weight after the first steps
   const double weight = density * 0.4 * GRAVITY * std::pow(0.4, D - 1);
   for (int step = 0; step < 1600; ++step) {
     solver.step(set.scene.view(), {}, TIME_STEP);
@@ -331,16 +333,17 @@ TEST(FreeBody, ComesToRestAtTheElasticSettlementUnderItsWeight)
   expect_settlement<3>(5000.0);
 }
 
-TEST(FreeBody, LighterThanTheMaterialBelowItIsStableToo)
+TEST(FreeBody, LightBodyOnHeavyMaterialIsStable)
 {
   expect_settlement<2>(
-      200.0);    // 0.4 high: as heavy as 0.04 of the layer, less than half of the nodes that it rests on
+      200.0);    // height 0.4: as heavy as 0.04 of the layer, less than half of the nodes below it
 }
 
 namespace {
 
-/// A block on a stiff layer, thrown along it, under a gravity that is inclined by `slope`. Of the form Convex a wedge that lies on its longest
-/// face, or with the corners of the block.
+/// Returns the deceleration of a block that is thrown along a stiff layer, with gravity inclined by
+/// `slope`. A block of the form Convex is a wedge on its longest face or has the corners of the
+/// block.
 template <int D>
 double deceleration_on_plane(double friction, double slope, double speed, bool slides = true,
                              BodyForm form = BodyForm::Box, bool is_wedge = true)
@@ -348,7 +351,7 @@ double deceleration_on_plane(double friction, double slope, double speed, bool s
   BodyOnLayer<D> set(1.6, 0.3, 0.5);
   set.options.rigid_bodies[0].rough = false;
   set.options.rigid_bodies[0].friction = friction;
-  set.options.rigid_bodies[0].free = D == 2 ? 3 : 7;    // does not tip
+  set.options.rigid_bodies[0].free = D == 2 ? 3 : 7;    // prevents tipping
   set.options.damping = 0.0;
   set.options.flip = 0.9;
   for (int side = 0; side < mpm::FACES<D> - 1; ++side)
@@ -358,7 +361,7 @@ double deceleration_on_plane(double friction, double slope, double speed, bool s
   hi[0] = 0.6;
   set.options.rigid_bodies[0].form = form;
   if (form == BodyForm::Convex && is_wedge) {
-    if constexpr (D == 2) {    // 0.7 wide, 0.35 high
+    if constexpr (D == 2) {    // width 0.7, height 0.35
       set.options.rigid_body_vertices = {{{{0.25, 0.3}}, {{0.95, 0.3}}, {{0.6, 0.65}}}};
       set.scene.add_block({{0.25, 0.3}}, {{0.95, 0.7}}, 0.05, 8000.0,
                           [](double x, double y) { return y - 0.3 + std::abs(x - 0.6) < 0.35; });
@@ -400,7 +403,7 @@ TEST(FrictionalContact, SlidingBlockDeceleratesByTheCoefficientTimesGravity)
               0.05 * friction * GRAVITY);
 }
 
-TEST(FrictionalContact, BlockOfItsCornersSlidesAsTheBox)
+TEST(FrictionalContact, BlockFromItsCornersSlidesAsTheBox)
 {
   for (const double slope : {0.0, 0.3})
     EXPECT_NEAR(deceleration_on_plane<2>(0.3, slope, 2.0, true, BodyForm::Convex, false),
@@ -410,7 +413,7 @@ TEST(FrictionalContact, BlockOfItsCornersSlidesAsTheBox)
               deceleration_on_plane<3>(0.3, 0.0, 2.0), 1e-9 * GRAVITY);
 }
 
-TEST(FrictionalContact, WedgeOnAnInclineSlidesOrSticksAsCoulombSays)
+TEST(FrictionalContact, WedgeOnAnInclineSlidesOrSticksByCoulombFriction)
 {
   const double slope = 0.4, along = GRAVITY * std::sin(slope), across = GRAVITY * std::cos(slope);
   const double slippery = 0.2, sticky = 0.6;    // tan 0.4 = 0.42
@@ -421,7 +424,7 @@ TEST(FrictionalContact, WedgeOnAnInclineSlidesOrSticksAsCoulombSays)
       << "it bounces in the beginning, by which it slips a little";
 }
 
-TEST(FrictionalContact, BlockOnAnInclineSlidesOrSticksAsCoulombSays)
+TEST(FrictionalContact, BlockOnAnInclineSlidesOrSticksByCoulombFriction)
 {
   const double slope = 0.4, along = GRAVITY * std::sin(slope), across = GRAVITY * std::cos(slope);
   const double slippery = 0.2, sticky = 0.6;    // tan 0.4 = 0.42
@@ -434,7 +437,7 @@ TEST(FrictionalContact, BlockOnAnInclineSlidesOrSticksAsCoulombSays)
 
 namespace {
 
-/// A free body that turns flies into a free block.
+/// Expects that momentum is conserved when a free rotating body hits a free block.
 template <int D> void expect_momentum_is_conserved(BodyForm form, bool rough, double friction)
 {
   mpm::SolverOptions<D> options =
@@ -492,7 +495,8 @@ TEST(FreeBody, ExchangesMomentumWithTheMaterialToRoundOff)
 
 TEST(FreeBody, FallsFreelyAndPrecessesWithoutContact)
 {
-  // torque-free: the angular momentum keeps its direction and size, I ω turns with the body
+  // Without torque the angular momentum keeps its direction and size, and I ω rotates with the
+  // body.
   SceneOf<3> scene;
   scene.add({{0.2, 0.2, 0.2}}, {{0.05, 0.05, 0.05}}, DENSITY);
   scene.add_block({{0.5, 0.6, 0.8}}, {{1.1, 1.0, 1.0}}, CELL, DENSITY);
@@ -512,7 +516,8 @@ TEST(FreeBody, FallsFreelyAndPrecessesWithoutContact)
         velocity[a] = scene.velocity[3 * p + a];
       }
       sum = sum + scene.mass[p] * cross(arm, velocity);
-      const double own = 2.0 / 3.0 * 0.05 * 0.05;    // of a cube about any axis, over its mass
+      // moment of inertia of a cube about any axis over its mass
+      const double own = 2.0 / 3.0 * 0.05 * 0.05;
       for (int a = 0; a < 3; ++a) sum[a] += scene.mass[p] * own * spin_now[a];
     }
     return sum;
@@ -540,15 +545,16 @@ TEST(FreeBody, FallsFreelyAndPrecessesWithoutContact)
   const double *rates = solver.rigid_bodies().rates(0);
   const Vec<3> after =
       angular_momentum(solver.rigid_bodies().origin(0), {{rates[3], rates[4], rates[5]}});
-  // explicit, of the first order: half of (ω dt)² in each step
+  // The explicit step is of first order: an error of half of (ω dt)² in each step.
   for (int a = 0; a < 3; ++a)
     EXPECT_NEAR(after[a], before[a], 1e-3 * std::sqrt(dot(before, before)));
   EXPECT_GT(std::abs(rates[3] - spin[0]), 0.1) << "it precesses";
 }
 
-TEST(FreeBody, HingedAtItsFootSwingsLikeAPhysicalPendulum)
+TEST(FreeBody, HingedAtItsFootOscillatesLikeAPhysicalPendulum)
 {
-  // a rod hangs from a pivot at its upper end: small swings have the period 2π sqrt(I / m g d)
+  // A rod hangs from a pivot at its upper end: small oscillations have the period 2π sqrt(I / m g
+  // d).
   SceneOf<2> scene;
   scene.add(0.2, 0.2, {{0.05, 0.05}}, DENSITY);
   scene.add_block({{0.7, 0.4}}, {{0.8, 1.2}}, 0.05, DENSITY);
@@ -585,7 +591,8 @@ TEST(FreeBody, HingedAtItsFootSwingsLikeAPhysicalPendulum)
 
 namespace {
 
-/// Presses a body of the given vertices, which fill points down to the top of a layer, 1.6 wide and 0.8 high.
+/// Presses a body with the given vertices, filled with points, into the top of a layer of 1.6 by
+/// 0.8.
 struct Press {
   BodyOnLayer<2> set{1.6, 0.8, 0.8};
   std::unique_ptr<MpmSolver<2>> solver;
@@ -621,9 +628,10 @@ struct Press {
 
 }    // namespace
 
-TEST(ConvexBody, SymmetricWedgeFeelsNoHorizontalForceAndNoTorque)
+TEST(ConvexBody, SymmetricWedgeHasNoHorizontalForceAndNoTorque)
 {
-  for (const double height : {0.2, 0.3, 0.5}) {    // 56, 45 and 31 degrees from the vertical
+  // angles of 56, 45 and 31 degrees to the vertical
+  for (const double height : {0.2, 0.3, 0.5}) {
     Press press(BodyForm::Convex, {{{0.5, 0.8 + height}}, {{0.8, 0.8}}, {{1.1, 0.8 + height}}},
                 {{0.6, 0.9}}, {{1.0, 1.1}});
     double largest = 0.0;
@@ -637,23 +645,23 @@ TEST(ConvexBody, SymmetricWedgeFeelsNoHorizontalForceAndNoTorque)
   }
 }
 
-TEST(ConvexBody, HalfOfAWedgeAtAPlaneOfSymmetryFeelsHalfOfTheForce)
+TEST(ConvexBody, HalfAWedgeAtAPlaneOfSymmetryHasHalfTheForce)
 {
   Press whole(BodyForm::Convex, {{{0.5, 1.0}}, {{0.8, 0.8}}, {{1.1, 1.0}}}, {{0.6, 0.9}},
               {{1.0, 1.0}});
   Press half(BodyForm::Convex, {{{0.8, 1.0}}, {{0.8, 0.8}}, {{1.1, 1.0}}}, {{0.8, 0.9}},
              {{1.0, 1.0}}, 0.8);
-  for (int part = 0; part < 5; ++part) {    // a cell and a half deep in the end
+  for (int part = 0; part < 5; ++part) {    // one and a half cells deep at the end
     const double all = whole.force_at(0.2, 300)[1];
     EXPECT_GT(all, 1e4);
-    // mass that points spread to behind the plane of symmetry stays there
+    // Points spread mass behind the plane of symmetry, which stays there.
     EXPECT_NEAR(half.force_at(0.2, 300)[1], 0.5 * all, 0.005 * all);
   }
 }
 
-TEST(ConvexBody, PlaceOfASharpTipOnTheGridDoesNotPushItAside)
+TEST(ConvexBody, SharpTipHasNoLateralForceAnywhereOnTheGrid)
 {
-  // 18 degrees from the vertical: near the tip both faces have the same nodes
+  // The angle to the vertical is 18 degrees: near the tip both faces have the same nodes.
   for (const double shift : {0.0, 0.02, 0.05, 0.08}) {
     const double x = 0.8 + shift;
     Press press(BodyForm::Convex, {{{x - 0.2, 1.4}}, {{x, 0.8}}, {{x + 0.2, 1.4}}},
@@ -668,11 +676,11 @@ TEST(ConvexBody, PlaceOfASharpTipOnTheGridDoesNotPushItAside)
   }
 }
 
-TEST(ConvexBody, PolygonOf24SidesPressesAsTheDiskAround)
+TEST(ConvexBody, PolygonOf24SidesHasTheForceOfADisk)
 {
   const double radius = 0.4, pi = std::acos(-1.0), depth = 0.1;
   std::vector<Vec<2>> vertices;
-  for (int k = 0; k < 24; ++k)    // one at the bottom
+  for (int k = 0; k < 24; ++k)    // with a vertex at the bottom
     vertices.push_back({{0.8 + radius * std::sin(2.0 * pi * k / 24),
                          0.8 + radius - radius * std::cos(2.0 * pi * k / 24)}});
   const double speed = 0.2;
@@ -683,13 +691,13 @@ TEST(ConvexBody, PolygonOf24SidesPressesAsTheDiskAround)
   const double round = disk.force_at(speed, steps)[1];
   const double flat = polygon.force_at(speed, steps)[1];
 
-  // the polygon is nowhere farther inside than this, and the force grows with the depth
+  // This is the largest depth of the polygon inside the circle; the force increases with the depth.
   const double inside = radius * (1.0 - std::cos(pi / 24));
   EXPECT_GT(round, 1e4);
   EXPECT_NEAR(flat, round, inside / depth * round);
 }
 
-TEST(ConvexBody, RefusesPointsThatAreElsewhereAndBodiesThatAreTooThin)
+TEST(ConvexBody, RefusesPointsOutsideAndThinBodies)
 {
   const auto message = [](std::vector<Vec<2>> vertices) {
     try {
@@ -724,7 +732,7 @@ template <int D> void expect_same_bits(BodyForm form, int steps)
     mpm_test::RankTeam team(ranks);
     std::vector<RankOutcome<D>> of_rank(ranks);
     team.run([&](int rank, const mpm::Communication &communication) {
-      std::vector<int> mine;    // slabs in x, in another order
+      std::vector<int> mine;    // slabs in x in another order
       for (int p = set.scene.size() - 1; p >= 0; --p)
         if (std::min(ranks - 1, static_cast<int>(set.scene.position[3 * p] / 1.2 * ranks)) == rank)
           mine.push_back(p);
@@ -795,7 +803,7 @@ TEST(TurningBody, ContinuesFromItsRecordToTheBit)
     expect_to_continue_from_record<3>(form, 5);
 }
 
-TEST(TurningBody, RefusesWhatItCannotBe)
+TEST(TurningBody, RefusesInvalidOptions)
 {
   const auto message = [](const mpm::RigidBodyOptions &body) {
     mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.0, 1.0}}, CELL);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Shape functions along one axis: consistency at every place, cell edges and nodes included.
+// Consistency of shape functions along one axis at every position, including cell edges and nodes.
 
 #include "mpm/shape_functions.h"
 
@@ -13,7 +13,8 @@ namespace {
 constexpr int CELLS = 7;
 constexpr double ROUND_OFF = 1e-14;    // a few operations on numbers of order 10
 
-/// Nodes, cell centres, places half a GIMP box away from them, neighbours in floating point, and everything between.
+/// Returns nodes, cell centres, positions half a GIMP box away from them, floating-point neighbours
+/// of these, and positions between.
 std::vector<double> places()
 {
   std::vector<double> result;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which nodes of the grid the ranks share, against what points and loads really reach.
+// Nodes of the grid that ranks share, against the nodes that points and loads actually reach.
 
 #include "scene.h"
 
@@ -37,7 +37,8 @@ mpm::Grid<2> grid_of(const mpm::SolverOptions<2> &options)
   return {options.lo, options.hi, options.cell_size};
 }
 
-/// Nodes on which one point puts mass, or a force of tractions on its four faces, by the solver itself.
+/// Returns the nodes on which one point puts mass, or tractions on its four faces put force, found
+/// by the solver.
 std::set<int> reached_nodes(Scene scene, ShapeFunction shape)
 {
   MpmSolver solver(options_for(shape));
@@ -57,7 +58,8 @@ std::set<int> reached_nodes(Scene scene, ShapeFunction shape)
   return reached;
 }
 
-/// Coordinates in cells where something may change: sides, nodes, middles of cells, and a little beside them.
+/// Returns critical coordinates in cells: sides, nodes, middles of cells, and positions close to
+/// them.
 std::vector<double> places(int cells)
 {
   std::vector<double> list;
@@ -67,8 +69,8 @@ std::vector<double> places(int cells)
   return list;
 }
 
-/// Numbers in the whole grid of the nodes in whose sums each rank takes part with others, and whether all that a rank gives is what the
-/// others take.
+/// Returns the indices in the whole grid of the nodes whose sums each rank shares, and checks that
+/// sent and received nodes match.
 std::vector<std::set<int>> shared_nodes(const mpm::Grid<2> &grid, const std::vector<Scene> &points,
                                         const std::vector<mpm::RigidBodyOptions> &bodies = {})
 {
@@ -111,7 +113,7 @@ Scene points_at(const std::vector<Vec2> &places)
 
 }    // namespace
 
-TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
+TEST(SharedNodes, BoxHoldsAllNodesOfAPointAndItsLoads)
 {
   for (const ShapeFunction shape : {ShapeFunction::Linear, ShapeFunction::Gimp}) {
     const mpm::Grid<2> grid = grid_of(options_for(shape));
@@ -142,9 +144,9 @@ TEST(SharedNodes, BoxHoldsAllThatAPointAndItsLoadsReach)
   }
 }
 
-TEST(SharedNodes, BoxOfTheLargestDeformedBoxHoldsThoseOfAllPoints)
+TEST(SharedNodes, BoxOfTheLargestPointHoldsThoseOfAllPoints)
 {
-  // where the deformation is known on a device only
+  // Only a device has the deformation.
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{60 * H, 60 * H}}, H);
   Scene scene = points_at({{{20.3 * H, 25.1 * H}}, {{27.5 * H, 30.9 * H}}, {{0.2 * H, 28.0 * H}}});
   scene.deformation_gradient = {
@@ -171,7 +173,8 @@ TEST(SharedNodes, BoxOfTheLargestDeformedBoxHoldsThoseOfAllPoints)
 
 TEST(SharedNodes, AreAFewColumnsBetweenTwoHalves)
 {
-  // centres of the cells (6, j) and (7, j); their points reach columns 5 to 8 and 6 to 9, and loads one more
+  // Points are at centres of the cells (6, j) and (7, j). They reach columns 5 to 8 and 6 to 9, and
+  // loads one more.
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const std::vector<Scene> halves = {points_at({{{0.5 * H, 0.5 * H}}, {{6.5 * H, 9.5 * H}}}),
                                      points_at({{{7.5 * H, 0.5 * H}}, {{19.5 * H, 9.5 * H}}})};
@@ -192,7 +195,7 @@ TEST(SharedNodes, AreAFewColumnsBetweenTwoHalves)
 
 TEST(SharedNodes, AreThoseOfNeighboursOnly)
 {
-  // four ranks in a row: nothing that concerns the last two is known to the first
+  // Four ranks in a row: the first one shares nothing with the last two.
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{80 * H, 10 * H}}, H);
   std::vector<Scene> parts;
   for (int rank = 0; rank < 4; ++rank)
@@ -209,7 +212,7 @@ TEST(SharedNodes, AreThoseOfNeighboursOnly)
   }
 }
 
-TEST(SharedNodes, AreNoneOfOneRankOrFarApart)
+TEST(SharedNodes, DoNotExistForOneRankOrDistantRanks)
 {
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{20 * H, 10 * H}}, H);
   const Scene left = points_at({{{0.5 * H, 0.5 * H}}}), right = points_at({{{15.5 * H, 9.5 * H}}});

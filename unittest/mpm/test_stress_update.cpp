@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// How the stresses of points with several laws are updated, with laws that count.
+// Update of the stresses of points with several laws, by laws that count their calls.
 
 #include "mpm/stress_update.h"
 
@@ -27,7 +27,7 @@ class FakeRequest final : public rve::Request {
   StressesAre wait() override { return where; }
 };
 
-/// Notes the points of its updates. On a device it plans all of them.
+/// Stores the points of its updates. On a device it plans all of them.
 class CountingLaw final : public Constitutive<2> {
  public:
   void update(int count, const int *point_index, const Tensor<2> *, double, Tensor<2> *,
@@ -71,7 +71,7 @@ DeviceArrays<2> on_device()
 
 }    // namespace
 
-TEST(StressUpdate, OfALawThatStandsForSeveralModelsIsOne)
+TEST(StressUpdate, LawOfSeveralModelsUpdatesOnce)
 {
   CountingLaw shared, other;
   Points points{{0, 1, 2, 1, 0}, {}};
@@ -118,8 +118,8 @@ TEST(StressUpdate, BringsAllStressesToTheHostIfOneLawNeedsIt)
   EXPECT_EQ(other.copies, 0);
 }
 
-/// A law whose request is refused is updated by the host, and the one that runs already is not.
-TEST(StressUpdate, IsBegunByTheHostForLawsThatTheDeviceRefuses)
+/// The host updates a law whose request is refused, and does not update the one that already runs.
+TEST(StressUpdate, HostUpdatesLawsThatTheDeviceRefuses)
 {
   CountingLaw accepted, refused;
   refused.request.accepts = false;

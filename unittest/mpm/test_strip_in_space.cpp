@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A strip footing on Tresca's ground, which must keep its volume: a slice of space whose cells have eight points each.
+// A strip footing on Tresca ground, which must keep its volume: a slice of space with eight points
+// per cell.
 
 #include "scene.h"
 
@@ -17,10 +18,11 @@ namespace {
 
 struct Capacity {
   double factor;    ///< mean pressure over the last quarter of the settlement, over the cohesion
-  double gain;      ///< by which share that of the third quarter is less
+  double gain;      ///< relative decrease from the third quarter
 };
 
-/// A rough strip of the half width of 1 m, `half` cells, on a slice one cell thick, 3 m wide and deep.
+/// Returns the capacity of a rough strip with a half width of 1 m, or `half` cells, on a slice one
+/// cell thick, 3 m wide and deep.
 Capacity capacity_of_strip(int half, int points_along_cell, bool mean_dilation)
 {
   constexpr double YOUNG = 2e7, COHESION = 1e4, DENSITY = 2000.0, EXTENT = 3.0;
@@ -64,9 +66,10 @@ Capacity capacity_of_strip(int half, int points_along_cell, bool mean_dilation)
 
 }    // namespace
 
-TEST(TrescaStripInSpace, LocksWithEightPointsPerCellAndIsMendedByMeanDilation)
+TEST(TrescaStripInSpace, LocksWithEightPointsPerCellUnlessMeanDilationIsUsed)
 {
-  // (2 + π) c (Prandtl); a footing that holds the nodes of its edge acts as if it were half a cell wider. With twice as many cells: locked 6.16, mended 5.71.
+  // (2 + π) c (Prandtl). A footing that holds the nodes of its edge acts as if it were half a cell
+  // wider. With twice as many cells the factor is 6.16 with locking and 5.71 with mean dilation.
   constexpr int HALF = 4;
   const double prandtl = 2.0 + 3.14159265358979323846, wider = 1.0 + 0.5 / HALF;
   const Capacity one = capacity_of_strip(HALF, 1, false),

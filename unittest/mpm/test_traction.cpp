@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A traction on the free face of the points balances a uniform stress at every node, whatever the points per cell; a pressure follows the face.
+// A traction on the free face of the points balances a uniform stress at every node, for any number
+// of points per cell; a pressure follows the face.
 
 #include "scene.h"
 
@@ -22,7 +23,7 @@ struct Case {
   int per_cell;    ///< points per cell along an axis
 };
 
-/// A layer of 1.2 x 0.8 in a box that is open above, under the stress -q_s I and the traction q_s.
+/// A layer of 1.2 x 0.8 in a box with an open top, under the stress -q_s I and the traction q_s.
 struct LoadedLayer {
   Scene scene;
   std::vector<TractionLoad> loads;
@@ -82,7 +83,8 @@ TEST_P(Traction, LayerInBalanceStaysAtRest)
 
   for (int step = 0; step < 50; ++step) solver.step(layer.scene.view(), layer.loads, TIME_STEP);
 
-  // a relative round-off of 1e-12 in the nodal force, accelerating for 50 steps
+  // The tolerance is a relative round-off of 1e-12 of the nodal force that accelerates points for
+  // 50 steps.
   const double speed = 1e-12 * SURCHARGE * CELL / (2000.0 * CELL * CELL) * 50 * TIME_STEP;
   for (const double v : layer.scene.velocity) EXPECT_LT(std::abs(v), 10.0 * speed);
 }
@@ -93,9 +95,9 @@ INSTANTIATE_TEST_SUITE_P(PointsPerCell, Traction,
                                          Case{ShapeFunction::Gimp, 1},
                                          Case{ShapeFunction::Gimp, 2}));
 
-TEST(GimpTraction, StaysInBalanceWhereverTheSurfaceIs)
+TEST(GimpTraction, StaysInBalanceForAnyPositionOfTheSurface)
 {
-  // a free block with pressure on all four faces, shifted through a cell
+  // A free block with pressure on all four faces is shifted through a cell.
   for (const double shift : {0.0, 0.013, 0.05, 0.071, 0.0999}) {
     Scene scene;
     scene.add_block({{0.3 + shift, 0.3 + 0.5 * shift}}, {{0.8 + shift, 0.7 + 0.5 * shift}}, CELL,
@@ -128,7 +130,8 @@ TEST(GimpTraction, StaysInBalanceWhereverTheSurfaceIs)
 
 TEST(GimpTraction, ReachesTheGhostRowAboveTheGrid)
 {
-  // a surface on the upper side of the grid, and just above it with the centre still inside
+  // The surface is on the upper side of the grid, and slightly above it with the centre still
+  // inside.
   for (const double lift : {0.0, 0.04}) {
     Scene scene;
     const int p = scene.add(0.55, 0.95 + lift, {{0.05, 0.05}}, 2000.0);
@@ -151,7 +154,7 @@ TEST(GimpTraction, ReachesTheGhostRowAboveTheGrid)
 
 namespace {
 
-/// Force on a point from pressures on some of its faces, by its momentum after a step.
+/// Returns the force of pressures on some faces of a point, from its momentum after a step.
 template <int D>
 mpm::Vec<D> force_of_pressures(const mpm::Tensor<D> &F, const std::vector<Face> &faces,
                                double pressure)
@@ -172,14 +175,14 @@ mpm::Vec<D> force_of_pressures(const mpm::Tensor<D> &F, const std::vector<Face> 
     load.traction[mpm::axis_of(face)] = -mpm::outward(face) * pressure;
     loads.push_back(load);
   }
-  mpm::LinearElastic<D> law(1e-6, 0.3);    // next to nothing beside the pressure
+  mpm::LinearElastic<D> law(1e-6, 0.3);    // negligible compared with the pressure
   mpm::MpmSolver<D> solver(mpm_test::grid_options_of<D>(lo, hi, CELL));
   solver.set_models({&law});
   solver.step(scene.view(), loads, TIME_STEP);
   return (1.0 / TIME_STEP) * solver.totals(scene.view()).momentum;
 }
 
-/// Nanson: the area vector of a face, det(F) F^-T N A.
+/// Returns the area vector of a face by Nanson's formula, det(F) F^-T N A.
 template <int D> mpm::Vec<D> present_area(const mpm::Tensor<D> &F, Face face)
 {
   double area = 1.0;
@@ -206,13 +209,13 @@ template <int D> void expect_that_pressures_follow(const mpm::Tensor<D> &F)
 
 }    // namespace
 
-TEST(Pressure, ActsOnThePresentAreaVectorOfAFaceThatIsStretchedShearedAndTurned)
+TEST(Pressure, ActsOnThePresentAreaVectorOfADeformedFace)
 {
   expect_that_pressures_follow<2>({{0.8, 0.5, -0.3, 1.1}});
   expect_that_pressures_follow<3>({{0.8, 0.5, -0.2, -0.3, 1.1, 0.4, 0.2, -0.1, 0.9}});
 }
 
-TEST(Pressure, OfAFaceThatIsNotTurnedIsTheTraction)
+TEST(Pressure, OfAnUndeformedFaceIsTheTraction)
 {
   const mpm::Tensor<2> F{{0.7, 0.0, 0.0, 1.2}};
   const mpm::Vec<2> force = force_of_pressures<2>(F, {Face::YHi}, SURCHARGE);

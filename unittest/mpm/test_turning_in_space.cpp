@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Bodies of forms that turn, in space, against closed forms: inclines, a wall that turns about its foot, footings that forces press.
+// Rotating bodies in space against closed forms: inclines, a wall that rotates about its foot, and
+// footings that are pressed by forces.
 
 #include "turning_bodies.h"
 
@@ -29,7 +30,8 @@ Vec3 at(const std::vector<double> &rows, int p)
   return {{rows[3 * p], rows[3 * p + 1], rows[3 * p + 2]}};
 }
 
-/// A frame whose third axis is inclined by `slope` against the vertical, down along the first one, which is seen from above at `azimuth`.
+/// A frame whose third axis is inclined by `slope` to the vertical, downwards along the first one,
+/// whose direction seen from above is `azimuth`.
 struct Incline {
   double slope, azimuth;
 
@@ -44,7 +46,8 @@ struct Incline {
   {
     return local[0] * down() + local[1] * across() + local[2] * normal();
   }
-  /// A body begins with the axes of this frame: its rotation vector, by Rodrigues' formula backwards.
+  /// Sets the rotation vector of a body to the axes of this frame by the inverse of Rodrigues'
+  /// formula.
   void turn(mpm::RigidBodyOptions &body) const
   {
     const Vec3 x = down(), y = across(), z = normal();
@@ -55,16 +58,16 @@ struct Incline {
   }
 };
 
-/// An elastic block that slides on a body of a length and width of 1.2 and 0.8 whose upper face is inclined.
+/// An elastic block that slides on a body with an inclined upper face of 1.2 by 0.8.
 struct BlockOnInclinedBody {
   static constexpr double YOUNG = 10e6;
   Incline incline;
-  Vec3 acceleration;    ///< mean, of the block
+  Vec3 acceleration;    ///< mean acceleration of the block
 
   BlockOnInclinedBody(double friction, double slope, double speed, BodyForm form) :
       incline{slope, 0.5}
   {
-    const Vec3 middle = {{0.8, 0.8, 0.5}};    // of the face
+    const Vec3 middle = {{0.8, 0.8, 0.5}};    // middle of the face
     const Vec3 lo = {{-0.6, -0.4, -0.3}}, hi = {{0.6, 0.4, 0.0}};
     Scene local, scene;
     local.add_block({{-0.5, -0.2, 0.0}}, {{-0.1, 0.2, 0.2}}, 0.5 * CELL, DENSITY);
@@ -107,9 +110,9 @@ struct BlockOnInclinedBody {
 
 }    // namespace
 
-TEST(InclinedBody, ElasticBlockOnItSlidesOrSticksAsCoulombSays)
+TEST(InclinedBody, ElasticBlockSlidesOrSticksByCoulombFriction)
 {
-  // the face is inclined by 0.4 about an axis that is none of the grid's
+  // The face is inclined by 0.4 about an axis oblique to the grid.
   const double slope = 0.4, along = GRAVITY * std::sin(slope), across = GRAVITY * std::cos(slope);
   const double slippery = 0.2, sticky = 0.6;    // tan 0.4 = 0.42
   for (const BodyForm form : {BodyForm::Box, BodyForm::Convex}) {
@@ -132,7 +135,8 @@ TEST(InclinedBody, ElasticBlockOnItSlidesOrSticksAsCoulombSays)
 
 namespace {
 
-/// Mean acceleration of a block of a form on a layer, thrown along it, under a gravity that is inclined by `slope` towards `along`.
+/// Returns the mean acceleration of a block of a form that is thrown along a layer, with gravity
+/// inclined by `slope` towards `along`.
 Vec3 acceleration_on_layer(BodyForm form, double friction, double slope, const Vec3 &along,
                            double speed, double damping = 0.0)
 {
@@ -142,7 +146,7 @@ Vec3 acceleration_on_layer(BodyForm form, double friction, double slope, const V
   body.form = form;
   body.rough = false;
   body.friction = friction;
-  body.free = 7;    // does not tip
+  body.free = 7;    // prevents tipping
   set_up.options.flip = 0.9;
   for (int side = 0; side < 5; ++side) set_up.options.sides[side] = SideKind::Fixed;
   const Vec3 lo = {{0.2, 0.2, 0.3}}, hi = {{0.8, 0.8, 0.6}};
@@ -168,7 +172,7 @@ Vec3 acceleration_on_layer(BodyForm form, double friction, double slope, const V
 
 }    // namespace
 
-TEST(DrivenBlockInSpace, SlidesDownAnInclineInAnyDirectionAsCoulombSays)
+TEST(DrivenBlockInSpace, SlidesDownAnInclineInAnyDirectionByCoulombFriction)
 {
   const double slope = 0.4;
   const Vec3 along = {{std::cos(0.6), std::sin(0.6), 0.0}}, aside = {{-along[1], along[0], 0.0}};
@@ -178,7 +182,8 @@ TEST(DrivenBlockInSpace, SlidesDownAnInclineInAnyDirectionAsCoulombSays)
     const Vec3 sticks = acceleration_on_layer(form, 0.6, slope, along, 0.0, 0.3);
     printf("driven block: %.4f (%.4f), sticks %.3f of %.3f\n", dot(slides, along),
            down - 0.2 * (weight + slides[2]), dot(sticks, along), down);
-    // it still swings up and down: the normal force is that of its weight and of its own acceleration
+    // The block still oscillates vertically: the normal force is that of its weight and its
+    // acceleration.
     EXPECT_NEAR(dot(slides, along), down - 0.2 * (weight + slides[2]), 1e-3 * down);
     EXPECT_NEAR(dot(slides, aside), 0.0, 1e-3 * down);
     EXPECT_NEAR(dot(sticks, along), 0.0, 0.05 * down)
@@ -189,18 +194,19 @@ TEST(DrivenBlockInSpace, SlidesDownAnInclineInAnyDirectionAsCoulombSays)
 
 namespace {
 
-/// A wall turns about its foot, a line through `origin` along an axis of the grid, and presses on the end of an elastic bar between
-/// two smooth walls. The other end is on a plane of symmetry, top and bottom are free.
+/// A wall that rotates about its foot, a line through `origin` along an axis of the grid, and
+/// compresses the end of an elastic bar between two smooth walls. The other end is on a plane of
+/// symmetry; top and bottom are free.
 struct WallThatTurns {
   static constexpr double LENGTH = 1.0, HEIGHT = 1.0, YOUNG = 1e6, ANGLE = 1e-3;
-  double moment, force, work, energy;    ///< over those of the closed form
+  double moment, force, work, energy;    ///< ratios to the closed form
   double
-      along_foot;    ///< moment about the other axes through the middle of the wall, over the moment
+      along_foot;    ///< moment about the other axes through the middle of the wall, over `moment`
 
-  /// `hinge` is the axis of the grid along which the foot is.
+  /// Runs the test; `hinge` is the axis of the grid along the foot.
   WallThatTurns(int cells, int hinge, BodyForm form)
   {
-    // x of the bar, along the foot, up
+    // axes of the grid: x of the bar, along the foot, up
     const int x = (hinge + 2) % 3, y = hinge, z = (hinge + 1) % 3;
     const auto place = [&](double along, double width, double height) {
       Vec3 p;
@@ -258,10 +264,11 @@ struct WallThatTurns {
 
 }    // namespace
 
-TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABarThatItPressesAndBends)
+TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABentBar)
 {
-  // For ν = 0 bending is exact: the wall turns by θ about the edge of the bar's end, so ε = θ z/L, σ = E θ z/L, without shear. Then
-  // F = E θ b H²/2L and M = E θ b H³/3L about the foot, and the work of the wall, M θ/2, is the energy of the bar.
+  // For ν = 0 bending is exact. The wall rotates by θ about the edge of the bar's end, so that ε =
+  // θ z/L, σ = E θ z/L, without shear. Then F = E θ b H²/2L, M = E θ b H³/3L about the foot, and
+  // the work of the wall, M θ/2, is the energy of the bar.
   const WallThatTurns coarse(5, 1, BodyForm::Box), fine(10, 1, BodyForm::Box);
   for (const WallThatTurns *wall : {&coarse, &fine}) {
     printf("wall that turns: moment %.4f, force %.4f, work %.4f, energy %.4f of the closed form\n",
@@ -275,7 +282,7 @@ TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABarThatItPressesAndBends)
   EXPECT_NEAR(fine.moment, 1.0, 0.003);
   EXPECT_NEAR(fine.force, 1.0, 0.003);
   EXPECT_NEAR(fine.energy, 1.0, 0.003);
-  // with its foot along the other axes, and with its vertices
+  // The foot is along the other axes, and the wall has vertices.
   for (const auto &[hinge, form] :
        {std::pair(0, BodyForm::Box), {2, BodyForm::Box}, {1, BodyForm::Convex}}) {
     const WallThatTurns other(5, hinge, form);
@@ -286,8 +293,9 @@ TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABarThatItPressesAndBends)
 
 namespace {
 
-/// Water before a smooth wall that is inclined by `slope` about its foot, away from the water: the force across, upwards and the moment about the foot over
-/// γ b H²/2, times tan(slope), and γ b H³/6 cos²(slope).
+/// Water in front of a smooth wall that is inclined by `slope` about its foot, away from the water.
+/// The members are the force across over γ b H²/2, the force upwards over that times tan(slope),
+/// and the moment about the foot over γ b H³/6 cos²(slope).
 struct WaterBehindWall {
   double across, upwards, moment;
 
@@ -343,7 +351,8 @@ struct WaterBehindWall {
 
 TEST(InclinedWall, HasTheForceAndTheMomentOfWaterAboutItsFoot)
 {
-  // pressures γ (H - z) on a face inclined by β: γ H²/2 across, that times tan β down, γ H³/6 cos² β about the foot
+  // Pressures γ (H - z) on a face inclined by β have the resultants γ H²/2 across, that times tan β
+  // down, and γ H³/6 cos² β about the foot.
   const WaterBehindWall vertical(6, 0.0);
   EXPECT_NEAR(vertical.across, 1.0, 1e-9);
   EXPECT_NEAR(vertical.upwards, 0.0, 1e-9);
@@ -355,7 +364,8 @@ TEST(InclinedWall, HasTheForceAndTheMomentOfWaterAboutItsFoot)
   EXPECT_NEAR(coarse.across, 1.0, 0.01);
   EXPECT_NEAR(fine.across, 1.0, 0.01);
   EXPECT_NEAR(fine.moment, 1.0, 0.01) << "2.4 % with half as many cells";
-  // on the lowest nodes the side holds what the wall would: a cell under the full pressure, of which a half cell is meant
+  // On the lowest nodes the side holds a part of the wall's load: a cell under the full pressure
+  // instead of half a cell.
   for (const auto &[wall, cells] : {std::pair(&coarse, 6), {&fine, 12}}) {
     EXPECT_LT(wall->upwards, 1.0);
     EXPECT_GT(wall->upwards, 1.0 - 1.1 / cells);
@@ -364,13 +374,14 @@ TEST(InclinedWall, HasTheForceAndTheMomentOfWaterAboutItsFoot)
 
 namespace {
 
-/// A smooth rigid footing of the half width or radius `half` [cells], on half of the ground under it, 9 cells deep, pressed by
-/// a force out of its middle.
+/// A smooth rigid footing of the half width or radius `half` [cells] on half of the ground below
+/// it, 9 cells deep, pressed by an eccentric force.
 struct PressedFooting {
   static constexpr double YOUNG = 1e6, POISSON = 0.25;
   static constexpr int DEPTH = 9;
-  double force, moment, ground;    ///< that it and the ground feel, over those that are applied
-  double vertical, rocking;        ///< F/(E a u) (1 - ν²) and M/(E a³ θ) (1 - ν²)
+  /// reactions of the footing and of the ground over the applied ones
+  double force, moment, ground;
+  double vertical, rocking;    ///< F/(E a u) (1 - ν²) and M/(E a³ θ) (1 - ν²)
 
   PressedFooting(BodyForm form, double half, int steps)
   {
@@ -379,7 +390,7 @@ struct PressedFooting {
     const int soil = scene.size();
     const double r = half - 0.5, load = 8000.0, eccentricity = 0.5;
     for (const double x : {-r, r})
-      for (const double y : {-r, r})    // a half is beyond the plane of symmetry
+      for (const double y : {-r, r})    // one half is beyond the plane of symmetry
         for (const double z : {0.5, 1.5})
           scene.add({{x, y, DEPTH + z}}, {{0.5, 0.5, 0.5}}, 5.0 * DENSITY);
     for (int p = soil; p < scene.size(); ++p) {
@@ -398,7 +409,7 @@ struct PressedFooting {
     mpm::RigidBodyOptions &body = options.rigid_bodies[0];
     body.form = form;
     body.rough = false;
-    body.free = 1 << 2 | 1 << 4;    // sinks in and tilts about y
+    body.free = 1 << 2 | 1 << 4;    // can sink and tilt about y
     mpm::LinearElastic<3> law(YOUNG, POISSON);
     MpmSolver<3> solver(options);
     solver.set_models({&law});
@@ -407,7 +418,7 @@ struct PressedFooting {
     force = solver.body_reaction(0)[2] / load;
     moment = -solver.body_torque(0)[1] / (load * eccentricity);
     ground = -solver.side_reaction(Face::ZLo)[2] / load;
-    const double modulus = 0.5 * YOUNG / (1.0 - POISSON * POISSON);    // of a half
+    const double modulus = 0.5 * YOUNG / (1.0 - POISSON * POISSON);    // modulus for one half
     vertical = load / (modulus * half * (DEPTH + 1.0 - solver.rigid_bodies().origin(0)[2]));
     rocking =
         load * eccentricity / (modulus * half * half * half * solver.rigid_bodies().turned(0)[1]);
@@ -416,10 +427,12 @@ struct PressedFooting {
 
 }    // namespace
 
-TEST(PressedFooting, SinksInAndTiltsAsAForceOutOfItsMiddleAndTheGroundWant)
+TEST(PressedFooting, SettlesAndTiltsUnderAnEccentricForce)
 {
-  // On a half space a square has F (1 - ν²)/(E a u) = 2.31 and M (1 - ν²)/(E a³ θ) = 2.0 (Pais & Kausel 1988); on ground of the depth d these are
-  // 1.28 a/d and 0.17 a/d more (of a circle: Kausel 1974). A line of nodes meets the footing from a quarter of a cell behind its edge on.
+  // On a half space a square has F (1 - ν²)/(E a u) = 2.31 and M (1 - ν²)/(E a³ θ) = 2.0 (Pais &
+  // Kausel 1988). On ground of the depth d these increase by 1.28 a/d and 0.17 a/d (for a circle:
+  // Kausel 1974). A line of nodes touches the footing if it is more than a quarter of a cell inside
+  // its edge.
   const double half = 3.26;
   const PressedFooting square(BodyForm::Box, half, 600);
   printf("square footing: force %.5f, moment %.5f, ground %.4f, vertical %.3f, rocking %.3f\n",
@@ -427,7 +440,7 @@ TEST(PressedFooting, SinksInAndTiltsAsAForceOutOfItsMiddleAndTheGroundWant)
   EXPECT_NEAR(square.force, 1.0, 1e-3) << "at rest";
   EXPECT_NEAR(square.moment, 1.0, 1e-3);
   EXPECT_NEAR(square.ground, 1.0, 0.02) << "damping holds what is on its way";
-  const double least = (half - 0.26) / half;    // as if it ended with its last nodes
+  const double least = (half - 0.26) / half;    // as if the footing ended at its last nodes
   const double vertical = 2.31 * (1.0 + 1.28 * half / PressedFooting::DEPTH);
   const double rocking = 2.0 * (1.0 + 0.17 * half / PressedFooting::DEPTH);
   EXPECT_LT(square.vertical, vertical);
@@ -443,9 +456,10 @@ TEST(PressedFooting, SinksInAndTiltsAsAForceOutOfItsMiddleAndTheGroundWant)
   }
 }
 
-TEST(PressedFooting, BoxAndCylinderPressAsBodiesWithAFaceDo)
+TEST(PressedFooting, BoxAndCylinderAgreeWithBodiesWithAFace)
 {
-  // a line of nodes meets a box from a quarter of a cell behind its edge on, and a body with a face from its edge on
+  // A line of nodes touches a box if it is more than a quarter of a cell inside its edge, and a
+  // body with a face from its edge on.
   constexpr int DEPTH = 9, HALF = 3;
   for (const bool round : {false, true}) {
     double force[2];
@@ -489,12 +503,13 @@ TEST(PressedFooting, BoxAndCylinderPressAsBodiesWithAFaceDo)
 
 namespace {
 
-/// A ball of the radius of four cells on a layer, under a gravity that is inclined by `slope` as soon as it rests.
+/// A ball with a radius of four cells on a layer, with gravity inclined by `slope` once it rests.
 struct BallOnLayer {
   static constexpr double RADIUS = 0.4;
-  double acceleration, spin;    ///< mean of its centre [m/s²], and about the axis of rolling [1/s²]
-  double normal;                ///< mean normal force over the mass [m/s²]
-  double inertia;               ///< over m R²
+  /// mean acceleration of its centre [m/s²] and about the axis of rolling [1/s²]
+  double acceleration, spin;
+  double normal;     ///< mean normal force over the mass [m/s²]
+  double inertia;    ///< moment of inertia over m R²
 
   BallOnLayer(double friction, double slope)
   {
@@ -566,9 +581,10 @@ struct BallOnLayer {
 
 }    // namespace
 
-TEST(Ball, GlidesSlidesOrRollsDownAnInclineAsCoulombSays)
+TEST(Ball, GlidesSlidesOrRollsDownAnInclineByCoulombFriction)
 {
-  // g sin β; with friction that it overcomes g sin β - μ N/m, and its spin grows by μ N R/I; else it rolls with g sin β/(1 + I/m R²)
+  // Without friction the acceleration is g sin β. With sliding friction it is g sin β - μ N/m, and
+  // the spin grows by μ N R/I. A rolling ball has g sin β/(1 + I/m R²).
   const double slope = 0.3, down = GRAVITY * std::sin(slope);
   const BallOnLayer glides(0.0, slope), slides(0.06, slope), rolls(0.6, slope);
   const double sliding = down - 0.06 * slides.normal;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Bodies that turn, for tests: on a layer, and a scene with everything that they know.
+// Rotating bodies for tests: on a layer, and a scene with all their features.
 
 #pragma once
 
@@ -38,7 +38,8 @@ template <int D> Vec<D> corner(double across, double height)
   return place;
 }
 
-/// A layer that fills a box with rollers on its sides and a fixed or smooth bottom, and a body of points on it.
+/// A layer that fills a box with rollers on its sides and a fixed or smooth bottom, and a body of
+/// points on it.
 template <int D> struct BodyOnLayer {
   SceneOf<D> scene;
   mpm::LinearElastic<D> law{YOUNG, 0.3};
@@ -68,7 +69,7 @@ template <int D> struct BodyOnLayer {
   }
 };
 
-/// The corners of a box.
+/// Returns the corners of a box.
 template <int D> std::vector<Vec<D>> corners_of_box(const Vec<D> &lo, const Vec<D> &hi)
 {
   std::vector<Vec<D>> corners;
@@ -80,7 +81,7 @@ template <int D> std::vector<Vec<D>> corners_of_box(const Vec<D> &lo, const Vec<
   return corners;
 }
 
-/// The middles of the faces of a box: a rhombus or an octahedron.
+/// Returns the middles of the faces of a box: a rhombus or an octahedron.
 template <int D> std::vector<Vec<D>> middles_of_faces(const Vec<D> &lo, const Vec<D> &hi)
 {
   std::vector<Vec<D>> middles;
@@ -96,7 +97,8 @@ template <int D> struct RankOutcome {
   std::vector<double> numbers;
 };
 
-/// A frictional ball or box that forces drive, spinning and tilted, falls on ground with an inclined rough wall, which turns.
+/// A frictional ball or box that is moved by forces, spinning and tilted, and falls on ground with
+/// an inclined rough wall, which rotates.
 template <int D> struct TwoBodies {
   SceneOf<D> scene;
   mpm::SolverOptions<D> options;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The affine stiffness of a state from its contacts, which are found anew on the host in double precision.
+// The affine stiffness of a state from contacts that the host finds in double precision.
 
 #pragma once
 
@@ -16,7 +16,8 @@ namespace rve_test {
 
 inline rve::AffineStiffness affine_stiffness(const rve::RveState &state)
 {
-  // in the order of find_contacts(); the scalar history is the same from both sides: the force and the tangent both turn round
+  // The histories are in the order of find_contacts(). The scalar history is the same seen from
+  // both grains, since force and tangent both change sign.
   std::vector<rve::Pair> pairs = state.pairs;
   for (rve::Pair &pair : pairs)
     if (pair.second < pair.first) std::swap(pair.first, pair.second);

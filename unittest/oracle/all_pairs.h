@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Pairs of neighbours, the slow and obvious way: every pair, every image, double precision.
+// Oracle: pairs of neighbours by a loop over every pair and every image, in double precision.
 
 #pragma once
 
@@ -13,12 +13,13 @@ namespace rve_test {
 
 struct OraclePair {
   int first, second;             ///< first < second
-  rve::Vec<double, 2> branch;    ///< first to the nearest image of second [length]
+  rve::Vec<double, 2> branch;    ///< from first to the nearest image of second [length]
   double gap;                    ///< |branch| - sum of radii [length]
 };
 
-/// Pairs whose gap is below `reach`. `fractional` holds s 2^64. The nearest image is looked for `images` cells around the
-/// image whose fractional difference is smallest: 1 is right for any cell wider than twice the reach.
+/// Returns pairs whose gap is below `reach`. `fractional` is s 2^64. The nearest image is searched
+/// `images` cells around the image with the smallest fractional difference; 1 suffices for cells
+/// wider than twice the reach.
 inline std::vector<OraclePair> all_pairs(const rve::Tensor2 &cell,
                                          const std::vector<double> &radius,
                                          const std::vector<std::uint64_t> &fractional, double reach,
@@ -28,7 +29,7 @@ inline std::vector<OraclePair> all_pairs(const rve::Tensor2 &cell,
   std::vector<OraclePair> pairs;
   for (int i = 0; i < n; ++i)
     for (int j = i + 1; j < n; ++j) {
-      // the wrapping difference: of all images the one whose fractions differ least
+      // The wrapping difference selects the image whose fractions differ least.
       const double dx =
           static_cast<double>(static_cast<std::int64_t>(fractional[2 * j] - fractional[2 * i])) *
           0x1p-64;

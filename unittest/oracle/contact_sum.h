@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: everything that an RVE answers, from all pairs and all near images, in long double and without list, minimum image or integers;
-// and beside each number a bound of what a number format may be off by.
+// Oracle: all results of an RVE from all pairs and all near images, in long double, without list,
+// minimum image and integers. Each number has a bound of the error of a number format.
 //
-// The bounds count roundings. A format has u, the unit roundoff of forces and normals; w, that of branch vectors and radii; and s, the
-// resolution of a fractional coordinate. With H the cell and d the sum of two radii:
-//   branch   w S + s |H|, where S = sum_ab |H_ab| d / w_b bounds the products H_ab ds_b of two grains in touch (w_b: width of the cell),
-//            each with four roundings: of H, of ds, of the product and of the sum
-//   gap      the same, and eight roundings of d: two radii and their sum, two squares and their sum, root, difference
-//   normal   (branch error)/d and six roundings: a root, a quotient, two products, two conversions
-//   force    k_n (1 + mu) times the error of the gap, since the Coulomb limit follows the normal force; |f| times the error of the normal and
-//            sixteen roundings of the law and of its constants; and half a unit q of the integer sums
-//   energy   the same two on each spring; and half a unit of its integer sum, which keeps 2^17 contacts at the limit of forces in 62 bits
-//   stress   the error of the force times |b|, |f| times that of the branch, and half a unit of the integer sums of f b
-// Each count is generous by a factor of two or so; none is fitted.
+// The bounds count roundings. A format has u, the unit roundoff of forces and normals; w, that of
+// branch vectors and radii; and s, the resolution of a fractional coordinate. With the cell H and
+// the sum d of two radii, the errors are:
+//   branch   w S + s |H|, where S = sum_ab |H_ab| d / w_b bounds the products H_ab ds_b of two
+//            touching grains (w_b: width of the cell), each with four roundings: of H, ds, the
+//            product and the sum
+//   gap      that of the branch, and eight roundings of d: two radii and their sum, two squares
+//            and their sum, root, difference
+//   normal   (branch error)/d and six roundings: a root, a quotient, two products, two
+//            conversions
+//   force    k_n (1 + mu) times the error of the gap, since the Coulomb limit follows the normal
+//            force; |f| times the error of the normal and sixteen roundings of the law and of its
+//            constants; and half a unit q of the integer sums
+//   energy   those of gap and force on each spring; and half a unit of its integer sum, which
+//            keeps 2^17 contacts at the limit of forces in 62 bits
+//   stress   the error of the force times |b|, |f| times that of the branch, and half a unit of
+//            the integer sums of f b
+// Each count is too large by a factor of about two; none is fitted.
 
 #pragma once
 
@@ -27,20 +34,20 @@
 
 namespace rve_test {
 
-/// What a number format resolves.
+/// Resolution of a number format.
 struct Resolution {
   double force;       ///< u, unit roundoff
   double branch;      ///< w, unit roundoff
-  double fraction;    ///< s, of the difference of two fractional coordinates
-  int sum_bits;       ///< of the integer sums of forces
+  double fraction;    ///< s, resolution of the difference of two fractional coordinates
+  int sum_bits;       ///< bits of the integer sums of forces
 
   static Resolution of(rve::Format format)
   {
     switch (format) {
       case rve::Format::Fast:
-        return {0x1p-24, 0x1p-24, 0x1p-32, 31};    // one coordinate is cut at 2^-32
+        return {0x1p-24, 0x1p-24, 0x1p-32, 31};    // one coordinate is truncated to 2^-32
       case rve::Format::Single:
-        return {0x1p-24, 0x1p-24, 0x1p-24, 31};    // each is rounded to 2^-25
+        return {0x1p-24, 0x1p-24, 0x1p-24, 31};    // each coordinate is rounded to 2^-25
       case rve::Format::Mixed:
         return {0x1p-24, 0x1p-53, 0x1p-64, 31};
       default:
@@ -49,7 +56,7 @@ struct Resolution {
   }
 };
 
-/// A number and how far that of the engine may be away.
+/// A number and the bound of the engine's error.
 struct Bounded {
   long double value = 0.0L, error = 0.0L;
 };
@@ -58,14 +65,15 @@ struct ContactSum {
   Bounded stress[4], fabric[4];
   Bounded elastic_energy, kinetic_energy, void_ratio;
   Bounded largest_overlap, mean_overlap, largest_contact_force, unbalanced_ratio;
-  std::vector<Bounded> force, torque;           ///< (N, 2) and (N)
-  int least_contacts = 0, most_contacts = 0;    ///< with gaps that the format cannot decide
-  /// What k_n d b adds up to: the stress that overlaps as large as the grains would give.
+  std::vector<Bounded> force, torque;    ///< shapes (N, 2) and (N)
+  /// bounds, since the format cannot decide some gaps
+  int least_contacts = 0, most_contacts = 0;
+  /// Sum of k_n d b: the stress of overlaps as large as the grains.
   long double stress_of_full_overlap = 0.0L;
 };
 
-/// Of a state without list. Springs beyond the Coulomb limit are cut, those of grains that do not touch do not act. Dashpots are left
-/// out.
+/// Returns the sums of a state without list. Springs are limited to the Coulomb limit, and springs
+/// of grains without contact do not act. Dashpots are omitted.
 inline ContactSum contact_sum(const rve::RveState &state, const Resolution &format)
 {
   using Real = long double;
@@ -89,7 +97,8 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
   }
   const double largest_radius = *std::max_element(state.radius.begin(), state.radius.end()),
                smallest_radius = *std::min_element(state.radius.begin(), state.radius.end());
-  const Real length_unit = 4.0L * largest_radius;    // of the integer sums, at most
+  // upper bound of the length unit of the integer sums
+  const Real length_unit = 4.0L * largest_radius;
 
   std::map<std::pair<int, int>, rve::Pair> springs;
   for (const rve::Pair &pair : state.pairs) springs[std::minmax(pair.first, pair.second)] = pair;
@@ -148,17 +157,19 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
           contacts.push_back(c);
         }
 
-  // A grain has room for 2^bits neighbours in its sum, and forces may grow eightfold; a floor of 1e-9 mean radii keeps units from
-  // vanishing with the overlaps. A unit from a power of two may be twice as large.
+  // The sum of a grain has room for 2^bits neighbours, and forces may grow eightfold. A minimum
+  // overlap of 1e-9 mean radii limits units from below. A unit that is a power of two may be twice
+  // as large.
   const Real side_by_side =
       M_PIl / std::asin(static_cast<Real>(smallest_radius) / (smallest_radius + largest_radius));
   const Real neighbors = 2.0L * 1.2L * side_by_side;
   const Real expected = std::max(largest_force, k_n * 1e-9L * largest_radius) *
       std::hypot(1.0L, std::max(mu, static_cast<Real>(rolls ? material.rolling_friction : 0.0)));
   const Real limit =
-      2.0L * 8.0L * expected;    // of a force, one length unit times that of an energy
+      2.0L * 8.0L * expected;    // unit of a force; times a length unit that of an energy
   const Real unit = neighbors * limit * std::ldexp(1.0L, -format.sum_bits);
-  const Real unit_of_sizes = limit * 0x1p-44L;    // of |f|; times a length unit of an energy
+  // unit of |f|; times a length unit that of an energy
+  const Real unit_of_sizes = limit * 0x1p-44L;
 
   std::vector<Real> grain_force(2 * n, 0.0L), force_error(n, 0.0L), torque(n, 0.0L),
       torque_error(n, 0.0L);
@@ -213,7 +224,7 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
     sum.largest_contact_force.error = std::max(sum.largest_contact_force.error, c.force_error);
   }
 
-  // means over contacts, of which the engine may not count those that only may touch
+  // The engine may omit contacts with undecided gaps from means over contacts.
   const Real count = std::max<Real>(sum.most_contacts, 1.0L);
   const Real doubt = (sum.most_contacts - sum.least_contacts) / count;
   for (Bounded &component : sum.fabric) {
@@ -236,7 +247,7 @@ inline ContactSum contact_sum(const rve::RveState &state, const Resolution &form
     sum.kinetic_energy.value += 0.5L * mass * (cx * cx + cy * cy + 0.5L * r * r * spin * spin);
     solid += M_PIl * r * r;
   }
-  // velocities, spins and radii are stored in the format; the sum is in double
+  // Velocities, spins and radii have the precision of the format; the sum is in double.
   sum.kinetic_energy.error = 8.0L * std::max<Real>(u, n * 0x1p-53L) * sum.kinetic_energy.value;
   sum.void_ratio.value = area / solid - 1.0L;
   sum.void_ratio.error = (2.0L * w + (n + 8.0L) * 0x1p-53L) * (area / solid) +

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Dense matrices, slow and obvious: the covariance matrix of all nodes of a grid, and Cholesky's factor of it.
+// Dense matrices by simple algorithms: the covariance matrix of all nodes of a grid and its
+// Cholesky factor.
 
 #pragma once
 
@@ -34,7 +35,7 @@ inline Matrix covariance_matrix(const field::Grid &grid, const field::Covariance
   return c;
 }
 
-/// Lower triangular L with L L^T = a; throws if a is not positive definite.
+/// Returns the lower triangular L with L L^T = a; throws if a is not positive definite.
 inline Matrix cholesky_factor(const Matrix &a)
 {
   Matrix l(a.size(), std::vector<double>(a.size(), 0.0));
@@ -48,7 +49,7 @@ inline Matrix cholesky_factor(const Matrix &a)
   return l;
 }
 
-/// L^-1 b, by forward substitution in each column.
+/// Returns L^-1 b by forward substitution in each column.
 inline Matrix solve_lower(const Matrix &l, Matrix b)
 {
   for (std::size_t column = 0; column < b[0].size(); ++column)
@@ -59,7 +60,7 @@ inline Matrix solve_lower(const Matrix &l, Matrix b)
   return b;
 }
 
-/// a a^T
+/// Returns a a^T.
 inline Matrix times_own_transpose(const Matrix &a)
 {
   Matrix product(a.size(), std::vector<double>(a.size(), 0.0));

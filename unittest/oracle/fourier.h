@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The discrete Fourier transform by its definition, along one axis after the other: sum_j f_j exp(-2 pi i k j / m).
+// The discrete Fourier transform by its definition, along one axis after the other: sum_j f_j
+// exp(-2 pi i k j / m).
 
 #pragma once
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Homogenised quantities of a state, the slow and obvious way: all pairs, double precision, sums in the order of the pairs.
+// Oracle: homogenised quantities of a state from all pairs, in double precision, with sums in the
+// order of the pairs.
 
 #pragma once
 
@@ -23,14 +24,14 @@ struct OracleResult {
   double largest_overlap = 0.0, mean_overlap = 0.0, largest_contact_force = 0.0;
 };
 
-/// Dashpots are left out. A contact slides if its spring is within `sliding_tolerance` times the mean contact force of the
-/// Coulomb limit.
+/// Returns the quantities without dashpots. A contact slides if its spring is within
+/// `sliding_tolerance` times the mean contact force of the Coulomb limit.
 inline OracleResult homogenize_all_pairs(const rve::RveState &state, double sliding_tolerance)
 {
   const rve::Material &material = state.material;
   const int n = state.num_grains();
   std::map<std::pair<int, int>, double> spring;
-  for (const rve::Pair &pair : state.pairs)    // the sign is the same seen from either grain
+  for (const rve::Pair &pair : state.pairs)    // the sign is the same from either grain
     spring[std::minmax(pair.first, pair.second)] = pair.tangential_force;
 
   OracleResult result;
@@ -47,7 +48,8 @@ inline OracleResult homogenize_all_pairs(const rve::RveState &state, double slid
     const double trial = history == spring.end() ? 0.0 : history->second;
     const double tangential = std::max(-limit, std::min(limit, trial));
     const rve::Vec<double, 2> force{
-        {-normal * nx - tangential * ny, -normal * ny + tangential * nx}};    // on the first
+        // force on the first grain
+        {-normal * nx - tangential * ny, -normal * ny + tangential * nx}};
     const double size = std::sqrt(dot(force, force));
 
     for (int a = 0; a < 2; ++a) {

@@ -40,7 +40,7 @@ inline rve::Material of_spheres(rve::Material material)
 
 /// Stiffness of a contact between two of the grains.
 struct Springs {
-  double force;                 ///< across the contact [force]
+  double force;                 ///< normal force [force]
   double normal, tangential;    ///< [force/length]
 };
 inline Springs springs_of(const rve::Material &material, double overlap = LATTICE_OVERLAP)
@@ -48,12 +48,12 @@ inline Springs springs_of(const rve::Material &material, double overlap = LATTIC
   if (material.law == rve::ContactLaw::Linear)
     return {material.normal_stiffness * overlap, material.normal_stiffness,
             material.tangential_stiffness};
-  const double radius = std::sqrt(0.5 * LATTICE_RADIUS * overlap);    // of the contact
+  const double radius = std::sqrt(0.5 * LATTICE_RADIUS * overlap);    // contact radius
   return {material.hertz_stiffness * radius * overlap, 1.5 * material.hertz_stiffness * radius,
           material.mindlin_stiffness * radius};
 }
 
-/// 6 by 6 disks on squares.
+/// Returns 6 by 6 disks in a square lattice.
 inline rve::RveState square_lattice(const rve::Material &material, double overlap = LATTICE_OVERLAP)
 {
   const double spacing = 2.0 * LATTICE_RADIUS - overlap;
@@ -66,7 +66,7 @@ inline rve::RveState square_lattice(const rve::Material &material, double overla
                   std::vector<double>(36, LATTICE_RADIUS), xy);
 }
 
-/// 5 by 5 by 5 spheres on cubes.
+/// Returns 5 by 5 by 5 spheres in a simple cubic lattice.
 inline Spheres simple_cubic(const rve::Material &material, double overlap = LATTICE_OVERLAP)
 {
   const double spacing = 2.0 * LATTICE_RADIUS - overlap;
@@ -85,14 +85,16 @@ template <int D> macro::TangentOf<D> cubic_tangent(double c11, double c12, doubl
   return tangent;
 }
 
-/// Of a lattice whose constants are c without pressure: a force across a turning contact takes f_n/l from k_t, and contact forces turn and change
-/// their volume, C_ijkl + p (delta_ij delta_kl - (delta_ik delta_jl + delta_il delta_jk)/2).
+/// Returns the tangent under pressure of a lattice with constants c without pressure. A force
+/// across a rotating contact reduces k_t by f_n/l, and contact forces rotate and change their
+/// volume: C_ijkl + p (delta_ij delta_kl - (delta_ik delta_jl + delta_il delta_jk)/2).
 template <int D> macro::TangentOf<D> under_pressure(const macro::TangentOf<D> &tangent, double p)
 {
   return tangent + macro::TangentOf<D>::isotropic(p, -0.5 * p);
 }
 
-// Of the sum over contacts l^2 (k_n nnnn + (k_t - f_n/l) n (1 - nn) n)/V.
+// Returns the tangent of a square lattice, the sum over contacts of l^2 (k_n nnnn + (k_t - f_n/l) n
+// (1 - nn) n)/V.
 inline macro::TangentOf<2> of_squares(const Springs &s, double h)
 {
   const double kt = s.tangential - s.force / LATTICE_DISTANCE;

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: impact of two disks through a linear normal spring and a linear tangential spring with Coulomb limit, in the limit
-// of small overlaps (the line of centres does not turn). Normal and tangential motion are then two oscillators,
-//   m* delta'' = -k_n delta,     m_t v' = -f,  f' = k_t v while sticking,  f = +-mu k_n delta while sliding,
-// and v is known in closed form from one change of regime to the next; only the times of these changes are roots, found to
-// rounding. Di Maio & Di Renzo, Chem Eng Sci 59, 3461 (2004) give the same solution for spheres.
+// Oracle: impact of two disks through a linear normal spring and a linear tangential spring with
+// Coulomb limit, in the limit of small overlaps (the line of centres does not rotate). Normal and
+// tangential motion are then two oscillators,
+//   m* delta'' = -k_n delta,
+//   m_t v' = -f,  f' = k_t v while sticking,  f = +-mu k_n delta while sliding,
+// and v has a closed form between changes of regime. Only the times of these changes are roots,
+// found to rounding. Di Maio & Di Renzo, Chem Eng Sci 59, 3461 (2004) give the same solution for
+// spheres.
 
 #pragma once
 
@@ -11,16 +14,17 @@
 
 namespace rve_test {
 
-/// Two disks of one density and depth: what their contact feels of them.
+/// Two disks of the same density and depth, with the inertias that act in their contact.
 struct DiskPair {
   double radius[2];       ///< [length]
   double area_density;    ///< density times depth [mass/length^2]
 
   double mass(int i) const { return area_density * M_PI * radius[i] * radius[i]; }
   double inertia(int i) const { return 0.5 * mass(i) * radius[i] * radius[i]; }
-  /// m* of the normal motion, 1/m* = 1/m_1 + 1/m_2 [mass]
+  /// Returns m* of the normal motion, 1/m* = 1/m_1 + 1/m_2 [mass].
   double mass_eff() const { return 1.0 / (1.0 / mass(0) + 1.0 / mass(1)); }
-  /// m_t of the tangential motion, 1/m_t = sum of 1/m_i + r_i^2/I_i: a third of m* for disks of any radii [mass]
+  /// Returns m_t of the tangential motion, 1/m_t = sum of 1/m_i + r_i^2/I_i, a third of m* for
+  /// disks of any radii [mass].
   double tangential_mass() const
   {
     double compliance = 0.0;
@@ -42,14 +46,15 @@ class LinearImpact {
 
   double duration() const { return M_PI / normal_frequency; }
 
-  /// Tangential velocity of the contact at separation, from those of approach (`normal` > 0).
+  /// Returns the tangential velocity of the contact at separation, from the velocities of approach
+  /// (`normal` > 0).
   double rebound(double normal, double tangential) const
   {
     const double limit = limit_per_velocity * normal;
     Phase phase{0.0, tangential, 0.0, 0};
     if (std::fabs(stiffness * tangential) > limit * normal_frequency)
       phase.sliding = sign(tangential);
-    // `steps` is only the resolution at which changes of regime are looked for
+    // `steps` is only the resolution of the search for changes of regime.
     const int steps = 20000;
     const double step = duration() / steps;
     for (int k = 1; k <= steps; ++k) {
@@ -68,7 +73,8 @@ class LinearImpact {
   }
 
  private:
-  /// From `time` on: velocity and force there, and whether the contact sticks (0) or slides at a force of this sign.
+  /// A regime that begins at `time`: velocity and force there, and 0 if the contact sticks or the
+  /// sign of the force if it slides.
   struct Phase {
     double time, velocity, force;
     int sliding;
@@ -93,7 +99,8 @@ class LinearImpact {
     return p.force * std::cos(angle) + p.velocity * mass * tangential_frequency * std::sin(angle);
   }
 
-  /// Above zero: the regime is over. Sticking ends above the limit; sliding ends when the spring would fall behind the limit.
+  /// Returns a positive number if the regime is over. Sticking ends above the limit; sliding ends
+  /// when the spring force would fall below the limit.
   double excess(const Phase &p, double limit, double t) const
   {
     if (p.sliding == 0)
@@ -104,8 +111,8 @@ class LinearImpact {
 
   double normal_frequency, tangential_frequency;
   double mass, stiffness;
-  double
-      limit_per_velocity;    ///< Coulomb limit at the peak of the normal force, per normal velocity of approach
+  /// Coulomb limit at the peak of the normal force, per normal velocity of approach
+  double limit_per_velocity;
 };
 
 }    // namespace rve_test

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: the paper's update as printed, equations (3), (4), (11)-(13), (19)-(24), (38), (39): Cartesian positions without any
-// wrap, total velocities, explicit Euler for H, period shifts by rounding. Double precision, slow and obvious.
-// Deviation, as documented: (14) as printed adds magnitudes; here the tangential force is signed.
+// Oracle: the paper's update as printed, equations (3), (4), (11)-(13), (19)-(24), (38), (39), with
+// Cartesian positions without wrapping, total velocities, explicit Euler for H, and period shifts
+// by rounding, in double precision. It deviates from (14), which adds magnitudes as printed: the
+// tangential force is signed here.
 
 #pragma once
 
@@ -14,21 +15,22 @@ namespace rve_test {
 
 class LiteralUpdate {
  public:
-  /// Grains at the positions of the state, with v = L x + c.
+  /// Starts from the positions of the state, with velocities v = L x + c.
   LiteralUpdate(const rve::RveState &state, const rve::Tensor2 &velocity_gradient) :
       material(state.material), radius(state.radius), cell(state.cell), l(velocity_gradient),
       x(state.positions()), v(state.velocity), w(state.spin)
   {
     for (int i = 0; i < size(); ++i)
       for (int a = 0; a < 2; ++a) v[2 * i + a] += l(a, 0) * x[2 * i] + l(a, 1) * x[2 * i + 1];
-    for (int i = 0; i < size(); ++i)    // pairs that may meet within a small strain
+    for (int i = 0; i < size(); ++i)    // pairs that may touch within a small strain
       for (int j = i + 1; j < size(); ++j) {
         const Branch b = branch(i, j);
         if (std::hypot(b.x, b.y) < 1.5 * (radius[i] + radius[j])) pairs.push_back({i, j, 0.0});
       }
   }
 
-  /// One step: positions and cell move with v and L, then forces and the velocity for the next step, whose gradient is given.
+  /// Makes one step: positions and cell move with v and L, then forces and the velocity for the
+  /// next step with the given gradient follow.
   void step(double dt, const rve::Tensor2 &next_gradient)
   {
     for (int k = 0; k < 2 * size(); ++k) x[k] += dt * v[k];
@@ -52,9 +54,10 @@ class LiteralUpdate {
   const rve::Tensor2 &cell_matrix() const { return cell; }
   int size() const { return static_cast<int>(radius.size()); }
 
-  rve::Tensor2 stress() const { return love; }    ///< tension positive, of the last forces
+  rve::Tensor2 stress() const { return love; }    ///< stress of the last forces, tension positive
 
-  /// Root mean square distance of the grains from those of the state, fractional coordinates compared [length].
+  /// Returns the root mean square distance of the grains from those of the state, by fractional
+  /// coordinates [length].
   double distance_to(const rve::RveState &state) const
   {
     const rve::Tensor2 to_fraction = rve::inverse(cell);
@@ -129,7 +132,7 @@ class LiteralUpdate {
       double ft = pair.tangential_force + material.tangential_stiffness * slip * dt;
       ft = ft > limit ? limit : ft < -limit ? -limit : ft;
       pair.tangential_force = ft;
-      const double f[2] = {-fn * n[0] - ft * n[1], -fn * n[1] + ft * n[0]};    // on i
+      const double f[2] = {-fn * n[0] - ft * n[1], -fn * n[1] + ft * n[0]};    // force on i
       const double branch_component[2] = {b.x, b.y};
       for (int a = 0; a < 2; ++a) {
         force[2 * i + a] += f[a];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Oracle: contacts and Love stress of frictionless disks over all pairs and all near images, in double precision and Cartesian
-// coordinates. Slow and obvious; no list, no minimum image, no integers.
+// Oracle: contacts and Love stress of frictionless disks over all pairs and all near images, in
+// double precision and Cartesian coordinates, without list, minimum image and integers.
 
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The elastic tangent of disks by linear algebra: the equations of equilibrium of all grains, linearised about a state at rest, with contacts
-// that stick. No dynamics, no strain of finite size.
+// The elastic tangent of disks by linear algebra: the equations of equilibrium of all grains with
+// sticking contacts, linearised about a state at rest, without dynamics and finite strains.
 
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace rve_test {
 
-/// x of a x = b for several b, by Gauss' elimination with row pivots.
+/// Solves a x = b for several b by Gauss' elimination with row pivots.
 inline std::vector<std::vector<double>> solve(std::vector<std::vector<double>> a,
                                               std::vector<std::vector<double>> b)
 {
@@ -39,10 +39,11 @@ inline std::vector<std::vector<double>> solve(std::vector<std::vector<double>> a
   return b;
 }
 
-/// What a contact of linear springs does when its grains move by (u_i, w_i, u_j, w_j) beside a strain: formulas of AffineStiffnessOf with
-/// spins, and torques at the arms r - overlap/2.
+/// Changes of a contact of linear springs when its grains move by (u_i, w_i, u_j, w_j) in addition
+/// to a strain. The formulas are those of AffineStiffnessOf with spins and torques at the arms r -
+/// overlap/2.
 struct ContactChange {
-  double force[2], torque[2];    ///< on i; on i and j [force], [force length]
+  double force[2], torque[2];    ///< force on i; torques on i and j [force], [force length]
   double branch[2];              ///< [length]
 
   ContactChange(const rve::RveState &state, const rve::SpringContact &contact,
@@ -70,7 +71,8 @@ struct ContactChange {
   }
 };
 
-/// Grains without contacts, and a shift of all of them, are held by springs of 1e-11 k_n.
+/// Returns the tangent. Springs of 1e-11 k_n hold grains without contacts and the translation of
+/// all grains.
 inline macro::TangentOf<2> network_stiffness(const rve::RveState &state)
 {
   using rve::Tensor2;

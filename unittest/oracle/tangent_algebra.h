@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangents that are made of tensors, turned, or taken along a strain.
+// Tangents that are products of tensors, rotated, or projected on a strain.
 
 #pragma once
 
@@ -9,14 +9,14 @@ namespace rve_test {
 
 template <int D> using StrainOf = rve::Tensor<double, D>;
 
-/// f(a, b, place) for the components of a symmetric tensor.
+/// Calls f(a, b, place) for the components of a symmetric tensor.
 template <int D, class F> void for_places(const F &f)
 {
   for (int a = 0; a < D; ++a)
     for (int b = a; b < D; ++b) f(a, b, macro::TangentOf<D>::place(a, b));
 }
 
-/// x_ij y_kl, of symmetric tensors.
+/// Returns x_ij y_kl of symmetric tensors.
 template <int D> macro::TangentOf<D> dyad(const StrainOf<D> &x, const StrainOf<D> &y)
 {
   macro::TangentOf<D> product;
@@ -27,11 +27,11 @@ template <int D> macro::TangentOf<D> dyad(const StrainOf<D> &x, const StrainOf<D
   return product;
 }
 
-/// R_ia R_jb R_kc R_ld C_abcd: the tangent of a material that has been turned by R.
+/// Returns R_ia R_jb R_kc R_ld C_abcd, the tangent of a material rotated by R.
 template <int D>
 macro::TangentOf<D> turned(const macro::TangentOf<D> &tangent, const StrainOf<D> &rotation)
 {
-  // column kl is the answer to the strain e_k e_l + e_l e_k over 2, seen from the axes that turn with the material
+  // Column kl is the response to the strain (e_k e_l + e_l e_k)/2 in the axes of the material.
   macro::TangentOf<D> result;
   const StrainOf<D> back = rve::transpose(rotation);
   for_places<D>([&](int k, int l, int column) {
@@ -44,7 +44,7 @@ macro::TangentOf<D> turned(const macro::TangentOf<D> &tangent, const StrainOf<D>
   return result;
 }
 
-/// eps : C : eps / (eps : eps).
+/// Returns eps : C : eps / (eps : eps).
 template <int D>
 double second_order_work(const macro::TangentOf<D> &tangent, const StrainOf<D> &strain)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// What the engine answers for random states, against the sum over all pairs and all images.
+// Results of the engine for random states, against the sum over all pairs and all images.
 
 #include "oracle/contact_sum.h"
 #include "support/random.h"
@@ -14,8 +14,9 @@ namespace {
 
 constexpr int NUM_STATES = 100;
 
-/// Sheared and turned cells from hardly wider than allowed to spacious, sizes that differ by up to four, overlaps from 1e-6 to half a
-/// radius, springs within and beyond their limits, and springs of grains that do not touch. All units of length, mass and time.
+/// Returns states with sheared and rotated cells from hardly wider than allowed to wide, sizes that
+/// differ by up to a factor of four, overlaps from 1e-6 to half a radius, springs within and beyond
+/// their limits, and springs of grains without contact, in any units of length, mass and time.
 RveState random_state(std::uint64_t seed)
 {
   Random random(seed);
@@ -43,7 +44,8 @@ RveState random_state(std::uint64_t seed)
   for (int i = 0; i < wanted; ++i) radius.push_back(length * random.uniform(1.0, spread));
   radius[0] = length * spread;
 
-  // two vectors at 40 to 140 degrees, the narrower width from just above the least
+  // The two vectors are at 40 to 140 degrees; the smaller width is slightly above the least allowed
+  // or larger.
   const double turn = random.uniform(0.0, 2.0 * M_PI), angle = random.uniform(0.7, 2.44);
   const double least = 4.0 * radius[0] + 0.3 * length * spread;
   const double across = least * (random.integer(0, 1) ? 1.001 : random.uniform(1.001, 4.0)),
@@ -52,7 +54,8 @@ RveState random_state(std::uint64_t seed)
   state.cell = Tensor2{{a * std::cos(turn), b * std::cos(turn + angle), a * std::sin(turn),
                         b * std::sin(turn + angle)}};
 
-  // each grain touches one that is there, by an overlap of its own, and overlaps no other by more than the most
+  // Each grain touches an earlier one with its own overlap and overlaps no other by more than
+  // `most`.
   const double most = magnitude(-6.0, std::log10(0.45));
   std::vector<std::uint64_t> fractional;
   const Tensor2 to_fraction = inverse(state.cell);
@@ -140,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, RandomStates,
 
 }    // namespace
 
-TEST_P(RandomStates, AnswersAreThoseOfAllPairsAndAllImages)
+TEST_P(RandomStates, ResultsAreThoseOfAllPairsAndAllImages)
 {
   const Resolution resolution = Resolution::of(GetParam());
   int contacts = 0, sliding = 0;
@@ -178,14 +181,15 @@ TEST_P(RandomStates, AnswersAreThoseOfAllPairsAndAllImages)
     contacts += result.num_contacts;
     sliding += static_cast<int>(std::lround(result.sliding_fraction * result.num_contacts));
   }
-  // that the states are what they are meant to be
+  // The counts show that the states have the intended contacts.
   EXPECT_GE(contacts, 20 * NUM_STATES);
   EXPECT_GE(sliding, 2 * NUM_STATES);
 }
 
 TEST_P(RandomStates, GrainsAtRestAreAcceleratedByTheForcesOfAllPairsAndAllImages)
 {
-  // at rest nothing moves before the first kick, c = dt F/m, so one step shows the force on each grain
+  // At rest nothing moves before the first kick, c = dt F/m, so that one step shows the force on
+  // each grain.
   constexpr double DT = 0x1p-20;
   const Resolution resolution = Resolution::of(GetParam());
   for (std::uint64_t seed = 1; seed <= NUM_STATES; ++seed) {
@@ -209,8 +213,8 @@ TEST_P(RandomStates, GrainsAtRestAreAcceleratedByTheForcesOfAllPairsAndAllImages
       const long double r = state.radius[i];
       const long double mass = state.material.density * M_PIl * r * r * state.material.mass_depth;
       const auto expect_force = [&](long double force, Bounded expected, const char *what) {
-        expected.error +=
-            8.0L * resolution.force * std::fabs(expected.value);    // mass and velocity
+        // roundings of mass and velocity
+        expected.error += 8.0L * resolution.force * std::fabs(expected.value);
         expect_within(force, expected, what + std::to_string(i));
       };
       for (int a = 0; a < 2; ++a)

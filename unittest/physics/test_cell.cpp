@@ -23,7 +23,7 @@ Tensor2 random_cell(Random &random, double shear)
   return rotation * leaning;
 }
 
-/// min |G u| over unit vectors u, by trying them: an upper bound of the smallest singular value.
+/// Returns min |G u| over sampled unit vectors u, an upper bound of the smallest singular value.
 double smallest_stretch_by_trial(const Tensor2 &g, int directions)
 {
   double smallest = std::numeric_limits<double>::infinity();
@@ -61,7 +61,7 @@ TEST(Cell, PerpendicularWidthIsTheSpacingOfTheImagesOfALine)
     for (int axis = 0; axis < 2; ++axis) {
       const Vec<double, 2> step{{cell(0, axis), cell(1, axis)}},
           line{{cell(0, 1 - axis), cell(1, 1 - axis)}};
-      // the part of the step that is not along the line
+      // The part of the step across the line.
       const double along = dot(step, line) / dot(line, line);
       const Vec<double, 2> across = step - along * line;
 
@@ -81,7 +81,7 @@ TEST(SmallestStretch, IsTheSmallestSingularValue)
 
     const double stretch = smallest_stretch(g), tried = smallest_stretch_by_trial(g, directions);
 
-    // between two directions |G u|^2 rises by at most (s_max da)^2 above its minimum
+    // Between two directions |G u|^2 rises by at most (s_max da)^2 above its minimum.
     const double step = 3.0 * 3.1416 / directions;
     EXPECT_LE(stretch, tried + 1e-14);
     EXPECT_GE(stretch * stretch, tried * tried - step * step);
@@ -92,13 +92,14 @@ TEST(SmallestStretch, OfARotationIsOneAndOfAStretchTheSmallerOne)
 {
   const double c = std::cos(0.3), s = std::sin(0.3);
 
-  // s1^2 + s2^2 - 2 det is rounded at 4e-16, and a root makes 2e-8 of it; to the safe side but for the last bit
+  // s1^2 + s2^2 - 2 det has a rounding error of 4e-16, and its root one of 2e-8. The error is on
+  // the safe side except for the last bit.
   EXPECT_NEAR(smallest_stretch(Tensor2{{c, -s, s, c}}), 1.0, 3e-8);
   EXPECT_NEAR(smallest_stretch(Tensor2{{1.3, 0.0, 0.0, 0.9}}), 0.9, 1e-15);
   EXPECT_NEAR(smallest_stretch(Tensor2{{c, -s, s, c}} * Tensor2{{1.3, 0.0, 0.0, 0.9}}), 0.9, 1e-15);
 }
 
-TEST(LatticeReduction, StopsAtACellThatDoesNotLean)
+TEST(LatticeReduction, StopsAtAnUprightCell)
 {
   EXPECT_EQ(lattice_step(Tensor2{{1.0, 0.59, 0.0, 1.0}}).axis, -1);
   EXPECT_EQ(lattice_step(Tensor2{{1.0, 0.61, 0.0, 1.0}}).axis, 1);
@@ -110,7 +111,7 @@ TEST(LatticeReduction, StopsAtACellThatDoesNotLean)
 
 TEST(LatticeReduction, DoesNotFlipBackAndForth)
 {
-  // sheared slowly to and fro about the border
+  // The cell is sheared slowly back and forth about the limit of reduction.
   Tensor2 cell{{1.0, 0.61, 0.0, 1.0}};
   cell = apply_lattice_step(cell, lattice_step(cell));
 
@@ -120,7 +121,7 @@ TEST(LatticeReduction, DoesNotFlipBackAndForth)
   EXPECT_EQ(lattice_step(cell).axis, -1);
 }
 
-TEST(LatticeReduction, EndsWithACellAsWideAsItsShortEdgeAllows)
+TEST(LatticeReduction, ReducedCellIsAsWideAsItsShortEdgeAllows)
 {
   Random random(3);
   for (int sample = 0; sample < 500; ++sample) {
@@ -154,7 +155,7 @@ TEST(LatticeReduction, KeepsDeterminantAndCartesianPositionsModuloTheLattice)
 
     ASSERT_EQ(m[0][0] * m[1][1] - m[0][1] * m[1][0], 1);
     for (int a = 0; a < 2; ++a) {
-      // M s' = s in wrapping integers: the same point up to whole cell vectors, to the last bit
+      // M s' = s in wrapping integers: the same point up to whole cell vectors, to the last bit.
       const std::uint64_t back =
           static_cast<std::uint64_t>(m[a][0]) * s[0] + static_cast<std::uint64_t>(m[a][1]) * s[1];
       ASSERT_EQ(back, point[a]);

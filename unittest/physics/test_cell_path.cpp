@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The way of the cell through one macro increment.
+// The path of the cell through one macro increment.
 
 #include "rve/physics/cell_path.h"
 
@@ -19,7 +19,7 @@ Tensor2 rotation_by(double angle)
   return {{std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)}};
 }
 
-/// R(angle) U in `segments` pieces, as the host prepares it.
+/// Returns R(angle) U in `segments` pieces, as the host prepares it.
 CellIncrement<2> increment_of(double angle, const Tensor2 &stretch, int segments)
 {
   return {rotation_by(angle) * stretch, rotation_by(angle / segments),
@@ -53,7 +53,8 @@ TEST(CellPath, EndPointIsExact)
 
 TEST(CellPath, ManySmallIncrementsDoNotDrift)
 {
-  // 90 degrees in 100 calls of ten substeps: explicit Euler on H would gain area with every step
+  // The rotation is 90 degrees in 100 calls of ten substeps; explicit Euler on H would increase the
+  // area in every step.
   const CellIncrement<2> increment = increment_of(0.5 * PI / 100, Tensor2::identity(), 2);
   Tensor2 cell = CELL;
   for (int call = 0; call < 100; ++call) {
@@ -92,7 +93,7 @@ TEST(CellPath, ChordOfARotationIsShortByAnEighthOfTheSquaredAngleOfASegment)
     const double theta = angle / segments;
     double smallest = 1.0, largest = 0.0;
     for (int k = 1; k <= substeps; ++k) {
-      // lengths relative to the rotation: area ratio is its square
+      // Lengths relative to the rotation; the ratio of areas is their square.
       const double length = std::sqrt(determinant(path.cell(k)) / determinant(CELL));
       smallest = std::fmin(smallest, length);
       largest = std::fmax(largest, length);
@@ -100,7 +101,7 @@ TEST(CellPath, ChordOfARotationIsShortByAnEighthOfTheSquaredAngleOfASegment)
 
     EXPECT_GE(smallest, 1.0 - theta * theta / 8.0 - 1e-14) << segments;
     EXPECT_LE(smallest, 1.0 - 0.9 * theta * theta / 8.0)
-        << segments;    // the bound is reached at mid-chord
+        << segments;    // the bound is reached at the middle of a chord
     EXPECT_LE(largest, 1.0 + 1e-14);
   }
 }
@@ -123,7 +124,8 @@ TEST(CellPath, RotationAndStretchAreCombinedAtTheKnots)
 
 TEST(CellPath, StaysWithinAnEighthOfTheSquaredStrainOfTheExponential)
 {
-  // constant L = shear: exp(L t) = 1 + L t, and dilation, where the chord lies above the exponential
+  // Shear with constant L has exp(L t) = 1 + L t; for dilation the chord lies above the
+  // exponential.
   for (const double strain : {0.02, 0.01}) {
     const Tensor2 deformation{{std::exp(strain), 0.0, 0.0, std::exp(-strain)}};
     CellPath<2> path(CELL, {deformation, Tensor2::identity(), deformation - Tensor2::identity(), 1},

@@ -51,7 +51,7 @@ template <class T> bool same_bits(T x, T y)
   return std::memcmp(&x, &y, sizeof(T)) == 0;
 }
 
-/// Rounding of one operation in the format's Real.
+/// Returns the rounding error of one operation in the format's Real.
 template <class Numbers> double epsilon()
 {
   return std::numeric_limits<typename Numbers::Real>::epsilon();
@@ -74,14 +74,15 @@ TYPED_TEST(ContactOfTwoDisks, OverlapNormalAndDistanceAreThoseOfTheBranch)
     ASSERT_NEAR(contact.distance, distance, 4.0 * epsilon<TypeParam>() * distance);
     ASSERT_NEAR(contact.normal[0], std::cos(angle), 4.0 * epsilon<TypeParam>());
     ASSERT_NEAR(contact.normal[1], std::sin(angle), 4.0 * epsilon<TypeParam>());
-    // the rounding of the branch and of R^2 - d^2 in Wide, and of the quotient in Real
+    // The error has the rounding of the branch and of R^2 - d^2 in Wide, and of the quotient in
+    // Real.
     const double wide_epsilon = std::numeric_limits<Wide>::epsilon();
     ASSERT_NEAR(contact.overlap, overlap,
                 4.0 * wide_epsilon * sum + 8.0 * epsilon<TypeParam>() * overlap);
   }
 }
 
-TYPED_TEST(ContactOfTwoDisks, GrainsApartHaveTheirGapAsNegativeOverlap)
+TYPED_TEST(ContactOfTwoDisks, GapIsANegativeOverlap)
 {
   using Wide = typename TypeParam::Wide;
   Random random(7);
@@ -102,7 +103,7 @@ TYPED_TEST(ContactOfTwoDisks, GrainsApartHaveTheirGapAsNegativeOverlap)
 
 TEST(GapSquared, KeepsTheOverlapOfStiffGrainsWhereTheDifferenceOfLengthsLosesIt)
 {
-  // in `mixed` only R^2 - d^2 is fp64: 1e-7 relative overlap must survive the fp32 rest
+  // In `mixed` only R^2 - d^2 is fp64: a relative overlap of 1e-7 must survive the fp32 operations.
   const double sum = 0.01, overlap = 1e-9;
   const Vec<double, 2> branch{{0.6 * (sum - overlap), 0.8 * (sum - overlap)}};
 
@@ -163,7 +164,7 @@ TYPED_TEST(ContactOfTwoDisks, PlainLawIsTheGeneralOneWithoutDashpotsAndWithConta
   using Real = typename TypeParam::Real;
   using Wide = typename TypeParam::Wide;
   Random random(6);
-  // what a plain law has no use for must not matter
+  // Parameters that a plain law does not use have no influence.
   const auto plain = law_with<TypeParam, false>(0.0, 30.0, 15.0);
   const auto general = law_with<TypeParam, true>(0.5);
   for (int sample = 0; sample < 2000; ++sample) {
@@ -189,7 +190,7 @@ TYPED_TEST(ContactOfTwoDisks, PlainLawIsTheGeneralOneWithoutDashpotsAndWithConta
   }
 }
 
-TYPED_TEST(ContactOfTwoDisks, ForcesTurnWithTheFrame)
+TYPED_TEST(ContactOfTwoDisks, ForcesRotateWithTheFrame)
 {
   using Real = typename TypeParam::Real;
   using Wide = typename TypeParam::Wide;
@@ -210,7 +211,7 @@ TYPED_TEST(ContactOfTwoDisks, ForcesTurnWithTheFrame)
 
   const auto straight = force_at(0.0), turned = force_at(1.1);
 
-  // fp32 positions carry the overlap to sum * epsilon, everything else is rounding
+  // fp32 positions limit the overlap to sum * epsilon; all other errors are roundings.
   const double error =
       1e6 * sum * std::numeric_limits<Wide>::epsilon() * 4.0 + 40.0 * epsilon<TypeParam>() * 16.0;
   EXPECT_NEAR(turned.force[0],
@@ -227,7 +228,7 @@ TYPED_TEST(ContactOfTwoDisks, RepulsionAndTorqueHaveTheRightSigns)
   using Real = typename TypeParam::Real;
   using Wide = typename TypeParam::Wide;
   const auto law = law_with<TypeParam>(0.5);
-  // j to the right of i, moving up: it drags i up and turns both clockwise against their rolling: torque = r x f
+  // j is to the right of i and moves up. It drags i up and rotates both clockwise: torque = r x f.
   const DiskMotion<Real> i{{{0, 0}}, 0, Real(0.005)}, j{{{0, Real(0.1)}}, 0, Real(0.004)};
 
   const auto contact = geometry<TypeParam>(Vec<Wide, 2>{{Wide(0.00896), 0}}, Wide(0.009));
@@ -235,7 +236,8 @@ TYPED_TEST(ContactOfTwoDisks, RepulsionAndTorqueHaveTheRightSigns)
 
   EXPECT_LT(result.force[0], 0.0);
   EXPECT_GT(result.force[1], 0.0);
-  // force on i at +x (arm along n), force on j is the opposite at -x: both torques have the sign of f_t
+  // The force on i acts at +x (arm along n) and the opposite force on j at -x, so that both torques
+  // have the sign of f_t.
   EXPECT_NEAR(result.torque_i, (0.005 - 0.5 * contact.overlap) * result.force[1],
               1e-6 * result.torque_i);
   EXPECT_NEAR(result.torque_j, (0.004 - 0.5 * contact.overlap) * result.force[1],
@@ -258,7 +260,8 @@ TYPED_TEST(ContactOfTwoDisks, TorquesAndCoupleOfForcesConserveAngularMomentum)
 
     const auto f = evaluate(law, contact, i, j, Tensor<Real, 2>::zero(), 0, Real(1e-5));
 
-    // forces f on i and -f on j at distance b: their couple is -b x f; with the contact arms it is taken up by the torques
+    // Forces f on i and -f on j at the distance b have the couple -b x f, which the torques with
+    // the contact arms balance.
     const double couple = -static_cast<double>(cross(contact.branch, f.force));
     ASSERT_NEAR(f.torque_i + f.torque_j + couple, 0.0, 100.0 * 0.009 * 8.0 * epsilon<TypeParam>());
   }
@@ -272,19 +275,19 @@ TYPED_TEST(ContactOfTwoDisks,
   const double w = 12.0, d = 0.00892, angle = 0.7;
   const Vec<Wide, 2> branch{{Wide(d * std::cos(angle)), Wide(d * std::sin(angle))}};
   const auto contact = geometry<TypeParam>(branch, Wide(0.009));
-  // grain i at (0.3, -0.2): velocities of a rigid rotation about the origin
+  // Grain i is at (0.3, -0.2); velocities are those of a rigid rotation about the origin.
   const auto motion = [&](double x, double y, double radius) {
     return DiskMotion<Real>{{{Real(-w * y), Real(w * x)}}, Real(w), Real(radius)};
   };
   const auto i = motion(0.3, -0.2, 0.005);
   const auto j =
       motion(0.3 + static_cast<double>(branch[0]), -0.2 + static_cast<double>(branch[1]), 0.004);
-  // the same rotation as a mean field: no peculiar velocity, L = spin
+  // The same rotation as a mean field has no peculiar velocity, and L = spin.
   const DiskMotion<Real> carried_i{{{0, 0}}, Real(w), Real(0.005)},
       carried_j{{{0, 0}}, Real(w), Real(0.004)};
   const Tensor<Real, 2> rotation{{0, Real(-w), Real(w), 0}};
   const double error =
-      4.0 * epsilon<TypeParam>() * w * 0.3;    // rounding of the velocities of the grains
+      4.0 * epsilon<TypeParam>() * w * 0.3;    // roundings of the velocities of the grains
   const double small_error = 4.0 * epsilon<TypeParam>() * w * 0.01;
 
   for (const bool contact_arms : {true, false}) {
@@ -331,7 +334,8 @@ TYPED_TEST(ContactOfTwoDisks, RelativeVelocityAcrossThePeriodicBoundaryIsTheGrad
   }
   xi = cell * xi;
   xj = cell * xj;
-  // (20a) with period bookkeeping: the image of j is one cell vector further in both directions, and moves with L H (1, 1)
+  // (20a) with period shifts: the image of j is one cell vector further in both directions and
+  // moves with L H (1, 1).
   const Vec<double, 2> period = cell * Vec<double, 2>{{1.0, 1.0}};
   const Vec<double, 2> expected = (gradient * xj + gradient * period) - gradient * xi;
   const Vec<double, 2> image_branch = (xj + period) - xi;
@@ -362,7 +366,8 @@ TYPED_TEST(ContactOfTwoDisks, DashpotsAreThoseOfLammpsHookeWithVelocityDamping)
     const double angle = random.uniform(0.0, 2.0 * PI), d = 0.0089;
     const DiskMotion<Real> i{{{Real(vi[0]), Real(vi[1])}}, Real(wi), Real(0.005)};
     const DiskMotion<Real> j{{{Real(vj[0]), Real(vj[1])}}, Real(wj), Real(0.004)};
-    // LAMMPS (granular_model.cpp): n from j to i, vr = vi - vj, force on i = Fntot n + fs; dt 0: no spring yet
+    // LAMMPS (granular_model.cpp) has n from j to i, vr = vi - vj, and the force on i is Fntot n +
+    // fs; dt = 0 leaves the spring unstretched.
     const double n[2] = {-std::cos(angle), -std::sin(angle)};
     const double vr[2] = {vi[0] - vj[0], vi[1] - vj[1]};
     const double vnnr = vr[0] * n[0] + vr[1] * n[1];
@@ -377,7 +382,8 @@ TYPED_TEST(ContactOfTwoDisks, DashpotsAreThoseOfLammpsHookeWithVelocityDamping)
         Vec<Wide, 2>{{Wide(d * std::cos(angle)), Wide(d * std::sin(angle))}}, Wide(0.009));
     const auto result = evaluate(law, contact, i, j, Tensor<Real, 2>::zero(), 0, Real(0));
 
-    // 100 N of spring from an overlap that fp32 knows to 1e-9 m; the rest is rounding
+    // The spring force is 100 N at an overlap that fp32 resolves to 1e-9 m; all other errors are
+    // roundings.
     const double error = kn * 0.009 * 8.0 * std::numeric_limits<Wide>::epsilon() +
         100.0 * 16.0 * epsilon<TypeParam>();
     ASSERT_NEAR(result.force[0], normal_total * n[0] + fs[0], error);

@@ -11,7 +11,7 @@
 using namespace rve;
 using rve_test::Random;
 
-TEST(LocalDamping, SlowsTheAccelerationThatFeedsTheMotionAndHelpsTheOneThatBrakesIt)
+TEST(LocalDamping, ReducesAccelerationAndIncreasesDeceleration)
 {
   EXPECT_DOUBLE_EQ(locally_damped(0.3, 2.0, 5.0), 2.0 * 0.7);
   EXPECT_DOUBLE_EQ(locally_damped(0.3, -2.0, -5.0), -2.0 * 0.7);
@@ -28,7 +28,7 @@ TEST(LocalDamping, SignOfZeroIsZero)
 
 TEST(LocalDamping, DoesNotDependOnTheUnits)
 {
-  // the product of these underflows in fp32
+  // The product of these numbers underflows in fp32.
   EXPECT_FLOAT_EQ(locally_damped(0.3f, 1e-30f, 1e-30f), 0.7f * 1e-30f);
   EXPECT_FLOAT_EQ(locally_damped(0.3f, -1e-30f, 1e-30f), -1.3f * 1e-30f);
 }
@@ -49,7 +49,7 @@ TEST(Kick, IsEquationThreeWithTheDampingOfEquationFour)
   for (int sample = 0; sample < 10000; ++sample) {
     const double v = random.uniform(-1.0, 1.0), a = random.uniform(-1000.0, 1000.0);
     const double alpha = random.uniform(0.0, 0.99), dt = random.uniform(1e-5, 5e-3);
-    // (4) with the velocity at the full step, (3a) with the damped force; mass 1
+    // (4) with the velocity at the full step, (3a) with the damped force; the mass is 1.
     const double full_step = v + a * dt / 2.0;
     const double damped = a -
         alpha * std::fabs(a) *
@@ -76,7 +76,8 @@ TEST(Kick, GrainAtRestUnderNoForceStaysAtRest)
 
 namespace {
 
-/// Rebound over approach speed of a unit mass that meets a spring, in `steps` steps per contact.
+/// Returns the ratio of rebound and approach speed of a unit mass on a spring, with `steps` steps
+/// per contact.
 double rebound(double alpha, int steps)
 {
   const double pi = 3.14159265358979323846, dt = pi / steps;    // stiffness 1
@@ -93,12 +94,12 @@ double rebound(double alpha, int steps)
 TEST(Kick, CollisionWithoutDampingReturnsTheSpeed)
 {
   EXPECT_NEAR(rebound(0.0, 20000), 1.0,
-              1e-3);    // O(dt): the moment of contact is resolved by one step
+              1e-3);    // O(dt): the time of contact is resolved by one step
 }
 
 TEST(Kick, CollisionWithLocalDampingReturnsRootOfOneMinusAlphaOverOnePlusAlpha)
 {
-  // on the way in the spring brakes with 1 + alpha, on the way out it drives with 1 - alpha
+  // On approach the spring decelerates with 1 + alpha, on rebound it accelerates with 1 - alpha.
   for (const double alpha : {0.1, 0.3, 0.7})
     EXPECT_NEAR(rebound(alpha, 20000), std::sqrt((1.0 - alpha) / (1.0 + alpha)), 1e-3)
         << "alpha " << alpha;

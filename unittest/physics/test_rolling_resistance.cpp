@@ -24,7 +24,7 @@ constexpr double NORMAL_FORCE = 20.0;
 constexpr double LIMIT = FRICTION * NORMAL_FORCE;
 constexpr double DT = 1e-4;
 
-/// A step with the rolling force before.
+/// Makes a step from the rolling force `force`.
 auto roll(double force, const DiskMotion<double> &i, const DiskMotion<double> &j,
           double normal_force)
 {
@@ -43,7 +43,7 @@ DiskMotion<double> second(double spin)
   return {{{-0.7, 0.1}}, spin, 0.003};
 }
 
-/// Relative spin that moves the spring by a share of its limit in one step.
+/// Returns the relative spin that moves the spring by a share of its limit in one step.
 double spin_for(double share)
 {
   return share * LIMIT / (STIFFNESS * DT * REDUCED_RADIUS);
@@ -96,7 +96,7 @@ template <class SomeLaw> class LawWithRolling : public ::testing::Test {
   using Wide = typename Law::Numbers::Wide;
   using Spring = typename Law::Numbers::Spring;
 
-  /// In units of the script.
+  /// Returns the law in units of the script.
   static Law law(double rolling_friction)
   {
     typename Law::Constants constants;
@@ -106,7 +106,7 @@ template <class SomeLaw> class LawWithRolling : public ::testing::Test {
     return law;
   }
 
-  /// A touching pair that moves at random.
+  /// A touching pair with random motion.
   struct Sample {
     DiskMotion<Real> i, j;
     Vec<Wide, 2> branch;
@@ -159,7 +159,7 @@ TEST(RollingResistance, SpringGrowsByItsStiffnessTimesTheReducedRadiusTimesTheRe
 
   EXPECT_NEAR(one.history.rolling, STIFFNESS * REDUCED_RADIUS * turn * DT, 1e-13 * LIMIT);
   EXPECT_NEAR(two.history.rolling, 0.5 * LIMIT, 1e-13 * LIMIT);
-  // the first disk is taken along by the second, which turns faster
+  // The second disk, which rotates faster, drives the first one.
   EXPECT_NEAR(two.moment, REDUCED_RADIUS * 0.5 * LIMIT, 1e-13 * LIMIT * REDUCED_RADIUS);
   EXPECT_EQ(two.slipped, 0.0);
 }
@@ -179,7 +179,7 @@ TEST(RollingResistance, LimitCapsTheForceInBothDirections)
 
 TEST(RollingResistance, ReversedRollingUnloadsTheSpringFirst)
 {
-  double force = LIMIT;    // rolled forward for long
+  double force = LIMIT;    // rolled forward up to the limit
 
   for (int step = 0; step < 8; ++step)
     force = roll(force, first(0.0), second(-spin_for(0.25)), NORMAL_FORCE).history.rolling;
@@ -215,7 +215,7 @@ TEST(RollingResistance, HistoryOfTheOtherGrainHasTheOppositeMomentAndTheSameTang
   EXPECT_EQ(DampedSprings<DoubleNumbers>::seen_from_partner(3.0), 3.0);    // without rolling
 }
 
-TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBitsSeenFromTheOtherSide)
+TYPED_TEST(LawWithRolling, ExchangeOfTheGrainsGivesTheSameBits)
 {
   Random random(2);
   const auto law = this->law(0.1);
@@ -280,10 +280,11 @@ TYPED_TEST(LawWithRolling, CoefficientOfZeroGivesTheBitsOfTheLawWithoutRolling)
   }
 }
 
-// LAMMPS in three dimensions (granular_model.cpp, gran_sub_mod_rolling.cpp): relrot = omega_i - omega_j, v = R relrot x n with n from j
-// to i, displacement xi += v dt, fr = -k xi at most mu f, torque on i R n x fr and the opposite on j. f is the normal force or, of dmt,
+// LAMMPS in three dimensions (granular_model.cpp, gran_sub_mod_rolling.cpp) has relrot = omega_i -
+// omega_j, v = R relrot x n with n from j to i, the displacement xi += v dt, fr = -k xi of at most
+// mu f, and the torque R n x fr on i and the opposite one on j. f is the normal force or, for dmt,
 // that of the springs and the attraction together.
-TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
+TYPED_TEST(LawWithRolling, AgreesWithLammpsRollingSds)
 {
   Random random(5);
   const double k_r = STIFFNESS, mu_r = 0.1;
@@ -295,7 +296,7 @@ TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
     const double n[2] = {-static_cast<double>(contact.normal[0]),
                          -static_cast<double>(contact.normal[1])};
     const double relrot = static_cast<double>(s.i.spin) - static_cast<double>(s.j.spin);
-    // our history as the displacement along relrot x n = relrot (-n_y, n_x)
+    // Our history is the displacement along relrot x n = relrot (-n_y, n_x).
     const double t[2] = {-n[1], n[0]};
     const double xi_before = -static_cast<double>(s.history.turning.rolling) / k_r;
     double fr[2];
@@ -307,7 +308,7 @@ TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
     const double pull_off = TypeParam::contact_law == ContactLaw::Dmt
         ? 4.0 * PI * material(mu_r).surface_energy * reduced
         : 0.0;
-    // dashpots do not count for dmt
+    // Dashpots do not enter the limit for dmt.
     const double springs = law.spring_force({static_cast<double>(contact.overlap), ri, rj});
     const double normal_force = pull_off > 0.0 ? springs + 2.0 * pull_off
                                                : static_cast<double>(result.normal_force);
@@ -319,7 +320,7 @@ TYPED_TEST(LawWithRolling, IsThatOfLammpsRollingSds)
         law.resistance
             .advance(0, 0, s.history.turning, {}, {}, s.i, s.j, law.limiting_force(result), s.dt)
             .moment;
-    // of the numbers that are added up, which may cancel
+    // The error is relative to the terms of the sum, which may cancel.
     const double error = 16.0 * std::numeric_limits<typename TestFixture::Real>::epsilon() *
         reduced * (std::fabs(static_cast<double>(s.history.turning.rolling)) + size + critical);
     ASSERT_NEAR(static_cast<double>(moment), torque_on_i, error);

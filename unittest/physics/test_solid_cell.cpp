@@ -29,7 +29,7 @@ Tensor3 random_cell(Random &random, double shear)
   return Tensor3::identity() + random_tensor(random, shear);
 }
 
-/// Eigenvalues of a symmetric tensor by Jacobi's rotations, in ascending order.
+/// Returns the eigenvalues of a symmetric tensor by Jacobi's rotations, in ascending order.
 std::array<double, 3> eigenvalues(Tensor3 c)
 {
   for (int sweep = 0; sweep < 30; ++sweep)
@@ -48,7 +48,7 @@ std::array<double, 3> eigenvalues(Tensor3 c)
   return values;
 }
 
-/// Length of the shortest vector of a lattice that is not zero, of all with coefficients up to `most`.
+/// Returns the length of the shortest nonzero lattice vector with coefficients up to `most`.
 double shortest_vector(const Tensor3 &cell, int most)
 {
   double shortest = std::numeric_limits<double>::infinity();
@@ -85,7 +85,7 @@ TEST(SolidCell, WidthIsTheVolumeOverTheFaceAcrossIt)
   const Tensor3 leaning{{2.0, 1.0, 0.5, 0.0, 3.0, -1.0, 0.0, 0.0, 4.0}};
 
   EXPECT_DOUBLE_EQ(determinant(leaning), 24.0);
-  EXPECT_DOUBLE_EQ(perpendicular_width(leaning, 2), 4.0);    // the face of a and b is level
+  EXPECT_DOUBLE_EQ(perpendicular_width(leaning, 2), 4.0);    // the face of a and b is horizontal
   // across the face of b = (1, 3, 0) and c = (1/2, -1, 4): b x c = (12, -4, -5/2)
   EXPECT_DOUBLE_EQ(perpendicular_width(leaning, 0), 24.0 / std::sqrt(144.0 + 16.0 + 6.25));
 }
@@ -103,7 +103,7 @@ TEST(SolidCell, InverseTimesCellIsOne)
   }
 }
 
-TEST(SmallestStretchInSpace, IsABoundOfTheSmallestSingularValueFromBelow)
+TEST(SmallestStretchInSpace, IsALowerBoundOfTheSmallestSingularValue)
 {
   Random random(2);
   for (int sample = 0; sample < 200; ++sample) {
@@ -113,7 +113,7 @@ TEST(SmallestStretchInSpace, IsABoundOfTheSmallestSingularValueFromBelow)
     const double smallest = std::sqrt(std::max(squares[0], 0.0));
 
     EXPECT_LE(smallest_stretch(g), smallest + 1e-14);
-    // the eigenvalues lie within p sqrt(3) to 2 p below their mean
+    // The eigenvalues lie within p sqrt(3) to 2 p below their mean.
     if (strain < 0.1) { EXPECT_GE(smallest_stretch(g), smallest - 0.02); }
   }
 }
@@ -154,16 +154,18 @@ TEST(LatticeReductionInSpace, LeavesNoNarrowCell)
     least = std::min(least, relative_width(reduced(cell)));
   }
 
-  // 1/sqrt(2) in a Minkowski-reduced cell, less what the margins allow; pairs alone leave cells of 0.13
+  // A Minkowski-reduced cell has 1/sqrt(2), less the margins; pairwise reduction leaves cells of
+  // 0.13.
   EXPECT_GT(least, 0.62);
 }
 
-TEST(LatticeReductionInSpace, SeesThreeVectorsInAPlaneThoughNoTwoLeanOnEachOther)
+TEST(LatticeReductionInSpace, ReducesThreeNearlyCoplanarVectors)
 {
-  // a + b + c is short: three obtuse angles, -1/2 each, make a cell of no width that pairs never show
+  // The vector a + b + c is short: three obtuse angles of -1/2 each make a cell without width that
+  // pairwise reduction does not detect.
   const double h = 0.2, s = std::sqrt(0.75);
   const Tensor3 flat{{1.0, -0.5, -0.5, 0.0, s, -s, h, h, h}};
-  ASSERT_LT(smallest_width(flat), 0.56);    // of vectors that are longer than 1
+  ASSERT_LT(smallest_width(flat), 0.56);    // the vectors are longer than 1
   for (int a = 0; a < 3; ++a)
     for (int b = a + 1; b < 3; ++b)
       ASSERT_LT(std::fabs(dot(column(flat, a), column(flat, b))), 0.6);
@@ -180,14 +182,14 @@ TEST(LatticeReductionInSpace, DoesNotFlipBackAndForth)
   Random random(5);
   for (int sample = 0; sample < 500; ++sample) {
     Tensor3 cell = reduced(random_cell(random, 1.0));
-    // a small shear to and fro about wherever the reduction ended
+    // Small shears alternate about the final cell of the reduction.
     for (int k = 0; k < 4; ++k) {
       const Tensor3 sheared = cell + ((k % 2 ? 1e-3 : -1e-3) * random_tensor(random, 1.0));
       const auto first = lattice_step(sheared);
       if (first.axis < 0) continue;
       const auto second = lattice_step(apply_lattice_step(sheared, first));
       if (second.axis != first.axis) continue;
-      // not the way back
+      // the second step is not the inverse of the first one
       EXPECT_FALSE(second.multiple[0] == -first.multiple[0] &&
                    second.multiple[1] == -first.multiple[1] &&
                    second.multiple[2] == -first.multiple[2]);
@@ -195,7 +197,7 @@ TEST(LatticeReductionInSpace, DoesNotFlipBackAndForth)
   }
 }
 
-TEST(LatticeReductionInSpace, LeavesPointsWhereTheyAreToTheBit)
+TEST(LatticeReductionInSpace, KeepsPointsToTheBit)
 {
   Random random(6);
   for (int sample = 0; sample < 100; ++sample) {
@@ -206,7 +208,7 @@ TEST(LatticeReductionInSpace, LeavesPointsWhereTheyAreToTheBit)
     const Vec<std::uint64_t, 3> s{{random.bits(), random.bits(), random.bits()}};
     const auto t = apply_lattice_step(s, step);
 
-    // H s and H' s' differ by a vector of the lattice
+    // H s and H' s' differ by a lattice vector.
     Vec<double, 3> fractions_s, fractions_t;
     for (int a = 0; a < 3; ++a) {
       fractions_s[a] = static_cast<double>(s[a]) * DoubleNumbers::fraction_unit;
@@ -215,7 +217,7 @@ TEST(LatticeReductionInSpace, LeavesPointsWhereTheyAreToTheBit)
     const Vec<double, 3> apart = inverse(cell) * (other * fractions_t - cell * fractions_s);
     for (int a = 0; a < 3; ++a)
       EXPECT_NEAR(apart[a], std::nearbyint(apart[a]), 1e-10 / std::fabs(determinant(cell)));
-    // and the way back is exact
+    // The inverse step is exact.
     LatticeStep<3> back = step;
     for (auto &m : back.multiple) m = -m;
     const auto again = apply_lattice_step(t, back);
@@ -223,7 +225,7 @@ TEST(LatticeReductionInSpace, LeavesPointsWhereTheyAreToTheBit)
   }
 }
 
-TEST(LatticeReductionInSpace, LeavesACellOfNanAlone)
+TEST(LatticeReductionInSpace, DoesNotChangeACellOfNan)
 {
   Tensor3 nan;
   for (double &x : nan.component) x = std::numeric_limits<double>::quiet_NaN();

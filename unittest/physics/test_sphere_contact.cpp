@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kinematics of a contact of two spheres, and the tangential force that it remembers.
+// Kinematics of a contact of two spheres, and its tangential history.
 
 #include "rve/core/numbers.h"
 #include "rve/physics/laws/dmt_adhesion.h"
@@ -39,14 +39,14 @@ Vector unit(const Vector &v)
   return (1.0 / length(v)) * v;
 }
 
-/// By Rodrigues' formula.
+/// Returns the rotated vector by Rodrigues' formula.
 Vector rotated(const Vector &v, const Vector &axis, double angle)
 {
   return std::cos(angle) * v + std::sin(angle) * cross(axis, v) +
       ((1.0 - std::cos(angle)) * dot(axis, v)) * axis;
 }
 
-/// Any vector in the plane across n.
+/// Returns the part of a vector in the plane across n.
 Vector across(const Vector &n, const Vector &v)
 {
   return v - dot(v, n) * n;
@@ -71,7 +71,8 @@ Vec<Real, 3> turned_by(const Vec<Real, 3> &force, const Vec<Real, 3> &normal,
   return turned_with_contact(force, normal, middle_normal(normal, turn), turn.twist, moves).sum();
 }
 
-/// Step k of a rotation of a contact about `axis` by so much each step, with velocities of the middle of the step.
+/// Returns the force after step k of a rotation of a contact about `axis` by `angle` per step, with
+/// velocities at the middle of the step.
 Vector turned(const Vector &force, const Vector &normal, const Vector &axis, double angle, int k)
 {
   const Vector now = rotated(normal, axis, angle * k),
@@ -80,7 +81,8 @@ Vector turned(const Vector &force, const Vector &normal, const Vector &axis, dou
   return turned_by(force, now, turn, true);
 }
 
-/// The largest error of a force that a rigid rotation about `axis` by `angle` in so many steps turns with a contact.
+/// Returns the largest error of a force that rotates with a contact in a rigid rotation about
+/// `axis` by `angle` in `steps` steps.
 double error_of_turn(const Vector &axis, const Vector &normal, const Vector &force, double angle,
                      int steps)
 {
@@ -127,15 +129,17 @@ TEST(TurnedForce, FollowsARigidRotationAboutAnyAxis)
     const double coarse = error_of_turn(axis, normal, force, 2.0 * PI, 2000),
                  fine = error_of_turn(axis, normal, force, 2.0 * PI, 4000);
 
-    // a whole turn; the angle of a step is 3.1e-3, and about its square, 1e-5, is left
+    // The rotation is a whole turn; the angle of a step is 3.1e-3, whose square, about 1e-5,
+    // remains as error.
     EXPECT_LT(coarse, 2e-5);
     EXPECT_LT(fine, 0.3 * coarse + 1e-12);
   }
 }
 
-TEST(TurnedForce, TurnsAboutTheNormalToo)
+TEST(TurnedForce, RotatesAboutTheNormalToo)
 {
-  // what a projection alone leaves out: the contact does not move, and the force goes round with the spin of both grains
+  // A projection alone omits this rotation: the contact does not move, and the force rotates with
+  // the spin of both grains.
   const Vector normal{{0.0, 0.0, 1.0}}, force{{1.0, 0.0, 0.0}};
 
   EXPECT_LT(error_of_turn(normal, normal, force, 0.5 * PI, 1000), 2e-6);
@@ -152,12 +156,12 @@ TEST(TurnedForce, KeepsItsLength)
     const int steps = 10000;
     for (int k = 1; k <= steps; ++k) h = turned(h, normal, axis, 1e-3, k);
 
-    // the third power of an angle of 1e-3 in each step, by tilt and twist together
+    // The error is the third power of the angle of 1e-3 of each step, by tilt and twist together.
     EXPECT_NEAR(length(h) / before, 1.0, steps * 1e-9);
   }
 }
 
-TEST(TurnedForce, StaysToTheBitWithoutTime)
+TEST(TurnedForce, IsUnchangedToTheBitForAZeroTimeStep)
 {
   Random random(3);
   for (int sample = 0; sample < 50; ++sample) {
@@ -169,7 +173,7 @@ TEST(TurnedForce, StaysToTheBitWithoutTime)
   }
 }
 
-TEST(TurnedForce, OfNothingIsNothing)
+TEST(TurnedForce, OfZeroIsZero)
 {
   const Vec<float, 3> zero = Vec<float, 3>::zero(), normal{{0.6f, 0.0f, 0.8f}};
   const ContactTurn<float> turn{{{0.08f, 0.1f, -0.06f}}, 0.2f};
@@ -191,13 +195,13 @@ TEST(TurnedForce, HasTheSameBitsForBothGrains)
   }
 }
 
-TEST(SphereContact, SeesNoSlipInARigidRotation)
+TEST(SphereContact, HasNoSlipInARigidRotation)
 {
   Random random(5);
   for (int sample = 0; sample < 100; ++sample) {
     Pair pair = random_pair(random);
     const Vector w = random_vector<double>(random, 1.0);
-    // grains and the mean field turn alike: no peculiar velocity
+    // Grains and the mean field rotate alike, without peculiar velocity.
     const Tensor<double, 3> turning{{0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0}};
     pair.i.velocity = pair.j.velocity = Vector::zero();
     pair.i.spin = pair.j.spin = w;
@@ -213,7 +217,7 @@ TEST(SphereContact, SeesNoSlipInARigidRotation)
     EXPECT_LT(length(turn.tilt - dt * cross(w, pair.contact.normal)), 1e-15 * dt);
     EXPECT_NEAR(turn.twist, dt * dot(w, pair.contact.normal), 1e-15 * dt);
 
-    // LAMMPS' arms of whole radii see some
+    // LAMMPS' arms of whole radii have a relative velocity.
     const auto lammps =
         SphereContact<double>::of<true>(pair.contact, pair.i, pair.j, turning, 0.0, 0.0);
     const double sideways = length(cross(w, pair.contact.normal));
@@ -277,7 +281,7 @@ template <class Numbers> class VectorSpringOf : public ::testing::Test {
 using Formats = ::testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;
 TYPED_TEST_SUITE(VectorSpringOf, Formats);
 
-/// Velocity that moves the spring by a share of the limit in one step, along x.
+/// Returns the velocity along x that moves the spring by a share of the limit in one step.
 template <class Real> Vec<Real, 3> along_x(double share)
 {
   return {{static_cast<Real>(share * LIMIT / (STIFFNESS * DT)), Real(0), Real(0)}};
@@ -297,7 +301,7 @@ TYPED_TEST(VectorSpringOf, IsTheSpringOfDisksAlongALine)
     const auto vector = this->spring.advance(h, velocity, Real(NORMAL_FORCE), Real(DT));
     const auto number = plane.advance(g, velocity[0], Real(NORMAL_FORCE), Real(DT));
 
-    // in mixed numbers the changes of the vector are rounded to single ones
+    // In mixed numbers the changes of the vector are rounded to single precision.
     EXPECT_NEAR(vector.force[0], number.force, 4 * std::numeric_limits<Real>::epsilon() * LIMIT);
     EXPECT_EQ(vector.force[1], Real(0));
     h = vector.spring;
@@ -316,12 +320,12 @@ TYPED_TEST(VectorSpringOf, SlidesAlongItsDirectionAtTheLimit)
   const double epsilon = std::numeric_limits<Real>::epsilon();
   EXPECT_NEAR(length(slid.force.template as<double>()), LIMIT, 8 * epsilon * LIMIT);
   EXPECT_NEAR(slid.force[1] / slid.force[0], 0.2, 4 * epsilon);
-  for (int a = 0; a < 3; ++a)    // what was taken away is along the force
+  for (int a = 0; a < 3; ++a)    // the removed part is along the force
     EXPECT_NEAR(slid.slipped[a] * slid.force[0], slid.slipped[0] * slid.force[a],
                 16 * epsilon * LIMIT * LIMIT);
 }
 
-TYPED_TEST(VectorSpringOf, AtTheLimitKeepsItsBitsWhenLookedAtAgain)
+TYPED_TEST(VectorSpringOf, SecondEvaluationAtTheLimitHasTheSameBits)
 {
   using Real = typename TypeParam::Real;
   Random random(8);
@@ -338,7 +342,7 @@ TYPED_TEST(VectorSpringOf, AtTheLimitKeepsItsBitsWhenLookedAtAgain)
   }
 }
 
-TYPED_TEST(VectorSpringOf, DissipatesWhatTheMotionDidAndItDoesNotHold)
+TYPED_TEST(VectorSpringOf, DissipatesTheWorkThatItDoesNotStore)
 {
   using Real = typename TypeParam::Real;
   using Spring = typename TypeParam::Spring;
@@ -348,7 +352,7 @@ TYPED_TEST(VectorSpringOf, DissipatesWhatTheMotionDidAndItDoesNotHold)
   const int steps = 20000;
   Vec<Real, 3> velocity = Vec<Real, 3>::zero();
   for (int k = 0; k < steps; ++k) {
-    // a way of many small steps with slow changes of direction
+    // The path has many small steps with slow changes of direction.
     if (k % 500 == 0) velocity = random_vector<Real>(random, 0.01 * LIMIT / (STIFFNESS * DT));
     const auto result = this->spring.advance(h, velocity, Real(NORMAL_FORCE), Real(DT));
     const Vector mean = 0.5 * (h.template as<double>() + result.spring.template as<double>());
@@ -358,7 +362,7 @@ TYPED_TEST(VectorSpringOf, DissipatesWhatTheMotionDidAndItDoesNotHold)
     h = result.spring;
   }
 
-  // the force of the end of a step for its mean: a step is 1 % of the limit
+  // The force at the end of a step replaces its mean: a step is 1 % of the limit.
   EXPECT_GT(heat, 10.0 * energy_of_spring(h, this->spring.stiffness));
   EXPECT_NEAR(work, heat + energy_of_spring(h, this->spring.stiffness), 0.01 * work);
 }
@@ -376,7 +380,7 @@ TYPED_TEST(VectorSpringOf, DashpotActsBesideTheSpringUnderTheSameLimit)
   EXPECT_NEAR(sticking.force[0], STIFFNESS * DT * velocity[0] + 50.0 * velocity[0], 4 * epsilon);
   EXPECT_NEAR(sticking.spring[0], STIFFNESS * DT * velocity[0], 4 * epsilon);
   EXPECT_NEAR(sliding.force[0], LIMIT, 4 * epsilon * LIMIT);
-  // the spring begins the next step with the limit less what the dashpot carries
+  // The spring begins the next step with the limit less the force of the dashpot.
   EXPECT_NEAR(sliding.spring[0], LIMIT - 50.0 * along_x<Real>(3.0)[0], 64 * epsilon * LIMIT);
 }
 
@@ -419,7 +423,7 @@ using Hertz = SphereHertzMindlin<DoubleNumbers>;
 
 const Tensor<double, 3> STILL = Tensor<double, 3>::zero();
 
-/// Two equal spheres at rest, one behind the other along x.
+/// Two equal spheres at rest along x.
 struct Equal {
   SphereMotion<double> i{Vector::zero(), Vector::zero(), RADIUS}, j = i;
   Vector branch;
@@ -441,9 +445,9 @@ TYPED_TEST_SUITE(SphereLaw, SphereLaws);
 
 }    // namespace
 
-TYPED_TEST(SphereLaw, HistoriesTurnWithARigidRotationAboutAnyAxis)
+TYPED_TEST(SphereLaw, HistoriesRotateWithARigidRotationAboutAnyAxis)
 {
-  // also about the normal, and about an axis across it
+  // The rotations are about the normal, an axis across it, and random axes.
   const auto law = law_of<TypeParam>(sphere_material());
   Random random(10);
   for (int sample = 0; sample < 12; ++sample) {
@@ -451,7 +455,7 @@ TYPED_TEST(SphereLaw, HistoriesTurnWithARigidRotationAboutAnyAxis)
     const Vector normal = unit(random_vector<double>(random, 1.0));
     const Vector axis = sample == 0 ? normal : unit(random_vector<double>(random, 1.0));
     pair.branch = (2.0 * RADIUS - 1e-4) * normal;
-    // what loads all springs, below their limits
+    // The velocities load all springs below their limits.
     pair.j.velocity = across(normal, random_vector<double>(random, 1.0));
     pair.j.spin = random_vector<double>(random, 50.0);
     auto before = evaluate(law, pair.contact(), pair.i, pair.j, STILL, {}, 1e-6);
@@ -464,14 +468,15 @@ TYPED_TEST(SphereLaw, HistoriesTurnWithARigidRotationAboutAnyAxis)
     pair.i.velocity = pair.j.velocity = Vector::zero();
     auto after = before;
     for (int k = 1; k <= steps; ++k) {
-      // relative velocity of the middle of the step, as the engine has it
+      // The relative velocity is that at the middle of the step, as in the engine.
       pair.branch = (2.0 * RADIUS - 1e-4) * rotated(normal, axis, 2.0 * k / steps);
       const Vector middle = (2.0 * RADIUS - 1e-4) * rotated(normal, axis, 2.0 * (k - 0.5) / steps);
       pair.j.velocity = cross(w, middle) - turning * pair.branch;
       after = evaluate(law, pair.contact(), pair.i, pair.j, turning, after.history(), dt);
     }
 
-    // the square of the angle of a step; and slip by its third power, in a stiff spring
+    // The error is the square of the angle of a step, and slip by its third power in a stiff
+    // spring.
     const double error = 1e-6, angle = 2.0 / steps;
     const double slip = 0.8e6 * 2.0 * RADIUS * steps * angle * angle * angle / 8.0;
     EXPECT_LT(length(after.spring - rotated(before.spring, axis, 2.0)),
@@ -486,7 +491,7 @@ TYPED_TEST(SphereLaw, HistoriesTurnWithARigidRotationAboutAnyAxis)
   }
 }
 
-TYPED_TEST(SphereLaw, TurningAnRveTurnsWhatAPairRemembers)
+TYPED_TEST(SphereLaw, RotatingAnRveRotatesTheHistoriesOfPairs)
 {
   const auto law = law_of<TypeParam>(sphere_material());
   Random random(11);
@@ -530,7 +535,7 @@ TEST(SphereRolling, ResistsRollingAboutAxesAcrossTheNormalOnly)
   const double dt = 1e-6, reduced_radius = 0.5 * RADIUS;
   pair.j.spin = {{0.0, 3.0, 4.0}};
   const auto rolled = evaluate(law, pair.contact(), pair.i, pair.j, STILL, {}, dt).turned;
-  // R^2 k_r times the relative turn: the first sphere is taken along
+  // The moment is R^2 k_r times the relative rotation and drives the first sphere.
   const double moment = reduced_radius * reduced_radius * 4e5 * dt;
   EXPECT_NEAR(rolled.moment[0], 0.0, 1e-12 * moment);
   EXPECT_NEAR(rolled.moment[1], 3.0 * moment, 1e-12 * moment);
@@ -557,10 +562,10 @@ TEST(SphereRolling, MomentsEndAtTheirLimits)
   EXPECT_NEAR(turned.moment[2], 0.8 * rolling, 1e-12 * rolling);
 }
 
-TEST(SphereRolling, SlowsASpinDownByItsLimit)
+TEST(SphereRolling, ReducesASpinAtItsLimit)
 {
-  // two spheres, pressed on each other without friction, that spin in opposite directions: both lose M t / I, by rolling about an axis across
-  // the normal, by twisting about the normal
+  // Two spheres, pressed on each other without friction, spin in opposite directions. Both lose M t
+  // / I, by rolling about an axis across the normal and by twisting about the normal.
   Material material = sphere_material();
   material.friction = 0.0;
   const auto law = law_of<RollingSpheres>(material);
@@ -580,7 +585,8 @@ TEST(SphereRolling, SlowsASpinDownByItsLimit)
       pair.i.spin = pair.i.spin + (dt / inertia) * answer.torque_i;
       pair.j.spin = pair.j.spin + (dt / inertia) * answer.torque_j;
     }
-    // until the limit is reached the moment grows along a quarter of a wave, and falls short of it by half its way
+    // Until the limit is reached the moment grows along a quarter of a wave, which delays the loss
+    // by half of that time.
     EXPECT_LT(length(pair.i.spin - (0.5 * begin) * axis), 0.01 * begin);
     EXPECT_LT(length(pair.i.spin + pair.j.spin), 1e-12 * begin);
   }
@@ -600,7 +606,7 @@ TEST(SphereRolling, DashpotsActBesideTheSpringsUpToTheLimits)
   EXPECT_NEAR(below.moment[0], 50.0 * (2.0 * dt + 1e-5), 1e-12 * force);
   EXPECT_NEAR(below.moment[1], 3.0 * rolling, 1e-12 * rolling);
   EXPECT_NEAR(below.moment[2], 4.0 * rolling, 1e-12 * rolling);
-  // a dashpot is not remembered
+  // The force of a dashpot is not stored.
   EXPECT_NEAR(below.history.twisting, 50.0 * 2.0 * dt, 1e-15);
   EXPECT_NEAR(length(below.history.rolling), reduced_radius * 5.0 * 4e5 * dt, 1e-12);
 
@@ -610,11 +616,11 @@ TEST(SphereRolling, DashpotsActBesideTheSpringsUpToTheLimits)
   EXPECT_NEAR(beyond.moment[0], 2e-4 * force, 1e-12 * force);
   EXPECT_NEAR(beyond.moment[1], 0.6 * limit, 1e-12 * limit);
   EXPECT_NEAR(beyond.moment[2], 0.8 * limit, 1e-12 * limit);
-  // the spring is what the dashpot leaves of the limit
+  // The spring has the limit less the dashpot.
   EXPECT_NEAR(beyond.history.twisting, 2e-4 * force - 1e-5 * 1e3, 1e-12 * force);
 }
 
-TEST(SphereTwisting, AfterMarshallIsTheFrictionOfTheAreaOfContact)
+TEST(SphereTwisting, MarshallLimitIsTheFrictionOfTheContactArea)
 {
   Material material = sphere_material();
   material.twisting_stiffness = material.twisting_friction = 0.0;
@@ -646,7 +652,7 @@ TEST(SphereTwisting, AfterMarshallIsTheFrictionOfTheAreaOfContact)
   }
 }
 
-TEST(SphereTwisting, AfterMarshallKeepsTheAngleWhileTheContactIsPressed)
+TEST(SphereTwisting, MarshallTwistingKeepsTheAngleUnderCompression)
 {
   Material material = sphere_material();
   material.twisting_stiffness = material.twisting_friction = 0.0;
@@ -661,7 +667,7 @@ TEST(SphereTwisting, AfterMarshallKeepsTheAngleWhileTheContactIsPressed)
         .turned.moment[0];
   };
   const auto springs = law_of<RollingSpheres>(material);
-  // k_t R d/2, and k_t a^3/2 of Hertz' contact
+  // The stiffnesses are k_t R d/2, and k_t a^3/2 for Hertz' contact.
   const double linear = 0.5 * 0.8e6 * 0.5 * RADIUS * 4e-5 * angle;
   EXPECT_NEAR(moment_of(springs, 2e-5, 4e-5), linear, 1e-9 * linear);
   EXPECT_NEAR(moment_of(springs, 8e-5, 4e-5), linear, 1e-9 * linear);
@@ -671,9 +677,9 @@ TEST(SphereTwisting, AfterMarshallKeepsTheAngleWhileTheContactIsPressed)
   EXPECT_NEAR(moment_of(hertz, 8e-5, 4e-5), of_hertz, 1e-9 * of_hertz);
 }
 
-TEST(SphereRolling, TurnsToTheOtherGrainWithoutAChange)
+TEST(SphereRolling, IsSymmetricInBothGrains)
 {
-  // the relative spin and the normal both turn round
+  // The relative spin and the normal both change sign.
   const RollingSpheres::History history{{{1.0, 2.0, 3.0}}, {{{4.0, 5.0, 6.0}}, 7.0}};
   const auto other = RollingSpheres::seen_from_partner(history);
 
@@ -696,11 +702,12 @@ TEST(SphereHertz, PressesWithThePowerThreeHalvesOfTheOverlap)
   }
 }
 
-TEST(SphereHertz, TangentialForceIsKeptAsTheVariantSays)
+TEST(SphereHertz, TangentialForceFollowsTheVariant)
 {
-  // loaded along the contact, then pressed and released to the contact radius of before, and to half of it
+  // The contact is loaded tangentially and then pressed and released to the previous contact radius
+  // and to half of it.
   const double deep = 1e-4, loaded[] = {0.3, 0.4};
-  const double growth = 2.0, shrinkage = 0.5;    // of the contact radius
+  const double growth = 2.0, shrinkage = 0.5;    // ratios of contact radii
   const struct {
     double variant, grown, shrunk;
   } cases[] = {{0.0, 1.0, 1.0},    // mindlin/force
@@ -728,7 +735,7 @@ TEST(SphereHertz, TangentialForceIsKeptAsTheVariantSays)
   }
 }
 
-TEST(SphereDmt, IsPulledApartByFourPiTimesSurfaceEnergyAndReducedRadius)
+TEST(SphereDmt, PullOffForceIsFourPiTimesSurfaceEnergyAndReducedRadius)
 {
   const Material material = sphere_material();
   const auto law = law_of<SphereDmtAdhesion<DoubleNumbers>>(material);
@@ -738,12 +745,12 @@ TEST(SphereDmt, IsPulledApartByFourPiTimesSurfaceEnergyAndReducedRadius)
     Equal pair(overlap);
     const auto force = evaluate(law, pair.contact(), pair.i, pair.j, STILL, {}, 1e-6);
     strongest = std::fmin(strongest, force.normal_force);
-    // friction is a share of what spring and attraction press together
+    // The friction limit is proportional to the sum of spring force and attraction.
     const double spring = 1e9 * std::sqrt(0.5 * RADIUS) * std::pow(pair.contact().overlap, 1.5);
     EXPECT_NEAR(force.limiting_force, spring + pull_off, 1e-12 * (spring + pull_off));
   }
   EXPECT_NEAR(strongest, -pull_off, 1e-8 * pull_off);
-  // by itself the contact is as deep as spring and attraction balance
+  // Without load, the overlap is that of the balance of spring force and attraction.
   const double rest = std::pow(pull_off / (1e9 * std::sqrt(0.5 * RADIUS)), 2.0 / 3.0);
   EXPECT_NEAR(law.spring_force({rest, RADIUS, RADIUS}), 0.0, 1e-12 * pull_off);
 }

@@ -22,7 +22,7 @@ constexpr double DT = 1e-4;
 
 const LinearTangential<double, double, false> FRICTIONAL{STIFFNESS, FRICTION, 0.0};
 
-/// Velocity that moves the spring by a share of the Coulomb limit in one step.
+/// Returns the velocity that moves the spring by a share of the Coulomb limit in one step.
 double velocity_for(double share)
 {
   return share * LIMIT / (STIFFNESS * DT);
@@ -64,7 +64,7 @@ TEST(LinearTangential, ReversedLoadUnloadsTheSpringAndSlidesTheOtherWay)
     spring = FRICTIONAL.advance(spring, velocity_for(0.1), NORMAL_FORCE, DT).spring;
   ASSERT_EQ(spring, LIMIT);
 
-  // equation (14) as printed adds magnitudes: its force would stay at the limit for ever
+  // Equation (14) as printed adds magnitudes: its force would stay at the limit.
   for (int k = 1; k <= 19; ++k) {
     const auto shear = FRICTIONAL.advance(spring, -velocity_for(0.1), NORMAL_FORCE, DT);
     EXPECT_NEAR(shear.force, LIMIT * (1.0 - 0.1 * k), 1e-13 * LIMIT)
@@ -78,7 +78,7 @@ TEST(LinearTangential, ReversedLoadUnloadsTheSpringAndSlidesTheOtherWay)
   EXPECT_EQ(spring, -LIMIT);
 }
 
-TEST(LinearTangential, FallingNormalForceTakesTheSpringAlong)
+TEST(LinearTangential, DecreasingNormalForceReducesTheSpring)
 {
   const auto shear = FRICTIONAL.advance(0.9 * LIMIT, 0.0, 0.5 * NORMAL_FORCE, DT);
 
@@ -122,16 +122,18 @@ TEST(LinearTangential, WorkIsStoredOrLostInSliding)
   }
   const double stored = energy_of_spring(spring, FRICTIONAL.stiffness);
 
-  ASSERT_GT(onsets, 8);    // it sticks and slides in both directions
+  ASSERT_GT(onsets, 8);    // the contact sticks and slides in both directions
   ASSERT_GT(lost, 100.0 * LIMIT * LIMIT / STIFFNESS);
-  // The mean of two forces is exact but in a step in which sliding begins; there it errs by at most (k v dt)^2 / 8k.
+  // The mean of two forces is exact except in a step in which sliding begins, where its error is at
+  // most (k v dt)^2 / 8k.
   const double slip = STIFFNESS * amplitude * DT;
   EXPECT_NEAR(work, stored + lost, onsets * slip * slip / (8.0 * STIFFNESS) + 1e-12 * lost);
 }
 
 TEST(LinearTangential, DashpotSharesTheLimitAsInLammps)
 {
-  // pair granular, tangential linear_history, transcribed: history is a displacement and the force opposes it
+  // LAMMPS' pair granular, tangential linear_history, transcribed: the history is a displacement
+  // that the force opposes.
   Random random(5);
   const LinearTangential<double, double, true> law{STIFFNESS, FRICTION, 40.0};
   double spring = 0.0, displacement = 0.0;
@@ -139,7 +141,7 @@ TEST(LinearTangential, DashpotSharesTheLimitAsInLammps)
   for (int k = 0; k < 5000; ++k) {
     const double velocity = random.uniform(-1.0, 1.0) * velocity_for(0.6);
     const double normal_force = random.uniform(0.5, 1.5) * NORMAL_FORCE;
-    const double v = -velocity;    // LAMMPS: of i relative to j
+    const double v = -velocity;    // LAMMPS: velocity of i relative to j
     displacement += v * DT;
     double force = -STIFFNESS * displacement - 40.0 * v;
     const double critical = FRICTION * normal_force;
@@ -154,7 +156,7 @@ TEST(LinearTangential, DashpotSharesTheLimitAsInLammps)
     const auto shear = law.advance(spring, velocity, normal_force, DT);
     spring = shear.spring;
 
-    ASSERT_NEAR(shear.force, force, 1e-11 * LIMIT);    // rounding, carried along by the history
+    ASSERT_NEAR(shear.force, force, 1e-11 * LIMIT);    // the history accumulates roundings
     ASSERT_NEAR(spring, -STIFFNESS * displacement, 1e-11 * LIMIT);
   }
   EXPECT_GT(slides, 500);

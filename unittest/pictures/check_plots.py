@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""plot_fields.py draws a picture of the last frame, one for each, and an animation; a box has the colour of its value, which is where the
-point is; and a column or a file that is not there is named."""
+"""plot_fields.py draws a picture of the last frame, one for each frame, and an animation. A box has
+the colour of its value at the position of its point, and a missing column or file is named."""
 
 import os
 import subprocess
@@ -19,7 +19,10 @@ script = os.path.join(sys.argv[1], "plot_fields.py")
 
 
 def run(*words):
-    return subprocess.run([sys.executable, script, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
+    return subprocess.run([sys.executable, script, *words],
+                          stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT,
+                          universal_newlines=True)
 
 
 frames = list(dumps.frames("points.dump"))
@@ -36,7 +39,7 @@ assert sorted(os.listdir("all")) == [f"{k:04d}.png" for k in range(len(frames))]
 assert run("points.dump", "q", "--gif", "q.gif").returncode == 0
 assert Image.open("q.gif").n_frames == len(frames)
 
-# what is drawn: a box at each point, that at first is a square of a cell
+# Each point has a box, initially a square of a cell.
 size = dumps.spacing(frames[0])
 assert abs(size - 0.25) < 1e-9, size
 assert abs(dumps.spacing(last) - 0.25) < 1e-5
@@ -56,9 +59,10 @@ assert plot_fields.colours(np.linspace(0.0, 1.0, 50))[0] == "cividis"
 cmap, norm = plot_fields.colours(np.array([-1.0, 0.5, 2.0]))
 assert cmap == "RdBu_r" and norm.vmin == -2.0 and norm.vmax == 2.0
 
-# units: digits that can be read
+# units give readable digits
 assert plot_fields.scale_and_label("q", np.array([10.0]))[1] == "deviatoric stress q [Pa]"
-assert plot_fields.scale_and_label("q", np.array([-3e6, 0.0])) == (1e-6, "deviatoric stress q [MPa]")
+assert plot_fields.scale_and_label("q", np.array([-3e6,
+                                                  0.0])) == (1e-6, "deviatoric stress q [MPa]")
 assert plot_fields.scale_and_label("q", np.array([3e6]), "lj") == (1.0, "deviatoric stress q")
 
 # messages

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-"""VTK's reader, which is ParaView's, opens what to_paraview.py makes: as many points, cells and arrays as the dumps have, with their numbers, at
-their times."""
+"""VTK's reader, which is ParaView's, opens the files of to_paraview.py: points, cells and arrays
+have the numbers of the dumps at their times."""
 
 import os
 import subprocess
@@ -20,18 +20,21 @@ def convert(*words):
 
 
 def series(path):
-    """Times of a .pvd, and its frames as VTK reads them."""
+    """Returns times of a .pvd and its frames from VTK."""
     for entry in xml.parse(path).getroot().find("Collection"):
         reader = vtkXMLUnstructuredGridReader()
         reader.SetFileName(os.path.join(os.path.dirname(path), entry.get("file")))
         reader.Update()
-        assert reader.GetErrorCode() == 0 and reader.GetOutput().GetNumberOfPoints() > 0, entry.get("file")
+        assert reader.GetErrorCode() == 0 and reader.GetOutput().GetNumberOfPoints() > 0, entry.get(
+            "file")
         yield float(entry.get("timestep")), reader.GetOutput()
 
 
 def array(data, name):
     found = data.GetArray(name)
-    assert found is not None, (name, [data.GetArrayName(k) for k in range(data.GetNumberOfArrays())])
+    assert found is not None, (name, [
+        data.GetArrayName(k) for k in range(data.GetNumberOfArrays())
+    ])
     return vtk_to_numpy(found)
 
 
@@ -39,7 +42,8 @@ def at(grid):
     return vtk_to_numpy(grid.GetPoints().GetData())
 
 
-points, grains, contacts = (list(dumps.frames(name + ".dump")) for name in ("points", "grains", "contacts"))
+points, grains, contacts = (list(dumps.frames(name + ".dump"))
+                            for name in ("points", "grains", "contacts"))
 
 convert("points", "points.dump", "--out", "paraview/points.pvd")
 frames = list(series("paraview/points.pvd"))
@@ -55,10 +59,12 @@ for (time, grid), frame in zip(frames, points):
     stress = array(data, "stress").reshape(-1, 3, 3)
     for name, i, j in (("xx", 0, 0), ("yy", 1, 1), ("xy", 0, 1), ("xy", 1, 0), ("zz", 2, 2)):
         assert np.array_equal(stress[:, i, j], frame["stress_" + name])
-    assert np.array_equal(array(data, "deformation_gradient").reshape(-1, 3, 3)[:, 0, 1], frame["def_xy"])
+    assert np.array_equal(
+        array(data, "deformation_gradient").reshape(-1, 3, 3)[:, 0, 1], frame["def_xy"])
     assert np.array_equal(array(data, "displacement_vector")[:, 1], frame["uy"])
 
-# boxes: at first squares that fill ground and footing, later as large as the deformation gradient says
+# Boxes are initially squares that fill ground and footing, and later have the size of the
+# deformation gradient.
 convert("points", "points.dump", "--boxes", "--out", "paraview/soil.pvd")
 for (time, grid), frame in zip(series("paraview/soil.pvd"), points):
     assert grid.GetNumberOfCells() == len(frame) and grid.GetNumberOfPoints() == 4 * len(frame)
@@ -70,7 +76,8 @@ for (time, grid), frame in zip(series("paraview/soil.pvd"), points):
     assert np.array_equal(array(grid.GetCellData(), "p"), frame["p"])
 
 convert("grains", "grains.dump", "--contacts", "contacts.dump", "--out", "paraview/grains.pvd")
-chains, cells = list(series("paraview/grains.contacts.pvd")), list(series("paraview/grains.cell.pvd"))
+chains, cells = list(series("paraview/grains.contacts.pvd")), list(
+    series("paraview/grains.cell.pvd"))
 for k, (time, grid) in enumerate(series("paraview/grains.pvd")):
     grain, contact = grains[k], contacts[k]
     assert time == grain.time == chains[k][0] == cells[k][0]
@@ -82,13 +89,16 @@ for k, (time, grid) in enumerate(series("paraview/grains.pvd")):
     assert np.array_equal(array(lines.GetCellData(), "force")[:, 0], contact["force_x"])
     ends = at(lines).reshape(-1, 2, 3)
     assert np.array_equal(ends[:, 0, 0], grain["x"][contact["id1"].astype(int) - 1])
-    # as long as the radii without the overlap
+    # The length is that of the radii less the overlap.
     reach = sum(grain["radius"][contact[name].astype(int) - 1] for name in ("id1", "id2"))
-    assert np.allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), reach - contact["overlap"], rtol=1e-7)
+    assert np.allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
+                       reach - contact["overlap"],
+                       rtol=1e-7)
     corners = at(cells[k][1])
-    assert np.allclose(corners[1] - corners[0], grain.cell[:, 0]) and np.allclose(corners[3] - corners[0], grain.cell[:, 1])
+    assert np.allclose(corners[1] - corners[0], grain.cell[:, 0]) and np.allclose(
+        corners[3] - corners[0], grain.cell[:, 1])
 
-# without branch vectors the nearest image is taken: the same lines
+# Without branch vectors the nearest image is used, which gives the same lines.
 with open("contacts.dump") as given, open("bare.dump", "w") as bare:
     for line in given:
         words = line.split()

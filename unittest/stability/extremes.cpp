@@ -23,19 +23,20 @@ using namespace rve;
 
 namespace {
 
-  constexpr double RADIUS = 0.005;    // of lattices [m]
+  constexpr double RADIUS = 0.005;    // radius of grains in lattices [m]
 
-  // Overlap over the smaller radius where an RVE fails. Beyond the default 0.5: the list asks for 0.3 of the diameter.
+  // Limit of the overlap over the smaller radius. It exceeds the default of 0.5, since the list of
+  // extremes requires 0.3 of the diameter.
   constexpr double OVERLAP_LIMIT = 0.65;
 
-  // ---- what disks and spheres are ---------------------------------------------------------------------------------------------
+  // ---- packings and lattices of disks and spheres -----------------------------------------------
 
   template <int D> Material grain_material()
   {
     return D == 2 ? paper_material() : spheres_material();
   }
 
-  /// 300 spheres as soft as the disks: a mean overlap of half a percent.
+  /// Returns 300 spheres as soft as the disks, with a mean overlap of half a per cent.
   RveStateOf<3> soft_spheres()
   {
     PackingRecipe recipe;
@@ -50,7 +51,7 @@ namespace {
     return generate_packing(recipe, *engine);
   }
 
-  /// At 100 kPa, at rest, without tangential forces: 400 disks, 300 spheres.
+  /// Returns 400 disks or 300 spheres at rest at 100 kPa without tangential forces.
   template <int D> const RveStateOf<D> &packing()
   {
     static const RveStateOf<D> made = [] {
@@ -62,14 +63,14 @@ namespace {
     return made;
   }
 
-  /// 0.45 of the bound of the packing [s]; of disks as in the paper.
+  /// Returns 0.45 of the bound of the packing, which for disks is that of the paper [s].
   template <int D> double time_step()
   {
     static const double step = D == 2 ? 5e-5 : 0.45 * stable_time_step(packing<D>());
     return step;
   }
 
-  /// Radii halved: nothing touches.
+  /// Returns the packing with halved radii and no contacts.
   template <int D> RveStateOf<D> gas()
   {
     RveStateOf<D> state = packing<D>();
@@ -77,7 +78,8 @@ namespace {
     return state;
   }
 
-  /// Triangular, or face-centred cubic along the axes; `overlap` over the diameter.
+  /// Returns a triangular lattice, or a face-centred cubic one along the axes; `overlap` is
+  /// relative to the diameter.
   template <int D> RveStateOf<D> lattice(const Material &material, double overlap)
   {
     if constexpr (D == 2)
@@ -92,7 +94,8 @@ namespace {
                   : face_centred_pressure(material, RADIUS, overlap * 2.0 * RADIUS);
   }
 
-  /// Stress that a small strain adds to a lattice: each grain is a centre of symmetry, so the grains move with the mean field.
+  /// Returns the stress of a small strain of a lattice. Each grain is a centre of symmetry, so that
+  /// grains move with the mean field.
   Tensor2 stress_of_strain(const RveState &lattice, const Tensor2 &strain)
   {
     return affine_stiffness(lattice)(strain);
@@ -124,7 +127,7 @@ namespace {
     return sum / state.num_grains();
   }
 
-  /// By an angle, in the plane, or about an axis that no axis of the cell is.
+  /// Returns a rotation by an angle, in the plane or about an axis that is oblique to the cell.
   template <int D> Tensor<double, D> turned(double angle)
   {
     if constexpr (D == 2)
@@ -140,7 +143,7 @@ namespace {
       state.spin[i] = D == 2 ? rate : rate / std::sqrt(14.0) * (i % spins + 1);
   }
 
-  // ---- drives -----------------------------------------------------------------------------------------------------------------
+  // ---- drives -----------------------------------------------------------------------------------
 
   template <int D>
   DriveOf<D> straight(const Tensor<double, D> &deformation, double dt, int substeps)
@@ -162,7 +165,7 @@ namespace {
     return stretch * Tensor<double, D>::identity();
   }
 
-  /// Extension xx, compression yy by the same amount.
+  /// Returns extension along x and the same compression along y.
   template <int D> Tensor<double, D> pure_shear(double strain)
   {
     auto deformation = Tensor<double, D>::identity();
@@ -183,9 +186,9 @@ namespace {
     return std::max(least, static_cast<int>(std::lround(count * length)));
   }
 
-  // ---- contacts ---------------------------------------------------------------------------------------------------------------
+  // ---- contacts ---------------------------------------------------------------------------------
 
-  /// Tangential force on the grain with the lower number.
+  /// Tangential force on the grain with the lower number, by pair.
   template <int D> using Histories = std::map<std::pair<int, int>, Vec<double, D>>;
 
   template <int D> Histories<D> histories_by_pair(const RveStateOf<D> &state)
@@ -219,7 +222,7 @@ namespace {
     return std::sqrt(dot(x, x));
   }
 
-  /// Love's stress from contacts that the engine's list has no part in.
+  /// Returns Love's stress from contacts that do not come from the engine's list.
   template <int D> Tensor<double, D> contact_stress(const RveStateOf<D> &state)
   {
     const Histories<D> histories = histories_by_pair(state);
@@ -237,7 +240,8 @@ namespace {
     return norm(trace.last().stress - contact_stress(trace.end)) / pressure;
   }
 
-  /// The same where the pressure at the end is what matters; exact zero is demanded of a gas.
+  /// Returns the error of the stress relative to the final pressure; that of a packing without
+  /// contacts must be exactly zero.
   template <int D> double stress_error(const Trace<D> &trace)
   {
     const double pressure = trace.last().mean_stress();
@@ -247,13 +251,13 @@ namespace {
 
   const char *LOVE = "stress is the sum over contacts found anew";
 
-  // ---- the list ---------------------------------------------------------------------------------------------------------------
+  // ---- list of scenes ---------------------------------------------------------------------------
 
   template <int D> using Scenes = std::vector<Scene<D>>;
 
   template <int D> void overlaps(Scenes<D> &scenes)
   {
-    // at 0.3 the second neighbors of a cubic array touch too
+    // At 0.3 the second neighbours of a cubic array touch too.
     for (const double overlap : {1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, D == 2 ? 0.3 : 0.25}) {
       const RveStateOf<D> state = lattice<D>(grain_material<D>(), overlap);
       const double dt = 0.5 * stable_time_step(state);
@@ -332,7 +336,7 @@ namespace {
 
   template <int D> void size_ratios(Scenes<D> &scenes)
   {
-    // spheres as small as that would be too many around the largest one
+    // Spheres as small as these would be too many around the largest one.
     for (const double ratio : {1.0, 2.0, D == 2 ? 5.0 : 4.0, D == 2 ? 10.0 : 6.5}) {
       PackingRecipe recipe;
       recipe.material = grain_material<D>();
@@ -379,7 +383,7 @@ namespace {
                                         : hold<D>(0.5 * time_step<D>(), 1000);
                      },
                      [](const Trace<D> &trace) { return stress_error(trace); }};
-      // at the last one small grains are inside large ones
+      // In the last scene small grains are inside large ones.
       scene.must_refuse = scene.may_refuse = solid == solids.back();
       scenes.push_back(scene);
     }
@@ -407,7 +411,7 @@ namespace {
             double most = energy(trace.first());
             for (const ResultOf<D> &result : trace.results) most = std::max(most, energy(result));
             const double gain = (most - energy(trace.first())) / trace.first().kinetic_energy;
-            // 10,000 steps are 20 waves across the cell at a tenth of the bound
+            // At a tenth of the bound, 10,000 steps are 20 passages of a wave across the cell.
             return share < 0.1 ? gain : std::max(gain, trace.last().unbalanced_ratio);
           },
           {AdviceKind::LongTimeStep}};
@@ -451,14 +455,15 @@ namespace {
                          const Vec<double, D> expected =
                              (material.tangential_stiffness * length_of(contact.branch)) *
                              (stretched - dot(n, stretched) * n);
-                         // a normal in single precision leaves the last digits of the force along it
+                         // A normal in single precision leaves the last digits of the force along
+                         // it.
                          const Vec<double, D> difference =
                              tangential_force(after, contact) - tangential_force(before, contact);
                          const Vec<double, D> change = difference - dot(n, difference) * n;
                          error += length_of(change - expected);
                          size += length_of(expected);
                        }
-                       // the largest strain turns normals: 2e-3
+                       // The largest strain rotates normals by 2e-3.
                        return std::max(0.0, error / size - 4.0 * strain);
                      },
                      {AdviceKind::SlowStrain, AdviceKind::FastStrain}};
@@ -490,9 +495,9 @@ namespace {
 
   template <int D> void simple_shear(Scenes<D> &scenes, double length)
   {
-    // 0.2/s of disks, about 1/s of spheres: inertial number about 1e-3
+    // The rate is 0.2/s for disks and about 1/s for spheres, an inertial number of about 1e-3.
     const int calls = share_of(2000, length, 1);
-    const double shear = D == 2 ? 5e-3 : 1e-3;    // in less time than disks
+    const double shear = D == 2 ? 5e-3 : 1e-3;    // less time than for disks
     scenes.push_back({"simple shear",
                       "shear strain",
                       shear * calls,
@@ -547,9 +552,9 @@ namespace {
          25});
   }
 
-  // The chords cost 1.7e-4 of disks, 6e-4 of spheres (doc/src/stability.rst). Single-precision spins add less than 1e-6 in a turn. Tangential
-  // forces of spheres are turned step by step: turns by 8e-3 rad, which chords allow, would add 4e-4 in each full one, those by 8e-4 add
-  // 2e-6.
+  // Chords cost 1.7e-4 for disks and 6e-4 for spheres (doc/src/stability.rst). Single-precision
+  // spins add less than 1e-6 per turn. Tangential forces of spheres rotate step by step: rotations
+  // by 8e-3 rad, which chords allow, would add 4e-4 per turn; those by 8e-4 add 2e-6.
   template <int D> void rotations(Scenes<D> &scenes, double length)
   {
     const int steps_per_quarter = D == 2 ? 200 : 2000, quarters = 4 * share_of(1000, length, 1);
@@ -575,7 +580,7 @@ namespace {
 
   template <int D> void cycles(Scenes<D> &scenes, double length)
   {
-    // all contacts stick: what remains of a cycle is the integrator's
+    // All contacts stick, so that the remainder of a cycle is the error of the integrator.
     RveStateOf<D> state = packing<D>();
     state.material.friction = 10.0;
     const int count = share_of(10000, length, 20), settled = 10;
@@ -598,7 +603,7 @@ namespace {
                       }});
   }
 
-  /// The same state in units of which one is `length`, `mass` and `time` of the old ones.
+  /// Returns the same state in units that are `length`, `mass` and `time` in the old ones.
   template <int D>
   RveStateOf<D> in_units(RveStateOf<D> state, double length, double mass, double time)
   {
@@ -627,7 +632,8 @@ namespace {
     const RveStateOf<D> old = packing<D>();
     const double size = 2.0 * mean_radius_of(old);
     const Material &m = old.material;
-    // a cube of the unit of length keeps its mass; the last one measures in grains and contacts
+    // The mass of a cube of the unit of length stays the same; the last case has units of grains
+    // and contacts.
     std::vector<Units> all;
     for (const double wanted : {1e-6, 1e-3, 1.0}) {
       const double length = size / wanted;
@@ -664,8 +670,9 @@ namespace {
     }
   }
 
-  // A collision begins and ends between two steps, which gives or takes a part of its energy at random: errors add up as the root
-  // of the number of collisions, 1e-5 in a few of them and 1e-3 in some ten thousand.
+  // A collision begins and ends between two steps, which adds or removes a random part of its
+  // energy. Errors grow as the root of the number of collisions: 1e-5 for a few of them and 1e-3
+  // for some ten thousand.
   template <int D> void few_grains(Scenes<D> &scenes, double length)
   {
     for (const int count : {2, 3, 10}) {
@@ -768,7 +775,7 @@ namespace {
                              : straight(isotropic<D>(1.0 / stretch), time_step<D>(), 500);
           },
           [](const Trace<D> &trace) {
-            // what drifting grains exert when they meet is below a thousandth of the pressure before
+            // Moving grains that collide exert less than a thousandth of the initial pressure.
             const double open =
                 std::max(0.0, norm(trace.results[20].stress) / trace.first().mean_stress() - 1e-3);
             return std::max(open, stress_error(trace, trace.first().mean_stress()));
@@ -777,15 +784,15 @@ namespace {
     }
   }
 
-  // ---- judging ----------------------------------------------------------------------------------------------------------------
+  // ---- verdicts ---------------------------------------------------------------------------------
 
   template <int D> struct Run {
-    int number;    // in the engine
+    int number;    // number in the engine
     double stable_dt;
     Trace<D> trace;
-    std::vector<Advice> advice;    // the first of each kind that counts
+    std::vector<Advice> advice;    // first advice of each kind that counts
     bool refused = false;
-    bool untouched = true;    // by the call that was refused
+    bool untouched = true;    // false if the refused call changed the RVE
   };
 
   template <int D> void ask_for_advice(Run<D> &run, const Scene<D> &scene, const DriveOf<D> &drive)
@@ -820,7 +827,7 @@ namespace {
       return finding;
     }
     finding.deviation = scene.deviation(trace);
-    // written so that a deviation that is not a number is not within its limit
+    // The comparison is false for a deviation that is not a number.
     if (finding.deviation <= scene.limit[static_cast<int>(trace.format)] && !scene.must_refuse) {
       finding.verdict = Verdict::Holds;
     } else if (!run.advice.empty()) {

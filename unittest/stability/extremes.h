@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The engine at the ends of what it may be asked: scenes of disks and of spheres, each with a property that must hold, all of a dimension
-// one batch.
+// The engine at the limits of its input: scenes of disks and of spheres, each with a property that
+// must hold. All scenes of a dimension are one batch.
 //
-// A scene ends in one of four ways. `holds`: the property is met within its limit. `status`: the engine refused, and left the RVE as it
-// was. `warned`: the property is missed, and the advice that a run prints names why. `silent`: a wrong number that nothing tells of,
-// which must not be.
+// A scene ends in one of four ways. `holds`: the property is met within its limit. `status`: the
+// engine refused the call and left the RVE unchanged. `warned`: the property is not met, and the
+// advice that a run prints names the reason. `silent`: a wrong number without a message, which is a
+// failure.
 
 #pragma once
 
@@ -16,7 +17,7 @@
 
 namespace rve_test {
 
-/// What was seen of a scene.
+/// Recorded states and results of a scene.
 template <int D> struct Trace {
   rve::Format format;
   rve::RveStateOf<D> start, middle, end;    ///< before, after Scene::middle_call, at the end
@@ -26,18 +27,19 @@ template <int D> struct Trace {
 };
 
 template <int D> struct Scene {
-  std::string item;        ///< of the list of extremes
-  std::string quantity;    ///< what is varied
-  double value;            ///< of it
-  std::string property;    ///< what must hold, in words
-  double limit[3];         ///< of the deviation, in fast, mixed and double [-]
+  std::string item;        ///< item in the list of extremes
+  std::string quantity;    ///< varied quantity
+  double value;            ///< value of the quantity
+  std::string property;    ///< description of the property that must hold
+  double limit[3];         ///< limit of the deviation in fast, mixed and double [-]
   rve::RveStateOf<D> state;
   int calls;
   std::function<rve::DriveOf<D>(int call)> drive;
-  std::function<double(const Trace<D> &)> deviation;    ///< from the property, relative [-]
-  std::vector<rve::AdviceKind> explained_by = {};    ///< advice that makes a deviation no surprise
-  bool may_refuse = false;                           ///< a fatal status is a sound answer
-  bool must_refuse = false;                          ///< and nothing else is
+  /// deviation from the property, relative [-]
+  std::function<double(const Trace<D> &)> deviation;
+  std::vector<rve::AdviceKind> explained_by = {};    ///< advice that explains a deviation
+  bool may_refuse = false;                           ///< a fatal status is acceptable
+  bool must_refuse = false;                          ///< only a fatal status is acceptable
   int middle_call = 0;
 };
 
@@ -48,15 +50,17 @@ template <int D> struct Finding {
   const Scene<D> *scene;
   rve::Format format;
   Verdict verdict;
-  double deviation;     ///< not a number where the engine refused
-  std::string words;    ///< of the status, or of the advice
+  double deviation;     ///< not a number if the engine refused
+  std::string words;    ///< text of the status or of the advice
   long long steps = 0;
 };
 
-/// `length` in (0, 1]: share of the ten million steps, thousand turns and so on.
+/// Returns the scenes; `length` in (0, 1] is the share of the ten million steps, thousand turns and
+/// so on.
 template <int D> std::vector<Scene<D>> extreme_scenes(double length);
 
-/// Runs them on one engine, call by call as one batch. `engine_name` receives the description of the engine.
+/// Runs the scenes on one engine as one batch, call by call. `engine_name` receives the description
+/// of the engine.
 template <int D>
 std::vector<Finding<D>> run_extremes(const std::vector<Scene<D>> &scenes, rve::Format format,
                                      rve::Device device, std::string *engine_name = nullptr);

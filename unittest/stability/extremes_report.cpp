@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs the engine at the extremes, each number format as one batch, and writes what was found: a row for each scene, and for each item the
-// envelope of each format. doc/src/stability.rst shows the file.
+// Runs the engine at the extremes, each number format as one batch, and writes the findings: a row
+// for each scene, and for each item the envelope of each format. doc/src/stability.rst shows the
+// file.
 //
-//   extremes_report <output.json> [--shape disk|sphere] [--device cpu|cuda|auto] [--length percent] [--machine words]
+//   extremes_report <output.json> [--shape disk|sphere] [--device cpu|cuda|auto]
+//                   [--length percent] [--machine words]
 
 #include "stability/extremes.h"
 
@@ -62,7 +64,8 @@ std::string short_number(double value)
   return text;
 }
 
-/// "1e-05 to 0.3, 0.9": values of the verdict, neighbours in the scene's list joined.
+/// Returns the values of the verdict, for example "1e-05 to 0.3, 0.9"; neighbours in the scene's
+/// list are joined.
 std::string ranges(const std::vector<std::pair<double, Verdict>> &values, Verdict verdict)
 {
   std::string words;

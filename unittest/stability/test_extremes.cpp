@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The engine at the ends of what it may be asked: what must hold holds, or something says that it does not.
+// The engine at the limits of its input: properties hold, or a message says that they do not.
 //
-//   GPU_RVE_EXTREMES_LENGTH   percent of the ten million steps, thousand turns and so on, 0.1 to 100, 1 by default
-//   GPU_RVE_EXTREMES_DEVICE   cpu (default), cuda or auto
+// GPU_RVE_EXTREMES_LENGTH   percent of the ten million steps, thousand turns and so on, 0.1 to 100,
+// default 1
+// GPU_RVE_EXTREMES_DEVICE   cpu (default), cuda or auto
 
 #include "stability/extremes.h"
 
@@ -47,7 +48,7 @@ template <int D> void expect_nothing_silently_wrong(Format format)
 
   for (const Finding<D> &finding : findings) {
     EXPECT_NE(finding.verdict, Verdict::Silent) << label(finding);
-    // warnings are for what a format or a scheme cannot do, not for what went wrong
+    // Warnings are for limits of a format or a scheme, not for failures.
     if (finding.verdict == Verdict::Warned) {
       const std::string &item = finding.scene->item;
       EXPECT_TRUE(item == "time step" ||

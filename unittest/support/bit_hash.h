@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A 64-bit hash of the bits of numbers (FNV-1a, by bytes): two runs with the same hash had the same bits.
+// A 64-bit hash of the bits of numbers (FNV-1a over bytes): two runs with the same hash had the
+// same bits.
 
 #pragma once
 
@@ -15,7 +16,7 @@ namespace rve_test {
 
 class BitHash {
  public:
-  /// A number, or a structure without padding.
+  /// Adds a number or a structure without padding.
   template <class T> BitHash &add(const T &value)
   {
     static_assert(std::is_trivially_copyable_v<T>, "its bytes are its value");

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A thread block of a GPU by threads of a CPU: what a phase does for its items is done at the same time, by several threads, and a phase ends when
-// all have. With GPU_RVE_SANITIZE=thread the sanitizer then sees each access of one item to what another one writes in the same phase, which on a
-// GPU would be a race.
+// A thread block of a GPU simulated by threads of a CPU: several threads process the items of a
+// phase at the same time, and a phase ends when all have finished. With GPU_RVE_SANITIZE=thread the
+// sanitizer detects each access of one item to what another one writes in the same phase, which
+// would be a race on a GPU.
 
 #pragma once
 
@@ -15,7 +16,8 @@
 
 namespace rve_test {
 
-/// Threads that wait for work. Those of OpenMP would not do: the sanitizer does not see how they wait for each other.
+/// Threads that run functions together. OpenMP's threads are unsuitable, since the sanitizer does
+/// not see their synchronisation.
 class Team {
  public:
   static constexpr int SIZE = 4;
@@ -26,7 +28,7 @@ class Team {
     return team;
   }
 
-  /// work(t) for all threads t of the team, at the same time.
+  /// Runs work(t) for all threads t of the team at the same time.
   void run(const std::function<void(int)> &work)
   {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -75,8 +77,9 @@ class Team {
   std::vector<std::thread> threads_;
 };
 
-/// Base: a block whose phases are loops. Items that follow each other are those of different threads, the last first in every other
-/// thread; what is done aside is another thread's.
+/// A block whose phases run in threads; Base has phases that are loops. Consecutive items belong to
+/// different threads, and every other thread starts with its last item. Another thread runs the
+/// work aside of a phase.
 template <class Base> class InThreads : public Base {
   template <class F> static void share(int n, const F &f)
   {
@@ -124,7 +127,7 @@ template <class Base> class InThreads : public Base {
     for (const bool one : of_thread) result = result || one;
     return result;
   }
-  // threads with two items have no places without one
+  // Threads with two items have no places without an item.
   template <rve::Visit = rve::Visit::Items, class F> bool any_item(int n, F f) { return any(n, f); }
   template <class F> static void for_empty_places(int, F) {}
 
@@ -163,7 +166,7 @@ template <class Base> class InThreads : public Base {
     then();
   }
 
-  // what items may add to at the same time
+  // Items may add to a sum at the same time.
   template <class Integer> void accumulate(Integer *sums, int /*room*/, int i, Integer v)
   {
     __atomic_fetch_add(sums + i, v, __ATOMIC_RELAXED);

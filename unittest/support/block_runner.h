@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs a block program in a test on the backend that the test was built for (rve_add_block_test). A program is a functor
-//     template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
-// whose pointers come from BlockArray. `fast_memory` is on chip on the GPU (kFastMemory bytes, not initialised).
+// Runs a block program in a test on the backend that the test was built for (rve_add_block_test). A
+// program is a functor
+//   template <class Block> RVE_HD void operator()(Block &block, char *fast_memory) const
+// whose pointers come from BlockArray. On a GPU `fast_memory` is on chip (kFastMemory bytes, not
+// initialised).
 
 #pragma once
 
@@ -24,7 +26,7 @@ namespace rve_test {
 
 constexpr std::size_t kFastMemory = 16384;
 
-/// Runs the program by one CPU thread, also in a Cuda test: the reference.
+/// Runs the program by one CPU thread, also in a Cuda test, as reference.
 template <class Program> void run_serial(const Program &program)
 {
   std::vector<double> fast(kFastMemory / sizeof(double));
@@ -39,7 +41,7 @@ inline void check_cuda(cudaError_t error)
   if (error != cudaSuccess) throw std::runtime_error(cudaGetErrorString(error));
 }
 
-/// Block sizes that every test runs with.
+/// Returns the block sizes of every test.
 inline std::vector<int> block_sizes()
 {
   return {1, 32, 64, 100, 128, 256, 1024};
@@ -87,7 +89,8 @@ __global__ void __launch_bounds__(1024) program_kernel(Program program)
   program(block, fast_memory);
 }
 
-/// Runs the program on one block. `in_registers`: resident items live in registers; no more of them than threads.
+/// Runs the program on one block. With `in_registers`, resident items are in registers, at most one
+/// per thread.
 template <class Program>
 void run_block(int threads, const Program &program, bool in_registers = false)
 {
@@ -131,7 +134,7 @@ template <class Program> void run_block(int, const Program &program, bool = fals
 
 #endif
 
-/// Skips its tests where there is no device, or fails them where GPU_RVE_REQUIRE_CUDA says yes.
+/// Skips its tests without a device, or fails them if GPU_RVE_REQUIRE_CUDA requires one.
 class BlockTest : public ::testing::Test {
  protected:
   void SetUp() override

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A variable of the environment for the time of a test.
+// Sets an environment variable during a test.
 
 #pragma once
 
@@ -10,7 +10,7 @@ namespace rve_test {
 
 class Environment {
  public:
-  /// Without a word the variable is not set.
+  /// Sets the variable; a null word unsets it.
   Environment(const char *name_in, const char *word) : name(name_in)
   {
     const char *before = std::getenv(name);

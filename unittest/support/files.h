@@ -11,14 +11,14 @@
 
 namespace rve_test {
 
-/// A path for `name` that no other test uses.
+/// Returns a path for `name` that no other test uses.
 inline std::string temporary_path(const std::string &name)
 {
   const testing::TestInfo *test = testing::UnitTest::GetInstance()->current_test_info();
   return testing::TempDir() + "rve_" + test->test_suite_name() + "_" + test->name() + "_" + name;
 }
 
-/// The bytes of a file; none if it cannot be read.
+/// Returns the bytes of a file; empty if it cannot be read.
 inline std::string text_of(const std::string &path)
 {
   std::ifstream file(path, std::ios::binary);

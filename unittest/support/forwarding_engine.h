@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// An engine in front of another one: it passes everything on. Tests derive from it what they count or refuse.
+// An engine that forwards all calls to another one. Tests derive classes from it that count or
+// refuse calls.
 
 #pragma once
 

@@ -10,7 +10,8 @@
 
 namespace rve_test {
 
-/// The increments of drives, all with the time step and the number of steps of the first, and the stresses that come back.
+/// The increments of drives, with the time step and number of steps of the first drive, and the
+/// resulting stresses.
 template <int D> class IncrementsOf final : public macro::MacroIncrementsOf<D> {
   using Matrix = rve::Tensor<double, D>;
 
@@ -30,7 +31,8 @@ template <int D> class IncrementsOf final : public macro::MacroIncrementsOf<D> {
   const std::vector<rve::DriveOf<D>> drives_;
 };
 
-/// Advances RVEs by increments, from the launch to the results. False: the points need drives.
+/// Advances RVEs by increments, from the launch to the results. Returns false if the points need
+/// drives.
 template <int D>
 bool advance(macro::RvePointsOf<D> &points, const std::vector<int> &slots,
              IncrementsOf<D> &increments, bool with_details, std::vector<int> &failed)

@@ -10,7 +10,7 @@
 
 namespace rve_test {
 
-/// 6 by 6 disks, one lattice direction along x; every contact has the overlap [length].
+/// Returns 6 by 6 disks with one lattice direction along x; every contact has the overlap [length].
 inline rve::RveState hexagonal_lattice(const rve::Material &material, double radius, double overlap)
 {
   const int columns = 6, rows = 6;
@@ -24,14 +24,16 @@ inline rve::RveState hexagonal_lattice(const rve::Material &material, double rad
                   std::vector<double>(columns * rows, radius), xy);
 }
 
-/// Pressure of that lattice: three contacts per grain of area sqrt(3)/2 l^2 give p = sqrt(3) k_n overlap / (l h) [stress].
+/// Returns the pressure of hexagonal_lattice(): three contacts per grain of area sqrt(3)/2 l^2 give
+/// p = sqrt(3) k_n overlap / (l h) [stress].
 inline double lattice_pressure(const rve::Material &material, double radius, double overlap)
 {
   return std::sqrt(3.0) * material.normal_stiffness * overlap /
       ((2.0 * radius - overlap) * material.thickness);
 }
 
-/// Its shear modulus without overlap, G = sqrt(3)/4 (k_n + k_t) / h [stress].
+/// Returns the shear modulus of hexagonal_lattice() without overlap, G = sqrt(3)/4 (k_n + k_t) / h
+/// [stress].
 inline double lattice_shear_modulus(const rve::Material &material)
 {
   return 0.25 * std::sqrt(3.0) * (material.normal_stiffness + material.tangential_stiffness) /

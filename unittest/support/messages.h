@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The messages of errors.
+// Messages of errors.
 
 #pragma once
 
@@ -9,7 +9,8 @@
 
 namespace rve_test {
 
-/// What the error of class `Error` says in which the call ends; "no error" if it returns.
+/// Returns the message of the error of class `Error` in which the call ends; "no error" if it
+/// returns.
 template <class Error = rve::InputError, class Call> std::string message_of(const Call &call)
 {
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The same text for the CPU and, with RVE_TEST_CUDA, for the kernels of a GPU.
+// A test source that is compiled for the CPU and, with RVE_TEST_CUDA, for the kernels of a GPU.
 
 #pragma once
 
@@ -24,7 +24,7 @@ inline rve::Options device_options(rve::Format format)
   return options;
 }
 
-/// Skipped where the device is a GPU and there is none.
+/// Skips tests for a GPU on machines without one.
 template <class Test> class OnDeviceOf : public Test {
  protected:
   void SetUp() override

@@ -12,13 +12,13 @@
 
 namespace rve_test {
 
-/// 400 disks of 2.5 to 5 mm at 100 kPa (examples/packings), void ratio 0.16.
+/// Returns 400 disks of 2.5 to 5 mm at 100 kPa (examples/packings), void ratio 0.16.
 inline rve::RveState packing_of_400()
 {
   return rve::read_packing(std::string(RVE_PACKINGS_DIR) + "/A_h0075.rve");
 }
 
-/// nx by ny copies side by side, without list and contact history.
+/// Returns nx by ny copies next to each other, without list and contact history.
 inline rve::RveState tiled(const rve::RveState &tile, int nx, int ny)
 {
   rve::RveState state = tile;
@@ -48,7 +48,8 @@ inline rve::RveState tiled(const rve::RveState &tile, int nx, int ny)
   return state;
 }
 
-/// nx by ny disks (ny even) on a triangular lattice that overlap by 1 % on average; radii vary by 8 % or so.
+/// Returns nx by ny disks (ny even) on a triangular lattice with a mean overlap of 1 %; radii vary
+/// by about 8 %.
 inline rve::RveState triangular_packing(const rve::Material &material, int nx, int ny,
                                         double radius, std::uint64_t seed)
 {
@@ -70,7 +71,7 @@ inline rve::RveState triangular_packing(const rve::Material &material, int nx, i
   return state;
 }
 
-/// Random velocities and spins, so that nothing is symmetric and something happens at once.
+/// Adds random velocities and spins, so that nothing is symmetric and grains move at once.
 inline void shake(rve::RveState &state, double speed, std::uint64_t seed)
 {
   Random random(seed);

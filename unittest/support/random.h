@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Random numbers that are the same on every machine (the distributions of the standard library are not).
+// Random numbers that are the same on every machine (the distributions of the standard library are
+// not).
 
 #pragma once
 
@@ -14,13 +15,13 @@ class Random {
 
   std::uint64_t bits() { return engine(); }
 
-  /// In [low, high).
+  /// Returns a number in [low, high).
   double uniform(double low, double high)
   {
     return low + (high - low) * (static_cast<double>(engine() >> 11) * 0x1p-53);
   }
 
-  /// In [low, high], both included.
+  /// Returns an integer in [low, high], both included.
   int integer(int low, int high)
   {
     return low + static_cast<int>(engine() % static_cast<std::uint64_t>(high - low + 1));

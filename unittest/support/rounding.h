@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Whether two ways to compute the same numbers differ by rounding only: as much as what goes in does, with another last digit.
+// Tests whether two ways to compute the same numbers differ only by rounding, that is, by as much
+// as a change of the last digits of the input.
 
 #pragma once
 
@@ -13,27 +14,28 @@
 
 namespace rve_test {
 
-/// x and one `digit`, with either sign.
+/// Returns x plus or minus one `digit`.
 inline double with_another_digit(double x, double digit, Random &random)
 {
   return x + (random.uniform(-1.0, 1.0) < 0.0 ? -digit : digit);
 }
 
-/// x with another last digit.
+/// Returns x with a changed last digit.
 inline double with_another_last_digit(double x, Random &random)
 {
   return std::nextafter(x, random.uniform(-1.0, 1.0) < 0.0 ? -1e300 : 1e300);
 }
 
 struct RoundingErrors {
-  double most = 0.0;             ///< of the numbers themselves
-  std::vector<double> errors;    ///< the largest one of each step
-  double of_digits = 0.0;        ///< the largest change by other last digits
+  double most = 0.0;             ///< largest of the numbers
+  std::vector<double> errors;    ///< largest error of each step
+  double of_digits = 0.0;        ///< largest change by other last digits
 };
 
-/// Against the forces of LAMMPS: 1e-12 of the largest number, or what the last digit decides where that is more. It is more for a displacement
-/// that is kept over the root of an overlap that is nearly nothing. In a step of a hundred LAMMPS leaves in the history what lies along the
-/// normal, up to 1e-10 of the force of sliding: no error is more than `bound`.
+/// Expects agreement with the forces of LAMMPS: 1e-12 of the largest number or, if larger, the
+/// effect of last digits. The latter is large for a displacement that is divided by the root of a
+/// nearly vanishing overlap. In one of a hundred steps LAMMPS leaves in the history a part along
+/// the normal, up to 1e-10 of the sliding force. No error may exceed `bound`.
 inline void expect_rounding_only(RoundingErrors found, double bound)
 {
   EXPECT_GT(found.most, 0.0);

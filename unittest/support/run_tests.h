@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The main function of a test program: all tests, or with --file=test_x those of the source file test_x.cpp.
+// The main function of a test program. It runs all tests or, with --file=test_x, those of the
+// source file test_x.cpp.
 
 #pragma once
 
@@ -14,7 +15,7 @@
 
 namespace rve_test {
 
-/// Name of a source file without its folder and its ending.
+/// Returns the name of a source file without folder and suffix.
 inline std::string stem_of(const std::string &path)
 {
   const std::size_t slash = path.rfind('/');
@@ -22,15 +23,15 @@ inline std::string stem_of(const std::string &path)
   return path.substr(begin, path.rfind('.') - begin);
 }
 
-/// Adds a pattern to a list of GoogleTest's.
+/// Adds a pattern to a list in GoogleTest's form.
 inline void add_pattern(std::string &patterns, const std::string &pattern)
 {
   if (!patterns.empty()) patterns += ':';
   patterns += pattern;
 }
 
-/// Narrows the filter of GoogleTest to the tests of one source file; returns whether the file has tests.
-/// A suite that lies in one file is named as a whole, so that the filter stays short.
+/// Narrows the filter of GoogleTest to the tests of one source file and returns whether the file
+/// has tests. A suite within one file is named as a whole, which keeps the filter short.
 inline bool choose_file(const std::string &stem)
 {
   struct Suite {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One RVE in an engine of its own, and what tests compare of its state.
+// An engine with one RVE, and comparisons of states.
 
 #pragma once
 
@@ -26,13 +26,13 @@ inline rve::Options cpu_options(rve::Format format = rve::Format::Double, int th
   return options;
 }
 
-/// 400 disks at 100 kPa (20 kPa: A20_h0075.rve), at rest, without tangential forces.
+/// Returns 400 disks at rest at 100 kPa (20 kPa: A20_h0075.rve), without tangential forces.
 inline rve::RveState paper_packing(const std::string &file = "A_h0075.rve")
 {
   return rve::read_packing(std::string(RVE_PACKINGS_DIR) + "/" + file);
 }
 
-/// The paper's packing as a gas: radii halved, nothing touches (gaps of a few millimetres).
+/// Returns the paper's packing with halved radii and no contacts (gaps of a few millimetres).
 inline rve::RveState paper_gas()
 {
   rve::RveState state = paper_packing();
@@ -40,7 +40,7 @@ inline rve::RveState paper_gas()
   return state;
 }
 
-/// L with one component.
+/// Returns a velocity gradient with one component.
 inline rve::Tensor2 gradient(int a, int b, double rate)
 {
   rve::Tensor2 l = rve::Tensor2::zero();
@@ -53,7 +53,7 @@ inline rve::Tensor2 spin_gradient(double rate)
   return gradient(1, 0, rate) + gradient(0, 1, -rate);
 }
 
-/// The same for RVEs like these.
+/// Returns the options with the contact model of these RVEs.
 inline rve::Options with_contacts_of(const std::vector<rve::RveState> &states, rve::Options options)
 {
   options.contacts = rve::contacts_of(states);
@@ -73,7 +73,7 @@ class RveRig {
     return results[0];
   }
 
-  /// Constant velocity gradient, `calls` times `substeps`.
+  /// Applies a constant velocity gradient in `calls` calls of `substeps` steps.
   const rve::Result &strain(const rve::Tensor2 &l, double dt, int substeps, int calls = 1)
   {
     const rve::Drive drive = rve::Drive::constant_velocity_gradient(l, dt, substeps);
@@ -93,7 +93,7 @@ class RveRig {
   std::vector<rve::Result> results;
 };
 
-/// Nonzero tangential forces by pair, whatever the list looks like.
+/// Returns nonzero tangential forces by pair, for any order of the list.
 inline std::vector<std::tuple<int, int, double>> histories(const rve::RveState &state)
 {
   std::vector<std::tuple<int, int, double>> all;
@@ -105,7 +105,7 @@ inline std::vector<std::tuple<int, int, double>> histories(const rve::RveState &
   return all;
 }
 
-/// Nonzero rolling forces by pair, as the grain with the lower number sees them.
+/// Returns nonzero rolling forces by pair, in the view of the grain with the lower number.
 inline std::vector<std::tuple<int, int, double>> rolling_histories(const rve::RveState &state)
 {
   std::vector<std::tuple<int, int, double>> all;
@@ -122,7 +122,8 @@ template <int D> std::vector<double> components(const rve::Tensor<double, D> &t)
   return std::vector<double>(std::begin(t.component), std::end(t.component));
 }
 
-/// The same grains numbered backwards: other owners, other order of every sum. For packings without list and history.
+/// Returns the same grains in reverse order, with other owners and another order of every sum, for
+/// packings without list and history.
 inline rve::RveState numbered_backwards(const rve::RveState &packing)
 {
   const int n = packing.num_grains();
@@ -135,7 +136,8 @@ inline rve::RveState numbered_backwards(const rve::RveState &packing)
   return backwards;
 }
 
-/// The motion is the same to the last bit: cell, positions, velocities, spins, contact history. Not the list.
+/// Returns true if cell, positions, velocities, spins and contact histories are the same to the
+/// last bit; lists may differ.
 inline bool same_motion(const rve::RveState &a, const rve::RveState &b)
 {
   return components(a.cell) == components(b.cell) &&
@@ -144,7 +146,7 @@ inline bool same_motion(const rve::RveState &a, const rve::RveState &b)
       rolling_histories(a) == rolling_histories(b);
 }
 
-/// All that Love's formula and the contacts say, to the last bit.
+/// Returns true if all results from contacts are the same to the last bit.
 inline bool same_answer(const rve::Result &a, const rve::Result &b)
 {
   return a.status == b.status && components(a.stress) == components(b.stress) &&

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One call of the block program in memory full of garbage, on a CPU: by one thread that visits arrays, or by stand-ins for a thread block of a GPU,
-// which keep an item's own numbers beside the arrays. These begin as garbage, so that it shows what a program takes for loaded, kept or
-// published and is not.
+// One call of the block program in memory full of garbage, on a CPU. One thread visits arrays, or a
+// substitute for a thread block of a GPU stores an item's own numbers apart from the arrays. These
+// begin as garbage, so that uses of numbers that were not loaded, kept or published show.
 
 #pragma once
 
@@ -23,15 +23,15 @@ namespace rve_test {
 
 using namespace rve;
 
-constexpr int CAPACITY = 416;    // of the block, in grains
-constexpr int GARBAGE = 0x7f;    // in every byte: numbers of 1e38 and more
+constexpr int CAPACITY = 416;    // capacity of the block in grains
+constexpr int GARBAGE = 0x7f;    // value of every byte: numbers of 1e38 and more
 
 class BlockInRegisters : public BlockSerial {
  public:
   static constexpr bool kInRegisters = true;
-  // lists are built on the chip, where the steps have their sums and plans
+  // Lists are built on chip, in the memory of the sums and plans of steps.
   static constexpr int kCapacity = CAPACITY;
-  static inline char *present_chip = nullptr;    ///< of the call that is made
+  static inline char *present_chip = nullptr;    ///< memory on chip of the present call
   static char *chip() { return present_chip; }
 
   template <class T> struct Resident {
@@ -46,7 +46,7 @@ class BlockInRegisters : public BlockSerial {
     void publish(int item, const T &x) { value[item] = array[item] = x; }
   };
 
-  /// There are threads without a grain.
+  /// Some threads have no grain.
   using BlockSerial::for_items;
   template <Visit way = Visit::Items, class F> void for_items(int n, F f)
   {
@@ -73,8 +73,8 @@ class BlockInRegisters : public BlockSerial {
   }
 };
 
-/// With two grains of a thread: the first one's thread takes what is shared out to both, and each grain is in a branch of its own, so that there
-/// are no places without one.
+/// A block with two grains per thread. The first grain's thread takes shared work, and each grain
+/// has its own branch, so that there are no places without a grain.
 class BlockOfTwo : public BlockInRegisters {
  public:
   using BlockSerial::any_item;
@@ -88,19 +88,20 @@ class BlockOfTwo : public BlockInRegisters {
   }
 };
 
-/// A block of kernels with the constants of a step in uniform registers: one thread, which takes the grains in turn.
+/// A block of kernels with the constants of a step in uniform registers: one thread processes the
+/// grains in turn.
 struct BlockOfUniforms : BlockInRegisters {
   static constexpr bool kHasUniforms = true;
 };
 
-/// An RVE under one program.
+/// An RVE and its results under one program.
 template <int D> struct RveRun {
   StateImage image;
   AnswerRecord<D> answer = {};
   DetailRecord<D> detail = {};
 };
 
-/// One call, in memory full of garbage.
+/// Makes one call in memory full of garbage.
 template <class Block, class Scene>
 void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool with_details,
              double skin = 0.0, bool with_ledger = false,
@@ -143,7 +144,7 @@ template <int D> DriveRecord<D> shear(double strain, int substeps, double dt)
   return drive;
 }
 
-/// Short and long calls, with new lists and without, and a look without steps.
+/// Returns short and long calls, with and without new lists, and a call without steps.
 template <int D> std::vector<DriveRecord<D>> calls(double dt)
 {
   return {shear<D>(1e-4, 10, dt), shear<D>(0.05, 300, dt), shear<D>(1e-4, 1, dt),
@@ -164,7 +165,8 @@ template <> constexpr rve::Format format_of<DoubleNumbers>()
   return rve::Format::Double;
 }
 
-/// Of a state whose forces fit into the scale of the first call: nobody repeats it here.
+/// Returns a run of a state whose forces fit the scale of the first call, which is not repeated
+/// here.
 template <class Numbers, int D> RveRun<D> run_of(RveStateOf<D> state, Program memory)
 {
   state.largest_contact_force = 1e4;
@@ -184,7 +186,8 @@ template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, Pro
   return read_image<D>(format_of<Numbers>(), run.image, memory);
 }
 
-/// What a caller sees. States, not images: a zero history may have a sign.
+/// Expects the same results and states. Images may differ, since a zero history may have either
+/// sign.
 template <class Numbers, int D>
 void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, Program memory)
 {
@@ -194,10 +197,10 @@ void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, Program m
             serialize(state_of<Numbers>(expected, memory)));
 }
 
-/// Time step of the disks of the examples, and of spheres that are as stiff.
+/// Time steps of the disks of the examples and of spheres that are as stiff.
 constexpr double DISK_DT = 5e-5, SPHERE_DT = 2e-6;
 
-/// Of disks(): a pressure across, while they are sheared and compressed along the other axis.
+/// Returns a servo for disks(): a pressure across, with shear and compression along the other axis.
 inline SteeringRecord<2> servo_of_disks()
 {
   SteeringRecord<2> steering = SteeringRecord<2>();
@@ -210,7 +213,8 @@ inline SteeringRecord<2> servo_of_disks()
 }
 
 #if defined(__SANITIZE_ADDRESS__)
-// What is in registers is one text for all formats; each of them takes a compiler with sanitizers minutes.
+// Code with registers is the same source for all formats. A compiler with sanitizers takes minutes
+// for each format.
 using Formats = testing::Types<MixedNumbers>;
 #else
 using Formats = testing::Types<FastNumbers, MixedNumbers, DoubleNumbers>;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packings of a few grains, whose cells soon become too narrow when they are stretched.
+// Packings of a few grains, whose cells soon become too narrow when stretched.
 
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace rve_test {
 
-/// On the device of the test, with books of energy.
+/// Returns options for the device of the test, with energy bookkeeping.
 inline rve::Options options_of_dimension(int dimension, rve::Format format = rve::Format::Double)
 {
   rve::Options options = device_options(format);
@@ -18,7 +18,8 @@ inline rve::Options options_of_dimension(int dimension, rve::Format format = rve
   return options;
 }
 
-/// 30 disks or 60 spheres of 4 to 5 mm at 100 kPa, the looser the more friction they were made with.
+/// Returns 30 disks or 60 spheres of 4 to 5 mm at 100 kPa. More friction during preparation gives a
+/// looser packing.
 template <int D> rve::RveStateOf<D> small_packing(double preparation_friction = 0.0)
 {
   rve::PackingRecipe recipe;
@@ -31,7 +32,7 @@ template <int D> rve::RveStateOf<D> small_packing(double preparation_friction = 
   return rve::generate_packing(recipe, *rve::make_engine<D>(options_of_dimension(D)));
 }
 
-/// Stable for them: disks have a mass depth of one [time].
+/// Stable time step of small_packing(); disks have a mass depth of one [time].
 template <int D> constexpr double DT_OF_SMALL_PACKINGS = D == 2 ? 2e-5 : 4e-6;
 
 }    // namespace rve_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs of spheres that several tests start from, and one of them in an engine of its own.
+// RVEs of spheres that several tests start from, and an engine with one of them.
 
 #pragma once
 
@@ -44,7 +44,7 @@ inline Spheres spheres(const rve::Material &material, const rve::Tensor3 &cell,
   return state;
 }
 
-/// That of the disks, without a thickness.
+/// Returns the material of the disks without a thickness.
 inline rve::Material spheres_material()
 {
   rve::Material material = paper_material();
@@ -57,7 +57,8 @@ inline double sphere_mass(const rve::Material &material, double radius)
   return material.density * material.mass_depth * 4.0 / 3.0 * rve::kPi * radius * radius * radius;
 }
 
-/// Face-centred cubic array of m^3 cubes of four spheres of radius r that touch with this overlap.
+/// Returns a face-centred cubic array of m^3 cubes of four spheres of radius r that touch with this
+/// overlap.
 inline Spheres face_centred_cubic(const rve::Material &material, int m, double r, double overlap)
 {
   const double edge = std::sqrt(2.0) * (2.0 * r - overlap);
@@ -73,7 +74,8 @@ inline Spheres face_centred_cubic(const rve::Material &material, int m, double r
                  std::vector<double>(x.size() / 3, r), x);
 }
 
-/// Pressure of that array: six contacts per sphere of volume l^3/sqrt(2) give p = 2 sqrt(2) k_n overlap / l^2 [stress].
+/// Returns the pressure of face_centred_cubic(): six contacts per sphere of volume l^3/sqrt(2) give
+/// p = 2 sqrt(2) k_n overlap / l^2 [stress].
 inline double face_centred_pressure(const rve::Material &material, double r, double overlap)
 {
   const double distance = 2.0 * r - overlap;
@@ -85,7 +87,7 @@ struct CubicConstants {
   double c11, c12, c44;
 };
 
-/// Of that array, without overlap.
+/// Returns the elastic constants of face_centred_cubic() without overlap.
 inline CubicConstants face_centred_constants(const rve::Material &material, double r)
 {
   const double kn = material.normal_stiffness, kt = material.tangential_stiffness;
@@ -93,7 +95,7 @@ inline CubicConstants face_centred_constants(const rve::Material &material, doub
   return {factor * (kn + kt), 0.5 * factor * (kn - kt), 0.5 * factor * (kn + kt)};
 }
 
-/// m^3 spheres of radius r in a simple cubic array; with an overlap below zero there are gaps between them.
+/// Returns m^3 spheres of radius r in a simple cubic array; a negative overlap is a gap.
 inline Spheres simple_cubic(const rve::Material &material, int m, double r, double overlap)
 {
   const double spacing = 2.0 * r - overlap;
@@ -106,7 +108,7 @@ inline Spheres simple_cubic(const rve::Material &material, int m, double r, doub
                  std::vector<double>(m * m * m, r), x);
 }
 
-/// A jittered cubic array of m^3 spheres that touch here and there, in motion.
+/// Returns a disturbed cubic array of m^3 moving spheres, some of which touch.
 inline Spheres disordered_spheres(const rve::Material &material, int m, unsigned seed)
 {
   Random random(seed);
@@ -125,7 +127,7 @@ inline Spheres disordered_spheres(const rve::Material &material, int m, unsigned
   return state;
 }
 
-/// A LAMMPS data file of atom_style sphere, in an upright box at the origin.
+/// Reads a LAMMPS data file of atom_style sphere in an orthogonal box at the origin.
 inline Spheres read_spheres(const std::string &path, const rve::Material &material)
 {
   std::ifstream file(path);

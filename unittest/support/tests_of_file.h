@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Which tests of the program are those of one source file.
+// Functions that find the tests of a source file in the program.
 
 #pragma once
 
@@ -19,7 +19,7 @@ template <class Act> void for_all_tests(Act act)
   }
 }
 
-/// True if this process runs at least one test of the source file, which is named as __FILE__.
+/// Returns true if this process runs at least one test of the source file, named as __FILE__.
 inline bool runs_tests_of(const std::string &file)
 {
   bool any = false;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// An RVE, the same behind a point, an elastic law of the MPM and a random field, without LAMMPS.
+// Uses an RVE, the same RVE at a point, an elastic law of the MPM and a random field, without
+// LAMMPS.
 //
 //   consumer <packing>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// LAMMPS with the package, through its C interface.
+// Uses LAMMPS with the package through its C interface.
 
 #include <library.h>
 
