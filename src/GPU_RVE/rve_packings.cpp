@@ -79,7 +79,7 @@ template <int D> struct RvePackingsOf<D>::Atoms {
 template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
   files = settings.packings;
-  std::vector<std::vector<char>> state_images;
+  std::vector<std::vector<char>> packed_states;
   std::vector<std::string> drifts;
   rve::Checksum as_read;
   const std::string failure = on_rank_zero(lmp->world, [&]() {
@@ -100,7 +100,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
             drifts.push_back(fmt::format("{} of packing {} in {}", text, file_of.size(), file));
           file_of.push_back(static_cast<int>(n));
           stable.push_back(rve::stable_time_step(state));
-          state_images.push_back(rve::serialize(state));
+          packed_states.push_back(rve::serialize(state));
         }
       } catch (const rve::InputError &e) {
         throw rve::InputError(packing_failure(file, e));
@@ -124,10 +124,10 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
   };
   broadcast(file_of);
   broadcast(stable);
-  state_images.resize(stable.size());
-  for (auto &image : state_images) broadcast(image);
+  packed_states.resize(stable.size());
+  for (auto &image : packed_states) broadcast(image);
   collectively(lmp, "fix rve", [&] {
-    for (const auto &image : state_images) {
+    for (const auto &image : packed_states) {
       packings.push_back(rve::deserialize<D>(image.data(), image.size()));
       void_ratios.push_back(packings.back().void_ratio());
     }

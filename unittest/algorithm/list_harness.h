@@ -28,7 +28,7 @@ template <class Scene> struct BuildList {
   {
     using Item = typename Block::Item;
     const int n = num_grains;
-    const auto view = rve::carve_image<Scene>(image, n, extra_capacity);
+    const auto view = rve::carve_device_state<Scene>(image, n, extra_capacity);
     const auto work = rve::carve_workspace<Scene>(workspace, n, pair_capacity);
     const rve::PairView<Scene> old{view.partner, view.history, view.extra_first, view.extra_second,
                                    view.extra_history};
@@ -76,7 +76,7 @@ template <class Numbers> class ListHarness {
       skin(skin_in), num_grains(static_cast<int>(radius_in.size())),
       pair_capacity(40 * num_grains + 40), extra_capacity(pair_capacity)
   {
-    image.assign(rve::image_size<Scene>(num_grains, extra_capacity), 0);
+    image.assign(rve::device_state_size<Scene>(num_grains, extra_capacity), 0);
     const auto view = this->view();
     for (int i = 0; i < num_grains; ++i) {
       view.radius[i] = static_cast<typename Scene::Wide>(radius_in[i]);
@@ -165,9 +165,9 @@ template <class Numbers> class ListHarness {
   std::vector<char> image;    ///< image between builds
 
  private:
-  rve::ImageView<Scene> view()
+  rve::DeviceStateView<Scene> view()
   {
-    return rve::carve_image<Scene>(image.data(), num_grains, extra_capacity);
+    return rve::carve_device_state<Scene>(image.data(), num_grains, extra_capacity);
   }
 
   std::size_t workspace_size() const

@@ -391,12 +391,12 @@ void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<ActorOf<D>> 
 
 /// Image and answers of a state that one build of the kernels has advanced.
 struct KernelRun {
-  StateImage image;
+  DeviceState image;
   AnswerRecord<2> answer;
   DetailRecord<2> detail;
 };
 
-KernelRun run_kernel(const HostKernel<2> &kernel, StateImage image, const DriveRecord<2> &drive,
+KernelRun run_kernel(const HostKernel<2> &kernel, DeviceState image, const DriveRecord<2> &drive,
                      const SteeringRecord<2> *steering, Program scene)
 {
   const int pair_capacity = 6 * image.num_grains;
@@ -484,8 +484,8 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
 
   for (const auto &one : cases) {
     SCOPED_TRACE(one.name);
-    const StateImage image =
-        build_image(GetParam(), one.state, 2000, features_of(one.scene).memory);
+    const DeviceState image =
+        build_device_state(GetParam(), one.state, 2000, features_of(one.scene).memory);
 
     const KernelRun baseline = run_kernel(host_kernel<InstructionSet::baseline, 2>(format), image,
                                           drive, one.steering, one.scene);
@@ -500,8 +500,8 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     // The baseline program may store zeros of other signs in numbers that are not read without
     // friction.
     const Program memory = features_of(one.scene).memory;
-    EXPECT_TRUE(serialize(read_image(format, baseline.image, memory)) ==
-                serialize(read_image(format, v3.image, memory)));
+    EXPECT_TRUE(serialize(read_device_state(format, baseline.image, memory)) ==
+                serialize(read_device_state(format, v3.image, memory)));
     EXPECT_TRUE(same_records(baseline, v3));
     EXPECT_FALSE(baseline.image.bytes == image.bytes);    // the state has changed
   }

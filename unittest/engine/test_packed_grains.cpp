@@ -26,7 +26,7 @@ namespace {
 constexpr double DT = 5e-5;
 
 struct KernelRun {
-  StateImage image;
+  DeviceState image;
   AnswerRecord<2> answer;
   DetailRecord<2> detail;
 };
@@ -57,7 +57,7 @@ SteeringRecord<2> steering_of(const Scene &scene)
   return steering;
 }
 
-KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage &image,
+KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const DeviceState &image,
                      const Scene &scene)
 {
   const int pair_capacity = 40 * image.num_grains;
@@ -84,7 +84,7 @@ KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const StateImage
 
 /// Runs single grains by the host kernel for any CPU. A build without it uses the program with
 /// energy bookkeeping, which has no packs.
-KernelRun run_one_by_one(Format format, const StateImage &image, const Scene &scene)
+KernelRun run_one_by_one(Format format, const DeviceState &image, const Scene &scene)
 {
 #if defined(RVE_WITHOUT_BASELINE)
   return run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::General, image, scene);
@@ -115,8 +115,8 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
   KernelRun expect_same_bits(const Scene &scene, int calls = 1)
   {
     const Format format = GetParam();
-    StateImage image =
-        build_image(GetParam(), scene.state, 40 * scene.state.num_grains(), Program::General);
+    DeviceState image = build_device_state(GetParam(), scene.state, 40 * scene.state.num_grains(),
+                                           Program::General);
     KernelRun one_by_one;
     for (int call = 0; call < calls; ++call) {
       one_by_one = run_one_by_one(format, image, scene);
@@ -231,7 +231,7 @@ TEST_P(PackedGrains, AnyNumberOfGrains)
 TEST_P(PackedGrains, EvaluationWithoutSteps)
 {
   Scene scene{sheared_packing(), 0.02, 150, 0.0};
-  scene.state = read_image(GetParam(), expect_same_bits(scene).image, Program::General);
+  scene.state = read_device_state(GetParam(), expect_same_bits(scene).image, Program::General);
   scene.shear = 0.0;
   scene.substeps = 0;
 
@@ -246,7 +246,7 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
   Scene scene{sheared_packing(), 0.01, 40, 0.0};
   scene.state.largest_contact_force = 1.0;
   const Format format = GetParam();
-  const StateImage image = build_image(GetParam(), scene.state, 4000, Program::General);
+  const DeviceState image = build_device_state(GetParam(), scene.state, 4000, Program::General);
 
   const KernelRun one_by_one = run_one_by_one(format, image, scene);
   const KernelRun packed =
@@ -266,7 +266,7 @@ TEST_P(PackedGrains, SaturationLimitIsTheSame)
   for (double expected = 2000.0; expected > 2.0; expected *= 0.5) {
     Scene scene{sheared_packing(), 0.01, 10, 0.0};
     scene.state.largest_contact_force = expected;
-    const StateImage image = build_image(GetParam(), scene.state, 4000, Program::General);
+    const DeviceState image = build_device_state(GetParam(), scene.state, 4000, Program::General);
 
     const KernelRun one_by_one = run_one_by_one(format, image, scene);
     const KernelRun packed =
@@ -287,7 +287,7 @@ TEST_P(PackedGrains, ContactsBeyondTheLimitOfOverlapsAreCountedAlike)
   for (const double limit : {0.05, 0.1, 0.2, 0.3, 0.4}) {
     SCOPED_TRACE(limit);
     const Scene scene{crowd(33, 4), 0.0, 1, 0.0, limit};
-    const StateImage image = build_image(format, scene.state, 4000, Program::General);
+    const DeviceState image = build_device_state(format, scene.state, 4000, Program::General);
 
     const KernelRun one_by_one = run_one_by_one(format, image, scene);
     const KernelRun packed =

@@ -96,7 +96,7 @@ struct BlockOfUniforms : BlockInRegisters {
 
 /// An RVE and its results under one program.
 template <int D> struct RveRun {
-  StateImage image;
+  DeviceState image;
   AnswerRecord<D> answer = {};
   DetailRecord<D> detail = {};
 };
@@ -118,7 +118,7 @@ void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool wit
   using Planning = StepPlanning<Block, Scene>;
   CallState<Scene> call;
   std::memset(static_cast<void *>(&call), GARBAGE, sizeof(call));
-  std::memcpy(&call.header, image, sizeof(ImageHeader<Scene::D>));
+  std::memcpy(&call.header, image, sizeof(StateHeader<Scene::D>));
   call.drive = drive;
   call.steering = steering;
   call.batch = BatchConstants{skin, 0.5, 0.5, with_ledger, 1};
@@ -170,7 +170,7 @@ template <> constexpr rve::Format format_of<DoubleNumbers>()
 template <class Numbers, int D> RveRun<D> run_of(RveStateOf<D> state, Program memory)
 {
   state.largest_contact_force = 1e4;
-  return RveRun<D>{build_image(format_of<Numbers>(), state, 2000, memory)};
+  return RveRun<D>{build_device_state(format_of<Numbers>(), state, 2000, memory)};
 }
 
 template <class Numbers> RveRun<2> disks(double friction)
@@ -183,7 +183,7 @@ template <class Numbers> RveRun<2> disks(double friction)
 
 template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, Program memory)
 {
-  return read_image<D>(format_of<Numbers>(), run.image, memory);
+  return read_device_state<D>(format_of<Numbers>(), run.image, memory);
 }
 
 /// Expects the same results and states. Images may differ, since a zero history may have either

@@ -24,12 +24,13 @@ inline namespace RVE_ISA {
 
     /// Prepares a call, except for its plan; header, drive, steering and batch are set. One thread
     /// calls it.
-    static RVE_INLINE void prepare(PreparedCall<Scene> &call, char *image, int pair_capacity)
+    static RVE_INLINE void prepare(PreparedCall<Scene> &call, char *device_state, int pair_capacity)
     {
-      const ImageHeader<Scene::D> &header = call.header;
+      const StateHeader<Scene::D> &header = call.header;
       const DriveRecord<Scene::D> &drive = call.drive;
       const BatchConstants &batch = call.batch;
-      call.image = carve_image<Scene>(image, header.num_grains, header.extra_capacity);
+      call.device_state =
+          carve_device_state<Scene>(device_state, header.num_grains, header.extra_capacity);
       call.num_grains = header.num_grains;
       call.status = status::Ok;
       call.num_extra = header.num_extra;
@@ -106,7 +107,8 @@ inline namespace RVE_ISA {
       const int n = call.num_grains;
       const bool continued = call.is_continued();
       block.for_each(n, [&](Item i) {
-        const typename Stored::StoredGrain stored = Stored::read_grain(call.image, i, n, continued);
+        const typename Stored::StoredGrain stored =
+            Stored::read_grain(call.device_state, i, n, continued);
         Stored::publish_grain(call, shared, i, stored);
         shared.motion[i] = Stored::internal_motion(call, stored);
         shared.largest_force[i] = Real(0);

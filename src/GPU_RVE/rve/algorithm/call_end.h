@@ -72,7 +72,7 @@ inline namespace RVE_ISA {
 
     /// Parts of the output of a successful call in addition to its grains: the words of its
     /// progress, the components of the stress, and all other results together.
-    static constexpr int kProgressWords = sizeof(ImageProgress<Scene::D>) / sizeof(std::int64_t);
+    static constexpr int kProgressWords = sizeof(StateProgress<Scene::D>) / sizeof(std::int64_t);
     static constexpr int kResults = kProgressWords + Scene::components + 1;
 
     /// Writes one of the kResults parts.
@@ -81,14 +81,14 @@ inline namespace RVE_ISA {
     {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
-            offsetof(ImageProgress<Scene::D>, largest_contact_force) / sizeof(std::int64_t);
+            offsetof(StateProgress<Scene::D>, largest_contact_force) / sizeof(std::int64_t);
         // An evaluation sets the force scale only if there is none yet, since it must not change
         // later calls.
         if (part != of_largest_force)
-          copy_word<std::int64_t>(call.after,
-                                  *static_cast<ImageProgress<Scene::D> *>(call.image.header), part);
+          copy_word<std::int64_t>(
+              call.after, *static_cast<StateProgress<Scene::D> *>(call.device_state.header), part);
         else if (call.drive.substeps > 0 || call.header.largest_contact_force == 0.0)
-          call.image.header->largest_contact_force = peak_force(call);
+          call.device_state.header->largest_contact_force = peak_force(call);
       } else if (part < kProgressWords + Scene::components) {
         const int k = part - kProgressWords;
         answer.stress[k] = stress_component(call, call.end_per_volume, k);

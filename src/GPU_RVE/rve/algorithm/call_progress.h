@@ -42,9 +42,9 @@ inline namespace RVE_ISA {
     /// the current cell. One thread calls it.
     static RVE_INLINE void note_progress(PreparedCall<Scene> &call, const EnergyLoss &lost)
     {
-      const ImageHeader<Scene::D> &before = call.header;
+      const StateHeader<Scene::D> &before = call.header;
       const DriveRecord<Scene::D> &drive = call.drive;
-      ImageProgress<Scene::D> &after = call.after;
+      StateProgress<Scene::D> &after = call.after;
       const bool on_path = drive.substeps > 0 && !call.has_servo();
       const Tensor<double, Scene::D> cell = on_path ? call.path.end() : call.cell;
       store_tensor(cell, after.cell);

@@ -57,7 +57,7 @@ inline namespace RVE_ISA {
   };
 
   /// Returns the largest distance of the centres of two grains that act on each other [length].
-  template <class Scene> RVE_INLINE double contact_range(const ImageHeader<Scene::D> &header)
+  template <class Scene> RVE_INLINE double contact_range(const StateHeader<Scene::D> &header)
   {
     return 2.0 * header.largest_radius + Scene::Law::reach(header.material);
   }
@@ -114,11 +114,11 @@ inline namespace RVE_ISA {
   /// prepares it for all RVEs of a call in a kernel of its own. The block that advances an RVE
   /// copies it, except for plan entries that are not made.
   template <class Scene> struct PreparedCall {
-    ImageHeader<Scene::D> header;    ///< a copy
+    StateHeader<Scene::D> header;    ///< a copy
     DriveRecord<Scene::D> drive;
     SteeringRecord<Scene::D> steering;
     BatchConstants batch;
-    ImageView<Scene> image;
+    DeviceStateView<Scene> device_state;
     std::int32_t num_grains;
 
     // The progress of the call follows.
@@ -133,7 +133,7 @@ inline namespace RVE_ISA {
     double end_per_volume;
     /// Changes by a successful call, except its largest force. With a servo or energy bookkeeping
     /// they are known from the last step on.
-    ImageProgress<Scene::D> after;
+    StateProgress<Scene::D> after;
     double supplied;    ///< work of the mean field in this call [force length]
 
     // The constants of the call follow.
@@ -204,11 +204,11 @@ inline namespace RVE_ISA {
     /// Returns the number of grain i in the RveState. A new list changes the order of the grains.
     RVE_INLINE std::int32_t number_of(int i) const
     {
-      return this->num_rebuilds > 0 ? work.number[i] : this->image.number[i];
+      return this->num_rebuilds > 0 ? work.number[i] : this->device_state.number[i];
     }
 
     /// Returns the stored pairs as arrays.
-    RVE_INLINE PairView<Scene> image_pairs() const { return this->image; }
+    RVE_INLINE PairView<Scene> image_pairs() const { return this->device_state; }
   };
 
 }    // namespace RVE_ISA

@@ -33,7 +33,7 @@ inline namespace RVE_ISA {
     /// Chooses the force unit and the contact law in internal units. One thread calls it.
     static RVE_INLINE void choose_units(PreparedCall<Scene> &call)
     {
-      const ImageHeader<Scene::D> &header = call.header;
+      const StateHeader<Scene::D> &header = call.header;
       // The last call may have ended at the first touch of a collision: with a unit from that force
       // the repeats of a call would not suffice for the collision.
       const double radius = header.mean_radius;
@@ -61,7 +61,7 @@ inline namespace RVE_ISA {
     /// a guess for a packing without contacts.
     static RVE_COLD void estimate_force(Block block, CallState<Scene> &call, PairView<Scene> pairs)
     {
-      const ImageHeader<Scene::D> &header = call.header;
+      const StateHeader<Scene::D> &header = call.header;
       const SeenMotions<Scene> motion = call.shared.motion;
       const int n = call.num_grains;
       const double length = call.units.length;

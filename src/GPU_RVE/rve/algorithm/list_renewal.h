@@ -168,7 +168,7 @@ inline namespace RVE_ISA {
     {
       const int n = call.num_grains;
       const auto grain_at = [&](int m) { return Scene::D == 2 ? work.cell_grain[m] : m; };
-      const std::int32_t *number = call.num_rebuilds == 1 ? call.image.number : work.number;
+      const std::int32_t *number = call.num_rebuilds == 1 ? call.device_state.number : work.number;
       block.template order_by_class<Scene::owned_pairs + 1>(
           n, [&](int m) { return Scene::owned_pairs - work.load[m]; },
           [&](int m, int index) {

@@ -12,25 +12,25 @@ inline namespace RVE_ISA {
   /// contact histories. Fractional coordinates and the list are the same in all axes; so are spins
   /// and contact histories in the plane.
   template <class Block, class Scene>
-  RVE_INLINE void turn_rigidly(Block &block, const ImageView<Scene> &image,
+  RVE_INLINE void turn_rigidly(Block &block, const DeviceStateView<Scene> &device_state,
                                const Tensor<double, Scene::D> &rotation)
   {
-    const int n = image.header->num_grains, num_extra = image.header->num_extra;
+    const int n = device_state.header->num_grains, num_extra = device_state.header->num_extra;
     block.for_each(n, [&](typename Block::Item i) {
-      const auto turned = rotation * image.velocity[i].template as<double>();
-      image.velocity[i] = turned.template as<typename Scene::Real>();
+      const auto turned = rotation * device_state.velocity[i].template as<double>();
+      device_state.velocity[i] = turned.template as<typename Scene::Real>();
       if constexpr (Scene::D == 3) {
         using Law = typename Scene::Law;
-        const auto spin = rotation * image.spin[i].template as<double>();
-        image.spin[i] = spin.template as<typename Scene::Real>();
+        const auto spin = rotation * device_state.spin[i].template as<double>();
+        device_state.spin[i] = spin.template as<typename Scene::Real>();
         for (int k = 0; k < Scene::owned_pairs; ++k)
-          image.history[k * n + i] = Law::turned(image.history[k * n + i], rotation);
+          device_state.history[k * n + i] = Law::turned(device_state.history[k * n + i], rotation);
         for (int m = i; m < num_extra; m += n)
-          image.extra_history[m] = Law::turned(image.extra_history[m], rotation);
+          device_state.extra_history[m] = Law::turned(device_state.extra_history[m], rotation);
       }
     });
     block.once([&] {
-      ImageHeader<Scene::D> &header = *image.header;
+      StateHeader<Scene::D> &header = *device_state.header;
       double *const of_columns[] = {header.cell, header.deformation, header.list_cell};
       for (double *tensor : of_columns)
         store_tensor(rotation * load_tensor<Scene::D>(tensor), tensor);

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
 #include "rve/core/fixed_point.h"
 #include "rve/core/numbers.h"
 

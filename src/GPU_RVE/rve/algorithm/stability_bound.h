@@ -362,7 +362,7 @@ inline namespace RVE_ISA {
   RVE_COLD void bound_time_step(Block block, const CallState<Scene> &call, int step_number,
                                 DetailRecord<Scene::D> &detail)
   {
-    const ImageHeader<Scene::D> &header = call.header;
+    const StateHeader<Scene::D> &header = call.header;
     const int n = call.num_grains;
     Carver spare(spare_of(call.work));
     BoundArrays arrays;

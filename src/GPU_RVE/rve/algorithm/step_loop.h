@@ -410,7 +410,7 @@ inline namespace RVE_ISA {
         store<false>(grains, End::kResults, write);
       }
       if (detail)
-        copy_words(block, static_cast<const ImageProgress<Scene::D> &>(*call.image.header),
+        copy_words(block, static_cast<const StateProgress<Scene::D> &>(*call.device_state.header),
                    detail->progress);
     }
 
@@ -484,7 +484,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void fetch(StepGrains &grains)
     {
       block.for_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-        const auto stored = Stored::read_grain(call.image, i, num_grains, true);
+        const auto stored = Stored::read_grain(call.device_state, i, num_grains, true);
         grains.radius.keep(i, Stored::publish_grain(call, shared, i, stored));
         grains.motion.keep(i, Stored::internal_motion(call, stored));
         grains.spin.keep(i, stored.spin);
@@ -509,7 +509,7 @@ inline namespace RVE_ISA {
     template <bool Loaded, class Parts>
     RVE_INLINE void store(Grains &grains, int num_parts, const Parts &parts)
     {
-      const ImageView<Scene> &image = call.image;
+      const DeviceStateView<Scene> &device_state = call.device_state;
       const Real alpha = call.alpha;
       const Real to_user = static_cast<Real>(call.units.length);
       const double force_to_user = call.units.force, length_to_user = call.units.length;
@@ -525,19 +525,20 @@ inline namespace RVE_ISA {
         }
         ViewOf<Scene> grain = grains.view(i);
         if (moved) kick_item(grains, i, response_of(shared, i), alpha, grain);
-        image.position[i] = grain.motion.position;
-        image.velocity[i] = to_user * grain.motion.velocity;
-        image.spin[i] = grain.spin;
+        device_state.position[i] = grain.motion.position;
+        device_state.velocity[i] = to_user * grain.motion.velocity;
+        device_state.spin[i] = grain.spin;
         if (Scene::has_friction)
           for (int k = 0; k < Scene::owned_pairs; ++k)
-            Block::write_whole(image.history[k * num_grains + i],
+            Block::write_whole(device_state.history[k * num_grains + i],
                                history_to_user(grains.saved_history(k, i)));
         if (relisted) {
-          image.list_position[i] = list_position_of(shared, i);
-          image.number[i] = call.work.number[i];
-          image.radius[i] = static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
+          device_state.list_position[i] = list_position_of(shared, i);
+          device_state.number[i] = call.work.number[i];
+          device_state.radius[i] =
+              static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
           for (int k = 0; k < Scene::owned_pairs; ++k)
-            image.partner[k * num_grains + i] = grains.partner_in_slot(k, i);
+            device_state.partner[k * num_grains + i] = grains.partner_in_slot(k, i);
         }
       };
       constexpr Visit way = Traits::uniform_constants ? Visit::InTurn : Visit::Items;
@@ -545,9 +546,9 @@ inline namespace RVE_ISA {
       const int num_extra = call.num_extra;
       if (num_extra > 0)
         block.for_each(num_extra, [&](Item m) {
-          image.extra_first[m] = call.pairs.extra_first[m];
-          image.extra_second[m] = call.pairs.extra_second[m];
-          image.extra_history[m] = history_to_user(call.pairs.extra_history[m]);
+          device_state.extra_first[m] = call.pairs.extra_first[m];
+          device_state.extra_second[m] = call.pairs.extra_second[m];
+          device_state.extra_history[m] = history_to_user(call.pairs.extra_history[m]);
         });
     }
 

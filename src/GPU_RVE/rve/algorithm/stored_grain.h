@@ -26,16 +26,16 @@ inline namespace RVE_ISA {
     };
 
     /// Reads a grain. All reads precede all writes, so that a thread waits for memory once.
-    static RVE_INLINE StoredGrain read_grain(const ImageView<Scene> &image, int i, int num_grains,
-                                             bool with_pairs)
+    static RVE_INLINE StoredGrain read_grain(const DeviceStateView<Scene> &device_state, int i,
+                                             int num_grains, bool with_pairs)
     {
       StoredGrain stored;
-      stored.position = image.position[i];
-      stored.velocity = image.velocity[i];
-      stored.spin = image.spin[i];
-      stored.list_position = image.list_position[i];
-      stored.radius = image.radius[i];
-      if (with_pairs) read_pairs(image.partner, image.history, i, num_grains, stored);
+      stored.position = device_state.position[i];
+      stored.velocity = device_state.velocity[i];
+      stored.spin = device_state.spin[i];
+      stored.list_position = device_state.list_position[i];
+      stored.radius = device_state.radius[i];
+      if (with_pairs) read_pairs(device_state.partner, device_state.history, i, num_grains, stored);
       return stored;
     }
 

@@ -4,7 +4,7 @@
 
 #pragma once
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
 #include "rve/algorithm/kernel_traits.h"
 #include "rve/core/fixed_point.h"
 
@@ -89,7 +89,7 @@ inline namespace RVE_ISA {
 
   /// Stored header and grains of an RVE. Arrays have N grains.
   template <class Scene> struct StoredGrainsView {
-    ImageHeader<Scene::D> *header;
+    StateHeader<Scene::D> *header;
     Vec<typename Scene::Coordinate, Scene::D> *position;
     /// Leading bits of the positions when the list was built.
     Vec<std::uint32_t, Scene::D> *list_position;
@@ -100,13 +100,14 @@ inline namespace RVE_ISA {
   };
 
   /// Stored state of an RVE.
-  template <class Scene> struct ImageView : StoredGrainsView<Scene>, PairView<Scene> {
+  template <class Scene> struct DeviceStateView : StoredGrainsView<Scene>, PairView<Scene> {
   };
 
   template <class Scene, class Carving>
-  RVE_INLINE ImageView<Scene> lay_out_image(Carving &carver, int num_grains, int extra_capacity)
+  RVE_INLINE DeviceStateView<Scene> lay_out_image(Carving &carver, int num_grains,
+                                                  int extra_capacity)
   {
-    ImageView<Scene> view;
+    DeviceStateView<Scene> view;
     carver.take(view.header, 1);
     take_each(carver, num_grains, view.position, view.list_position, view.velocity, view.spin,
               view.radius, view.number);
@@ -116,13 +117,15 @@ inline namespace RVE_ISA {
   }
 
   template <class Scene>
-  RVE_INLINE ImageView<Scene> carve_image(char *memory, int num_grains, int extra_capacity)
+  RVE_INLINE DeviceStateView<Scene> carve_device_state(char *memory, int num_grains,
+                                                       int extra_capacity)
   {
     Carver carver(memory);
     return lay_out_image<Scene>(carver, num_grains, extra_capacity);
   }
 
-  template <class Scene> RVE_INLINE std::size_t image_size(int num_grains, int extra_capacity)
+  template <class Scene>
+  RVE_INLINE std::size_t device_state_size(int num_grains, int extra_capacity)
   {
     Measure measure;
     lay_out_image<Scene>(measure, num_grains, extra_capacity);

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
 #include "rve/core/status.h"
 #include "rve/engine/engine.h"
 
@@ -53,7 +53,7 @@ template <int D> RVE_HD LookOf<D> to_look(const DetailRecord<D> &record)
 }
 
 /// Returns the details of an RVE whose call failed. It is unchanged by the call.
-template <int D> DetailRecord<D> details_of(const ImageHeader<D> &header)
+template <int D> DetailRecord<D> details_of(const StateHeader<D> &header)
 {
   DetailRecord<D> record = DetailRecord<D>();
   record.num_grains = header.num_grains;
@@ -65,7 +65,7 @@ template <int D> DetailRecord<D> details_of(const ImageHeader<D> &header)
 template <int D>
 void to_result(const AnswerRecord<D> &answer, const DetailRecord<D> &record, ResultOf<D> &result)
 {
-  const ImageProgress<D> &after = record.progress;
+  const StateProgress<D> &after = record.progress;
   result = ResultOf<D>();
   result.status = answer.status;
   result.stress = load_tensor<D>(answer.stress);

@@ -114,7 +114,7 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();
   const int rve = is_new ? static_cast<int>(grains_of.size()) : free_numbers.back();
-  put_image(rve, image_of(state));
+  put_device_state(rve, device_state_of(state));
   if (is_new) {
     grains_of.push_back(n);
   } else {
@@ -131,7 +131,7 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
 template <int D> void BatchEngine<D>::remove(int rve)
 {
   check_slot(rve);
-  drop_image(rve);
+  drop_device_state(rve);
   grains_of[rve] = 0;
   free_numbers.push_back(rve);
 }
@@ -147,11 +147,11 @@ namespace {
 
 }    // namespace
 
-template <int D> StateImage BatchEngine<D>::image_of(const RveStateOf<D> &state) const
+template <int D> DeviceState BatchEngine<D>::device_state_of(const RveStateOf<D> &state) const
 {
   const auto with = [&](const RveStateOf<D> &one) {
-    return build_image(options.format, one, initial_extra_capacity<D>(one.num_grains()),
-                       memory_layout);    // may throw std::bad_alloc
+    return build_device_state(options.format, one, initial_extra_capacity<D>(one.num_grains()),
+                              memory_layout);    // may throw std::bad_alloc
   };
   if (state.list_fractional.empty()) return with(state);
   const double has = state.list_margin > 0.0 ? state.list_margin : default_list_margin(state);
@@ -166,7 +166,7 @@ template <int D> StateImage BatchEngine<D>::image_of(const RveStateOf<D> &state)
 template <int D> RveStateOf<D> BatchEngine<D>::state(int rve) const
 {
   check_slot(rve);
-  RveStateOf<D> state = read_image<D>(options.format, get_image(rve), memory_layout);
+  RveStateOf<D> state = read_device_state<D>(options.format, get_device_state(rve), memory_layout);
   if (!state.list_fractional.empty()) {
     const double margin = list_margin_of(state, options.skin);
     state.list_margin = margin == default_list_margin(state) ? 0.0 : margin;
@@ -185,13 +185,13 @@ template <int D> void BatchEngine<D>::set_material(int rve, const Material &mate
   need.dimension = D;
   require_contacts(need);
   if (reach_of(material) == reach_before) {
-    ImageHeader<D> header = get_header(rve);
+    StateHeader<D> header = get_header(rve);
     set_material_in(header, material);
     put_header(rve, header);
   } else {    // a change of reach needs another list and another capacity of the sums
-    const StateImage image = image_of(probe);
-    drop_image(rve);
-    put_image(rve, image);
+    const DeviceState device_state = device_state_of(probe);
+    drop_device_state(rve);
+    put_device_state(rve, device_state);
   }
   note_needs(material);
 }
@@ -211,13 +211,13 @@ void BatchEngine<D>::turn(const std::vector<int> &rves,
                 determinant(r) > 0.0,
             "an RVE can be turned by a rotation only, and the tensor is not one");
   }
-  if (!rves.empty()) turn_images(rves, rotations);
+  if (!rves.empty()) turn_device_states(rves, rotations);
 }
 
 template <int D> std::size_t BatchEngine<D>::bytes_per_rve(int num_grains) const
 {
-  return image_bytes<D>(options.format, num_grains, initial_extra_capacity<D>(num_grains),
-                        memory_layout);
+  return device_state_bytes<D>(options.format, num_grains, initial_extra_capacity<D>(num_grains),
+                               memory_layout);
 }
 
 template <int D> Memory BatchEngine<D>::memory() const
@@ -260,18 +260,19 @@ template <int D> void BatchEngine<D>::require_nothing_under_way() const
 
 template <int D> void BatchEngine<D>::prepare_repeat(int rve, const AnswerRecord<D> &result)
 {
-  ImageHeader<D> header = get_header(rve);
+  StateHeader<D> header = get_header(rve);
   ++header.repeats;
   if (result.status & status::ForceSaturated)
     header.largest_contact_force = 16.0 * result.expected_force;
   put_header(rve, header);
   if (result.needed_extra > header.extra_capacity) {
-    const StateImage old = get_image(rve);
-    const RveStateOf<D> state = read_image<D>(options.format, old, memory_layout);
-    drop_image(rve);
-    put_image(rve,
-              build_image(options.format, state, result.needed_extra + result.needed_extra / 4 + 8,
-                          memory_layout));
+    const DeviceState old = get_device_state(rve);
+    const RveStateOf<D> state = read_device_state<D>(options.format, old, memory_layout);
+    drop_device_state(rve);
+    put_device_state(rve,
+                     build_device_state(options.format, state,
+                                        result.needed_extra + result.needed_extra / 4 + 8,
+                                        memory_layout));
   }
   pairs_per_grain = std::max(pairs_per_grain,
                              (result.needed_pairs + result.needed_pairs / 4) / grains_of[rve] + 1);
@@ -440,7 +441,7 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
   repeated.assign(first.answers, first.answers + count);
   repeated_details.assign(kind == Answer::Short ? 0 : count, DetailRecord<D>());
   if (first.details) std::copy_n(first.details, count, repeated_details.begin());
-  std::map<std::size_t, ImageHeader<D>> before;    // of the RVEs whose call is repeated
+  std::map<std::size_t, StateHeader<D>> before;    // of the RVEs whose call is repeated
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
     for (std::size_t k = 0; k < count; ++k)
@@ -464,7 +465,7 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
   // A call that fails in the end leaves no trace of its repetitions.
   for (const auto &[k, header_before] : before) {
     if (!(repeated[k].status & status::Fatal)) continue;
-    ImageHeader<D> header = get_header(rves[k]);
+    StateHeader<D> header = get_header(rves[k]);
     header.repeats = header_before.repeats;
     header.largest_contact_force = header_before.largest_contact_force;
     put_header(rves[k], header);

@@ -5,10 +5,10 @@
 
 #pragma once
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
+#include "rve/engine/device_state_io.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/program_choice.h"
-#include "rve/engine/rve_image.h"
 #include "rve/engine/sleep.h"
 
 #include <algorithm>
@@ -57,16 +57,16 @@ template <int D> class BatchEngine : public EngineOf<D> {
   virtual std::unique_ptr<BatchEngine> make_alike(const Options &other) const = 0;
   /// Returns the device state of an RVE. A list that was built for a smaller skin or reach is left
   /// out, since it may lack pairs that this engine needs.
-  StateImage image_of(const RveStateOf<D> &state) const;
+  DeviceState device_state_of(const RveStateOf<D> &state) const;
   /// Storage of the device states, in the memory of the backend. `rve` is a free number in
-  /// put_image() and a used one elsewhere.
-  virtual void put_image(int rve, const StateImage &image) = 0;
-  virtual StateImage get_image(int rve) const = 0;
-  virtual void drop_image(int rve) = 0;
-  virtual void put_header(int rve, const ImageHeader<D> &header) = 0;
-  virtual ImageHeader<D> get_header(int rve) const = 0;
-  virtual void turn_images(const std::vector<int> &rves,
-                           const std::vector<Tensor<double, D>> &rotations) = 0;
+  /// put_device_state() and a used one elsewhere.
+  virtual void put_device_state(int rve, const DeviceState &device_state) = 0;
+  virtual DeviceState get_device_state(int rve) const = 0;
+  virtual void drop_device_state(int rve) = 0;
+  virtual void put_header(int rve, const StateHeader<D> &header) = 0;
+  virtual StateHeader<D> get_header(int rve) const = 0;
+  virtual void turn_device_states(const std::vector<int> &rves,
+                                  const std::vector<Tensor<double, D>> &rotations) = 0;
   /// Run of the block program for some RVEs.
   struct Call : CallShape {
     const std::vector<int> *rves = nullptr;     ///< numbers of the RVEs

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 #include "rve/engine/cell_width.h"
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/physics/cell.h"
 #include "rve/physics/solid_cell.h"

@@ -257,58 +257,59 @@ namespace {
       return {name, free, true, false};
     }
 
-    void put_image(int rve, const StateImage &image) override
+    void put_device_state(int rve, const DeviceState &device_state) override
     {
       use_device();
-      if (rve >= static_cast<int>(images.size())) images.resize(rve + 1);
-      Placed &placed = images[rve];
-      placed.size = image.bytes.size();
-      placed.handle = {arena.allocate(placed.size), image.num_grains, image.extra_capacity};
-      images_moved = true;
-      check_cuda(
-          cudaMemcpy(placed.handle.image, image.bytes.data(), placed.size, cudaMemcpyHostToDevice),
-          "upload of an RVE");
+      if (rve >= static_cast<int>(device_states.size())) device_states.resize(rve + 1);
+      Placed &placed = device_states[rve];
+      placed.size = device_state.bytes.size();
+      placed.handle = {arena.allocate(placed.size), device_state.num_grains,
+                       device_state.extra_capacity};
+      device_states_moved = true;
+      check_cuda(cudaMemcpy(placed.handle.device_state, device_state.bytes.data(), placed.size,
+                            cudaMemcpyHostToDevice),
+                 "upload of an RVE");
     }
 
-    StateImage get_image(int rve) const override
+    DeviceState get_device_state(int rve) const override
     {
       use_device();
-      const Placed &placed = images[rve];
-      StateImage image{placed.handle.num_grains, placed.handle.extra_capacity,
-                       std::vector<char>(placed.size)};
-      check_cuda(
-          cudaMemcpy(image.bytes.data(), placed.handle.image, placed.size, cudaMemcpyDeviceToHost),
-          "download of an RVE");
-      return image;
+      const Placed &placed = device_states[rve];
+      DeviceState device_state{placed.handle.num_grains, placed.handle.extra_capacity,
+                               std::vector<char>(placed.size)};
+      check_cuda(cudaMemcpy(device_state.bytes.data(), placed.handle.device_state, placed.size,
+                            cudaMemcpyDeviceToHost),
+                 "download of an RVE");
+      return device_state;
     }
 
-    void drop_image(int rve) override
+    void drop_device_state(int rve) override
     {
-      arena.release(images[rve].handle.image, images[rve].size);
-      images[rve] = Placed();
-      images_moved = true;
+      arena.release(device_states[rve].handle.device_state, device_states[rve].size);
+      device_states[rve] = Placed();
+      device_states_moved = true;
     }
 
-    void put_header(int rve, const ImageHeader<D> &header) override
-    {
-      use_device();
-      check_cuda(
-          cudaMemcpy(images[rve].handle.image, &header, sizeof(header), cudaMemcpyHostToDevice),
-          "upload of a header");
-    }
-
-    ImageHeader<D> get_header(int rve) const override
+    void put_header(int rve, const StateHeader<D> &header) override
     {
       use_device();
-      ImageHeader<D> header;
-      check_cuda(
-          cudaMemcpy(&header, images[rve].handle.image, sizeof(header), cudaMemcpyDeviceToHost),
-          "download of a header");
+      check_cuda(cudaMemcpy(device_states[rve].handle.device_state, &header, sizeof(header),
+                            cudaMemcpyHostToDevice),
+                 "upload of a header");
+    }
+
+    StateHeader<D> get_header(int rve) const override
+    {
+      use_device();
+      StateHeader<D> header;
+      check_cuda(cudaMemcpy(&header, device_states[rve].handle.device_state, sizeof(header),
+                            cudaMemcpyDeviceToHost),
+                 "download of a header");
       return header;
     }
 
-    void turn_images(const std::vector<int> &rves,
-                     const std::vector<Tensor<double, D>> &rotations) override
+    void turn_device_states(const std::vector<int> &rves,
+                            const std::vector<Tensor<double, D>> &rotations) override
     {
       use_device();
       const std::size_t count = rves.size();
@@ -316,7 +317,7 @@ namespace {
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
       TurnRecord<D> *turns = turn_buffer.room(count);
       for (std::size_t k = 0; k < count; ++k) {
-        turns[k].rve = images[rves[k]].handle;
+        turns[k].rve = device_states[rves[k]].handle;
         store_tensor(rotations[k], turns[k].rotation);
       }
       launch_turns({turn_buffer.send(count), static_cast<int>(count), nullptr, nullptr});
@@ -573,13 +574,13 @@ namespace {
     const RveHandle *handles_of(const std::vector<int> &rves)
     {
       const bool is_call = device_call && &rves == &device_call->rves;
-      if (!images_moved && ((is_call && handled_call) || rves == handled))
+      if (!device_states_moved && ((is_call && handled_call) || rves == handled))
         return handle_buffer.reserve(rves.size());
       handled_call = false;
       RveHandle *handles = handle_buffer.room(rves.size());
-      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = images[rves[k]].handle;
+      for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = device_states[rves[k]].handle;
       handled = rves;
-      images_moved = false;
+      device_states_moved = false;
       return handle_buffer.send(rves.size());
     }
 
@@ -594,10 +595,10 @@ namespace {
     const cudaDeviceProp device;
     const CudaPrograms programs;
     DeviceArena arena;
-    std::vector<Placed> images;
+    std::vector<Placed> device_states;
     LaunchPlans plans{device, programs, options.block_size};
-    bool images_moved = true;    ///< since the handles were uploaded
-    std::vector<int> handled;    ///< RVEs whose handles are on the device
+    bool device_states_moved = true;    ///< since the handles were uploaded
+    std::vector<int> handled;           ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
     DeviceBuffer<SteeringRecord<D>> steering_buffer;
     DeviceBuffer<SteeredModes<D>> modes_buffer;

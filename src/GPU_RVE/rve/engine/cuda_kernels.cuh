@@ -79,7 +79,7 @@ inline namespace RVE_ISA {
     if (me == 0 && first == 0) *launch.queue = 0;
     // The DriveRecords come over the bus: they are requested in rows, and before any other wait.
     constexpr int of_drive = kPieces<DriveRecord<Scene::D>>,
-                  of_header = kPieces<ImageHeader<Scene::D>>,
+                  of_header = kPieces<StateHeader<Scene::D>>,
                   of_steering = kPieces<SteeringRecord<Scene::D>>, together = 4;
     const bool has_drive = me < count * of_drive;    // see kThreadsPerCall
     static_assert(of_drive <= kThreadsPerCall<Scene::D>, "a thread for each piece of a drive");
@@ -92,7 +92,7 @@ inline namespace RVE_ISA {
         const int k = begin + m * threads;
         if (k < count * of_header)
           piece[m] = reinterpret_cast<const FourWords *>(
-              launch.rves[first + k / of_header].image)[k % of_header];
+              launch.rves[first + k / of_header].device_state)[k % of_header];
       }
 #pragma unroll
       for (int m = 0; m < together; ++m) {
@@ -109,7 +109,7 @@ inline namespace RVE_ISA {
     for (int r = me; r < count; r += threads) call_of(r).batch = batch;
     __syncthreads();
     for (int r = me; r < count; r += threads) {
-      Begin::prepare(call_of(r), launch.rves[first + r].image, launch.pair_capacity);
+      Begin::prepare(call_of(r), launch.rves[first + r].device_state, launch.pair_capacity);
       if (launch.hold && *launch.hold > 0)
         call_of(r).status |= status::NonFinite;                   // the answer is discarded
       call_of(r).plan_last = min(call_of(r).plan_last, steps);    // the block plans the other steps
@@ -160,7 +160,7 @@ inline namespace RVE_ISA {
     const int place = place_of(launch, entry);
     if (place < 0) return;
     const RveHandle rve = launch.rves[place];
-    prefetch(rve.image, image_size<Scene>(rve.num_grains, 0));
+    prefetch(rve.device_state, device_state_size<Scene>(rve.num_grains, 0));
     prefetch(launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size,
              launch.prepared_size);
   }

@@ -4,7 +4,7 @@
 
 #pragma once
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
 #include "rve/algorithm/scene.h"
 #include "rve/core/config.h"
 #include "rve/engine/programs.h"
@@ -16,7 +16,7 @@ namespace rve {
 
 /// Device state of an RVE: its address and sizes.
 struct RveHandle {
-  char *image;
+  char *device_state;
   std::int32_t num_grains, extra_capacity;
 };
 

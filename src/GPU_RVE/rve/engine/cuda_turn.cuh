@@ -27,7 +27,8 @@ template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
   for (int k = blockIdx.x; k < count; k += gridDim.x) {
     const TurnRecord<Scene::D> turn = list.turns[k];
     turn_rigidly(block,
-                 carve_image<Scene>(turn.rve.image, turn.rve.num_grains, turn.rve.extra_capacity),
+                 carve_device_state<Scene>(turn.rve.device_state, turn.rve.num_grains,
+                                           turn.rve.extra_capacity),
                  load_tensor<Scene::D>(turn.rotation));
   }
 }

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
 #include "rve/core/error.h"
 #include "rve/engine/dimension_words.h"
 #include "rve/engine/engine.h"

@@ -95,7 +95,7 @@ namespace {
       return static_cast<std::size_t>(std::min(num_threads, num_rves)) *
           (sizes.shared + sizes.workspace) +
           static_cast<std::size_t>(num_rves) *
-          (Base::BYTES_PER_ANSWER + sizeof(StateImage) + sizeof(DriveRecord<D>) +
+          (Base::BYTES_PER_ANSWER + sizeof(DeviceState) + sizeof(DriveRecord<D>) +
            sizeof(SteeringRecord<D>));
     }
 
@@ -111,35 +111,35 @@ namespace {
       return {"the memory of the host", bytes, bytes > 0, true};
     }
 
-    void put_image(int rve, const StateImage &image) override
+    void put_device_state(int rve, const DeviceState &device_state) override
     {
-      if (rve >= static_cast<int>(images.size())) images.resize(rve + 1);
-      images[rve] = image;
+      if (rve >= static_cast<int>(device_states.size())) device_states.resize(rve + 1);
+      device_states[rve] = device_state;
     }
 
-    StateImage get_image(int rve) const override { return images[rve]; }
+    DeviceState get_device_state(int rve) const override { return device_states[rve]; }
 
-    void drop_image(int rve) override { images[rve] = StateImage(); }
+    void drop_device_state(int rve) override { device_states[rve] = DeviceState(); }
 
-    void put_header(int rve, const ImageHeader<D> &header) override
+    void put_header(int rve, const StateHeader<D> &header) override
     {
-      std::memcpy(images[rve].bytes.data(), &header, sizeof(header));
+      std::memcpy(device_states[rve].bytes.data(), &header, sizeof(header));
     }
 
-    ImageHeader<D> get_header(int rve) const override
+    StateHeader<D> get_header(int rve) const override
     {
-      ImageHeader<D> header;
-      std::memcpy(&header, images[rve].bytes.data(), sizeof(header));
+      StateHeader<D> header;
+      std::memcpy(&header, device_states[rve].bytes.data(), sizeof(header));
       return header;
     }
 
-    void turn_images(const std::vector<int> &rves,
-                     const std::vector<Tensor<double, D>> &rotations) override
+    void turn_device_states(const std::vector<int> &rves,
+                            const std::vector<Tensor<double, D>> &rotations) override
     {
       const int count = static_cast<int>(rves.size());
 #pragma omp parallel for num_threads(team_for(count, num_threads))
       for (int k = 0; k < count; ++k)
-        turn_image(options.format, images[rves[k]], rotations[k], memory_layout);
+        turn_device_state(options.format, device_states[rves[k]], rotations[k], memory_layout);
     }
 
     DriveRecord<D> *room_for_drives(std::size_t count) override
@@ -169,7 +169,7 @@ namespace {
         failed.guard(k, [&] {
           const HostWorkspace workspace =
               memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
-          kernel.advance(images[(*call.rves)[k]].bytes.data(), call.drives[k],
+          kernel.advance(device_states[(*call.rves)[k]].bytes.data(), call.drives[k],
                          call.steering.empty() ? nullptr : &call.steering[k], call.constants,
                          workspace, call.program, answers[k], detail_of(k));
         });
@@ -182,7 +182,7 @@ namespace {
     const HostKernel<D> kernel;
     const int num_threads;
     std::vector<ThreadMemory> memory;
-    std::vector<StateImage> images;
+    std::vector<DeviceState> device_states;
     std::vector<DriveRecord<D>> drives;
     std::vector<AnswerRecord<D>> answers;
     std::vector<DetailRecord<D>> details;

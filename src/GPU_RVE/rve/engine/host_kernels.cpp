@@ -43,13 +43,13 @@ inline namespace RVE_ISA {
 #endif
 
   template <class Scene, class Traversal>
-  void run_program(char *image, const DriveRecord<Scene::D> &drive,
+  void run_program(char *device_state, const DriveRecord<Scene::D> &drive,
                    const SteeringRecord<Scene::D> *steering, const BatchConstants &batch,
                    const HostWorkspace &memory, AnswerRecord<Scene::D> &answer,
                    DetailRecord<Scene::D> *detail)
   {
     using Block = typename Traversal::Block;
-    const auto &header = *reinterpret_cast<const ImageHeader<Scene::D> *>(image);
+    const auto &header = *reinterpret_cast<const StateHeader<Scene::D> *>(device_state);
     Block block;
     const auto shared = carve_shared<Scene>(memory.shared, header.num_grains, Block::kInRegisters);
     using Begin = CallBegin<Block, Scene>;
@@ -59,7 +59,7 @@ inline namespace RVE_ISA {
     call.drive = drive;
     call.steering = steering ? *steering : SteeringRecord<Scene::D>();
     call.batch = batch;
-    Begin::prepare(call, image, memory.pair_capacity);
+    Begin::prepare(call, device_state, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
     Begin::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
     RveProgram<Block, Scene, typename Traversal::Grains> program(block, call, shared);
@@ -75,13 +75,14 @@ inline namespace RVE_ISA {
 #endif
 
   template <int D, class Numbers>
-  void advance(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
+  void advance(char *device_state, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
                const BatchConstants &batch, const HostWorkspace &memory, Program program,
                AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
     with_program<D>(program, [&](auto chosen) {
       using Scene = ProgramScene<kWorker<chosen.value>, Numbers>;
-      run_program<Scene, Traversal<Scene>>(image, drive, steering, batch, memory, answer, detail);
+      run_program<Scene, Traversal<Scene>>(device_state, drive, steering, batch, memory, answer,
+                                           detail);
     });
   }
 

@@ -4,7 +4,7 @@
 
 #pragma once
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
 #include "rve/engine/options.h"
 #include "rve/engine/programs.h"
 
@@ -25,9 +25,10 @@ struct HostWorkspaceSizes {
 
 /// Functions of the block program for one instruction set and number format.
 template <int D> struct HostKernel {
-  void (*advance)(char *image, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
-                  const BatchConstants &batch, const HostWorkspace &memory, Program program,
-                  AnswerRecord<D> &answer, DetailRecord<D> *detail);
+  void (*advance)(char *device_state, const DriveRecord<D> &drive,
+                  const SteeringRecord<D> *steering, const BatchConstants &batch,
+                  const HostWorkspace &memory, Program program, AnswerRecord<D> &answer,
+                  DetailRecord<D> *detail);
   HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, Program program);
 };
 

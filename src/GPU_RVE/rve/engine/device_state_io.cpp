@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "rve/engine/rve_image.h"
+#include "rve/engine/device_state_io.h"
 
 #include "rve/algorithm/rigid_turn.h"
 #include "rve/algorithm/system_view.h"
@@ -66,7 +66,7 @@ namespace {
     return pair;
   }
 
-  template <class Scene> StateImage build(const RveStateOf<Scene::D> &state, int extra_capacity)
+  template <class Scene> DeviceState build(const RveStateOf<Scene::D> &state, int extra_capacity)
   {
     constexpr int D = Scene::D, spins = Scene::spins;
     const int n = state.num_grains();
@@ -78,14 +78,14 @@ namespace {
       else
         ++num_extra;
 
-    StateImage image;
+    DeviceState image;
     image.num_grains = n;
     image.extra_capacity = std::max(extra_capacity, num_extra);
-    image.bytes.assign(image_size<Scene>(n, image.extra_capacity), 0);
-    const auto view = carve_image<Scene>(image.bytes.data(), n, image.extra_capacity);
+    image.bytes.assign(device_state_size<Scene>(n, image.extra_capacity), 0);
+    const auto view = carve_device_state<Scene>(image.bytes.data(), n, image.extra_capacity);
 
-    ImageHeader<D> &header = *view.header;
-    header = ImageHeader<D>();
+    StateHeader<D> &header = *view.header;
+    header = StateHeader<D>();
     header.num_grains = n;
     header.extra_capacity = image.extra_capacity;
     header.list_valid = !state.list_fractional.empty();
@@ -152,13 +152,13 @@ namespace {
     return image;
   }
 
-  template <class Scene> RveStateOf<Scene::D> read(const StateImage &image)
+  template <class Scene> RveStateOf<Scene::D> read(const DeviceState &image)
   {
     constexpr int D = Scene::D, spins = Scene::spins;
     const int n = image.num_grains;
     const auto view =
-        carve_image<Scene>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
-    const ImageHeader<D> &header = *view.header;
+        carve_device_state<Scene>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
+    const StateHeader<D> &header = *view.header;
     RveStateOf<D> state;
     static_cast<MaterialNumbers &>(state.material) = header.material;
     state.material.law = Scene::Law::contact_law;
@@ -198,12 +198,13 @@ namespace {
     return state;
   }
 
-  template <class Scene> void turn(StateImage &image, const Tensor<double, Scene::D> &rotation)
+  template <class Scene> void turn(DeviceState &image, const Tensor<double, Scene::D> &rotation)
   {
     BlockSerial block;
-    turn_rigidly(block,
-                 carve_image<Scene>(image.bytes.data(), image.num_grains, image.extra_capacity),
-                 rotation);
+    turn_rigidly(
+        block,
+        carve_device_state<Scene>(image.bytes.data(), image.num_grains, image.extra_capacity),
+        rotation);
   }
 
   /// Returns work(scene) of the variant that prepares calls of `memory`, in these numbers.
@@ -232,7 +233,7 @@ namespace {
 
 }    // namespace
 
-template <int D> void set_material_in(ImageHeader<D> &header, const Material &material)
+template <int D> void set_material_in(StateHeader<D> &header, const Material &material)
 {
   header.material = material;
   header.obliquity = obliquity_of(material, D);
@@ -241,29 +242,31 @@ template <int D> void set_material_in(ImageHeader<D> &header, const Material &ma
 }
 
 template <int D>
-StateImage build_image(Format format, const RveStateOf<D> &state, int extra_capacity,
-                       Program memory)
+DeviceState build_device_state(Format format, const RveStateOf<D> &state, int extra_capacity,
+                               Program memory)
 {
   return with_scene<D>(format, memory,
                        [&](auto scene) { return build<decltype(scene)>(state, extra_capacity); });
 }
 
-template <int D> RveStateOf<D> read_image(Format format, const StateImage &image, Program memory)
+template <int D>
+RveStateOf<D> read_device_state(Format format, const DeviceState &image, Program memory)
 {
   return with_scene<D>(format, memory, [&](auto scene) { return read<decltype(scene)>(image); });
 }
 
 template <int D>
-void turn_image(Format format, StateImage &image, const Tensor<double, D> &rotation, Program memory)
+void turn_device_state(Format format, DeviceState &image, const Tensor<double, D> &rotation,
+                       Program memory)
 {
   with_scene<D>(format, memory, [&](auto scene) { turn<decltype(scene)>(image, rotation); });
 }
 
 template <int D>
-std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Program memory)
+std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity, Program memory)
 {
   return with_scene<D>(format, memory, [&](auto scene) {
-    return image_size<decltype(scene)>(num_grains, extra_capacity);
+    return device_state_size<decltype(scene)>(num_grains, extra_capacity);
   });
 }
 
@@ -272,18 +275,18 @@ template <int D> int initial_extra_capacity(int num_grains)
   return num_grains / PairCounts<D>::grains_per_extra_at_first + 8;
 }
 
-template void set_material_in(ImageHeader<2> &, const Material &);
-template StateImage build_image(Format, const RveStateOf<2> &, int, Program);
-template RveStateOf<2> read_image(Format, const StateImage &, Program);
-template void turn_image(Format, StateImage &, const Tensor<double, 2> &, Program);
-template std::size_t image_bytes<2>(Format, int, int, Program);
+template void set_material_in(StateHeader<2> &, const Material &);
+template DeviceState build_device_state(Format, const RveStateOf<2> &, int, Program);
+template RveStateOf<2> read_device_state(Format, const DeviceState &, Program);
+template void turn_device_state(Format, DeviceState &, const Tensor<double, 2> &, Program);
+template std::size_t device_state_bytes<2>(Format, int, int, Program);
 template int initial_extra_capacity<2>(int);
 
-template void set_material_in(ImageHeader<3> &, const Material &);
-template StateImage build_image(Format, const RveStateOf<3> &, int, Program);
-template RveStateOf<3> read_image(Format, const StateImage &, Program);
-template void turn_image(Format, StateImage &, const Tensor<double, 3> &, Program);
-template std::size_t image_bytes<3>(Format, int, int, Program);
+template void set_material_in(StateHeader<3> &, const Material &);
+template DeviceState build_device_state(Format, const RveStateOf<3> &, int, Program);
+template RveStateOf<3> read_device_state(Format, const DeviceState &, Program);
+template void turn_device_state(Format, DeviceState &, const Tensor<double, 3> &, Program);
+template std::size_t device_state_bytes<3>(Format, int, int, Program);
 template int initial_extra_capacity<3>(int);
 
 }    // namespace rve

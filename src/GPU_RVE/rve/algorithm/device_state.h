@@ -39,7 +39,7 @@ template <int D> constexpr double kDefaultSkinShare = D == 2 ? 0.1 : 0.05;
 constexpr int kStepsAhead = 32;
 
 /// Changes of an RVE by a call, except those of its grains.
-template <int D> struct alignas(16) ImageProgress {
+template <int D> struct alignas(16) StateProgress {
   double cell[Space<D>::components];           ///< H [length]
   double deformation[Space<D>::components];    ///< F since the packing was made [-]
   double list_cell[Space<D>::components];      ///< H when the list was built
@@ -52,7 +52,7 @@ template <int D> struct alignas(16) ImageProgress {
   double work, friction_loss, damping_loss, viscous_loss;
 };
 
-template <int D> struct ImageHeader : ImageProgress<D> {
+template <int D> struct StateHeader : StateProgress<D> {
   std::int32_t num_grains;
   std::int32_t extra_capacity;
   MaterialNumbers material;
@@ -123,7 +123,7 @@ constexpr std::int32_t kStiffnessDetail = 1, kTimeStepDetail = 2;
 
 /// Results on demand: details of the configuration of the last forces.
 template <int D> struct DetailRecord {
-  ImageProgress<D> progress;    ///< after the call
+  StateProgress<D> progress;    ///< after the call
   std::int32_t num_grains, num_contacts, num_sliding, num_pairs;
   /// Numbers of grains with fewer than two contacts, and with exactly one.
   std::int32_t num_rattlers, num_single;

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "rve/algorithm/image.h"
+#include "rve/algorithm/device_state.h"
 #include "rve/engine/options.h"
 #include "rve/engine/programs.h"
 #include "rve/engine/state.h"
@@ -14,7 +14,7 @@
 namespace rve {
 
 /// Device state (algorithm/image.h) in the number format of the engine.
-struct StateImage {
+struct DeviceState {
   int num_grains = 0;
   int extra_capacity = 0;
   std::vector<char> bytes;
@@ -26,21 +26,21 @@ struct StateImage {
 /// Returns the device state. Its extra list holds at least `extra_capacity` pairs and all that the
 /// state needs. Rolling forces are included if the variant has them.
 template <int D>
-StateImage build_image(Format format, const RveStateOf<D> &state, int extra_capacity,
-                       Program memory);
+DeviceState build_device_state(Format format, const RveStateOf<D> &state, int extra_capacity,
+                               Program memory);
 /// Returns the state of a device state, exactly.
 template <int D = 2>
-RveStateOf<D> read_image(Format format, const StateImage &image, Program memory);
+RveStateOf<D> read_device_state(Format format, const DeviceState &image, Program memory);
 /// Turns an RVE rigidly.
 template <int D>
-void turn_image(Format format, StateImage &image, const Tensor<double, D> &rotation,
-                Program memory);
+void turn_device_state(Format format, DeviceState &image, const Tensor<double, D> &rotation,
+                       Program memory);
 template <int D>
-std::size_t image_bytes(Format format, int num_grains, int extra_capacity, Program memory);
+std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity, Program memory);
 /// Returns the initial capacity for extra pairs of an RVE; the list grows on demand.
 template <int D> int initial_extra_capacity(int num_grains);
 
 /// Changes the material in a header and the members that follow from it.
-template <int D> void set_material_in(ImageHeader<D> &header, const Material &material);
+template <int D> void set_material_in(StateHeader<D> &header, const Material &material);
 
 }    // namespace rve
