@@ -102,7 +102,7 @@ inputs_of() {    # inputs_of <part>: sets `inputs`
 # test_runtime_kernels. And one program for all architectures that a build serves without being asked.
 cuda() {
   local cuobjdump program=src/GPU_RVE/CMakeFiles/rve_cuda.dir/programs/cuda_General_Mixed.cu.o cards at_run_time tested compiled
-  at_run_time=$(sed -n 's/^  program(\([A-Za-z]*\),.*/\1/p' src/GPU_RVE/rve/engine/programs.h | grep -vx General | paste -sd ';')
+  at_run_time=$(sed -n 's/^  variant(\([A-Za-z]*\),.*/\1/p' src/GPU_RVE/rve/engine/kernel_variants.h | grep -vx General | paste -sd ';')
   cuobjdump=$(sh tools/get_cuobjdump.sh) &&
     cmake --preset cuda -B build/ci-cuda -D GPU_RVE_LAMMPS=OFF -D CMAKE_CUDA_ARCHITECTURES=90 -D "GPU_RVE_PROGRAMS_AT_RUN_TIME=$at_run_time" &&
     cmake --build build/ci-cuda --target cuda_parts && cmake --preset cuda -B build/ci-cuda-cards -D GPU_RVE_LAMMPS=OFF || return 1

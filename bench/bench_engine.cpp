@@ -784,7 +784,7 @@ template <int D> void run_memory(Bench<D> &bench)
 }
 
 /// Returns the names of the programs of a dimension that the suites for sanitizers visit.
-template <int D> std::vector<std::string> visited_programs()
+template <int D> std::vector<std::string> visited_variants()
 {
   if (D == 2) return {"plain", "frictionless", "steered", "general", "rolling"};
   return {"plain", "steered", "general", "rolling", "hertz"};
@@ -801,19 +801,19 @@ constexpr int STEERED = 224;
 template <int D>
 void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const Precision &precision,
                      int block, const bench::Company &company,
-                     const std::vector<std::string> &programs)
+                     const std::vector<std::string> &variants)
 {
-  for (const std::string &program : programs) {
+  for (const std::string &variant : variants) {
     if (bench.visits++ % bench.arguments.parts != bench.arguments.part) continue;
     rve::Options options = options_for(bench, precision, bench.cores());
     options.block_size = block;
-    options.track_energy = program != "plain" && program != "frictionless" && program != "steered";
-    const rve::RveStateOf<D> grains = with_feature(packing, program);
+    options.track_energy = variant != "plain" && variant != "frictionless" && variant != "steered";
+    const rve::RveStateOf<D> grains = with_feature(packing, variant);
     bench::Company in = company;
     // The program with energy bookkeeping takes long under a sanitizer and has one kernel for many
     // RVEs.
     if (options.track_energy && block != REGISTERS<D>) in = {true, 0, company.is_light};
-    bench::visit_all_paths(options, grains, shearing_of(grains).time_step, in, program);
+    bench::visit_all_paths(options, grains, shearing_of(grains).time_step, in, variant);
   }
 }
 
@@ -828,7 +828,7 @@ template <int D> void run_sanitize(Bench<D> &bench)
                     : std::vector<int>{64, REGISTERS<D>, 512, 1024};
   for (const Precision precision : bench.precisions())
     for (const int block : blocks)
-      visit_all_paths(bench, packing, precision, block, {true, 400, false}, visited_programs<D>());
+      visit_all_paths(bench, packing, precision, block, {true, 400, false}, visited_variants<D>());
   if (D == 3) return;
   for (const Precision precision : bench.precisions())
     visit_all_paths(bench, packing, precision, STEERED, {true, 400, false}, {"steered"});
@@ -844,10 +844,10 @@ template <int D> void run_races(Bench<D> &bench)
   for (const Precision precision : bench.precisions()) {
     if (precision.arithmetic == Arithmetic::Relaxed) continue;
     const bool fast = precision.format == Format::Fast;
-    for (const std::string &program : visited_programs<D>()) {
-      if (fast || program == "plain" || program == "general")
-        visit_all_paths(bench, packing, precision, REGISTERS<D>, in_registers, {program});
-      if (fast) visit_all_paths(bench, packing, precision, 64, in_memory, {program});
+    for (const std::string &variant : visited_variants<D>()) {
+      if (fast || variant == "plain" || variant == "general")
+        visit_all_paths(bench, packing, precision, REGISTERS<D>, in_registers, {variant});
+      if (fast) visit_all_paths(bench, packing, precision, 64, in_memory, {variant});
     }
     if (D == 2) visit_all_paths(bench, packing, precision, STEERED, in_registers, {"steered"});
   }

@@ -5,7 +5,7 @@
 //   bench_kernels [--capability 90] [--program Rolling] [--format mixed] [--kernel advance_many]
 //                 [--relaxed] [--keep FOLDER] [--cache FOLDER]
 //
-// The default is all programs of rve/engine/programs.h, all formats and all kernels. --keep writes
+// The default is all programs of rve/engine/kernel_variants.h, all formats and all kernels. --keep writes
 // code and text (PTX) to files, which bench/compare_kernels.py compares with those of nvcc. --cache
 // stores kernels as a run does (GPU_RVE_KERNEL_CACHE), for a machine whose time is expensive.
 
@@ -88,19 +88,19 @@ int run(int count, char **words)
                                                      : 90;
   std::printf("NVRTC %s, for %s\n", Nvrtc::of_this_machine().identity().c_str(),
               Nvrtc::of_this_machine().target_for(capability).c_str());
-  const auto compile_program = [&](const char *program_name, Program program) {
-    if (!is_chosen(options, "program", program_name)) return;
+  const auto compile_variant = [&](const char *variant_name, KernelVariant variant) {
+    if (!is_chosen(options, "program", variant_name)) return;
     for (int f = 0; f < 3; ++f)
       for (const char *kernel : KERNELS) {
         if (!is_chosen(options, "format", FORMAT_NAMES[f]) || !is_chosen(options, "kernel", kernel))
           continue;
         if (relaxed && FORMATS[f] == Format::Double) continue;
-        compile({kernel, program, FORMATS[f], relaxed ? Arithmetic::Relaxed : Arithmetic::Strict},
+        compile({kernel, variant, FORMATS[f], relaxed ? Arithmetic::Relaxed : Arithmetic::Strict},
                 capability, cache, options);
       }
   };
-#define RVE_COMPILE_PROGRAM(name, ...) compile_program(#name, Program::name);
-  RVE_PROGRAMS(RVE_COMPILE_PROGRAM)
+#define RVE_COMPILE_PROGRAM(name, ...) compile_variant(#name, KernelVariant::name);
+  RVE_KERNEL_VARIANTS(RVE_COMPILE_PROGRAM)
 #undef RVE_COMPILE_PROGRAM
   return 0;
 }

@@ -21,15 +21,15 @@ import bench_records
 
 HERE = pathlib.Path(__file__).resolve().parent
 
-# advance_<kernel><(rve::Program)<number>, rve::<namespace>::<Format>Numbers>
-KERNEL = re.compile(r"advance_([a-z_]+)<\(rve::Program\)(\d+), rve::(\w+)::([A-Z][a-z]+)Numbers>")
+# advance_<kernel><(rve::KernelVariant)<number>, rve::<namespace>::<Format>Numbers>
+KERNEL = re.compile(r"advance_([a-z_]+)<\(rve::KernelVariant\)(\d+), rve::(\w+)::([A-Z][a-z]+)Numbers>")
 USAGE = re.compile(r"REG:(\d+) STACK:(\d+) SHARED:(\d+)")
 
 
 def programs():
     """Returns the names of programs in the order of the table."""
     table = (HERE.parent / "src" / "GPU_RVE" / "rve" / "engine" /
-             "programs.h").read_text(encoding="utf-8")
+             "kernel_variants.h").read_text(encoding="utf-8")
     return [name.lower() for name in re.findall(r"^  program\((\w+),", table, re.M)]
 
 

@@ -69,7 +69,7 @@ def profile(program, packing):
     table = csv.DictReader(line for line in text.splitlines() if line.startswith('"'))
     kernels, names = {}, programs()
     for row in table:
-        # ncu writes relaxed::advance_many<1, relaxed::FastNumbers>, or with (rve::Program)1.
+        # ncu writes relaxed::advance_many<1, relaxed::FastNumbers>, or with (rve::KernelVariant)1.
         name = re.search(
             r"(relaxed)?\W*advance_[a-z_]+<(?:\([^)]*\))?(\d+),\s*(?:\w+::)*(\w+)Numbers",
             row["Kernel Name"])

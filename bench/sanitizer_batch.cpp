@@ -228,14 +228,14 @@ namespace {
 
 template <int D>
 void visit_all_paths(const rve::Options &options, const RveStateOf<D> &packing, double time_step,
-                     const Company &company, const std::string &program)
+                     const Company &company, const std::string &variant)
 {
-  const bool steered = program == "steered";
+  const bool steered = variant == "steered";
   if (company.few) visit(options, packing, time_step, FEW, company.is_light, steered);
   if (company.many > 0) visit(options, packing, time_step, company.many, company.is_light, steered);
   overflow(options, packing, time_step);
   std::printf("sanitize %s, block size %d, %s program%s: all paths taken\n",
-              rve::to_string(options.format).c_str(), options.block_size, program.c_str(),
+              rve::to_string(options.format).c_str(), options.block_size, variant.c_str(),
               D == 3 ? " of spheres" : "");
   std::fflush(stdout);
 }

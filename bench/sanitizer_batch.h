@@ -27,6 +27,6 @@ struct Company {
 /// printed; "steered" adds an RVE with a servo.
 template <int D>
 void visit_all_paths(const rve::Options &options, const rve::RveStateOf<D> &packing,
-                     double time_step, const Company &company, const std::string &program);
+                     double time_step, const Company &company, const std::string &variant);
 
 }    // namespace bench

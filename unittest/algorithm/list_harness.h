@@ -4,7 +4,7 @@
 #pragma once
 
 #include "rve/algorithm/verlet_list.h"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_scenes.h"
 #include "support/block_runner.h"
 #include "support/random.h"
 
@@ -64,7 +64,7 @@ struct ListedPair {
 
 /// Grains that begin without contact histories; build() may be called any number of times.
 template <class Numbers> class ListHarness {
-  using Scene = rve::ProgramScene<rve::Program::Plain, Numbers>;
+  using Scene = rve::VariantScene<rve::KernelVariant::Plain, Numbers>;
 
  public:
   using Coordinate = typename Scene::Coordinate;
@@ -101,7 +101,7 @@ template <class Numbers> class ListHarness {
     BlockArray<char> memory(image), workspace(std::vector<char>(workspace_size(), 0));
     BlockArray<rve::MotionOf<Scene>> motion{std::vector<rve::MotionOf<Scene>>(num_grains)};
     BlockArray<int> count(std::vector<int>{-1});
-    run_block(threads, program(memory.data(), workspace.data(), motion.data(), count.data()));
+    run_block(threads, variant(memory.data(), workspace.data(), motion.data(), count.data()));
     image = memory.values();
     return count.values()[0];
   }
@@ -112,7 +112,7 @@ template <class Numbers> class ListHarness {
     std::vector<char> workspace(workspace_size());
     std::vector<rve::MotionOf<Scene>> motion(num_grains);
     int count = -1;
-    run_serial(program(image.data(), workspace.data(), motion.data(), &count));
+    run_serial(variant(image.data(), workspace.data(), motion.data(), &count));
     return count;
   }
 
@@ -175,7 +175,7 @@ template <class Numbers> class ListHarness {
     return rve::workspace_size<Scene>(num_grains, pair_capacity);
   }
 
-  BuildList<Scene> program(char *memory, char *workspace, rve::MotionOf<Scene> *motion, int *count)
+  BuildList<Scene> variant(char *memory, char *workspace, rve::MotionOf<Scene> *motion, int *count)
   {
     const auto radius = radii();
     const double largest = *std::max_element(radius.begin(), radius.end());

@@ -397,13 +397,13 @@ struct KernelRun {
 };
 
 KernelRun run_kernel(const HostKernel<2> &kernel, DeviceState image, const DriveRecord<2> &drive,
-                     const SteeringRecord<2> *steering, Program scene)
+                     const SteeringRecord<2> *steering, KernelVariant scene)
 {
   const int pair_capacity = 6 * image.num_grains;
   const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity, scene);
   std::vector<char> shared(sizes.shared), workspace(sizes.workspace);
   KernelRun run{std::move(image), AnswerRecord<2>(), DetailRecord<2>()};
-  const bool general = scene == Program::General || scene == Program::Rolling;
+  const bool general = scene == KernelVariant::General || scene == KernelVariant::Rolling;
   const BatchConstants batch{0.0, 0.5, 0.5, general ? 1 : 0, 1};
   kernel.advance(run.image.bytes.data(), drive, steering, batch,
                  {shared.data(), workspace.data(), pair_capacity}, scene, run.answer, &run.detail);
@@ -473,14 +473,15 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     const char *name;
     const RveState &state;
     const SteeringRecord<2> *steering;
-    Program scene;
-  } const cases[] = {{"plain", state, nullptr, Program::Plain},
-                     {"without friction", slippery, nullptr, Program::Frictionless},
-                     {"with dashpots and energy", viscous, nullptr, Program::General},
-                     {"with rolling resistance", rolling, nullptr, Program::Rolling},
-                     {"with rolling resistance and a servo", rolling, &servo, Program::Rolling},
-                     {"with a servo", state, &servo, Program::Steered},
-                     {"with a servo and dashpots", viscous, &servo, Program::General}};
+    KernelVariant scene;
+  } const cases[] = {
+      {"plain", state, nullptr, KernelVariant::Plain},
+      {"without friction", slippery, nullptr, KernelVariant::Frictionless},
+      {"with dashpots and energy", viscous, nullptr, KernelVariant::General},
+      {"with rolling resistance", rolling, nullptr, KernelVariant::Rolling},
+      {"with rolling resistance and a servo", rolling, &servo, KernelVariant::Rolling},
+      {"with a servo", state, &servo, KernelVariant::Steered},
+      {"with a servo and dashpots", viscous, &servo, KernelVariant::General}};
 
   for (const auto &one : cases) {
     SCOPED_TRACE(one.name);
@@ -499,7 +500,7 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     EXPECT_GT(baseline.detail.stiffness[0], 0.0);
     // The baseline program may store zeros of other signs in numbers that are not read without
     // friction.
-    const Program memory = features_of(one.scene).memory;
+    const KernelVariant memory = features_of(one.scene).memory;
     EXPECT_TRUE(serialize(read_device_state(format, baseline.image, memory)) ==
                 serialize(read_device_state(format, v3.image, memory)));
     EXPECT_TRUE(same_records(baseline, v3));

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string KEY = "NVRTC 13.0\nsm_90\nrve::advance_many<rve::Program::Plain>\n";
+const std::string KEY = "NVRTC 13.0\nsm_90\nrve::advance_many<rve::KernelVariant::Plain>\n";
 
 DeviceCode some_kernel()
 {

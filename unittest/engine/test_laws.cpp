@@ -3,7 +3,7 @@
 // the table is tested here without further code.
 
 #include "rve/core/pi.h"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_scenes.h"
 #include "rve/physics/material.h"
 #include "support/random.h"
 
@@ -439,27 +439,27 @@ template <template <class> class Law> void check_in_all_formats()
 
 }    // namespace
 
-TEST(LawsOfThePrograms, HaveTheirParametersAndAreSymmetricInBothGrains){
+TEST(LawsOfTheVariants, HaveTheirParametersAndAreSymmetricInBothGrains){
 #define RVE_CHECK(name, law, books, prepared) \
   {                                           \
     SCOPED_TRACE(#name);                      \
     check_in_all_formats<law>();              \
   }
-    RVE_PROGRAMS(RVE_CHECK)
+    RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
-TEST(LawsOfThePrograms, BalanceTheEnergyOfAContactThatSlidesAndRolls){
+TEST(LawsOfTheVariants, BalanceTheEnergyOfAContactThatSlidesAndRolls){
 #define RVE_CHECK(name, law, books, prepared)                                             \
   {                                                                                       \
     SCOPED_TRACE(#name);                                                                  \
     expect_that_energy_is_balanced<law<DoubleNumbers>>(law<DoubleNumbers>::has_friction); \
   }
-    RVE_PROGRAMS(RVE_CHECK)
+    RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
-TEST(LawsOfThePrograms, BalanceTheEnergyOfTwistingAfterMarshall)
+TEST(LawsOfTheVariants, BalanceTheEnergyOfTwistingAfterMarshall)
 {
   Material material = all_that_contacts_have();
   material.twisting_stiffness = material.twisting_friction = material.twisting_viscosity = 0.0;
@@ -469,26 +469,27 @@ TEST(LawsOfThePrograms, BalanceTheEnergyOfTwistingAfterMarshall)
   expect_that_energy_is_balanced<SphereRollingDmt<DoubleNumbers>>(true, material);
 }
 
-TEST(LawsOfThePrograms, ModuliAreThoseOfTheirForces){
+TEST(LawsOfTheVariants, ModuliAreThoseOfTheirForces){
 #define RVE_CHECK(name, law, books, prepared)                                  \
   {                                                                            \
     SCOPED_TRACE(#name);                                                       \
     expect_that_the_stiffness_is_the_slope_of_the_force<law<DoubleNumbers>>(); \
     expect_that_moduli_are_those_of_small_motions<law<DoubleNumbers>>();       \
   }
-    RVE_PROGRAMS(RVE_CHECK)
+    RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
-TEST(LawsOfThePrograms, ProgramsWithTheSamePreparationHaveTheSameMemory)
+TEST(LawsOfTheVariants, ProgramsWithTheSamePreparationHaveTheSameMemory)
 {
-#define RVE_CHECK(name, law, books, prepared)                                                  \
-  {                                                                                            \
-    using Own = ProgramScene<Program::name, MixedNumbers>;                                     \
-    using Preparing = ProgramScene<ProgramTraits<Program::name>::prepared_like, MixedNumbers>; \
-    EXPECT_TRUE((std::is_same_v<Own::History, Preparing::History>) ) << #name;                 \
-    EXPECT_EQ(sizeof(Own::Law::Constants), sizeof(Preparing::Law::Constants)) << #name;        \
+#define RVE_CHECK(name, law, books, prepared)                                           \
+  {                                                                                     \
+    using Own = VariantScene<KernelVariant::name, MixedNumbers>;                        \
+    using Preparing =                                                                   \
+        VariantScene<VariantTraits<KernelVariant::name>::prepared_like, MixedNumbers>;  \
+    EXPECT_TRUE((std::is_same_v<Own::History, Preparing::History>) ) << #name;          \
+    EXPECT_EQ(sizeof(Own::Law::Constants), sizeof(Preparing::Law::Constants)) << #name; \
   }
-  RVE_PROGRAMS(RVE_CHECK)
+  RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK
 }

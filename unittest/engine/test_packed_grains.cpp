@@ -41,9 +41,9 @@ struct Scene {
 };
 
 /// Returns the program with packs for the scene.
-Program packed_program(const Scene &scene)
+KernelVariant packed_variant(const Scene &scene)
 {
-  return scene.servo ? Program::Steered : Program::Plain;
+  return scene.servo ? KernelVariant::Steered : KernelVariant::Plain;
 }
 
 SteeringRecord<2> steering_of(const Scene &scene)
@@ -57,7 +57,7 @@ SteeringRecord<2> steering_of(const Scene &scene)
   return steering;
 }
 
-KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const DeviceState &image,
+KernelRun run_kernel(const HostKernel<2> &kernel, KernelVariant kind, const DeviceState &image,
                      const Scene &scene)
 {
   const int pair_capacity = 40 * image.num_grains;
@@ -87,9 +87,10 @@ KernelRun run_kernel(const HostKernel<2> &kernel, Program kind, const DeviceStat
 KernelRun run_one_by_one(Format format, const DeviceState &image, const Scene &scene)
 {
 #if defined(RVE_WITHOUT_BASELINE)
-  return run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::General, image, scene);
+  return run_kernel(host_kernel<InstructionSet::v3, 2>(format), KernelVariant::General, image,
+                    scene);
 #else
-  return run_kernel(host_kernel<InstructionSet::baseline, 2>(format), packed_program(scene), image,
+  return run_kernel(host_kernel<InstructionSet::baseline, 2>(format), packed_variant(scene), image,
                     scene);
 #endif
 }
@@ -116,15 +117,15 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
   {
     const Format format = GetParam();
     DeviceState image = build_device_state(GetParam(), scene.state, 40 * scene.state.num_grains(),
-                                           Program::General);
+                                           KernelVariant::General);
     KernelRun one_by_one;
     for (int call = 0; call < calls; ++call) {
       one_by_one = run_one_by_one(format, image, scene);
       const KernelRun packed = run_kernel(host_kernel<InstructionSet::v3, 2>(format),
-                                          packed_program(scene), image, scene);
+                                          packed_variant(scene), image, scene);
       // The general program never uses packs.
-      const KernelRun general =
-          run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::General, image, scene);
+      const KernelRun general = run_kernel(host_kernel<InstructionSet::v3, 2>(format),
+                                           KernelVariant::General, image, scene);
 
       EXPECT_EQ(one_by_one.answer.status & status::Fatal, 0u)
           << describe_status(one_by_one.answer.status);
@@ -231,7 +232,8 @@ TEST_P(PackedGrains, AnyNumberOfGrains)
 TEST_P(PackedGrains, EvaluationWithoutSteps)
 {
   Scene scene{sheared_packing(), 0.02, 150, 0.0};
-  scene.state = read_device_state(GetParam(), expect_same_bits(scene).image, Program::General);
+  scene.state =
+      read_device_state(GetParam(), expect_same_bits(scene).image, KernelVariant::General);
   scene.shear = 0.0;
   scene.substeps = 0;
 
@@ -246,11 +248,12 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
   Scene scene{sheared_packing(), 0.01, 40, 0.0};
   scene.state.largest_contact_force = 1.0;
   const Format format = GetParam();
-  const DeviceState image = build_device_state(GetParam(), scene.state, 4000, Program::General);
+  const DeviceState image =
+      build_device_state(GetParam(), scene.state, 4000, KernelVariant::General);
 
   const KernelRun one_by_one = run_one_by_one(format, image, scene);
   const KernelRun packed =
-      run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::Plain, image, scene);
+      run_kernel(host_kernel<InstructionSet::v3, 2>(format), KernelVariant::Plain, image, scene);
 
   EXPECT_NE(one_by_one.answer.status & status::ForceSaturated, 0u);
   EXPECT_EQ(one_by_one.answer.status, packed.answer.status);
@@ -266,11 +269,12 @@ TEST_P(PackedGrains, SaturationLimitIsTheSame)
   for (double expected = 2000.0; expected > 2.0; expected *= 0.5) {
     Scene scene{sheared_packing(), 0.01, 10, 0.0};
     scene.state.largest_contact_force = expected;
-    const DeviceState image = build_device_state(GetParam(), scene.state, 4000, Program::General);
+    const DeviceState image =
+        build_device_state(GetParam(), scene.state, 4000, KernelVariant::General);
 
     const KernelRun one_by_one = run_one_by_one(format, image, scene);
     const KernelRun packed =
-        run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::Plain, image, scene);
+        run_kernel(host_kernel<InstructionSet::v3, 2>(format), KernelVariant::Plain, image, scene);
 
     EXPECT_TRUE(same_bits(one_by_one, packed)) << expected;
     ++(one_by_one.answer.status & status::ForceSaturated ? saturated : fine);
@@ -287,11 +291,11 @@ TEST_P(PackedGrains, ContactsBeyondTheLimitOfOverlapsAreCountedAlike)
   for (const double limit : {0.05, 0.1, 0.2, 0.3, 0.4}) {
     SCOPED_TRACE(limit);
     const Scene scene{crowd(33, 4), 0.0, 1, 0.0, limit};
-    const DeviceState image = build_device_state(format, scene.state, 4000, Program::General);
+    const DeviceState image = build_device_state(format, scene.state, 4000, KernelVariant::General);
 
     const KernelRun one_by_one = run_one_by_one(format, image, scene);
     const KernelRun packed =
-        run_kernel(host_kernel<InstructionSet::v3, 2>(format), Program::Plain, image, scene);
+        run_kernel(host_kernel<InstructionSet::v3, 2>(format), KernelVariant::Plain, image, scene);
 
     EXPECT_TRUE(same_bits(one_by_one, packed));
     ++((packed.answer.status & status::OverlapTooLarge) ? crushed : sound);

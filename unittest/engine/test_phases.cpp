@@ -18,7 +18,7 @@ using ArraysInThreads = InThreads<BlockSerial>;
 using RegistersInThreads = InThreads<BlockOfTwo>;
 
 template <class Scene, class Threads>
-void expect_the_bits_of_loops(RveRun<Scene::D> loops, Program memory,
+void expect_the_bits_of_loops(RveRun<Scene::D> loops, KernelVariant memory,
                               const std::vector<DriveRecord<Scene::D>> &drives,
                               std::int64_t least_rebuilds, bool with_ledger = false,
                               const SteeringRecord<Scene::D> &steering = {}, double skin = 0.0)
@@ -45,28 +45,29 @@ TYPED_TEST_SUITE(Phases, Formats);
 
 TYPED_TEST(Phases, OfDisksRunInThreads)
 {
-  using Scene = ProgramScene<Program::Plain, TypeParam>;
+  using Scene = VariantScene<KernelVariant::Plain, TypeParam>;
   const auto begin = disks<TypeParam>(0.5);
-  expect_the_bits_of_loops<Scene, ArraysInThreads>(begin, Program::General, calls<2>(DISK_DT), 3);
-  expect_the_bits_of_loops<Scene, RegistersInThreads>(begin, Program::General, calls<2>(DISK_DT),
-                                                      3);
+  expect_the_bits_of_loops<Scene, ArraysInThreads>(begin, KernelVariant::General, calls<2>(DISK_DT),
+                                                   3);
+  expect_the_bits_of_loops<Scene, RegistersInThreads>(begin, KernelVariant::General,
+                                                      calls<2>(DISK_DT), 3);
 }
 
 TYPED_TEST(Phases, OfDisksWithAServoRunInThreads)
 {
-  using Scene = ProgramScene<Program::Steered, TypeParam>;
+  using Scene = VariantScene<KernelVariant::Steered, TypeParam>;
   const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
                                               shear<2>(0.0, 300, DISK_DT)};
-  expect_the_bits_of_loops<Scene, RegistersInThreads>(disks<TypeParam>(0.5), Program::General,
+  expect_the_bits_of_loops<Scene, RegistersInThreads>(disks<TypeParam>(0.5), KernelVariant::General,
                                                       drives, 3, false, servo_of_disks());
 }
 
 TYPED_TEST(Phases, OfDisksWithEnergyBookkeepingRunInThreads)
 {
-  using Scene = ProgramScene<Program::General, TypeParam>;
+  using Scene = VariantScene<KernelVariant::General, TypeParam>;
   const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
                                               shear<2>(0.0, 200, DISK_DT)};
-  expect_the_bits_of_loops<Scene, RegistersInThreads>(disks<TypeParam>(0.5), Program::General,
+  expect_the_bits_of_loops<Scene, RegistersInThreads>(disks<TypeParam>(0.5), KernelVariant::General,
                                                       drives, 1, true, servo_of_disks());
 }
 
@@ -75,12 +76,13 @@ TYPED_TEST(Phases, OfDisksWithEnergyBookkeepingRunInThreads)
 // share it, so they use arrays.
 TYPED_TEST(Phases, OfSpheresRunInThreads)
 {
-  using Scene = ProgramScene<Program::Spheres, TypeParam>;
+  using Scene = VariantScene<KernelVariant::Spheres, TypeParam>;
   using Threads = std::conditional_t<kHasLongHistory<Scene>, ArraysInThreads, RegistersInThreads>;
   const Spheres grains = disordered_spheres(spheres_material(), 6, 2);
   const double wide = 2.0 * *std::min_element(grains.radius.begin(), grains.radius.end());
-  const auto begin = run_of<TypeParam>(grains, Program::Spheres);
-  expect_the_bits_of_loops<Scene, Threads>(begin, Program::Spheres, calls<3>(SPHERE_DT), 10, true);
-  expect_the_bits_of_loops<Scene, Threads>(begin, Program::Spheres, calls<3>(SPHERE_DT), 1, false,
-                                           {}, wide);
+  const auto begin = run_of<TypeParam>(grains, KernelVariant::Spheres);
+  expect_the_bits_of_loops<Scene, Threads>(begin, KernelVariant::Spheres, calls<3>(SPHERE_DT), 10,
+                                           true);
+  expect_the_bits_of_loops<Scene, Threads>(begin, KernelVariant::Spheres, calls<3>(SPHERE_DT), 1,
+                                           false, {}, wide);
 }

@@ -3,7 +3,7 @@
 
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"
-#include "rve/engine/program_choice.h"
+#include "rve/engine/variant_choice.h"
 #include "support/messages.h"
 #include "test_states.h"
 
@@ -21,14 +21,14 @@ namespace {
 
 constexpr const char *NAMES[] = {
 #define RVE_NAME(name, law, books, prepared) #name,
-    RVE_PROGRAMS(RVE_NAME)
+    RVE_KERNEL_VARIANTS(RVE_NAME)
 #undef RVE_NAME
 };
 
-std::string name_of(Program program)
+std::string name_of(KernelVariant variant)
 {
-  static_assert(std::size(NAMES) == kNumPrograms);
-  return NAMES[static_cast<int>(program)];
+  static_assert(std::size(NAMES) == kNumVariants);
+  return NAMES[static_cast<int>(variant)];
 }
 
 constexpr ContactModel LINEAR = {ContactLaw::Linear, false}, ROLLING = {ContactLaw::Linear, true},
@@ -37,53 +37,53 @@ constexpr ContactModel LINEAR = {ContactLaw::Linear, false}, ROLLING = {ContactL
 
 }    // namespace
 
-TEST(ProgramChoice, IsTheSmallestProgramForTheNeedsOfACall)
+TEST(VariantChoice, IsTheSmallestProgramForTheNeedsOfACall)
 {
   struct {
     ContactModel contacts;
     CallNeeds needs;    // friction, dashpots, rescaling, servo, all books
-    Program expected;
+    KernelVariant expected;
   } const cases[] = {
-      {LINEAR, {false, false, false, false, false}, Program::Frictionless},
-      {LINEAR, {true, false, false, false, false}, Program::Plain},
-      {LINEAR, {false, false, false, true, false}, Program::Steered},
-      {LINEAR, {true, false, false, true, false}, Program::Steered},
-      {LINEAR, {false, true, false, false, false}, Program::General},
-      {LINEAR, {false, false, false, false, true}, Program::General},
-      {LINEAR, {true, true, false, true, false}, Program::General},
-      {LINEAR, {true, false, false, true, true}, Program::General},
-      {LINEAR, {true, true, false, true, true}, Program::General},
-      {HERTZ, {true, false, false, false, false}, Program::PlainHertz},
-      {HERTZ, {true, true, false, false, false}, Program::Hertz},
-      {HERTZ, {true, false, false, true, false}, Program::Hertz},
-      {HERTZ, {true, false, false, false, true}, Program::Hertz},
-      {HERTZ_SPHERES, {true, false, false, false, false}, Program::SphereMindlinForce},
-      {HERTZ_SPHERES, {true, false, true, false, false}, Program::PlainSphereHertz},
-      {HERTZ_SPHERES, {true, false, false, true, false}, Program::SteeredSphereHertz},
-      {HERTZ_SPHERES, {true, true, false, false, false}, Program::SphereHertz},
-      {ROLLING, {false, false, false, false, false}, Program::Rolling},
-      {ROLLING, {true, false, false, true, false}, Program::Rolling},
-      {ROLLING, {true, true, false, true, true}, Program::Rolling}};
+      {LINEAR, {false, false, false, false, false}, KernelVariant::Frictionless},
+      {LINEAR, {true, false, false, false, false}, KernelVariant::Plain},
+      {LINEAR, {false, false, false, true, false}, KernelVariant::Steered},
+      {LINEAR, {true, false, false, true, false}, KernelVariant::Steered},
+      {LINEAR, {false, true, false, false, false}, KernelVariant::General},
+      {LINEAR, {false, false, false, false, true}, KernelVariant::General},
+      {LINEAR, {true, true, false, true, false}, KernelVariant::General},
+      {LINEAR, {true, false, false, true, true}, KernelVariant::General},
+      {LINEAR, {true, true, false, true, true}, KernelVariant::General},
+      {HERTZ, {true, false, false, false, false}, KernelVariant::PlainHertz},
+      {HERTZ, {true, true, false, false, false}, KernelVariant::Hertz},
+      {HERTZ, {true, false, false, true, false}, KernelVariant::Hertz},
+      {HERTZ, {true, false, false, false, true}, KernelVariant::Hertz},
+      {HERTZ_SPHERES, {true, false, false, false, false}, KernelVariant::SphereMindlinForce},
+      {HERTZ_SPHERES, {true, false, true, false, false}, KernelVariant::PlainSphereHertz},
+      {HERTZ_SPHERES, {true, false, false, true, false}, KernelVariant::SteeredSphereHertz},
+      {HERTZ_SPHERES, {true, true, false, false, false}, KernelVariant::SphereHertz},
+      {ROLLING, {false, false, false, false, false}, KernelVariant::Rolling},
+      {ROLLING, {true, false, false, true, false}, KernelVariant::Rolling},
+      {ROLLING, {true, true, false, true, true}, KernelVariant::Rolling}};
   for (const auto &one : cases) {
     SCOPED_TRACE(to_string(one.contacts) + (one.needs.friction ? ", friction" : "") +
                  (one.needs.dashpots ? ", dashpots" : "") +
                  (one.needs.rescaling ? ", rescaling" : "") + (one.needs.servo ? ", servo" : "") +
                  (one.needs.books ? ", books" : ""));
 
-    const Program program = choose_program(memory_program(one.contacts), one.needs);
+    const KernelVariant variant = choose_variant(memory_variant(one.contacts), one.needs);
 
-    EXPECT_EQ(name_of(program), name_of(one.expected));
+    EXPECT_EQ(name_of(variant), name_of(one.expected));
   }
 }
 
 /// Every line of the table must satisfy these conditions, also new ones.
-TEST(ProgramChoice, CoversAllNeedsOfAllContactLaws)
+TEST(VariantChoice, CoversAllNeedsOfAllContactLaws)
 {
-  for (int k = 0; k < kNumPrograms; ++k) {
-    const Program program = static_cast<Program>(k);
-    SCOPED_TRACE(name_of(program));
-    const ProgramFeatures features = features_of(program);
-    const Program memory = memory_program(features.contacts);
+  for (int k = 0; k < kNumVariants; ++k) {
+    const KernelVariant variant = static_cast<KernelVariant>(k);
+    SCOPED_TRACE(name_of(variant));
+    const VariantFeatures features = features_of(variant);
+    const KernelVariant memory = memory_variant(features.contacts);
     const CallNeeds most = features_of(memory).has;
     EXPECT_TRUE(features_of(memory).contacts.serves(features.contacts));
     EXPECT_EQ(features_of(memory).memory, memory);
@@ -96,8 +96,8 @@ TEST(ProgramChoice, CoversAllNeedsOfAllContactLaws)
               if ((friction && !most.friction) || (dashpots && !most.dashpots) ||
                   (rescaling && !most.rescaling))
                 continue;
-              const Program chosen =
-                  choose_program(memory, {friction, dashpots, rescaling, servo, books});
+              const KernelVariant chosen =
+                  choose_variant(memory, {friction, dashpots, rescaling, servo, books});
               const CallNeeds has = features_of(chosen).has;
               EXPECT_EQ(features_of(chosen).memory, memory);
               EXPECT_TRUE(has.friction || !friction);
@@ -109,7 +109,7 @@ TEST(ProgramChoice, CoversAllNeedsOfAllContactLaws)
   }
 }
 
-TEST(ProgramChoice, EveryContactLawHasProgramsWithAndWithoutRolling)
+TEST(VariantChoice, EveryContactLawHasProgramsWithAndWithoutRolling)
 {
   for (std::size_t k = 0; k < std::size(CONTACT_LAW_WORDS); ++k) {
     const ContactLaw law = contact_law_of(CONTACT_LAW_WORDS[k]);
@@ -117,9 +117,9 @@ TEST(ProgramChoice, EveryContactLawHasProgramsWithAndWithoutRolling)
     for (const int dimension : {2, 3}) {
       for (const bool rolling : {false, true}) {
         const ContactModel contacts{law, rolling, dimension};
-        EXPECT_EQ(features_of(memory_program(contacts)).contacts, contacts);
+        EXPECT_EQ(features_of(memory_variant(contacts)).contacts, contacts);
       }
-      EXPECT_EQ(features_of(richest_program(law, dimension)).contacts,
+      EXPECT_EQ(features_of(richest_variant(law, dimension)).contacts,
                 (ContactModel{law, true, dimension}));
     }
   }

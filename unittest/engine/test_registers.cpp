@@ -25,17 +25,18 @@ TYPED_TEST(Registers, PlainAndGeneralProgramsGiveTheBitsOfArrays)
   for (std::size_t k = 0; k < drives.size(); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, ProgramScene<Program::Plain, TypeParam>>(arrays, drives[k], with_details);
-    advance<BlockInRegisters, ProgramScene<Program::Plain, TypeParam>>(plain, drives[k],
-                                                                       with_details);
-    advance<BlockInRegisters, ProgramScene<Program::General, TypeParam>>(general, drives[k],
-                                                                         with_details);
+    advance<BlockSerial, VariantScene<KernelVariant::Plain, TypeParam>>(arrays, drives[k],
+                                                                        with_details);
+    advance<BlockInRegisters, VariantScene<KernelVariant::Plain, TypeParam>>(plain, drives[k],
+                                                                             with_details);
+    advance<BlockInRegisters, VariantScene<KernelVariant::General, TypeParam>>(general, drives[k],
+                                                                               with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
-    expect_same_bits<TypeParam>(plain, arrays, Program::General);
-    expect_same_bits<TypeParam>(general, arrays, Program::General);
+    expect_same_bits<TypeParam>(plain, arrays, KernelVariant::General);
+    expect_same_bits<TypeParam>(general, arrays, KernelVariant::General);
   }
-  const RveState end = state_of<TypeParam>(arrays, Program::General);
+  const RveState end = state_of<TypeParam>(arrays, KernelVariant::General);
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
@@ -47,14 +48,15 @@ TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZ
   for (std::size_t k = 0; k < drives.size(); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, ProgramScene<Program::Plain, TypeParam>>(arrays, drives[k], with_details);
-    advance<BlockInRegisters, ProgramScene<Program::Frictionless, TypeParam>>(
+    advance<BlockSerial, VariantScene<KernelVariant::Plain, TypeParam>>(arrays, drives[k],
+                                                                        with_details);
+    advance<BlockInRegisters, VariantScene<KernelVariant::Frictionless, TypeParam>>(
         frictionless, drives[k], with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
-    expect_same_bits<TypeParam>(frictionless, arrays, Program::General);
+    expect_same_bits<TypeParam>(frictionless, arrays, KernelVariant::General);
   }
-  const RveState end = state_of<TypeParam>(arrays, Program::General);
+  const RveState end = state_of<TypeParam>(arrays, KernelVariant::General);
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
@@ -67,21 +69,21 @@ TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
     const DriveRecord<2> drive = shear<2>(0.0, substeps, DISK_DT);
     const bool with_details = substeps == 300;
 
-    advance<BlockSerial, ProgramScene<Program::Steered, TypeParam>>(arrays, drive, with_details,
-                                                                    0.0, false, steering);
-    advance<BlockInRegisters, ProgramScene<Program::Steered, TypeParam>>(
+    advance<BlockSerial, VariantScene<KernelVariant::Steered, TypeParam>>(
+        arrays, drive, with_details, 0.0, false, steering);
+    advance<BlockInRegisters, VariantScene<KernelVariant::Steered, TypeParam>>(
         steered, drive, with_details, 0.0, false, steering);
-    advance<BlockOfTwo, ProgramScene<Program::Steered, TypeParam>>(two, drive, with_details, 0.0,
-                                                                   false, steering);
-    advance<BlockInRegisters, ProgramScene<Program::General, TypeParam>>(
+    advance<BlockOfTwo, VariantScene<KernelVariant::Steered, TypeParam>>(two, drive, with_details,
+                                                                         0.0, false, steering);
+    advance<BlockInRegisters, VariantScene<KernelVariant::General, TypeParam>>(
         general, drive, with_details, 0.0, false, steering);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
-    expect_same_bits<TypeParam>(steered, arrays, Program::General);
-    expect_same_bits<TypeParam>(two, arrays, Program::General);
-    expect_same_bits<TypeParam>(general, arrays, Program::General);
+    expect_same_bits<TypeParam>(steered, arrays, KernelVariant::General);
+    expect_same_bits<TypeParam>(two, arrays, KernelVariant::General);
+    expect_same_bits<TypeParam>(general, arrays, KernelVariant::General);
   }
-  const RveState end = state_of<TypeParam>(arrays, Program::General);
+  const RveState end = state_of<TypeParam>(arrays, KernelVariant::General);
   EXPECT_GT(end.counters.rebuilds, 3);
   EXPECT_NE(end.servo_velocity_gradient(0, 0), 0.0);
   // energies stay zero without bookkeeping
@@ -96,9 +98,9 @@ TYPED_TEST_SUITE(SpheresInRegisters, Formats);
 
 TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
 {
-  using Scene = ProgramScene<Program::Spheres, TypeParam>;
-  RveRun<3> arrays =
-                run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1), Program::Spheres),
+  using Scene = VariantScene<KernelVariant::Spheres, TypeParam>;
+  RveRun<3> arrays = run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1),
+                                       KernelVariant::Spheres),
             registers = arrays;
   const auto drives = calls<3>(SPHERE_DT);
 
@@ -110,18 +112,18 @@ TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     EXPECT_GT(arrays.answer.num_contacts, 100);
-    expect_same_bits<TypeParam>(registers, arrays, Program::Spheres);
+    expect_same_bits<TypeParam>(registers, arrays, KernelVariant::Spheres);
   }
-  const Spheres end = state_of<TypeParam>(arrays, Program::Spheres);
+  const Spheres end = state_of<TypeParam>(arrays, KernelVariant::Spheres);
   EXPECT_GT(end.counters.rebuilds, 10);
 }
 
 TYPED_TEST(SpheresInRegisters, UniformRegistersGiveTheBitsOfArrays)
 {
-  using Scene = ProgramScene<Program::PlainSpheres, TypeParam>;
+  using Scene = VariantScene<KernelVariant::PlainSpheres, TypeParam>;
   static_assert(KernelTraits<BlockOfUniforms, Scene>::uniform_constants);
-  RveRun<3> arrays =
-                run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1), Program::Spheres),
+  RveRun<3> arrays = run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1),
+                                       KernelVariant::Spheres),
             uniforms = arrays;
 
   for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
@@ -130,16 +132,16 @@ TYPED_TEST(SpheresInRegisters, UniformRegistersGiveTheBitsOfArrays)
     advance<BlockOfUniforms, Scene>(uniforms, drive, false);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
-    expect_same_bits<TypeParam>(uniforms, arrays, Program::Spheres);
+    expect_same_bits<TypeParam>(uniforms, arrays, KernelVariant::Spheres);
   }
 }
 
-template <class Numbers, Program program>
+template <class Numbers, KernelVariant variant>
 void expect_that_spheres_may_pass_by(const Material &material, bool with_ledger = false,
                                      const SteeringRecord<3> &steering = SteeringRecord<3>())
 {
-  using Scene = ProgramScene<program, Numbers>;
-  constexpr Program memory = ProgramTraits<program>::prepared_like;
+  using Scene = VariantScene<variant, Numbers>;
+  constexpr KernelVariant memory = VariantTraits<variant>::prepared_like;
   RveRun<3> stay = run_of<Numbers>(disordered_spheres(material, 7, 1), memory), pass = stay;
 
   for (const bool with_details : {false, true})
@@ -181,13 +183,13 @@ SteeringRecord<3> servo_of_spheres()
 
 TYPED_TEST(SpheresInRegisters, StreamedSpheresHaveTheBitsOfResidentOnes)
 {
-  expect_that_spheres_may_pass_by<TypeParam, Program::PlainSpheres>(spheres_material());
+  expect_that_spheres_may_pass_by<TypeParam, KernelVariant::PlainSpheres>(spheres_material());
 }
 
 TYPED_TEST(SpheresInRegisters, StreamedSpheresWithAServoHaveTheBitsOfResidentOnes)
 {
-  expect_that_spheres_may_pass_by<TypeParam, Program::SteeredSpheres>(spheres_material(), false,
-                                                                      servo_of_spheres());
+  expect_that_spheres_may_pass_by<TypeParam, KernelVariant::SteeredSpheres>(
+      spheres_material(), false, servo_of_spheres());
 }
 
 // The material has histories of springs, rolling and twisting, and dissipation by friction and
@@ -200,7 +202,7 @@ TYPED_TEST(SpheresInRegisters, StreamedSpheresWithEnergyHaveTheBitsOfResidentOne
   material.rolling_stiffness = material.twisting_stiffness = 0.5 * material.normal_stiffness;
   material.rolling_friction = material.twisting_friction = 0.1;
   for (const bool servo : {false, true})
-    expect_that_spheres_may_pass_by<TypeParam, Program::SpheresRolling>(
+    expect_that_spheres_may_pass_by<TypeParam, KernelVariant::SpheresRolling>(
         material, true, servo ? servo_of_spheres() : SteeringRecord<3>());
 }
 
@@ -210,17 +212,17 @@ TYPED_TEST(SpheresInRegisters, StreamedSpheresWithinReachHaveTheBitsOfResidentOn
   Material material = hertz_material(ContactLaw::Dmt);
   material.surface_energy = 5.0;
   material.adhesion_reach = 4e-4;
-  expect_that_spheres_may_pass_by<TypeParam, Program::SphereDmt>(material, true);
+  expect_that_spheres_may_pass_by<TypeParam, KernelVariant::SphereDmt>(material, true);
 }
 
 // The program for stored forces does not store contact radii between steps.
 TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgram)
 {
-  using All = ProgramScene<Program::SphereHertz, TypeParam>;
-  using Own = ProgramScene<Program::SphereMindlinForce, TypeParam>;
+  using All = VariantScene<KernelVariant::SphereHertz, TypeParam>;
+  using Own = VariantScene<KernelVariant::SphereMindlinForce, TypeParam>;
   Material material = hertz_material(ContactLaw::Hertz);
   material.mindlin_displacement = 0.0;
-  RveRun<3> all = run_of<TypeParam>(disordered_spheres(material, 7, 1), Program::SphereHertz),
+  RveRun<3> all = run_of<TypeParam>(disordered_spheres(material, 7, 1), KernelVariant::SphereHertz),
             arrays = all, registers = all, two = all, uniforms = all, pass = all;
 
   for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
@@ -234,8 +236,8 @@ TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgra
 
     EXPECT_EQ(all.answer.status & status::Fatal, 0u) << describe_status(all.answer.status);
     for (const RveRun<3> *run : {&arrays, &registers, &two, &uniforms, &pass})
-      expect_same_bits<TypeParam>(*run, all, Program::SphereHertz);
-    const Spheres now = state_of<TypeParam>(registers, Program::SphereHertz);
+      expect_same_bits<TypeParam>(*run, all, KernelVariant::SphereHertz);
+    const Spheres now = state_of<TypeParam>(registers, KernelVariant::SphereHertz);
     EXPECT_GT(std::count_if(now.pairs.begin(), now.pairs.end(),
                             [](const PairOf<3> &pair) { return pair.contact_radius > 0.0; }),
               100);
@@ -244,9 +246,9 @@ TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgra
 
 TEST(TwoSpheresOfAThread, AddLossesOfExtraPairsInTheOrderOfGrains)
 {
-  using Scene = ProgramScene<Program::Spheres, MixedNumbers>;
+  using Scene = VariantScene<KernelVariant::Spheres, MixedNumbers>;
   const Spheres begin = disordered_spheres(spheres_material(), 6, 2);
-  RveRun<3> arrays = run_of<MixedNumbers>(begin, Program::Spheres), two = arrays;
+  RveRun<3> arrays = run_of<MixedNumbers>(begin, KernelVariant::Spheres), two = arrays;
   // more pairs than grains may own
   const double skin = 2.0 * *std::min_element(begin.radius.begin(), begin.radius.end());
 
@@ -255,9 +257,9 @@ TEST(TwoSpheresOfAThread, AddLossesOfExtraPairsInTheOrderOfGrains)
     advance<BlockOfTwo, Scene>(two, drive, false, skin, true);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
-    expect_same_bits<MixedNumbers>(two, arrays, Program::Spheres);
+    expect_same_bits<MixedNumbers>(two, arrays, KernelVariant::Spheres);
   }
-  const Spheres end = state_of<MixedNumbers>(arrays, Program::Spheres);
+  const Spheres end = state_of<MixedNumbers>(arrays, KernelVariant::Spheres);
   EXPECT_GT(end.pairs.size(), static_cast<std::size_t>(4 * end.num_grains()));
   EXPECT_GT(end.energy.friction, 0.0);
 }

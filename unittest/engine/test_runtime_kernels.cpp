@@ -25,7 +25,7 @@ constexpr int NEWER_THAN_THE_COMPILER =
     999;    ///< GPUs of this capability get text (PTX), which compiles fast
 
 struct Line {
-  Program program;
+  KernelVariant variant;
   Format format;
   Arithmetic arithmetic;
 };
@@ -34,16 +34,16 @@ struct Line {
 /// program in all formats.
 std::vector<Line> lines_to_compile()
 {
-  const Line formats[] = {{Program::General, Format::Fast, Arithmetic::Strict},
-                          {Program::General, Format::Fast, Arithmetic::Relaxed},
-                          {Program::General, Format::Mixed, Arithmetic::Strict},
-                          {Program::General, Format::Mixed, Arithmetic::Relaxed},
-                          {Program::General, Format::Double, Arithmetic::Strict}};
+  const Line formats[] = {{KernelVariant::General, Format::Fast, Arithmetic::Strict},
+                          {KernelVariant::General, Format::Fast, Arithmetic::Relaxed},
+                          {KernelVariant::General, Format::Mixed, Arithmetic::Strict},
+                          {KernelVariant::General, Format::Mixed, Arithmetic::Relaxed},
+                          {KernelVariant::General, Format::Double, Arithmetic::Strict}};
   std::vector<Line> lines(std::begin(formats), std::end(formats));
-  for (int k = 0; k < kNumPrograms; ++k) {
+  for (int k = 0; k < kNumVariants; ++k) {
     Line line = formats[k % std::size(formats)];
-    line.program = static_cast<Program>(k);
-    if (line.program != Program::General) lines.push_back(line);
+    line.variant = static_cast<KernelVariant>(k);
+    if (line.variant != KernelVariant::General) lines.push_back(line);
   }
   return lines;
 }
@@ -51,8 +51,8 @@ std::vector<Line> lines_to_compile()
 std::string name_of(const testing::TestParamInfo<Line> &info)
 {
   std::string name =
-      to_string(KernelName{"", info.param.program, info.param.format, Arithmetic::Strict});
-  name = name.substr(name.rfind("Program::") + 9);
+      to_string(KernelName{"", info.param.variant, info.param.format, Arithmetic::Strict});
+  name = name.substr(name.rfind("KernelVariant::") + 9);
   std::string letters;
   for (const char c : name.substr(0, name.size() - 1))
     if (c != ',' && c != ' ' && c != ':') letters += c;
@@ -88,7 +88,7 @@ void expect_compiled(const char *kernel, const Line &line)
 {
   KernelCache none("");
   const DeviceCode compiled =
-      compiled_kernel({kernel, line.program, line.format, line.arithmetic}, NEWER_THAN_THE_COMPILER,
+      compiled_kernel({kernel, line.variant, line.format, line.arithmetic}, NEWER_THAN_THE_COMPILER,
                       Nvrtc::of_this_machine(), none, [](const std::string &) {});
   EXPECT_NE(compiled.code.find(".entry " + compiled.kernel), std::string::npos) << compiled.kernel;
   const bool relaxed = compiled.kernel.find("7relaxed") != std::string::npos;
@@ -100,7 +100,7 @@ void expect_compiled(const char *kernel, const Line &line)
     EXPECT_EQ(compiled.code.find(loose), std::string::npos) << loose;
 }
 
-const KernelName SMALL{"prepare_calls", Program::General, Format::Fast, Arithmetic::Strict};
+const KernelName SMALL{"prepare_calls", KernelVariant::General, Format::Fast, Arithmetic::Strict};
 
 }    // namespace
 
@@ -113,9 +113,9 @@ TEST_P(RuntimeKernelsOfLine, AreCompiledFromTheTextInTheProgram)
 TEST_F(RuntimeKernels, ExistForBlocksOfAllSizes)
 {
   for (const char *kernel : {"advance_many", "advance_large", "advance_in_memory"})
-    expect_compiled(kernel, {Program::Plain, Format::Fast, Arithmetic::Strict});
+    expect_compiled(kernel, {KernelVariant::Plain, Format::Fast, Arithmetic::Strict});
   for (const char *kernel : {"advance_largest", "advance_in_memory"})
-    expect_compiled(kernel, {Program::PlainSpheres, Format::Fast, Arithmetic::Strict});
+    expect_compiled(kernel, {KernelVariant::PlainSpheres, Format::Fast, Arithmetic::Strict});
 }
 
 TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
@@ -127,7 +127,7 @@ TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
   ASSERT_EQ(log.size(), 1u);
   EXPECT_EQ(
       log[0].find(
-          "compiled rve::prepare_calls<rve::Program::General, rve::FastNumbers> for sm_90 in "),
+          "compiled rve::prepare_calls<rve::KernelVariant::General, rve::FastNumbers> for sm_90 in "),
       0u)
       << log[0];
   EXPECT_EQ(first.code.substr(1, 3), "ELF");
@@ -177,7 +177,7 @@ TEST_F(RuntimeKernels, LogTheCompilationToTheCaller)
   }
   ASSERT_FALSE(log.empty());
   EXPECT_EQ(
-      log.back().find("compiled rve::prepare_calls<rve::Program::General, rve::MixedNumbers>"), 0u)
+      log.back().find("compiled rve::prepare_calls<rve::KernelVariant::General, rve::MixedNumbers>"), 0u)
       << log.back();
 }
 
@@ -185,10 +185,10 @@ TEST_F(RuntimeKernels, MissingKernelsReportTheMessageOfTheCompiler)
 {
   KernelCache none("");
   const std::string message = message_of<std::runtime_error>([&] {
-    compile({"advance_nobody", Program::Plain, Format::Fast, Arithmetic::Strict}, 90, none);
+    compile({"advance_nobody", KernelVariant::Plain, Format::Fast, Arithmetic::Strict}, 90, none);
   });
   EXPECT_NE(
-      message.find("cannot compile rve::advance_nobody<rve::Program::Plain, rve::FastNumbers>"),
+      message.find("cannot compile rve::advance_nobody<rve::KernelVariant::Plain, rve::FastNumbers>"),
       std::string::npos)
       << message;
 }

@@ -2,7 +2,7 @@
 // Kernels that are compiled at run time give the bits of those compiled with the engine, in every
 // format. Skipped without a device.
 
-#include "rve/engine/cuda_programs.h"
+#include "rve/engine/cuda_variants.h"
 #include "rve/engine/runtime_kernels.h"
 #include "support/environment.h"
 #include "support/on_device.h"
@@ -60,7 +60,7 @@ std::vector<std::string> sheared(Options options, const char *at_run_time)
   return images;
 }
 
-class RuntimePrograms : public OnDevice {
+class RuntimeVariants : public OnDevice {
  protected:
   void SetUp() override
   {
@@ -69,29 +69,29 @@ class RuntimePrograms : public OnDevice {
       GTEST_SKIP() << runtime_kernels_obstacle();
   }
 };
-INSTANTIATE_TEST_SUITE_P(Formats, RuntimePrograms,
+INSTANTIATE_TEST_SUITE_P(Formats, RuntimeVariants,
                          testing::Values(Format::Fast, Format::Mixed, Format::Double));
 
 }    // namespace
 
 // This test needs no device.
-TEST(CudaPrograms, MissingCompilerIsReportedWithTheContacts)
+TEST(CudaVariants, MissingCompilerIsReportedWithTheContacts)
 {
   Options options = device_options(Format::Mixed);
   {
     const Environment none_ahead("GPU_RVE_KERNELS_AT_RUN_TIME", "1");
-    const CudaPrograms programs(options, 90);
-    EXPECT_EQ(programs.obstacle(Program::Rolling, ""), "");
-    EXPECT_EQ(programs.obstacle(Program::Rolling, "there is no compiler"),
+    const CudaVariants variants(options, 90);
+    EXPECT_EQ(variants.obstacle(KernelVariant::Rolling, ""), "");
+    EXPECT_EQ(variants.obstacle(KernelVariant::Rolling, "there is no compiler"),
               "kernels for RVEs with contact law hooke with rolling resistance are compiled while "
               "the program runs, and cannot be: there is no compiler");
   }
-  const CudaPrograms programs(options, 90);
-  const std::string of_linear = programs.obstacle(Program::General, "there is no compiler");
-  if (of_linear.empty()) { EXPECT_EQ(programs.usable(Program::Plain), Program::Plain); }
+  const CudaVariants variants(options, 90);
+  const std::string of_linear = variants.obstacle(KernelVariant::General, "there is no compiler");
+  if (of_linear.empty()) { EXPECT_EQ(variants.usable(KernelVariant::Plain), KernelVariant::Plain); }
 }
 
-TEST_P(RuntimePrograms, GiveTheBitsOfPrecompiledKernels)
+TEST_P(RuntimeVariants, GiveTheBitsOfPrecompiledKernels)
 {
   const Options options = device_options(GetParam());
   const std::vector<std::string> ahead = sheared(options, nullptr), later = sheared(options, "1");
@@ -99,7 +99,7 @@ TEST_P(RuntimePrograms, GiveTheBitsOfPrecompiledKernels)
     EXPECT_TRUE(ahead[k] == later[k]) << "packing " << k;
 }
 
-TEST_P(RuntimePrograms, GiveTheBitsInBlocksOfAnySize)
+TEST_P(RuntimeVariants, GiveTheBitsInBlocksOfAnySize)
 {
   Options options = device_options(GetParam());
   options.block_size = 128;    // grains in memory

@@ -29,20 +29,20 @@ struct Row {
 };
 
 /// A program that strained the same packings.
-struct Program {
+struct KernelVariant {
   const char *name;
   int steps_behind;    ///< row n has the forces after n - steps_behind steps
   Arms arms;           ///< arms that are closest to those of the program
 };
 
 /// Row n has the forces of step n in the cell (1 + dt L)^(n-1).
-const Program YADE{"yade", 1, Arms::Contact};
-const Program LAMMPS{"lammps", 0, Arms::Lammps};
+const KernelVariant YADE{"yade", 1, Arms::Contact};
+const KernelVariant LAMMPS{"lammps", 0, Arms::Lammps};
 
-std::vector<Row> read_curve(const Program &program, const std::string &packing,
+std::vector<Row> read_curve(const KernelVariant &variant, const std::string &packing,
                             const std::string &test)
 {
-  std::ifstream file(std::string(RVE_TEST_DATA) + "/" + program.name + "_" + packing + "_" + test +
+  std::ifstream file(std::string(RVE_TEST_DATA) + "/" + variant.name + "_" + packing + "_" + test +
                      ".csv");
   EXPECT_TRUE(file.good());
   std::vector<Row> rows;
@@ -146,17 +146,17 @@ DriveOf<3> drive_of(const Curve &curve, const Spheres &packing, double dt, int s
   return drive;
 }
 
-void expect_curve(const Program &program, const std::string &name, const Spheres &packing,
+void expect_curve(const KernelVariant &variant, const std::string &name, const Spheres &packing,
                   double dt, const Curve &curve, Format format)
 {
   Options options = sphere_options(format);
-  options.arms = program.arms;
+  options.arms = variant.arms;
   options.contacts = contacts_of(packing);
   SphereRig rig(packing, options);
   int done = 0;
-  for (const Row &row : read_curve(program, name, curve.test)) {
+  for (const Row &row : read_curve(variant, name, curve.test)) {
     SCOPED_TRACE(std::string(curve.test) + " after " + std::to_string(row.step) + " steps");
-    const int steps = row.step - program.steps_behind;
+    const int steps = row.step - variant.steps_behind;
     const ResultOf<3> result = rig.advance(drive_of(curve, packing, dt, steps - done));
     done = steps;
 

@@ -27,11 +27,11 @@ namespace rve_test {
 constexpr std::size_t kFastMemory = 16384;
 
 /// Runs the program by one CPU thread, also in a Cuda test, as reference.
-template <class Program> void run_serial(const Program &program)
+template <class KernelVariant> void run_serial(const KernelVariant &variant)
 {
   std::vector<double> fast(kFastMemory / sizeof(double));
   rve::BlockSerial block;
-  program(block, reinterpret_cast<char *>(fast.data()));
+  variant(block, reinterpret_cast<char *>(fast.data()));
 }
 
 #if defined(RVE_TEST_CUDA)
@@ -80,24 +80,24 @@ template <class T> class BlockArray {
   T *memory = nullptr;
 };
 
-template <bool OneItemPerThread, class Program>
-__global__ void __launch_bounds__(1024) program_kernel(Program program)
+template <bool OneItemPerThread, class KernelVariant>
+__global__ void __launch_bounds__(1024) variant_kernel(KernelVariant variant)
 {
   __shared__ __align__(16) char fast_memory[kFastMemory];
   using Block = rve::BlockCuda<OneItemPerThread>;
   Block block;
-  program(block, fast_memory);
+  variant(block, fast_memory);
 }
 
 /// Runs the program on one block. With `in_registers`, resident items are in registers, at most one
 /// per thread.
-template <class Program>
-void run_block(int threads, const Program &program, bool in_registers = false)
+template <class KernelVariant>
+void run_block(int threads, const KernelVariant &variant, bool in_registers = false)
 {
   if (in_registers)
-    program_kernel<true><<<1, threads>>>(program);
+    variant_kernel<true><<<1, threads>>>(variant);
   else
-    program_kernel<false><<<1, threads>>>(program);
+    variant_kernel<false><<<1, threads>>>(variant);
   check_cuda(cudaGetLastError());
   check_cuda(cudaDeviceSynchronize());
 }
@@ -127,9 +127,9 @@ template <class T> class BlockArray {
   std::vector<T> content;
 };
 
-template <class Program> void run_block(int, const Program &program, bool = false)
+template <class KernelVariant> void run_block(int, const KernelVariant &variant, bool = false)
 {
-  run_serial(program);
+  run_serial(variant);
 }
 
 #endif

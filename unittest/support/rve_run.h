@@ -10,7 +10,7 @@
 #include "rve/core/status.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/packing.h"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_scenes.h"
 #include "support/packings.h"
 #include "support/spheres.h"
 
@@ -128,8 +128,8 @@ void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool wit
   std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
   std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
   Block block;
-  RveProgram<Block, Scene> program(block, call, shared);
-  program.run(run.answer, with_details ? &run.detail : nullptr);
+  RveKernel<Block, Scene> variant(block, call, shared);
+  variant.run(run.answer, with_details ? &run.detail : nullptr);
 }
 
 template <int D> DriveRecord<D> shear(double strain, int substeps, double dt)
@@ -167,7 +167,7 @@ template <> constexpr rve::Format format_of<DoubleNumbers>()
 
 /// Returns a run of a state whose forces fit the scale of the first call, which is not repeated
 /// here.
-template <class Numbers, int D> RveRun<D> run_of(RveStateOf<D> state, Program memory)
+template <class Numbers, int D> RveRun<D> run_of(RveStateOf<D> state, KernelVariant memory)
 {
   state.largest_contact_force = 1e4;
   return RveRun<D>{build_device_state(format_of<Numbers>(), state, 2000, memory)};
@@ -178,10 +178,10 @@ template <class Numbers> RveRun<2> disks(double friction)
   RveState state = packing_of_400();
   shake(state, 0.2, 5);
   state.material.friction = friction;
-  return run_of<Numbers>(state, Program::General);
+  return run_of<Numbers>(state, KernelVariant::General);
 }
 
-template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, Program memory)
+template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, KernelVariant memory)
 {
   return read_device_state<D>(format_of<Numbers>(), run.image, memory);
 }
@@ -189,7 +189,7 @@ template <class Numbers, int D> RveStateOf<D> state_of(const RveRun<D> &run, Pro
 /// Expects the same results and states. Images may differ, since a zero history may have either
 /// sign.
 template <class Numbers, int D>
-void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, Program memory)
+void expect_same_bits(const RveRun<D> &run, const RveRun<D> &expected, KernelVariant memory)
 {
   EXPECT_EQ(std::memcmp(&run.answer, &expected.answer, sizeof(run.answer)), 0);
   EXPECT_EQ(std::memcmp(&run.detail, &expected.detail, sizeof(run.detail)), 0);

@@ -16,7 +16,7 @@
 #include "mpm/cuda_passes.cuh"
 #include "mpm/grid_arrays.h"
 #include "mpm/shared_nodes.h"
-#include "mpm/step_program.h"
+#include "mpm/step_sequence.h"
 #include "rve/core/threads.h"
 #include "rve/core/wall_time.h"
 
@@ -529,7 +529,7 @@ std::unique_ptr<StepRunner<D>> make_cuda_machine(const SolverOptions<D> &options
   if (!obstacle.empty()) return nullptr;
   SolverOptions<D> own = options;
   own.device_number = device.number;
-  return std::make_unique<StepProgram<D, CudaMachine>>(own, communication, grid);
+  return std::make_unique<StepSequence<D, CudaMachine>>(own, communication, grid);
 }
 
 template std::unique_ptr<StepRunner<2>>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The machine that runs the passes of a time step, and its implementation by CPU threads.
 //
-// A time step is a sequence of passes (step_program.h). A pass defines the work for one point,
+// A time step is a sequence of passes (step_sequence.h). A pass defines the work for one point,
 // node, column of nodes or load (*_passes.h, *_contact.h). Passes run on CPU threads (HostMachine)
 // or on a CUDA device (CudaMachine in cuda_machine.cu). A machine owns the arrays of its part of
 // the grid, and has the public members of HostMachine, whose comments define them.

@@ -4,7 +4,7 @@
 #include "cuda/cuda_required.h"
 #include "mpm/host_machine.h"
 #include "mpm/point_sums.h"
-#include "mpm/step_program.h"
+#include "mpm/step_sequence.h"
 #include "rve/core/error.h"
 #include "rve/core/first_error.h"
 #include "rve/core/threads.h"
@@ -80,7 +80,7 @@ namespace {
       require(!required, rve::cuda_requirement, " forbids falling back to the CPU: ", obstacle);
       if (notice) *notice = obstacle + "; CPU threads serve";
     }
-    return std::make_unique<StepProgram<D, HostMachine>>(options, communication, grid);
+    return std::make_unique<StepSequence<D, HostMachine>>(options, communication, grid);
   }
 
   /// Makes the runner of this rank. Collective; throws on all ranks if a rank has no runner.

@@ -32,7 +32,7 @@ inline namespace RVE_ISA {
 
   /// Program of one call. StepGrains is the access of the steps to grains, single or also in packs.
   /// All other phases use single grains.
-  template <class Block, class Scene, class StepGrains = GrainsOf<Block, Scene>> class RveProgram {
+  template <class Block, class Scene, class StepGrains = GrainsOf<Block, Scene>> class RveKernel {
     using Item = typename Block::Item;
     using Real = typename Scene::Real;
     using Wide = typename Scene::Wide;
@@ -49,8 +49,8 @@ inline namespace RVE_ISA {
 
    public:
     /// Prepares to run a call that is prepared and has its views, one of which is `shared`.
-    RVE_INLINE RveProgram(Block &block_in, CallState<Scene> &call_in,
-                          const SharedView<Scene> &shared_in) :
+    RVE_INLINE RveKernel(Block &block_in, CallState<Scene> &call_in,
+                         const SharedView<Scene> &shared_in) :
         block(block_in),
         call(call_in), shared(shared_in), num_grains(call_in.num_grains)
     {

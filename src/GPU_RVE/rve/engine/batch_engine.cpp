@@ -64,7 +64,7 @@ namespace {
 template <int D>
 BatchEngine<D>::BatchEngine(const Options &options_in) :
     options(options_in), constants(to_constants(options_in)),
-    memory_layout(memory_program(options_in.contacts))
+    memory_layout(memory_variant(options_in.contacts))
 {
   needs.dashpots = options.arms == Arms::Lammps;    // kernel variants with dashpots have them
   needs.books = options.track_energy;
@@ -80,11 +80,11 @@ std::unique_ptr<EngineOf<D>> BatchEngine<D>::empty_with(const ContactModel &cont
   return engine;
 }
 
-template <int D> Program BatchEngine<D>::usual_program() const
+template <int D> KernelVariant BatchEngine<D>::usual_variant() const
 {
   CallNeeds usual;
   usual.friction = features_of(memory_layout).has.friction;
-  return choose_program(memory_layout, usual);
+  return choose_variant(memory_layout, usual);
 }
 
 template <int D> void BatchEngine<D>::require_contacts(const ContactModel &needed) const
@@ -351,7 +351,7 @@ void BatchEngine<D>::plan(Call &call, const Extent &extent, bool servo, Answer k
   CallNeeds call_needs = needs;
   call_needs.servo = servo;
   call_needs.books = needs.books || kind == Answer::TimeStep;
-  call.program = choose_program(memory_layout, call_needs);
+  call.variant = choose_variant(memory_layout, call_needs);
   call.constants = constants;
   if (extent.least_cost < extent.most_cost) put_longest_first(call, extent.most_cost);
 }

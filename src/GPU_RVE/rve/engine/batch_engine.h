@@ -8,8 +8,8 @@
 #include "rve/algorithm/device_state.h"
 #include "rve/engine/device_state_io.h"
 #include "rve/engine/engine.h"
-#include "rve/engine/program_choice.h"
 #include "rve/engine/sleep.h"
+#include "rve/engine/variant_choice.h"
 
 #include <algorithm>
 #include <functional>
@@ -24,7 +24,7 @@ struct CallShape {
   int longest = 0;          ///< largest number of substeps
   double mean = 0.0;        ///< mean number of substeps
   int pair_capacity = 0;    ///< least capacity of the workspaces
-  Program program = Program::Plain;
+  KernelVariant variant = KernelVariant::Plain;
   bool with_details = false;
 };
 
@@ -97,7 +97,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   virtual Memory backend_memory() const = 0;
 
   /// Returns the kernel variant of calls that need only friction. Estimates of call sizes use it.
-  Program usual_program() const;
+  KernelVariant usual_variant() const;
   /// Returns the capacity of the workspaces for RVEs of at most this many grains.
   int pair_capacity(int num_grains) const { return pairs_per_grain * num_grains; }
   /// Memory that this class keeps for calls, per RVE [bytes].
@@ -136,7 +136,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   const Options options;
   const BatchConstants constants;
   /// Kernel variant that defines the memory layout of the RVEs.
-  const Program memory_layout;
+  const KernelVariant memory_layout;
 
  private:
   bool is_there(int rve) const;

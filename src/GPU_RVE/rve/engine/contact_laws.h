@@ -4,8 +4,8 @@
 #pragma once
 
 #include "rve/core/numbers.h"
-#include "rve/engine/program_choice.h"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_choice.h"
+#include "rve/engine/variant_scenes.h"
 #include "rve/physics/material.h"
 
 #include <limits>
@@ -13,9 +13,9 @@
 namespace rve {
 
 /// Returns the contact law of a kernel variant in `double` and in units of the script.
-template <Program program> auto law_of_script(const Material &material)
+template <KernelVariant variant> auto law_of_script(const Material &material)
 {
-  using Law = typename ProgramScene<program, DoubleNumbers>::Law;
+  using Law = typename VariantScene<variant, DoubleNumbers>::Law;
   constexpr double OF_CONTACT = 0.5;    // lever arm of velocities; no modulus depends on it
   typename Law::Constants constants;
   constants.set(material, LawUnits::same(), OF_CONTACT);
@@ -28,8 +28,8 @@ template <Program program> auto law_of_script(const Material &material)
 /// in `double` and in units of the script.
 template <int D = 2, class Work> auto with_law(const Material &material, const Work &work)
 {
-  return with_program<D>(richest_program(material.law, D), [&](auto program) {
-    return work(law_of_script<program.prepared_like>(material));
+  return with_program<D>(richest_variant(material.law, D), [&](auto variant) {
+    return work(law_of_script<variant.prepared_like>(material));
   });
 }
 

@@ -7,8 +7,8 @@
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_increments.cuh"
 #include "rve/engine/cuda_launch_plan.cuh"
-#include "rve/engine/cuda_programs.h"
 #include "rve/engine/cuda_turn.cuh"
+#include "rve/engine/cuda_variants.h"
 #include "rve/engine/device_calls.h"
 #include "rve/engine/runtime_kernels.h"
 
@@ -42,7 +42,7 @@ namespace {
    public:
     CudaEngine(const Options &options_in, bool compiles_in) :
         Base(options_in), compiles(compiles_in), device(properties_of(options_in)),
-        programs(options_in, 10 * device.major + device.minor)
+        variants(options_in, 10 * device.major + device.minor)
     {
       require(options.block_size >= 0 && options.block_size <= LARGEST_BLOCK,
               "block size must be 0 (automatic) or in [1, 1024] threads, got " +
@@ -209,7 +209,7 @@ namespace {
     /// Returns the reason why the engine cannot advance its RVEs, with a remedy; empty if it can.
     std::string obstacle() const
     {
-      return programs.obstacle(memory_layout, runtime_kernels_obstacle());
+      return variants.obstacle(memory_layout, runtime_kernels_obstacle());
     }
 
     std::size_t bytes_of_call(int num_rves, int num_grains) override
@@ -222,7 +222,7 @@ namespace {
       call.longest = kStepsAhead;
       call.mean = kStepsAhead;
       call.pair_capacity = this->pair_capacity(num_grains);
-      call.program = this->usual_program();
+      call.variant = this->usual_variant();
       const LaunchPlan &plan = plans.plan_for(call);
       const std::size_t count = num_rves;
       return count *
@@ -593,10 +593,10 @@ namespace {
 
     const bool compiles;    ///< CudaDevice::compiles
     const cudaDeviceProp device;
-    const CudaPrograms programs;
+    const CudaVariants variants;
     DeviceArena arena;
     std::vector<Placed> device_states;
-    LaunchPlans plans{device, programs, options.block_size};
+    LaunchPlans plans{device, variants, options.block_size};
     bool device_states_moved = true;    ///< since the handles were uploaded
     std::vector<int> handled;           ///< RVEs whose handles are on the device
     DeviceBuffer<RveHandle> handle_buffer;
@@ -655,10 +655,10 @@ namespace {
 template <int D>
 std::unique_ptr<EngineOf<D>> make_cuda_engine(const Options &options, std::string &obstacle)
 {
-  const CudaDevice device =
-      find_cuda_device(options.device_number,
-                       reinterpret_cast<const void *>(turn_function<D>(
-                           Format::Fast, D == 2 ? Program::General : Program::Spheres)));
+  const CudaDevice device = find_cuda_device(
+      options.device_number,
+      reinterpret_cast<const void *>(turn_function<D>(
+          Format::Fast, D == 2 ? KernelVariant::General : KernelVariant::Spheres)));
   obstacle = device.obstacle;
   if (!obstacle.empty()) return nullptr;
   Options own = options;

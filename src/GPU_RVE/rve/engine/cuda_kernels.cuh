@@ -7,7 +7,7 @@
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_cuda.cuh"
 #include "rve/engine/cuda_kernels.h"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_scenes.h"
 
 namespace rve {
 
@@ -34,8 +34,8 @@ inline namespace RVE_ISA {
   template <class Record> constexpr int kPieces = sizeof(Record) / sizeof(FourWords);
 
   /// Launch record of a kernel variant.
-  template <Program program, class Numbers>
-  using LaunchOf = LaunchRecord<ProgramScene<program, Numbers>::D>;
+  template <KernelVariant variant, class Numbers>
+  using LaunchOf = LaunchRecord<VariantScene<variant, Numbers>::D>;
 
   /// Publishes that the calls of this block are prepared, including all writes before a barrier.
   /// One thread calls it.
@@ -58,12 +58,12 @@ inline namespace RVE_ISA {
   /// Prepares all calls before the blocks begin. One thread prepares a call, for which a whole
   /// block would have to wait. A block of this kernel has `launch.prepared_together` calls in
   /// shared memory.
-  template <Program program, class Numbers>
-  __global__ void prepare_calls(const __grid_constant__ LaunchOf<program, Numbers> launch,
+  template <KernelVariant variant, class Numbers>
+  __global__ void prepare_calls(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                                 const __grid_constant__ BatchConstants batch)
   {
     extern __shared__ __align__(16) char on_chip[];
-    using Scene = ProgramScene<program, Numbers>;
+    using Scene = VariantScene<variant, Numbers>;
     using Begin = CallBegin<BlockCuda<0>, Scene>;
     using Planning = StepPlanning<BlockCuda<0>, Scene>;
     const int steps = launch.steps_ahead, first = blockIdx.x * launch.prepared_together;
@@ -260,57 +260,57 @@ inline namespace RVE_ISA {
           grains_in_views = n;
         });
       }
-      RveProgram<Block, Scene> program(block, call, Capacity > 0 ? shared : call.shared);
-      program.run(launch.answers[place], detail_at(launch, place));
+      RveKernel<Block, Scene> variant(block, call, Capacity > 0 ? shared : call.shared);
+      variant.run(launch.answers[place], detail_at(launch, place));
     }
   }
 
-  template <Program program, class Numbers, Residency residency>
-  constexpr BlockShape kShape = block_shape<ProgramScene<program, Numbers>>(residency);
+  template <KernelVariant variant, class Numbers, Residency residency>
+  constexpr BlockShape kShape = block_shape<VariantScene<variant, Numbers>>(residency);
 
-  template <Program program, class Numbers>
-  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Many>.threads),
-                                    (kShape<program, Numbers, Residency::Many>.sharers))
-      advance_many(const __grid_constant__ LaunchOf<program, Numbers> launch,
+  template <KernelVariant variant, class Numbers>
+  __global__ void __launch_bounds__((kShape<variant, Numbers, Residency::Many>.threads),
+                                    (kShape<variant, Numbers, Residency::Many>.sharers))
+      advance_many(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                    const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, Residency::Many>(launch, batch);
+    advance_rves<VariantScene<variant, Numbers>, Residency::Many>(launch, batch);
   }
 
-  template <Program program, class Numbers>
-  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Few>.threads),
-                                    (kShape<program, Numbers, Residency::Few>.sharers))
-      advance_few(const __grid_constant__ LaunchOf<program, Numbers> launch,
+  template <KernelVariant variant, class Numbers>
+  __global__ void __launch_bounds__((kShape<variant, Numbers, Residency::Few>.threads),
+                                    (kShape<variant, Numbers, Residency::Few>.sharers))
+      advance_few(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                   const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, Residency::Few>(launch, batch);
+    advance_rves<VariantScene<variant, Numbers>, Residency::Few>(launch, batch);
   }
 
-  template <Program program, class Numbers>
-  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Large>.threads),
-                                    (kShape<program, Numbers, Residency::Large>.sharers))
-      advance_large(const __grid_constant__ LaunchOf<program, Numbers> launch,
+  template <KernelVariant variant, class Numbers>
+  __global__ void __launch_bounds__((kShape<variant, Numbers, Residency::Large>.threads),
+                                    (kShape<variant, Numbers, Residency::Large>.sharers))
+      advance_large(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                     const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, Residency::Large>(launch, batch);
+    advance_rves<VariantScene<variant, Numbers>, Residency::Large>(launch, batch);
   }
 
-  template <Program program, class Numbers>
-  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Largest>.threads),
-                                    (kShape<program, Numbers, Residency::Largest>.sharers))
-      advance_largest(const __grid_constant__ LaunchOf<program, Numbers> launch,
+  template <KernelVariant variant, class Numbers>
+  __global__ void __launch_bounds__((kShape<variant, Numbers, Residency::Largest>.threads),
+                                    (kShape<variant, Numbers, Residency::Largest>.sharers))
+      advance_largest(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                       const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, Residency::Largest>(launch, batch);
+    advance_rves<VariantScene<variant, Numbers>, Residency::Largest>(launch, batch);
   }
 
-  template <Program program, class Numbers>
-  __global__ void __launch_bounds__((kShape<program, Numbers, Residency::Memory>.threads),
-                                    (kShape<program, Numbers, Residency::Memory>.sharers))
-      advance_in_memory(const __grid_constant__ LaunchOf<program, Numbers> launch,
+  template <KernelVariant variant, class Numbers>
+  __global__ void __launch_bounds__((kShape<variant, Numbers, Residency::Memory>.threads),
+                                    (kShape<variant, Numbers, Residency::Memory>.sharers))
+      advance_in_memory(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                         const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<ProgramScene<program, Numbers>, Residency::Memory>(launch, batch);
+    advance_rves<VariantScene<variant, Numbers>, Residency::Memory>(launch, batch);
   }
 
   template <int D> const void *address_of(void (*kernel)(LaunchRecord<D>, BatchConstants))
@@ -318,33 +318,33 @@ inline namespace RVE_ISA {
     return reinterpret_cast<const void *>(kernel);
   }
 
-  template <Program program, class Numbers> ProgramKernels make_program_kernels()
+  template <KernelVariant variant, class Numbers> VariantKernels make_variant_kernels()
   {
-    using Traits = ProgramTraits<program>;
-    using Scene = ProgramScene<program, Numbers>;
+    using Traits = VariantTraits<variant>;
+    using Scene = VariantScene<variant, Numbers>;
     static_assert(sizeof(PreparedCall<Scene>) ==
-                      sizeof(PreparedCall<ProgramScene<Traits::prepared_like, Numbers>>),
+                      sizeof(PreparedCall<VariantScene<Traits::prepared_like, Numbers>>),
                   "calls are prepared alike");
-    ProgramKernels kernels = {};
+    VariantKernels kernels = {};
     auto &kernel = kernels.kernel;
     const auto place = [&](Residency residency, const void *function) {
       kernel[static_cast<int>(residency)] = function;
     };
     if constexpr (block_shape<Scene>(Residency::Many).items > 0) {
-      place(Residency::Many, address_of(advance_many<program, Numbers>));
+      place(Residency::Many, address_of(advance_many<variant, Numbers>));
       if constexpr (same_shape(block_shape<Scene>(Residency::Few),
                                block_shape<Scene>(Residency::Many)))
-        place(Residency::Few, address_of(advance_many<program, Numbers>));
+        place(Residency::Few, address_of(advance_many<variant, Numbers>));
       else
-        place(Residency::Few, address_of(advance_few<program, Numbers>));
+        place(Residency::Few, address_of(advance_few<variant, Numbers>));
     }
     if constexpr (block_shape<Scene>(Residency::Large).items > 0)
-      place(Residency::Large, address_of(advance_large<program, Numbers>));
+      place(Residency::Large, address_of(advance_large<variant, Numbers>));
     if constexpr (block_shape<Scene>(Residency::Largest).items > 0)
-      place(Residency::Largest, address_of(advance_largest<program, Numbers>));
-    place(Residency::Memory, address_of(advance_in_memory<program, Numbers>));
-    if constexpr (Traits::prepared_like == program)
-      kernels.prepare = address_of(prepare_calls<program, Numbers>);
+      place(Residency::Largest, address_of(advance_largest<variant, Numbers>));
+    place(Residency::Memory, address_of(advance_in_memory<variant, Numbers>));
+    if constexpr (Traits::prepared_like == variant)
+      kernels.prepare = address_of(prepare_calls<variant, Numbers>);
     return kernels;
   }
 

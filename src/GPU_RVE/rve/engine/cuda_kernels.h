@@ -7,7 +7,7 @@
 #include "rve/algorithm/device_state.h"
 #include "rve/algorithm/scene.h"
 #include "rve/core/config.h"
-#include "rve/engine/programs.h"
+#include "rve/engine/kernel_variants.h"
 
 #include <cstddef>
 #include <type_traits>
@@ -145,7 +145,7 @@ using PlacedScene =
     std::conditional_t<residency == Residency::Memory && Scene::D == 3, InMemory<Scene>, Scene>;
 
 /// Kernels of one variant, functions of (LaunchRecord, BatchConstants).
-struct ProgramKernels {
+struct VariantKernels {
   /// Kernel of each residency; null where there is none and another residency is used.
   const void *kernel[kNumResidencies];
   /// Kernel that fills LaunchRecord::prepared through shared memory and resets the queue. It is

@@ -8,7 +8,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/cuda_kernels.h"
-#include "rve/engine/cuda_programs.h"
+#include "rve/engine/cuda_variants.h"
 #include "rve/engine/options.h"
 
 #include <algorithm>
@@ -49,8 +49,8 @@ struct LaunchPlan {
 /// RVEs between the steps of all.
 class LaunchPlans {
  public:
-  LaunchPlans(const cudaDeviceProp &_device, const CudaPrograms &_programs, int _block_size) :
-      device(_device), programs(_programs), chosen_block_size(_block_size)
+  LaunchPlans(const cudaDeviceProp &_device, const CudaVariants &_programs, int _block_size) :
+      device(_device), variants(_programs), chosen_block_size(_block_size)
   {
   }
 
@@ -58,9 +58,9 @@ class LaunchPlans {
   const LaunchPlan &plan_for(const CallShape &call)
   {
     const int steps_ahead = steps_to_prepare(call);
-    const CallKind kind{fills_device(call), call.with_details && has_lean_kernels(call.program),
+    const CallKind kind{fills_device(call), call.with_details && has_lean_kernels(call.variant),
                         call.largest,       call.pair_capacity,
-                        steps_ahead,        call.program};
+                        steps_ahead,        call.variant};
     auto found = plans.find(kind);
     if (found == plans.end()) found = plans.emplace(kind, plan_of(call, steps_ahead)).first;
     const LaunchPlan &plan = found->second;
@@ -84,10 +84,10 @@ class LaunchPlans {
   /// Properties of a call that decide how it is launched: true if it fills the device, true if
   /// kernels with details are needed, CallShape::largest and pair_capacity, planned steps, kernel
   /// variant.
-  using CallKind = std::tuple<bool, bool, int, int, int, Program>;
+  using CallKind = std::tuple<bool, bool, int, int, int, KernelVariant>;
 
   const cudaDeviceProp &device;
-  const CudaPrograms &programs;
+  const CudaVariants &variants;
   const int chosen_block_size;    ///< 0: automatic
   std::map<CallKind, LaunchPlan> plans;
   const LaunchPlan *plan_in_use = nullptr;    ///< plan whose attributes the kernels have
@@ -96,21 +96,21 @@ class LaunchPlans {
   {
     LaunchPlan plan;
     plan.steps_ahead = steps_ahead;
-    const Program program = programs.usable(call.program);
-    plan.prepare = programs.prepare(program);
+    const KernelVariant variant = variants.usable(call.variant);
+    plan.prepare = variants.prepare(variant);
     cudaFuncAttributes attributes;
     std::size_t most = 0;    // largest dynamic shared memory of a launch
     const auto plan_with = [&](Residency residency) {
-      plan.kernel = programs.advance(program, residency);
-      plan.block = block_size(*programs.shape(program, residency), call.largest);
+      plan.kernel = variants.advance(variant, residency);
+      plan.block = block_size(*variants.shape(variant, residency), call.largest);
       plan.sizes =
-          programs.sizes(program, residency, call.largest, call.pair_capacity, plan.steps_ahead);
+          variants.sizes(variant, residency, call.largest, call.pair_capacity, plan.steps_ahead);
       plan.dynamic = plan.sizes.shared;
       check_cuda(cudaFuncGetAttributes(&attributes, plan.kernel), "attributes of the kernel");
       most = device.sharedMemPerBlockOptin - attributes.sharedSizeBytes - kReservedOnChip;
       plan.overflow_size = aligned(plan.sizes.beside);
     };
-    Residency residency = residency_of(call, program);
+    Residency residency = residency_of(call, variant);
     plan_with(residency);
     if (residency != Residency::Memory && plan.dynamic > most) {
       // An H200 has shared memory for the largest kernel of each format, a GeForce GPU less than
@@ -154,9 +154,9 @@ class LaunchPlans {
   }
 
   /// Returns true if some kernels of a variant compute no details.
-  bool has_lean_kernels(Program program) const
+  bool has_lean_kernels(KernelVariant variant) const
   {
-    const auto shape = programs.shape(programs.usable(program), Residency::Large);
+    const auto shape = variants.shape(variants.usable(variant), Residency::Large);
     return !shape || shape->lean;
   }
 
@@ -165,9 +165,9 @@ class LaunchPlans {
     return call.num_rves > device.multiProcessorCount;
   }
 
-  bool serves(const CallShape &call, Program program, Residency residency) const
+  bool serves(const CallShape &call, KernelVariant variant, Residency residency) const
   {
-    const auto shape = programs.shape(program, residency);
+    const auto shape = variants.shape(variant, residency);
     if (!shape || shape->items == 0 || call.largest > shape->capacity()) return false;
     if (shape->lean && call.with_details) return false;
     // With two items per thread, sums of a partial warp end in an illegal instruction (CUDA 13.0).
@@ -176,19 +176,19 @@ class LaunchPlans {
         (chosen_block_size <= shape->threads && call.largest <= shape->items * chosen_block_size);
   }
 
-  Residency residency_of(const CallShape &call, Program program) const
+  Residency residency_of(const CallShape &call, KernelVariant variant) const
   {
     // A few RVEs use the kernel for many if it is loaded and theirs is not. Compiling takes seconds
     // to half a minute, which a few calls, such as time-step checks, do not gain back.
     const bool takes_many = fills_device(call) ||
-        (programs.is_at_hand(program, Residency::Many) &&
-         !programs.is_at_hand(program, Residency::Few));
+        (variants.is_at_hand(variant, Residency::Many) &&
+         !variants.is_at_hand(variant, Residency::Few));
     const Residency small = takes_many ? Residency::Many : Residency::Few;
     for (const Residency residency : {small, Residency::Large, Residency::Largest})
-      if (serves(call, program, residency)) return residency;
+      if (serves(call, variant, residency)) return residency;
     // Kernels for many RVEs may compute no details.
-    const auto usual = programs.shape(program, small);
-    return usual && usual->lean && serves(call, program, Residency::Few) ? Residency::Few
+    const auto usual = variants.shape(variant, small);
+    return usual && usual->lean && serves(call, variant, Residency::Few) ? Residency::Few
                                                                          : Residency::Memory;
   }
 

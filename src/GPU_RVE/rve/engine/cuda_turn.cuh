@@ -5,7 +5,7 @@
 
 #include "rve/algorithm/rigid_turn.h"
 #include "rve/block/block_cuda.cuh"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_scenes.h"
 
 namespace rve {
 
@@ -35,14 +35,14 @@ template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
 
 template <int D> using TurnFunction = void (*)(TurnList<D>);
 
-template <int D, class Numbers> TurnFunction<D> turn_function(Program memory)
+template <int D, class Numbers> TurnFunction<D> turn_function(KernelVariant memory)
 {
-  return with_program<D>(memory, [](auto program) -> TurnFunction<D> {
-    return turn_rves<ProgramScene<decltype(program)::prepared_like, Numbers>>;
+  return with_program<D>(memory, [](auto variant) -> TurnFunction<D> {
+    return turn_rves<VariantScene<decltype(variant)::prepared_like, Numbers>>;
   });
 }
 
-template <int D> TurnFunction<D> turn_function(Format format, Program memory)
+template <int D> TurnFunction<D> turn_function(Format format, KernelVariant memory)
 {
   switch (format) {
     case Format::Fast:

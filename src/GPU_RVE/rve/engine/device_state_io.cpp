@@ -5,7 +5,7 @@
 #include "rve/algorithm/system_view.h"
 #include "rve/block/block_serial.h"
 #include "rve/engine/force_bounds.h"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_scenes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -208,14 +208,16 @@ namespace {
   }
 
   /// Returns work(scene) of the variant that prepares calls of `memory`, in these numbers.
-  template <int D, class Numbers, class Work> auto with_numbers(Program memory, const Work &work)
+  template <int D, class Numbers, class Work>
+  auto with_numbers(KernelVariant memory, const Work &work)
   {
     return with_program<D>(
-        memory, [&](auto program) { return work(ProgramScene<program.prepared_like, Numbers>()); });
+        memory, [&](auto variant) { return work(VariantScene<variant.prepared_like, Numbers>()); });
   }
 
   /// Returns work(scene) for the number format and memory layout of device states.
-  template <int D, class Work> auto with_scene(Format format, Program memory, const Work &work)
+  template <int D, class Work>
+  auto with_scene(Format format, KernelVariant memory, const Work &work)
   {
     switch (format) {
       case Format::Fast:
@@ -243,27 +245,28 @@ template <int D> void set_material_in(StateHeader<D> &header, const Material &ma
 
 template <int D>
 DeviceState build_device_state(Format format, const RveStateOf<D> &state, int extra_capacity,
-                               Program memory)
+                               KernelVariant memory)
 {
   return with_scene<D>(format, memory,
                        [&](auto scene) { return build<decltype(scene)>(state, extra_capacity); });
 }
 
 template <int D>
-RveStateOf<D> read_device_state(Format format, const DeviceState &image, Program memory)
+RveStateOf<D> read_device_state(Format format, const DeviceState &image, KernelVariant memory)
 {
   return with_scene<D>(format, memory, [&](auto scene) { return read<decltype(scene)>(image); });
 }
 
 template <int D>
 void turn_device_state(Format format, DeviceState &image, const Tensor<double, D> &rotation,
-                       Program memory)
+                       KernelVariant memory)
 {
   with_scene<D>(format, memory, [&](auto scene) { turn<decltype(scene)>(image, rotation); });
 }
 
 template <int D>
-std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity, Program memory)
+std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity,
+                               KernelVariant memory)
 {
   return with_scene<D>(format, memory, [&](auto scene) {
     return device_state_size<decltype(scene)>(num_grains, extra_capacity);
@@ -276,17 +279,17 @@ template <int D> int initial_extra_capacity(int num_grains)
 }
 
 template void set_material_in(StateHeader<2> &, const Material &);
-template DeviceState build_device_state(Format, const RveStateOf<2> &, int, Program);
-template RveStateOf<2> read_device_state(Format, const DeviceState &, Program);
-template void turn_device_state(Format, DeviceState &, const Tensor<double, 2> &, Program);
-template std::size_t device_state_bytes<2>(Format, int, int, Program);
+template DeviceState build_device_state(Format, const RveStateOf<2> &, int, KernelVariant);
+template RveStateOf<2> read_device_state(Format, const DeviceState &, KernelVariant);
+template void turn_device_state(Format, DeviceState &, const Tensor<double, 2> &, KernelVariant);
+template std::size_t device_state_bytes<2>(Format, int, int, KernelVariant);
 template int initial_extra_capacity<2>(int);
 
 template void set_material_in(StateHeader<3> &, const Material &);
-template DeviceState build_device_state(Format, const RveStateOf<3> &, int, Program);
-template RveStateOf<3> read_device_state(Format, const DeviceState &, Program);
-template void turn_device_state(Format, DeviceState &, const Tensor<double, 3> &, Program);
-template std::size_t device_state_bytes<3>(Format, int, int, Program);
+template DeviceState build_device_state(Format, const RveStateOf<3> &, int, KernelVariant);
+template RveStateOf<3> read_device_state(Format, const DeviceState &, KernelVariant);
+template void turn_device_state(Format, DeviceState &, const Tensor<double, 3> &, KernelVariant);
+template std::size_t device_state_bytes<3>(Format, int, int, KernelVariant);
 template int initial_extra_capacity<3>(int);
 
 }    // namespace rve

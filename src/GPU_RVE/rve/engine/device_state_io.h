@@ -4,8 +4,8 @@
 #pragma once
 
 #include "rve/algorithm/device_state.h"
+#include "rve/engine/kernel_variants.h"
 #include "rve/engine/options.h"
-#include "rve/engine/programs.h"
 #include "rve/engine/state.h"
 
 #include <cstddef>
@@ -27,16 +27,17 @@ struct DeviceState {
 /// state needs. Rolling forces are included if the variant has them.
 template <int D>
 DeviceState build_device_state(Format format, const RveStateOf<D> &state, int extra_capacity,
-                               Program memory);
+                               KernelVariant memory);
 /// Returns the state of a device state, exactly.
 template <int D = 2>
-RveStateOf<D> read_device_state(Format format, const DeviceState &image, Program memory);
+RveStateOf<D> read_device_state(Format format, const DeviceState &image, KernelVariant memory);
 /// Turns an RVE rigidly.
 template <int D>
 void turn_device_state(Format format, DeviceState &image, const Tensor<double, D> &rotation,
-                       Program memory);
+                       KernelVariant memory);
 template <int D>
-std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity, Program memory);
+std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity,
+                               KernelVariant memory);
 /// Returns the initial capacity for extra pairs of an RVE; the list grows on demand.
 template <int D> int initial_extra_capacity(int num_grains);
 

@@ -161,7 +161,7 @@ namespace {
         return mine < 0 ? nullptr : &details[mine];
       };
       const HostWorkspaceSizes sizes =
-          kernel.workspace_sizes(call.largest, call.pair_capacity, call.program);
+          kernel.workspace_sizes(call.largest, call.pair_capacity, call.variant);
       FirstError failed;    // allocation of a workspace may fail
 #pragma omp parallel for schedule(dynamic, 1) num_threads(std::min(num_threads, std::max(count, 1)))
       for (int m = 0; m < count; ++m) {
@@ -171,7 +171,7 @@ namespace {
               memory[omp_get_thread_num()].prepare(sizes, call.pair_capacity);
           kernel.advance(device_states[(*call.rves)[k]].bytes.data(), call.drives[k],
                          call.steering.empty() ? nullptr : &call.steering[k], call.constants,
-                         workspace, call.program, answers[k], detail_of(k));
+                         workspace, call.variant, answers[k], detail_of(k));
         });
       }
       failed.rethrow();

@@ -7,7 +7,7 @@
 
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_serial.h"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_scenes.h"
 
 #include <type_traits>
 #if defined(__AVX2__) && defined(__FMA__)
@@ -43,10 +43,10 @@ inline namespace RVE_ISA {
 #endif
 
   template <class Scene, class Traversal>
-  void run_program(char *device_state, const DriveRecord<Scene::D> &drive,
-                   const SteeringRecord<Scene::D> *steering, const BatchConstants &batch,
-                   const HostWorkspace &memory, AnswerRecord<Scene::D> &answer,
-                   DetailRecord<Scene::D> *detail)
+  void run_kernel(char *device_state, const DriveRecord<Scene::D> &drive,
+                  const SteeringRecord<Scene::D> *steering, const BatchConstants &batch,
+                  const HostWorkspace &memory, AnswerRecord<Scene::D> &answer,
+                  DetailRecord<Scene::D> *detail)
   {
     using Block = typename Traversal::Block;
     const auto &header = *reinterpret_cast<const StateHeader<Scene::D> *>(device_state);
@@ -62,35 +62,36 @@ inline namespace RVE_ISA {
     Begin::prepare(call, device_state, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
     Begin::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
-    RveProgram<Block, Scene, typename Traversal::Grains> program(block, call, shared);
-    program.run(answer, detail);
+    RveKernel<Block, Scene, typename Traversal::Grains> variant(block, call, shared);
+    variant.run(answer, detail);
   }
 
   /// Kernel variant that runs in place of another one: the general variant that prepares the same
   /// calls and gives the same bits, where short compile times matter more than speed.
-#if defined(RVE_RICH_PROGRAMS_ONLY)
-  template <Program program> constexpr Program kWorker = ProgramTraits<program>::prepared_like;
+#if defined(RVE_RICH_VARIANTS_ONLY)
+  template <KernelVariant variant>
+  constexpr KernelVariant kWorker = VariantTraits<variant>::prepared_like;
 #else
-  template <Program program> constexpr Program kWorker = program;
+  template <KernelVariant variant> constexpr KernelVariant kWorker = variant;
 #endif
 
   template <int D, class Numbers>
   void advance(char *device_state, const DriveRecord<D> &drive, const SteeringRecord<D> *steering,
-               const BatchConstants &batch, const HostWorkspace &memory, Program program,
+               const BatchConstants &batch, const HostWorkspace &memory, KernelVariant variant,
                AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
-    with_program<D>(program, [&](auto chosen) {
-      using Scene = ProgramScene<kWorker<chosen.value>, Numbers>;
-      run_program<Scene, Traversal<Scene>>(device_state, drive, steering, batch, memory, answer,
-                                           detail);
+    with_program<D>(variant, [&](auto chosen) {
+      using Scene = VariantScene<kWorker<chosen.value>, Numbers>;
+      run_kernel<Scene, Traversal<Scene>>(device_state, drive, steering, batch, memory, answer,
+                                          detail);
     });
   }
 
   template <int D, class Numbers>
-  HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, Program program)
+  HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, KernelVariant variant)
   {
-    return with_program<D>(program, [&](auto chosen) -> HostWorkspaceSizes {
-      using Scene = ProgramScene<kWorker<chosen.value>, Numbers>;
+    return with_program<D>(variant, [&](auto chosen) -> HostWorkspaceSizes {
+      using Scene = VariantScene<kWorker<chosen.value>, Numbers>;
       return {shared_size<Scene>(num_grains, false),
               workspace_size<Scene>(num_grains, pair_capacity)};
     });

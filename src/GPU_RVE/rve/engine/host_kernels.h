@@ -5,8 +5,8 @@
 #pragma once
 
 #include "rve/algorithm/device_state.h"
+#include "rve/engine/kernel_variants.h"
 #include "rve/engine/options.h"
-#include "rve/engine/programs.h"
 
 #include <cstddef>
 
@@ -27,9 +27,9 @@ struct HostWorkspaceSizes {
 template <int D> struct HostKernel {
   void (*advance)(char *device_state, const DriveRecord<D> &drive,
                   const SteeringRecord<D> *steering, const BatchConstants &batch,
-                  const HostWorkspace &memory, Program program, AnswerRecord<D> &answer,
+                  const HostWorkspace &memory, KernelVariant variant, AnswerRecord<D> &answer,
                   DetailRecord<D> *detail);
-  HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, Program program);
+  HostWorkspaceSizes (*workspace_sizes)(int num_grains, int pair_capacity, KernelVariant variant);
 };
 
 /// Instruction sets, with the names of RVE_ISA.

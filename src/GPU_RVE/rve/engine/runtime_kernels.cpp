@@ -17,7 +17,7 @@ namespace rve {
 namespace {
 
 #define RVE_NAME_PROGRAM(name, ...) #name,
-  constexpr const char *PROGRAM_NAMES[] = {RVE_PROGRAMS(RVE_NAME_PROGRAM)};
+  constexpr const char *VARIANT_NAMES[] = {RVE_KERNEL_VARIANTS(RVE_NAME_PROGRAM)};
 #undef RVE_NAME_PROGRAM
 
   /// Returns a name such as "FastNumbers".
@@ -40,7 +40,7 @@ namespace {
     return options;
   }
 
-  /// Returns the source text. Relaxed code has its own namespace, as in cuda_program.cu.in.
+  /// Returns the source text. Relaxed code has its own namespace, as in cuda_variant.cu.in.
   std::string source_for(Arithmetic arithmetic)
   {
     return std::string(arithmetic == Arithmetic::Relaxed
@@ -71,7 +71,7 @@ namespace {
 std::string to_string(const KernelName &name)
 {
   return std::string("rve::") + name.kernel +
-      "<rve::Program::" + PROGRAM_NAMES[static_cast<int>(name.program)] +
+      "<rve::KernelVariant::" + VARIANT_NAMES[static_cast<int>(name.variant)] +
       ", rve::" + numbers_name(name.format) + ">";
 }
 

@@ -6,8 +6,8 @@
 
 #include "cuda/nvrtc.h"
 #include "rve/engine/kernel_cache.h"
+#include "rve/engine/kernel_variants.h"
 #include "rve/engine/options.h"
-#include "rve/engine/programs.h"
 
 #include <functional>
 #include <string>
@@ -18,12 +18,12 @@ namespace rve {
 /// variant.
 struct KernelName {
   const char *kernel;
-  Program program;
+  KernelVariant variant;
   Format format;
   Arithmetic arithmetic;
 };
 
-/// Returns the name in C++: rve::advance_many<rve::Program::Plain, rve::FastNumbers>.
+/// Returns the name in C++: rve::advance_many<rve::KernelVariant::Plain, rve::FastNumbers>.
 std::string to_string(const KernelName &name);
 
 /// Returns a kernel for GPUs of this compute capability from the cache, or compiles and stores it.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "rve/engine/cuda_programs.h"
+#include "rve/engine/cuda_variants.h"
 
 #include "cuda/cuda_required.h"
 #include "rve/algorithm/call_state.h"
 #include "rve/core/error.h"
-#include "rve/engine/program_choice.h"
-#include "rve/engine/program_scenes.h"
 #include "rve/engine/runtime_kernels.h"
+#include "rve/engine/variant_choice.h"
+#include "rve/engine/variant_scenes.h"
 
 #include <cstdlib>
 
@@ -47,26 +47,26 @@ namespace {
 
 }    // namespace
 
-template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaPrograms::fill()
+template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaVariants::fill()
 {
   const bool none_ahead = all_at_run_time();
-#define RVE_FILL(name, ...)                                                                  \
-  {                                                                                          \
-    Entry &entry = entries[static_cast<int>(Program::name)];                                 \
-    entry.prepared_like = ProgramTraits<Program::name>::prepared_like;                       \
-    entry.shape = block_shape<ProgramScene<Program::name, Numbers>>;                         \
-    entry.sizes =                                                                            \
-        kernel_sizes<ProgramScene<Program::name, Numbers>,                                   \
-                     ProgramScene<ProgramTraits<Program::name>::prepared_like, Numbers>>;    \
-    entry.kernels = cuda_kernels<Program::name, format_, arithmetic_>();                     \
-    entry.ahead =                                                                            \
-        !none_ahead && entry.kernels.kernel[static_cast<int>(Residency::Memory)] != nullptr; \
+#define RVE_FILL(name, ...)                                                                     \
+  {                                                                                             \
+    Entry &entry = entries[static_cast<int>(KernelVariant::name)];                              \
+    entry.prepared_like = VariantTraits<KernelVariant::name>::prepared_like;                    \
+    entry.shape = block_shape<VariantScene<KernelVariant::name, Numbers>>;                      \
+    entry.sizes =                                                                               \
+        kernel_sizes<VariantScene<KernelVariant::name, Numbers>,                                \
+                     VariantScene<VariantTraits<KernelVariant::name>::prepared_like, Numbers>>; \
+    entry.kernels = cuda_kernels<KernelVariant::name, format_, arithmetic_>();                  \
+    entry.ahead =                                                                               \
+        !none_ahead && entry.kernels.kernel[static_cast<int>(Residency::Memory)] != nullptr;    \
   }
-  RVE_PROGRAMS(RVE_FILL)
+  RVE_KERNEL_VARIANTS(RVE_FILL)
 #undef RVE_FILL
 }
 
-CudaPrograms::CudaPrograms(const Options &options, int capability_in) :
+CudaVariants::CudaVariants(const Options &options, int capability_in) :
     format(options.format), arithmetic(options.arithmetic), capability(capability_in),
     log(options.log)
 {
@@ -83,7 +83,7 @@ CudaPrograms::CudaPrograms(const Options &options, int capability_in) :
     fill<DoubleNumbers, Format::Double, Arithmetic::Strict>();
 }
 
-std::string CudaPrograms::obstacle(Program memory, const std::string &to_compiling) const
+std::string CudaVariants::obstacle(KernelVariant memory, const std::string &to_compiling) const
 {
   if (of(memory).ahead || to_compiling.empty()) return "";
   return "kernels for RVEs with " + to_string(features_of(memory).contacts) +
@@ -91,52 +91,52 @@ std::string CudaPrograms::obstacle(Program memory, const std::string &to_compili
       " are compiled while the program runs, and cannot be: " + to_compiling;
 }
 
-Program CudaPrograms::usable(Program program) const
+KernelVariant CudaVariants::usable(KernelVariant variant) const
 {
-  const Entry &entry = of(program);
-  if (entry.ahead && of(entry.prepared_like).ahead) return program;
+  const Entry &entry = of(variant);
+  if (entry.ahead && of(entry.prepared_like).ahead) return variant;
   const std::string to_compiling = runtime_kernels_obstacle();
-  if (to_compiling.empty()) return program;
+  if (to_compiling.empty()) return variant;
   const std::string why_not = obstacle(entry.prepared_like, to_compiling);
   require(why_not.empty(), why_not);
   return entry.prepared_like;
 }
 
-std::optional<BlockShape> CudaPrograms::shape(Program program, Residency residency) const
+std::optional<BlockShape> CudaVariants::shape(KernelVariant variant, Residency residency) const
 {
-  const Entry &entry = of(program);
+  const Entry &entry = of(variant);
   const BlockShape shape = entry.shape(residency);
   const bool has = residency == Residency::Memory || shape.items > 0;
   return has ? std::optional<BlockShape>(shape) : std::nullopt;
 }
 
-const void *CudaPrograms::advance(Program program, Residency residency) const
+const void *CudaVariants::advance(KernelVariant variant, Residency residency) const
 {
   const int place = static_cast<int>(residency);
-  return of(program).ahead ? of(program).kernels.kernel[place] : compiled(ADVANCE[place], program);
+  return of(variant).ahead ? of(variant).kernels.kernel[place] : compiled(ADVANCE[place], variant);
 }
 
-bool CudaPrograms::is_at_hand(Program program, Residency residency) const
+bool CudaVariants::is_at_hand(KernelVariant variant, Residency residency) const
 {
   const char *kernel = ADVANCE[static_cast<int>(residency)];
-  return of(program).ahead || is_loaded({kernel, program, format, arithmetic}, capability);
+  return of(variant).ahead || is_loaded({kernel, variant, format, arithmetic}, capability);
 }
 
-const void *CudaPrograms::prepare(Program program) const
+const void *CudaVariants::prepare(KernelVariant variant) const
 {
-  const Program like = of(program).prepared_like;
+  const KernelVariant like = of(variant).prepared_like;
   return of(like).ahead ? of(like).kernels.prepare : compiled("prepare_calls", like);
 }
 
-KernelSizes CudaPrograms::sizes(Program program, Residency residency, int num_grains,
+KernelSizes CudaVariants::sizes(KernelVariant variant, Residency residency, int num_grains,
                                 int pair_capacity, int steps_ahead) const
 {
-  return of(program).sizes(residency, num_grains, pair_capacity, steps_ahead);
+  return of(variant).sizes(residency, num_grains, pair_capacity, steps_ahead);
 }
 
-const void *CudaPrograms::compiled(const char *kernel, Program program) const
+const void *CudaVariants::compiled(const char *kernel, KernelVariant variant) const
 {
-  return runtime_kernel({kernel, program, format, arithmetic}, capability, log);
+  return runtime_kernel({kernel, variant, format, arithmetic}, capability, log);
 }
 
 }    // namespace rve

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-#include "rve/engine/program_choice.h"
+#include "rve/engine/variant_choice.h"
 
 #include "rve/core/error.h"
-#include "rve/engine/program_scenes.h"
+#include "rve/engine/variant_scenes.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@ namespace rve {
 
 namespace {
 
-  template <class Scene> constexpr ProgramFeatures features_of_scene(Program memory)
+  template <class Scene> constexpr VariantFeatures features_of_scene(KernelVariant memory)
   {
     using Law = typename Scene::Law;
     return {{Law::contact_law, Law::has_rolling, Scene::D},
@@ -21,10 +21,10 @@ namespace {
             memory};
   }
 
-  constexpr std::array<ProgramFeatures, kNumPrograms> TABLE = {{
+  constexpr std::array<VariantFeatures, kNumVariants> TABLE = {{
 #define RVE_FEATURES(name, law, books, prepared) \
-  features_of_scene<ProgramScene<Program::name, MixedNumbers>>(Program::prepared),
-      RVE_PROGRAMS(RVE_FEATURES)
+  features_of_scene<VariantScene<KernelVariant::name, MixedNumbers>>(KernelVariant::prepared),
+      RVE_KERNEL_VARIANTS(RVE_FEATURES)
 #undef RVE_FEATURES
   }};
 
@@ -35,17 +35,17 @@ namespace {
         (has.books || !needs.books);
   }
 
-#define RVE_CHECK(name, law, books, prepared)                                           \
-  static_assert(std::is_same_v<ProgramScene<Program::name, MixedNumbers>::History,      \
-                               ProgramScene<Program::prepared, MixedNumbers>::History>, \
+#define RVE_CHECK(name, law, books, prepared)                                                 \
+  static_assert(std::is_same_v<VariantScene<KernelVariant::name, MixedNumbers>::History,      \
+                               VariantScene<KernelVariant::prepared, MixedNumbers>::History>, \
                 "programs that are prepared alike have the same memory of an RVE");
-  RVE_PROGRAMS(RVE_CHECK)
+  RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK
 
   constexpr bool programs_that_prepare_have_all_of_the_others()
   {
-    for (const ProgramFeatures &one : TABLE) {
-      const ProgramFeatures &other = TABLE[static_cast<int>(one.memory)];
+    for (const VariantFeatures &one : TABLE) {
+      const VariantFeatures &other = TABLE[static_cast<int>(one.memory)];
       if (other.memory != one.memory || other.contacts.law != one.contacts.law ||
           other.contacts.rolling != one.contacts.rolling ||
           other.contacts.dimension != one.contacts.dimension || !has_all(other.has, one.has) ||
@@ -58,32 +58,32 @@ namespace {
 
 }    // namespace
 
-ProgramFeatures features_of(Program program)
+VariantFeatures features_of(KernelVariant variant)
 {
-  return TABLE[static_cast<int>(program)];
+  return TABLE[static_cast<int>(variant)];
 }
 
-Program memory_program(const ContactModel &contacts)
+KernelVariant memory_variant(const ContactModel &contacts)
 {
-  const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const ProgramFeatures &one) {
+  const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const VariantFeatures &one) {
     return features_of(one.memory).contacts.serves(contacts);
   });
   require(found != TABLE.end(), "there is no program for RVEs with ", to_string(contacts));
   return found->memory;
 }
 
-Program richest_program(ContactLaw law, int dimension)
+KernelVariant richest_variant(ContactLaw law, int dimension)
 {
-  const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const ProgramFeatures &one) {
+  const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const VariantFeatures &one) {
     return one.contacts.law == law && one.contacts.dimension == dimension;
   });
   require(last != TABLE.rend(), "there is no program for the contact law ", word_of(law));
   return last->memory;
 }
 
-Program choose_program(Program memory, const CallNeeds &needs)
+KernelVariant choose_variant(KernelVariant memory, const CallNeeds &needs)
 {
-  const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const ProgramFeatures &one) {
+  const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const VariantFeatures &one) {
     return one.memory == memory && has_all(one.has, needs);
   });
   require(found != TABLE.end(), [&] {
@@ -92,7 +92,7 @@ Program choose_program(Program memory, const CallNeeds &needs)
         " has no " +
         (needs.friction && !has.friction ? "friction" : "dashpots and no arms of LAMMPS");
   });
-  return static_cast<Program>(found - TABLE.begin());
+  return static_cast<KernelVariant>(found - TABLE.begin());
 }
 
 }    // namespace rve

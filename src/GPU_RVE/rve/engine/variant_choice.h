@@ -4,7 +4,7 @@
 #pragma once
 
 #include "rve/engine/contact_model.h"
-#include "rve/engine/programs.h"
+#include "rve/engine/kernel_variants.h"
 
 namespace rve {
 
@@ -18,25 +18,25 @@ struct CallNeeds {
 };
 
 /// Features of a kernel variant.
-struct ProgramFeatures {
+struct VariantFeatures {
   ContactModel contacts;
   CallNeeds has;
-  Program memory;    ///< variant that defines the memory layout: `prepared` of the table
+  KernelVariant memory;    ///< variant that defines the memory layout: `prepared` of the table
 };
 
-ProgramFeatures features_of(Program program);
+VariantFeatures features_of(KernelVariant variant);
 
 /// Returns the variant that defines the memory layout of RVEs with these contacts: `prepared` of
 /// the first suitable one of the table. It has all features of the others with that layout. Throws
 /// InputError if there is none.
-Program memory_program(const ContactModel &contacts);
+KernelVariant memory_variant(const ContactModel &contacts);
 
 /// Returns the last variant of a law for disks or spheres; with rolling resistance if the law
 /// supports it.
-Program richest_program(ContactLaw law, int dimension = 2);
+KernelVariant richest_variant(ContactLaw law, int dimension = 2);
 
 /// Returns the leanest variant with that memory layout and the features that a call needs. Throws
 /// InputError if the contact law lacks one.
-Program choose_program(Program memory, const CallNeeds &needs);
+KernelVariant choose_variant(KernelVariant memory, const CallNeeds &needs);
 
 }    // namespace rve

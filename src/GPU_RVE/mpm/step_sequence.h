@@ -22,9 +22,9 @@
 
 namespace mpm {
 
-template <int D, template <int> class Machine> class StepProgram final : public StepRunner<D> {
+template <int D, template <int> class Machine> class StepSequence final : public StepRunner<D> {
  public:
-  StepProgram(const SolverOptions<D> &options, Communication communication, const Grid<D> &grid) :
+  StepSequence(const SolverOptions<D> &options, Communication communication, const Grid<D> &grid) :
       options_(options), communication_(std::move(communication)), whole_(grid),
       boundary_(grid, options.sides, options.dashpots, options.rigid_bodies),
       shared_(grid, communication_, options.rigid_bodies, options.threads),

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Kernel variants of a CUDA engine: kernels that were compiled with it or are compiled when they
+// are first needed, and their memory.
+
+#pragma once
+
+#include "rve/engine/cuda_kernels.h"
+#include "rve/engine/kernel_variants.h"
+#include "rve/engine/options.h"
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace rve {
+
+/// Returns the kernels of CMake's translation units (cuda_variant.cu.in); null pointers for a
+/// variant that is compiled at run time.
+template <KernelVariant variant, Format format, Arithmetic arithmetic>
+VariantKernels cuda_kernels();
+
+#define RVE_DECLARE_KERNELS(name, law, books, prepared)                                   \
+  template <>                                                                             \
+  VariantKernels cuda_kernels<KernelVariant::name, Format::Fast, Arithmetic::Strict>();   \
+  template <>                                                                             \
+  VariantKernels cuda_kernels<KernelVariant::name, Format::Fast, Arithmetic::Relaxed>();  \
+  template <>                                                                             \
+  VariantKernels cuda_kernels<KernelVariant::name, Format::Mixed, Arithmetic::Strict>();  \
+  template <>                                                                             \
+  VariantKernels cuda_kernels<KernelVariant::name, Format::Mixed, Arithmetic::Relaxed>(); \
+  template <>                                                                             \
+  VariantKernels cuda_kernels<KernelVariant::name, Format::Double, Arithmetic::Strict>();
+RVE_KERNEL_VARIANTS(RVE_DECLARE_KERNELS)
+#undef RVE_DECLARE_KERNELS
+
+class CudaVariants {
+ public:
+  /// `capability` is the compute capability of the device, 10 major + minor.
+  CudaVariants(const Options &options, int capability);
+
+  /// Returns the reason why RVEs with the memory layout of a variant cannot be advanced: they need
+  /// kernels that are compiled at run time, and `to_compiling` prevents that. Empty if they can be.
+  std::string obstacle(KernelVariant memory, const std::string &to_compiling) const;
+
+  /// Returns the variant itself, or, if its kernels must be compiled at run time and cannot be, the
+  /// more general variant that prepares its calls and gives the same bits. Throws InputError where
+  /// that one cannot be compiled either.
+  KernelVariant usable(KernelVariant variant) const;
+
+  /// Returns the block shape of a kernel of a usable variant; empty if it has no kernel of that
+  /// residency.
+  std::optional<BlockShape> shape(KernelVariant variant, Residency residency) const;
+
+  /// Returns a kernel of a usable variant as a launch takes it: a function of (LaunchRecord,
+  /// BatchConstants), or its handle.
+  const void *advance(KernelVariant variant, Residency residency) const;
+  const void *prepare(KernelVariant variant) const;
+  /// Returns true if advance() need not compile or load the kernel.
+  bool is_at_hand(KernelVariant variant, Residency residency) const;
+
+  KernelSizes sizes(KernelVariant variant, Residency residency, int num_grains, int pair_capacity,
+                    int steps_ahead) const;
+
+ private:
+  using Shape = BlockShape (*)(Residency);
+  using Sizes = KernelSizes (*)(Residency, int num_grains, int pair_capacity, int steps_ahead);
+  struct Entry {
+    VariantKernels kernels;
+    Shape shape;
+    Sizes sizes;
+    KernelVariant prepared_like;
+    bool ahead;    ///< compiled with this program
+  };
+  const Format format;
+  const Arithmetic arithmetic;
+  const int capability;
+  const std::function<void(const std::string &)> log;
+  std::array<Entry, kNumVariants> entries;
+
+  template <class Numbers, Format, Arithmetic> void fill();
+  const Entry &of(KernelVariant variant) const { return entries[static_cast<int>(variant)]; }
+  const void *compiled(const char *kernel, KernelVariant variant) const;
+};
+
+}    // namespace rve

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-2.0-only
+// Table of kernel variants: the contact laws and features for which the block program is compiled.
+// CMake makes a CUDA translation unit of each line in each number format, the engines choose a line
+// for a call, and bench/kernel_resources.py and the manual name kernels by it.
+
+#pragma once
+
+namespace rve {
+
+/// Lines are program(name, law, books, prepared):
+///
+/// law:      class of physics/laws, in a number format, with its contact law, friction,
+///           dashpots and rolling resistance;
+/// books:    None, Servo, or All (algorithm/scene.h);
+/// prepared: variant of the same contact law that prepares the calls. It has the same memory layout
+///           of RVEs and all features of the variants that refer to it.
+///
+/// The leanest variant comes first: a call uses the first one with its memory layout and features
+/// (engine/program_choice.h). Variants give the same bits for calls that need no more than the
+/// lesser one has. Frictionless is for RVEs without friction and without tangential forces. The
+/// last variant of a contact law has rolling resistance, for spheres also resistance to twisting.
+///
+/// Number format, arithmetic and residency are not columns. CMakeLists.txt makes the CUDA units of
+/// a line: fast, mixed and double in strict arithmetic, and fast in relaxed arithmetic. It also
+/// makes the CPU units: one of host_kernels.cpp for each dimension, format (single for disks only)
+/// and instruction set, strict. CudaVariants has the CUDA kernels of an engine's format and
+/// arithmetic, and runtime_kernels.cpp compiles those that the build left out. make_variant_kernels
+/// (cuda_kernels.cuh) makes a kernel for each residency of a line: for grains in registers, with
+/// the block sizes of block_shape (cuda_kernels.h), or in memory, for any number.
+// clang-format off
+#define RVE_DISK_VARIANTS(variant)                             \
+  variant(Frictionless, NormalSprings,     None,  General)      \
+  variant(Plain,        FrictionalSprings, None,  General)      \
+  variant(Steered,      FrictionalSprings, Servo, General)      \
+  variant(General,      DampedSprings,     All,   General)      \
+  variant(Rolling,      RollingSprings,    All,   Rolling)      \
+  variant(PlainHertz,   UndampedHertz,     None,  Hertz)        \
+  variant(Hertz,        HertzMindlin,      All,   Hertz)        \
+  variant(HertzRolling, RollingHertz,      All,   HertzRolling) \
+  variant(Dmt,          DmtAdhesion,       All,   Dmt)          \
+  variant(DmtRolling,   RollingDmt,        All,   DmtRolling)
+
+// Kernel variants of spheres.
+#define RVE_SPHERE_VARIANTS(variant)                                             \
+  variant(PlainSpheres,       FrictionalSphereSprings, None,  Spheres)            \
+  variant(SteeredSpheres,     FrictionalSphereSprings, Servo, Spheres)            \
+  variant(Spheres,            SphereSprings,           All,   Spheres)            \
+  variant(SpheresRolling,     SphereRollingSprings,    All,   SpheresRolling)     \
+  variant(SphereMindlinForce, SphereMindlinForce,      None,  SphereHertz)        \
+  variant(PlainSphereHertz,   SphereUndampedHertz,     None,  SphereHertz)        \
+  variant(SteeredSphereHertz, SphereUndampedHertz,     Servo, SphereHertz)        \
+  variant(SphereHertz,        SphereHertzMindlin,      All,   SphereHertz)        \
+  variant(SphereHertzRolling, SphereRollingHertz,      All,   SphereHertzRolling) \
+  variant(SphereDmt,          SphereDmtAdhesion,       All,   SphereDmt)          \
+  variant(SphereDmtRolling,   SphereRollingDmt,        All,   SphereDmtRolling)
+// clang-format on
+
+#define RVE_KERNEL_VARIANTS(variant) RVE_DISK_VARIANTS(variant) RVE_SPHERE_VARIANTS(variant)
+
+#define RVE_VARIANT_NAME(name, law, books, prepared) name,
+enum class KernelVariant { RVE_KERNEL_VARIANTS(RVE_VARIANT_NAME) };
+#undef RVE_VARIANT_NAME
+
+#define RVE_VARIANT_COUNT(name, law, books, prepared) +1
+constexpr int kNumVariants = 0 RVE_KERNEL_VARIANTS(RVE_VARIANT_COUNT);
+#undef RVE_VARIANT_COUNT
+
+}    // namespace rve
