@@ -88,7 +88,7 @@ constexpr double MOST_STEPS_FOR_COST = 1.2e5;
 
 // ---- scenes -------------------------------------------------------------------------------------
 
-template <int D> struct Scene {
+template <int D> struct Config {
   std::string name;
   double rate;          // strain rate [1/s]
   double macro_step;    // duration of a macro step [s]
@@ -122,7 +122,7 @@ template <int D> Tensor<double, D> cycles(double rate, double time)
 
 /// Returns the six element tests. The strain of a macro step is the same for spheres and disks, and
 /// about as many DEM steps are in it.
-template <int D> std::array<Scene<D>, 6> scenes()
+template <int D> std::array<Config<D>, 6> scenes()
 {
   const double rate = RATE<D>, macro_step = 5e-5 / rate, creep = rate / 100.0;
   return {{{"uniaxial", rate, macro_step, 1200, false, false, compression<D>},
@@ -248,7 +248,7 @@ template <int D> std::vector<Setting> settings(bool cuda)
 }
 
 /// Returns true if fix rve accepts the setting in this scene and a defect has a meaning there.
-template <int D> bool fits(const Setting &setting, const Scene<D> &scene)
+template <int D> bool fits(const Setting &setting, const Config<D> &scene)
 {
   const bool of_a_strain = setting.macro.adaptive || setting.macro.quiescent_strain > 0.0 ||
       setting.defect == Defect::EulerCellInSinglePrecision;
@@ -324,7 +324,7 @@ template <int D> RveStateOf<D> prepared(RveStateOf<D> state, const Setting &sett
 }
 
 template <int D>
-DriveOf<D> drive_for(const Scene<D> &scene, const Tensor<double, D> &gradient, double dt,
+DriveOf<D> drive_for(const Config<D> &scene, const Tensor<double, D> &gradient, double dt,
                      const RveStateOf<D> &state)
 {
   const int substeps =
@@ -397,7 +397,7 @@ template <int D> void note_stiffened(macro::RvePointsOf<D> &points, const std::v
 /// there. Details are requested when the stability bound is checked and at the end. On a GPU
 /// without a servo, increments and stresses lie in the memory of the device.
 template <int D>
-Outcome<D> run_points(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings,
+Outcome<D> run_points(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                       const Setting &setting, const Machine &machine)
 {
   std::vector<RveStateOf<D>> states;
@@ -475,7 +475,7 @@ Outcome<D> run_points(const Scene<D> &scene, const std::vector<RveStateOf<D>> &p
 
 /// Runs a scene with a defect that is planted from outside, since the engine has none.
 template <int D>
-Outcome<D> run_with_defect(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings,
+Outcome<D> run_with_defect(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                            const Setting &setting, const Machine &machine)
 {
   Outcome<D> outcome;
@@ -531,7 +531,7 @@ Outcome<D> run_with_defect(const Scene<D> &scene, const std::vector<RveStateOf<D
 }
 
 template <int D>
-Outcome<D> run(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings,
+Outcome<D> run(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                const Setting &setting, const Machine &machine)
 {
   return setting.defect == Defect::None ? run_points(scene, packings, setting, machine)
@@ -610,8 +610,8 @@ template <int D> struct Standard {
 /// Returns the deviation of two curves at a step over the pressure. In slow scenes it is the
 /// deviation of the changes since the first step over the largest change.
 template <int D>
-double deviation(const Scene<D> &scene, const Curve<D> &curve, const Curve<D> &exact, double change,
-                 int step)
+double deviation(const Config<D> &scene, const Curve<D> &curve, const Curve<D> &exact,
+                 double change, int step)
 {
   if (!scene.slow)
     return norm(curve[step] - exact[step]) / std::max(PRESSURE, mean_stress(exact[step]));
@@ -621,7 +621,7 @@ double deviation(const Scene<D> &scene, const Curve<D> &curve, const Curve<D> &e
 /// Runs the twins. Their steps are larger than those of the reference, which would take most of the
 /// time; the onset of chaos does not need such small steps.
 template <int D>
-std::vector<Outcome<D>> twins_of(const Scene<D> &scene, const std::vector<RveStateOf<D>> &packings,
+std::vector<Outcome<D>> twins_of(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                                  const Machine &machine, int count)
 {
   std::vector<Outcome<D>> twins;
@@ -641,7 +641,7 @@ std::vector<Outcome<D>> twins_of(const Scene<D> &scene, const std::vector<RveSta
 
 template <int D>
 Standard<D> standard_of(const Outcome<D> &reference, const std::vector<Outcome<D>> &twins,
-                        const Scene<D> &scene)
+                        const Config<D> &scene)
 {
   Standard<D> standard;
   standard.curves = reference.curves;
@@ -664,7 +664,7 @@ Standard<D> standard_of(const Outcome<D> &reference, const std::vector<Outcome<D
 }
 
 template <int D>
-Errors errors_of(const Standard<D> &standard, const Outcome<D> &outcome, const Scene<D> &scene)
+Errors errors_of(const Standard<D> &standard, const Outcome<D> &outcome, const Config<D> &scene)
 {
   Errors errors;
   errors.before = 0.0;
@@ -761,7 +761,7 @@ template <int D>
 double difference_from_cpu(const std::vector<RveStateOf<D>> &packings, const Machine &machine)
 {
   double largest = 0.0;
-  for (Scene<D> scene : {scenes<D>()[0], scenes<D>()[2]}) {
+  for (Config<D> scene : {scenes<D>()[0], scenes<D>()[2]}) {
     scene.steps = 100;
     const Setting standard{"standard", "preset"};
     const Outcome<D> here = run(scene, packings, standard, Machine{machine.device, 1});
@@ -831,7 +831,7 @@ void compare_numbers_of_grains(const std::vector<RveStateOf<D>> &packings,
 {
   std::map<int, std::vector<RveStateOf<D>>> groups;
   for (const RveStateOf<D> &packing : packings) groups[packing.num_grains()].push_back(packing);
-  for (const Scene<D> &scene : scenes<D>()) {
+  for (const Config<D> &scene : scenes<D>()) {
     if (scene.slow || scene.gradient == cycles<D>) continue;
     for (const auto &[grains, some] : groups) {
       const Outcome<D> outcome = run(scene, some, {"standard", "grains"}, machine);
@@ -939,21 +939,21 @@ void measure_floor(const std::vector<RveStateOf<D>> &packings, const Arguments &
   }
 }
 
-template <int D> bool is_wanted(const Scene<D> &scene, const std::string &scenes)
+template <int D> bool is_wanted(const Config<D> &scene, const std::string &scenes)
 {
   return scenes.empty() || scenes.find("," + scene.name + ",") != std::string::npos;
 }
 
 /// Reduces the copies of a scene with a servo, which takes many times as long on a GPU and needs
 /// fewer RVEs to fill it.
-template <int D> Machine for_scene(Machine machine, const Scene<D> &scene)
+template <int D> Machine for_scene(Machine machine, const Config<D> &scene)
 {
   if (scene.servo) machine.copies = (machine.copies + 2) / 3;
   return machine;
 }
 
 /// Returns the scene with at most MOST_STEPS_FOR_COST DEM steps of the preset reference.
-template <int D> Scene<D> shortened(Scene<D> scene, const RveStateOf<D> &packing)
+template <int D> Config<D> shortened(Config<D> scene, const RveStateOf<D> &packing)
 {
   const double of_macro_step =
       scene.macro_step / (PRESETS[2].dt_fraction * stable_time_step(packing));
@@ -976,10 +976,10 @@ void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
                        {"grains", packings[0].num_grains()}};
   // least speedup of a preset, and its scene
   std::map<std::string, std::pair<double, std::string>> least;
-  for (const Scene<D> &whole : scenes<D>()) {
+  for (const Config<D> &whole : scenes<D>()) {
     if (!is_wanted(whole, arguments.scenes)) continue;
     const std::vector<RveStateOf<D>> &start = whole.slow ? sheared_packings : packings;
-    const Scene<D> scene = shortened(whole, start[0]);
+    const Config<D> scene = shortened(whole, start[0]);
     const Machine here = for_scene(machine, scene);
     const double rves = static_cast<double>(start.size()) * here.copies;
     std::vector<Outcome<D>> outcomes;
@@ -1044,7 +1044,7 @@ void compare_costs_of_skipping(const std::vector<RveStateOf<D>> &packings,
   some[0].macro = adaptive(1e-6, 1e-3);
   for (const Setting &setting : settings<D>(arguments.cuda))
     if (setting.knob == "quiescent") some.push_back(setting);
-  for (Scene<D> scene : scenes<D>()) {
+  for (Config<D> scene : scenes<D>()) {
     if (!is_wanted(scene, arguments.scenes) || !fits(some[0], scene)) continue;
     scene.steps = std::min(scene.steps, MACRO_STEPS);
     const std::vector<RveStateOf<D>> &start = scene.slow ? sheared_packings : packings;
@@ -1142,7 +1142,7 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
               all.end());
   }
   std::vector<int> flagged(all.size(), 0);
-  for (const Scene<D> &scene : scenes<D>()) {
+  for (const Config<D> &scene : scenes<D>()) {
     if (!is_wanted(scene, wanted)) continue;
     const std::vector<RveStateOf<D>> &start = scene.slow ? sheared_packings : packings;
     const Machine here = for_scene(machine, scene);

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "rve/algorithm/verlet_list.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 #include "support/block_runner.h"
 #include "support/random.h"
 
@@ -16,9 +16,9 @@
 namespace rve_test {
 
 /// Builds the next list from the one of the image and stores it if it fits.
-template <class Scene> struct BuildList {
+template <class Config> struct BuildList {
   char *image, *workspace;
-  rve::MotionOf<Scene> *motion;
+  rve::MotionOf<Config> *motion;
   int num_grains, extra_capacity, pair_capacity;
   rve::Tensor2 cell;
   double largest_radius, skin;
@@ -28,10 +28,10 @@ template <class Scene> struct BuildList {
   {
     using Item = typename Block::Item;
     const int n = num_grains;
-    const auto view = rve::carve_device_state<Scene>(image, n, extra_capacity);
-    const auto work = rve::carve_workspace<Scene>(workspace, n, pair_capacity);
-    const rve::PairView<Scene> old{view.partner, view.history, view.extra_first, view.extra_second,
-                                   view.extra_history};
+    const auto view = rve::carve_device_state<Config>(image, n, extra_capacity);
+    const auto work = rve::carve_workspace<Config>(workspace, n, pair_capacity);
+    const rve::PairView<Config> old{view.partner, view.history, view.extra_first, view.extra_second,
+                                    view.extra_history};
     block.for_each(n, [&](Item i) { motion[i].position = view.position[i]; });
 
     const rve::Vec<double, 2> width{
@@ -43,7 +43,7 @@ template <class Scene> struct BuildList {
 
     block.once([&] { *num_pairs = sizes.num_pairs; });
     if (sizes.num_pairs > pair_capacity) return;
-    const rve::PairView<Scene> &fresh = work.fresh;
+    const rve::PairView<Config> &fresh = work.fresh;
     block.for_each(rve::PairCounts<2>::owned * n, [&](Item m) {
       view.partner[m] = fresh.partner[m];
       view.history[m] = fresh.history[m];
@@ -64,11 +64,11 @@ struct ListedPair {
 
 /// Grains that begin without contact histories; build() may be called any number of times.
 template <class Numbers> class ListHarness {
-  using Scene = rve::VariantScene<rve::KernelVariant::Plain, Numbers>;
+  using Config = rve::VariantConfig<rve::KernelVariant::Plain, Numbers>;
 
  public:
-  using Coordinate = typename Scene::Coordinate;
-  using History = typename Scene::History;
+  using Coordinate = typename Config::Coordinate;
+  using History = typename Config::History;
 
   ListHarness(const rve::Tensor2 &cell_in, const std::vector<double> &radius_in,
               const std::vector<std::uint64_t> &fractional_in, double skin_in) :
@@ -76,10 +76,10 @@ template <class Numbers> class ListHarness {
       skin(skin_in), num_grains(static_cast<int>(radius_in.size())),
       pair_capacity(40 * num_grains + 40), extra_capacity(pair_capacity)
   {
-    image.assign(rve::device_state_size<Scene>(num_grains, extra_capacity), 0);
+    image.assign(rve::device_state_size<Config>(num_grains, extra_capacity), 0);
     const auto view = this->view();
     for (int i = 0; i < num_grains; ++i) {
-      view.radius[i] = static_cast<typename Scene::Wide>(radius_in[i]);
+      view.radius[i] = static_cast<typename Config::Wide>(radius_in[i]);
       for (int k = 0; k < rve::PairCounts<2>::owned; ++k) view.partner[k * num_grains + i] = i;
     }
     move_to(fractional_in);
@@ -99,7 +99,7 @@ template <class Numbers> class ListHarness {
   int build(int threads)
   {
     BlockArray<char> memory(image), workspace(std::vector<char>(workspace_size(), 0));
-    BlockArray<rve::MotionOf<Scene>> motion{std::vector<rve::MotionOf<Scene>>(num_grains)};
+    BlockArray<rve::MotionOf<Config>> motion{std::vector<rve::MotionOf<Config>>(num_grains)};
     BlockArray<int> count(std::vector<int>{-1});
     run_block(threads, variant(memory.data(), workspace.data(), motion.data(), count.data()));
     image = memory.values();
@@ -110,7 +110,7 @@ template <class Numbers> class ListHarness {
   int build_serial()
   {
     std::vector<char> workspace(workspace_size());
-    std::vector<rve::MotionOf<Scene>> motion(num_grains);
+    std::vector<rve::MotionOf<Config>> motion(num_grains);
     int count = -1;
     run_serial(variant(image.data(), workspace.data(), motion.data(), &count));
     return count;
@@ -165,17 +165,18 @@ template <class Numbers> class ListHarness {
   std::vector<char> image;    ///< image between builds
 
  private:
-  rve::DeviceStateView<Scene> view()
+  rve::DeviceStateView<Config> view()
   {
-    return rve::carve_device_state<Scene>(image.data(), num_grains, extra_capacity);
+    return rve::carve_device_state<Config>(image.data(), num_grains, extra_capacity);
   }
 
   std::size_t workspace_size() const
   {
-    return rve::workspace_size<Scene>(num_grains, pair_capacity);
+    return rve::workspace_size<Config>(num_grains, pair_capacity);
   }
 
-  BuildList<Scene> variant(char *memory, char *workspace, rve::MotionOf<Scene> *motion, int *count)
+  BuildList<Config> variant(char *memory, char *workspace, rve::MotionOf<Config> *motion,
+                            int *count)
   {
     const auto radius = radii();
     const double largest = *std::max_element(radius.begin(), radius.end());

@@ -3,7 +3,7 @@
 // the table is tested here without further code.
 
 #include "rve/core/pi.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 #include "rve/physics/material.h"
 #include "support/random.h"
 
@@ -484,9 +484,9 @@ TEST(LawsOfTheVariants, ProgramsWithTheSamePreparationHaveTheSameMemory)
 {
 #define RVE_CHECK(name, law, books, prepared)                                           \
   {                                                                                     \
-    using Own = VariantScene<KernelVariant::name, MixedNumbers>;                        \
+    using Own = VariantConfig<KernelVariant::name, MixedNumbers>;                       \
     using Preparing =                                                                   \
-        VariantScene<VariantTraits<KernelVariant::name>::prepared_like, MixedNumbers>;  \
+        VariantConfig<VariantTraits<KernelVariant::name>::prepared_like, MixedNumbers>; \
     EXPECT_TRUE((std::is_same_v<Own::History, Preparing::History>) ) << #name;          \
     EXPECT_EQ(sizeof(Own::Law::Constants), sizeof(Preparing::Law::Constants)) << #name; \
   }

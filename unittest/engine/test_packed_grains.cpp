@@ -31,7 +31,7 @@ struct KernelRun {
   DetailRecord<2> detail;
 };
 
-struct Scene {
+struct Config {
   RveState state;
   double shear;    ///< shear strain in the call [-]
   int substeps;
@@ -41,12 +41,12 @@ struct Scene {
 };
 
 /// Returns the program with packs for the scene.
-KernelVariant packed_variant(const Scene &scene)
+KernelVariant packed_variant(const Config &scene)
 {
   return scene.servo ? KernelVariant::Steered : KernelVariant::Plain;
 }
 
-SteeringRecord<2> steering_of(const Scene &scene)
+SteeringRecord<2> steering_of(const Config &scene)
 {
   SteeringRecord<2> steering = SteeringRecord<2>();
   steering.controlled[0] = steering.controlled[3] = 1;
@@ -58,7 +58,7 @@ SteeringRecord<2> steering_of(const Scene &scene)
 }
 
 KernelRun run_kernel(const HostKernel<2> &kernel, KernelVariant kind, const DeviceState &image,
-                     const Scene &scene)
+                     const Config &scene)
 {
   const int pair_capacity = 40 * image.num_grains;
   const HostWorkspaceSizes sizes = kernel.workspace_sizes(image.num_grains, pair_capacity, kind);
@@ -84,7 +84,7 @@ KernelRun run_kernel(const HostKernel<2> &kernel, KernelVariant kind, const Devi
 
 /// Runs single grains by the host kernel for any CPU. A build without it uses the program with
 /// energy bookkeeping, which has no packs.
-KernelRun run_one_by_one(Format format, const DeviceState &image, const Scene &scene)
+KernelRun run_one_by_one(Format format, const DeviceState &image, const Config &scene)
 {
 #if defined(RVE_WITHOUT_BASELINE)
   return run_kernel(host_kernel<InstructionSet::v3, 2>(format), KernelVariant::General, image,
@@ -113,7 +113,7 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
 
   /// Runs the scene in `calls` calls with every kernel; each call starts from the same image.
   /// Returns the last run.
-  KernelRun expect_same_bits(const Scene &scene, int calls = 1)
+  KernelRun expect_same_bits(const Config &scene, int calls = 1)
   {
     const Format format = GetParam();
     DeviceState image = build_device_state(GetParam(), scene.state, 40 * scene.state.num_grains(),
@@ -231,7 +231,7 @@ TEST_P(PackedGrains, AnyNumberOfGrains)
 
 TEST_P(PackedGrains, EvaluationWithoutSteps)
 {
-  Scene scene{sheared_packing(), 0.02, 150, 0.0};
+  Config scene{sheared_packing(), 0.02, 150, 0.0};
   scene.state =
       read_device_state(GetParam(), expect_same_bits(scene).image, KernelVariant::General);
   scene.shear = 0.0;
@@ -245,7 +245,7 @@ TEST_P(PackedGrains, EvaluationWithoutSteps)
 TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
 {
   // With a force scale for a thousandth of the forces, the integers reach and exceed their range.
-  Scene scene{sheared_packing(), 0.01, 40, 0.0};
+  Config scene{sheared_packing(), 0.01, 40, 0.0};
   scene.state.largest_contact_force = 1.0;
   const Format format = GetParam();
   const DeviceState image =
@@ -267,7 +267,7 @@ TEST_P(PackedGrains, SaturationLimitIsTheSame)
   int saturated = 0, fine = 0;
   const Format format = GetParam();
   for (double expected = 2000.0; expected > 2.0; expected *= 0.5) {
-    Scene scene{sheared_packing(), 0.01, 10, 0.0};
+    Config scene{sheared_packing(), 0.01, 10, 0.0};
     scene.state.largest_contact_force = expected;
     const DeviceState image =
         build_device_state(GetParam(), scene.state, 4000, KernelVariant::General);
@@ -290,7 +290,7 @@ TEST_P(PackedGrains, ContactsBeyondTheLimitOfOverlapsAreCountedAlike)
   int crushed = 0, sound = 0;
   for (const double limit : {0.05, 0.1, 0.2, 0.3, 0.4}) {
     SCOPED_TRACE(limit);
-    const Scene scene{crowd(33, 4), 0.0, 1, 0.0, limit};
+    const Config scene{crowd(33, 4), 0.0, 1, 0.0, limit};
     const DeviceState image = build_device_state(format, scene.state, 4000, KernelVariant::General);
 
     const KernelRun one_by_one = run_one_by_one(format, image, scene);

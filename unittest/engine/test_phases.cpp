@@ -17,19 +17,19 @@ namespace {
 using ArraysInThreads = InThreads<BlockSerial>;
 using RegistersInThreads = InThreads<BlockOfTwo>;
 
-template <class Scene, class Threads>
-void expect_the_bits_of_loops(RveRun<Scene::D> loops, KernelVariant memory,
-                              const std::vector<DriveRecord<Scene::D>> &drives,
+template <class Config, class Threads>
+void expect_the_bits_of_loops(RveRun<Config::D> loops, KernelVariant memory,
+                              const std::vector<DriveRecord<Config::D>> &drives,
                               std::int64_t least_rebuilds, bool with_ledger = false,
-                              const SteeringRecord<Scene::D> &steering = {}, double skin = 0.0)
+                              const SteeringRecord<Config::D> &steering = {}, double skin = 0.0)
 {
-  using Numbers = typename Scene::Numbers;
-  RveRun<Scene::D> threads = loops;
+  using Numbers = typename Config::Numbers;
+  RveRun<Config::D> threads = loops;
   for (std::size_t k = 0; k < drives.size(); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, Scene>(loops, drives[k], with_details, skin, with_ledger, steering);
-    advance<Threads, Scene>(threads, drives[k], with_details, skin, with_ledger, steering);
+    advance<BlockSerial, Config>(loops, drives[k], with_details, skin, with_ledger, steering);
+    advance<Threads, Config>(threads, drives[k], with_details, skin, with_ledger, steering);
 
     EXPECT_EQ(loops.answer.status & status::Fatal, 0u) << describe_status(loops.answer.status);
     expect_same_bits<Numbers>(threads, loops, memory);
@@ -45,30 +45,30 @@ TYPED_TEST_SUITE(Phases, Formats);
 
 TYPED_TEST(Phases, OfDisksRunInThreads)
 {
-  using Scene = VariantScene<KernelVariant::Plain, TypeParam>;
+  using Config = VariantConfig<KernelVariant::Plain, TypeParam>;
   const auto begin = disks<TypeParam>(0.5);
-  expect_the_bits_of_loops<Scene, ArraysInThreads>(begin, KernelVariant::General, calls<2>(DISK_DT),
-                                                   3);
-  expect_the_bits_of_loops<Scene, RegistersInThreads>(begin, KernelVariant::General,
-                                                      calls<2>(DISK_DT), 3);
+  expect_the_bits_of_loops<Config, ArraysInThreads>(begin, KernelVariant::General,
+                                                    calls<2>(DISK_DT), 3);
+  expect_the_bits_of_loops<Config, RegistersInThreads>(begin, KernelVariant::General,
+                                                       calls<2>(DISK_DT), 3);
 }
 
 TYPED_TEST(Phases, OfDisksWithAServoRunInThreads)
 {
-  using Scene = VariantScene<KernelVariant::Steered, TypeParam>;
+  using Config = VariantConfig<KernelVariant::Steered, TypeParam>;
   const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
                                               shear<2>(0.0, 300, DISK_DT)};
-  expect_the_bits_of_loops<Scene, RegistersInThreads>(disks<TypeParam>(0.5), KernelVariant::General,
-                                                      drives, 3, false, servo_of_disks());
+  expect_the_bits_of_loops<Config, RegistersInThreads>(
+      disks<TypeParam>(0.5), KernelVariant::General, drives, 3, false, servo_of_disks());
 }
 
 TYPED_TEST(Phases, OfDisksWithEnergyBookkeepingRunInThreads)
 {
-  using Scene = VariantScene<KernelVariant::General, TypeParam>;
+  using Config = VariantConfig<KernelVariant::General, TypeParam>;
   const std::vector<DriveRecord<2>> drives = {shear<2>(0.0, 10, DISK_DT),
                                               shear<2>(0.0, 200, DISK_DT)};
-  expect_the_bits_of_loops<Scene, RegistersInThreads>(disks<TypeParam>(0.5), KernelVariant::General,
-                                                      drives, 1, true, servo_of_disks());
+  expect_the_bits_of_loops<Config, RegistersInThreads>(
+      disks<TypeParam>(0.5), KernelVariant::General, drives, 1, true, servo_of_disks());
 }
 
 // The skin is so wide that grains have more pairs than they may own. In `double` and in memory, a
@@ -76,13 +76,13 @@ TYPED_TEST(Phases, OfDisksWithEnergyBookkeepingRunInThreads)
 // share it, so they use arrays.
 TYPED_TEST(Phases, OfSpheresRunInThreads)
 {
-  using Scene = VariantScene<KernelVariant::Spheres, TypeParam>;
-  using Threads = std::conditional_t<kHasLongHistory<Scene>, ArraysInThreads, RegistersInThreads>;
+  using Config = VariantConfig<KernelVariant::Spheres, TypeParam>;
+  using Threads = std::conditional_t<kHasLongHistory<Config>, ArraysInThreads, RegistersInThreads>;
   const Spheres grains = disordered_spheres(spheres_material(), 6, 2);
   const double wide = 2.0 * *std::min_element(grains.radius.begin(), grains.radius.end());
   const auto begin = run_of<TypeParam>(grains, KernelVariant::Spheres);
-  expect_the_bits_of_loops<Scene, Threads>(begin, KernelVariant::Spheres, calls<3>(SPHERE_DT), 10,
-                                           true);
-  expect_the_bits_of_loops<Scene, Threads>(begin, KernelVariant::Spheres, calls<3>(SPHERE_DT), 1,
-                                           false, {}, wide);
+  expect_the_bits_of_loops<Config, Threads>(begin, KernelVariant::Spheres, calls<3>(SPHERE_DT), 10,
+                                            true);
+  expect_the_bits_of_loops<Config, Threads>(begin, KernelVariant::Spheres, calls<3>(SPHERE_DT), 1,
+                                            false, {}, wide);
 }

@@ -25,12 +25,12 @@ TYPED_TEST(Registers, PlainAndGeneralProgramsGiveTheBitsOfArrays)
   for (std::size_t k = 0; k < drives.size(); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, VariantScene<KernelVariant::Plain, TypeParam>>(arrays, drives[k],
-                                                                        with_details);
-    advance<BlockInRegisters, VariantScene<KernelVariant::Plain, TypeParam>>(plain, drives[k],
-                                                                             with_details);
-    advance<BlockInRegisters, VariantScene<KernelVariant::General, TypeParam>>(general, drives[k],
-                                                                               with_details);
+    advance<BlockSerial, VariantConfig<KernelVariant::Plain, TypeParam>>(arrays, drives[k],
+                                                                         with_details);
+    advance<BlockInRegisters, VariantConfig<KernelVariant::Plain, TypeParam>>(plain, drives[k],
+                                                                              with_details);
+    advance<BlockInRegisters, VariantConfig<KernelVariant::General, TypeParam>>(general, drives[k],
+                                                                                with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     expect_same_bits<TypeParam>(plain, arrays, KernelVariant::General);
@@ -48,9 +48,9 @@ TYPED_TEST(Registers, FrictionlessProgramGivesTheBitsOfArraysWithACoefficientOfZ
   for (std::size_t k = 0; k < drives.size(); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, VariantScene<KernelVariant::Plain, TypeParam>>(arrays, drives[k],
-                                                                        with_details);
-    advance<BlockInRegisters, VariantScene<KernelVariant::Frictionless, TypeParam>>(
+    advance<BlockSerial, VariantConfig<KernelVariant::Plain, TypeParam>>(arrays, drives[k],
+                                                                         with_details);
+    advance<BlockInRegisters, VariantConfig<KernelVariant::Frictionless, TypeParam>>(
         frictionless, drives[k], with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
@@ -69,13 +69,13 @@ TYPED_TEST(Registers, SteeredAndGeneralProgramsGiveTheBitsOfArraysWithAServo)
     const DriveRecord<2> drive = shear<2>(0.0, substeps, DISK_DT);
     const bool with_details = substeps == 300;
 
-    advance<BlockSerial, VariantScene<KernelVariant::Steered, TypeParam>>(
+    advance<BlockSerial, VariantConfig<KernelVariant::Steered, TypeParam>>(
         arrays, drive, with_details, 0.0, false, steering);
-    advance<BlockInRegisters, VariantScene<KernelVariant::Steered, TypeParam>>(
+    advance<BlockInRegisters, VariantConfig<KernelVariant::Steered, TypeParam>>(
         steered, drive, with_details, 0.0, false, steering);
-    advance<BlockOfTwo, VariantScene<KernelVariant::Steered, TypeParam>>(two, drive, with_details,
-                                                                         0.0, false, steering);
-    advance<BlockInRegisters, VariantScene<KernelVariant::General, TypeParam>>(
+    advance<BlockOfTwo, VariantConfig<KernelVariant::Steered, TypeParam>>(two, drive, with_details,
+                                                                          0.0, false, steering);
+    advance<BlockInRegisters, VariantConfig<KernelVariant::General, TypeParam>>(
         general, drive, with_details, 0.0, false, steering);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
@@ -98,7 +98,7 @@ TYPED_TEST_SUITE(SpheresInRegisters, Formats);
 
 TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
 {
-  using Scene = VariantScene<KernelVariant::Spheres, TypeParam>;
+  using Config = VariantConfig<KernelVariant::Spheres, TypeParam>;
   RveRun<3> arrays = run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1),
                                        KernelVariant::Spheres),
             registers = arrays;
@@ -107,8 +107,8 @@ TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
   for (std::size_t k = 0; k < drives.size(); ++k) {
     SCOPED_TRACE(k);
     const bool with_details = k % 2 == 1;
-    advance<BlockSerial, Scene>(arrays, drives[k], with_details);
-    advance<BlockInRegisters, Scene>(registers, drives[k], with_details);
+    advance<BlockSerial, Config>(arrays, drives[k], with_details);
+    advance<BlockInRegisters, Config>(registers, drives[k], with_details);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     EXPECT_GT(arrays.answer.num_contacts, 100);
@@ -120,16 +120,16 @@ TYPED_TEST(SpheresInRegisters, GiveTheBitsOfArrays)
 
 TYPED_TEST(SpheresInRegisters, UniformRegistersGiveTheBitsOfArrays)
 {
-  using Scene = VariantScene<KernelVariant::PlainSpheres, TypeParam>;
-  static_assert(KernelTraits<BlockOfUniforms, Scene>::uniform_constants);
+  using Config = VariantConfig<KernelVariant::PlainSpheres, TypeParam>;
+  static_assert(KernelTraits<BlockOfUniforms, Config>::uniform_constants);
   RveRun<3> arrays = run_of<TypeParam>(disordered_spheres(spheres_material(), 7, 1),
                                        KernelVariant::Spheres),
             uniforms = arrays;
 
   for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
     SCOPED_TRACE(drive.substeps);
-    advance<BlockSerial, Scene>(arrays, drive, false);
-    advance<BlockOfUniforms, Scene>(uniforms, drive, false);
+    advance<BlockSerial, Config>(arrays, drive, false);
+    advance<BlockOfUniforms, Config>(uniforms, drive, false);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     expect_same_bits<TypeParam>(uniforms, arrays, KernelVariant::Spheres);
@@ -140,15 +140,15 @@ template <class Numbers, KernelVariant variant>
 void expect_that_spheres_may_pass_by(const Material &material, bool with_ledger = false,
                                      const SteeringRecord<3> &steering = SteeringRecord<3>())
 {
-  using Scene = VariantScene<variant, Numbers>;
+  using Config = VariantConfig<variant, Numbers>;
   constexpr KernelVariant memory = VariantTraits<variant>::prepared_like;
   RveRun<3> stay = run_of<Numbers>(disordered_spheres(material, 7, 1), memory), pass = stay;
 
   for (const bool with_details : {false, true})
     for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
       SCOPED_TRACE(drive.substeps);
-      advance<BlockSerial, Scene>(stay, drive, with_details, 0.0, with_ledger, steering);
-      advance<BlockSerial, InMemory<Scene>>(pass, drive, with_details, 0.0, with_ledger, steering);
+      advance<BlockSerial, Config>(stay, drive, with_details, 0.0, with_ledger, steering);
+      advance<BlockSerial, InMemory<Config>>(pass, drive, with_details, 0.0, with_ledger, steering);
 
       EXPECT_EQ(stay.answer.status & status::Fatal, 0u) << describe_status(stay.answer.status);
       EXPECT_GT(stay.answer.num_contacts, 100);
@@ -218,8 +218,8 @@ TYPED_TEST(SpheresInRegisters, StreamedSpheresWithinReachHaveTheBitsOfResidentOn
 // The program for stored forces does not store contact radii between steps.
 TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgram)
 {
-  using All = VariantScene<KernelVariant::SphereHertz, TypeParam>;
-  using Own = VariantScene<KernelVariant::SphereMindlinForce, TypeParam>;
+  using All = VariantConfig<KernelVariant::SphereHertz, TypeParam>;
+  using Own = VariantConfig<KernelVariant::SphereMindlinForce, TypeParam>;
   Material material = hertz_material(ContactLaw::Hertz);
   material.mindlin_displacement = 0.0;
   RveRun<3> all = run_of<TypeParam>(disordered_spheres(material, 7, 1), KernelVariant::SphereHertz),
@@ -246,15 +246,15 @@ TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgra
 
 TEST(TwoSpheresOfAThread, AddLossesOfExtraPairsInTheOrderOfGrains)
 {
-  using Scene = VariantScene<KernelVariant::Spheres, MixedNumbers>;
+  using Config = VariantConfig<KernelVariant::Spheres, MixedNumbers>;
   const Spheres begin = disordered_spheres(spheres_material(), 6, 2);
   RveRun<3> arrays = run_of<MixedNumbers>(begin, KernelVariant::Spheres), two = arrays;
   // more pairs than grains may own
   const double skin = 2.0 * *std::min_element(begin.radius.begin(), begin.radius.end());
 
   for (const DriveRecord<3> &drive : calls<3>(SPHERE_DT)) {
-    advance<BlockSerial, Scene>(arrays, drive, false, skin, true);
-    advance<BlockOfTwo, Scene>(two, drive, false, skin, true);
+    advance<BlockSerial, Config>(arrays, drive, false, skin, true);
+    advance<BlockOfTwo, Config>(two, drive, false, skin, true);
 
     EXPECT_EQ(arrays.answer.status & status::Fatal, 0u) << describe_status(arrays.answer.status);
     expect_same_bits<MixedNumbers>(two, arrays, KernelVariant::Spheres);

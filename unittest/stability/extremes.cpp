@@ -253,7 +253,7 @@ namespace {
 
   // ---- list of scenes ---------------------------------------------------------------------------
 
-  template <int D> using Scenes = std::vector<Scene<D>>;
+  template <int D> using Scenes = std::vector<Config<D>>;
 
   template <int D> void overlaps(Scenes<D> &scenes)
   {
@@ -371,18 +371,19 @@ namespace {
       const RveStateOf<D> state = gas<D>();
       const double now = state.solid_volume() / state.cell_volume();
       const double stretch = std::pow(now / solid, 1.0 / D / 50.0);
-      Scene<D> scene{"solid fraction",
-                     "solid fraction",
-                     solid,
-                     std::string(LOVE) + ", compressed from a gas",
-                     {1e-4, 1e-6, 1e-9},
-                     state,
-                     51,
-                     [=](int call) {
-                       return call < 50 ? straight(isotropic<D>(stretch), 0.5 * time_step<D>(), 100)
-                                        : hold<D>(0.5 * time_step<D>(), 1000);
-                     },
-                     [](const Trace<D> &trace) { return stress_error(trace); }};
+      Config<D> scene{"solid fraction",
+                      "solid fraction",
+                      solid,
+                      std::string(LOVE) + ", compressed from a gas",
+                      {1e-4, 1e-6, 1e-9},
+                      state,
+                      51,
+                      [=](int call) {
+                        return call < 50
+                            ? straight(isotropic<D>(stretch), 0.5 * time_step<D>(), 100)
+                            : hold<D>(0.5 * time_step<D>(), 1000);
+                      },
+                      [](const Trace<D> &trace) { return stress_error(trace); }};
       // In the last scene small grains are inside large ones.
       scene.must_refuse = scene.may_refuse = solid == solids.back();
       scenes.push_back(scene);
@@ -395,7 +396,7 @@ namespace {
     shake_grains(state, 0.1, 3);
     const double bound = stable_time_step(state);
     for (const double share : {1e-4, 1e-2, 0.3, 0.6, 0.9, 1.0, 1.1, 1.2}) {
-      Scene<D> scene{
+      Config<D> scene{
           "time step",
           "time step / bound",
           share,
@@ -430,43 +431,43 @@ namespace {
       const double rate_of_axis = rate / std::sqrt(2.0);    // |D| = rate
       const int steps = static_cast<int>(std::clamp(
           2e-3 / (rate_of_axis * dt), 1.0, static_cast<double>(share_of(2e5, length, 2000))));
-      Scene<D> scene{"strain rate",
-                     "strain rate [1/s]",
-                     rate,
-                     "sheared contacts add up further shear, k_t l strain each",
-                     {2e-2, 1e-3, 1e-3},
-                     state,
-                     3,
-                     [=](int call) {
-                       if (call == 0) return straight(pure_shear<D>(1e-3), dt, 2000);
-                       return call == 1
-                           ? hold<D>(dt, 2000)
-                           : straight(pure_shear<D>(rate_of_axis * steps * dt), dt, steps);
-                     },
-                     [=](const Trace<D> &trace) {
-                       const Histories<D> before = histories_by_pair(trace.middle),
-                                          after = histories_by_pair(trace.end);
-                       const double strain = rate_of_axis * steps * dt;
-                       const Tensor<double, D> eps =
-                           pure_shear<D>(strain) - Tensor<double, D>::identity();
-                       double error = 0.0, size = 0.0;
-                       for (const TouchingPairOf<D> &contact : find_contacts(trace.middle)) {
-                         const Vec<double, D> &n = contact.normal, stretched = eps * n;
-                         const Vec<double, D> expected =
-                             (material.tangential_stiffness * length_of(contact.branch)) *
-                             (stretched - dot(n, stretched) * n);
-                         // A normal in single precision leaves the last digits of the force along
-                         // it.
-                         const Vec<double, D> difference =
-                             tangential_force(after, contact) - tangential_force(before, contact);
-                         const Vec<double, D> change = difference - dot(n, difference) * n;
-                         error += length_of(change - expected);
-                         size += length_of(expected);
-                       }
-                       // The largest strain rotates normals by 2e-3.
-                       return std::max(0.0, error / size - 4.0 * strain);
-                     },
-                     {AdviceKind::SlowStrain, AdviceKind::FastStrain}};
+      Config<D> scene{"strain rate",
+                      "strain rate [1/s]",
+                      rate,
+                      "sheared contacts add up further shear, k_t l strain each",
+                      {2e-2, 1e-3, 1e-3},
+                      state,
+                      3,
+                      [=](int call) {
+                        if (call == 0) return straight(pure_shear<D>(1e-3), dt, 2000);
+                        return call == 1
+                            ? hold<D>(dt, 2000)
+                            : straight(pure_shear<D>(rate_of_axis * steps * dt), dt, steps);
+                      },
+                      [=](const Trace<D> &trace) {
+                        const Histories<D> before = histories_by_pair(trace.middle),
+                                           after = histories_by_pair(trace.end);
+                        const double strain = rate_of_axis * steps * dt;
+                        const Tensor<double, D> eps =
+                            pure_shear<D>(strain) - Tensor<double, D>::identity();
+                        double error = 0.0, size = 0.0;
+                        for (const TouchingPairOf<D> &contact : find_contacts(trace.middle)) {
+                          const Vec<double, D> &n = contact.normal, stretched = eps * n;
+                          const Vec<double, D> expected =
+                              (material.tangential_stiffness * length_of(contact.branch)) *
+                              (stretched - dot(n, stretched) * n);
+                          // A normal in single precision leaves the last digits of the force along
+                          // it.
+                          const Vec<double, D> difference =
+                              tangential_force(after, contact) - tangential_force(before, contact);
+                          const Vec<double, D> change = difference - dot(n, difference) * n;
+                          error += length_of(change - expected);
+                          size += length_of(expected);
+                        }
+                        // The largest strain rotates normals by 2e-3.
+                        return std::max(0.0, error / size - 4.0 * strain);
+                      },
+                      {AdviceKind::SlowStrain, AdviceKind::FastStrain}};
       scene.middle_call = 2;
       scenes.push_back(scene);
     }
@@ -742,15 +743,15 @@ namespace {
     for (int k = 0; k < 3; ++k)
       for (const int substeps : {1, 10, 100, 1000}) {
         const Tensor<double, D> deformation = deformations[k];
-        Scene<D> scene{names[k],
-                       "substeps",
-                       static_cast<double>(substeps),
-                       std::string(LOVE) + ", or the RVE stays as it was",
-                       {1e-4, 1e-6, 1e-9},
-                       packing<D>(),
-                       1,
-                       [=](int) { return straight(deformation, 0.5 * time_step<D>(), substeps); },
-                       [](const Trace<D> &trace) { return stress_error(trace); }};
+        Config<D> scene{names[k],
+                        "substeps",
+                        static_cast<double>(substeps),
+                        std::string(LOVE) + ", or the RVE stays as it was",
+                        {1e-4, 1e-6, 1e-9},
+                        packing<D>(),
+                        1,
+                        [=](int) { return straight(deformation, 0.5 * time_step<D>(), substeps); },
+                        [](const Trace<D> &trace) { return stress_error(trace); }};
         scene.may_refuse = true;
         scenes.push_back(scene);
       }
@@ -760,7 +761,7 @@ namespace {
   {
     for (const double extension : {0.02, 0.05, 0.2}) {
       const double stretch = std::pow(1.0 + extension, 0.1);
-      Scene<D> scene{
+      Config<D> scene{
           "opening and recompression",
           "extension of each axis",
           extension,
@@ -795,7 +796,7 @@ namespace {
     bool untouched = true;    // false if the refused call changed the RVE
   };
 
-  template <int D> void ask_for_advice(Run<D> &run, const Scene<D> &scene, const DriveOf<D> &drive)
+  template <int D> void ask_for_advice(Run<D> &run, const Config<D> &scene, const DriveOf<D> &drive)
   {
     DriveRates motion;
     motion.dt = drive.dt;
@@ -812,7 +813,7 @@ namespace {
     }
   }
 
-  template <int D> Finding<D> judge(const Scene<D> &scene, const Run<D> &run)
+  template <int D> Finding<D> judge(const Config<D> &scene, const Run<D> &run)
   {
     const Trace<D> &trace = run.trace;
     Finding<D> finding{&scene,
@@ -845,7 +846,7 @@ const char *to_string(Verdict verdict)
   return words[static_cast<int>(verdict)];
 }
 
-template <int D> std::vector<Scene<D>> extreme_scenes(double length)
+template <int D> std::vector<Config<D>> extreme_scenes(double length)
 {
   Scenes<D> scenes;
   overlaps(scenes);
@@ -868,7 +869,7 @@ template <int D> std::vector<Scene<D>> extreme_scenes(double length)
 }
 
 template <int D>
-std::vector<Finding<D>> run_extremes(const std::vector<Scene<D>> &scenes, Format format,
+std::vector<Finding<D>> run_extremes(const std::vector<Config<D>> &scenes, Format format,
                                      Device device, std::string *engine_name)
 {
   Options options;
@@ -901,7 +902,7 @@ std::vector<Finding<D>> run_extremes(const std::vector<Scene<D>> &scenes, Format
     engine->advance(numbers, drives, results);
     for (std::size_t m = 0; m < active.size(); ++m) {
       Run<D> &run = runs[active[m]];
-      const Scene<D> &scene = scenes[active[m]];
+      const Config<D> &scene = scenes[active[m]];
       run.refused = (results[m].status & status::Fatal) != 0;
       if (run.refused && call >= 0)
         run.untouched =
@@ -922,11 +923,11 @@ std::vector<Finding<D>> run_extremes(const std::vector<Scene<D>> &scenes, Format
   return findings;
 }
 
-template std::vector<Scene<2>> extreme_scenes(double);
-template std::vector<Scene<3>> extreme_scenes(double);
-template std::vector<Finding<2>> run_extremes(const std::vector<Scene<2>> &, Format, Device,
+template std::vector<Config<2>> extreme_scenes(double);
+template std::vector<Config<3>> extreme_scenes(double);
+template std::vector<Finding<2>> run_extremes(const std::vector<Config<2>> &, Format, Device,
                                               std::string *);
-template std::vector<Finding<3>> run_extremes(const std::vector<Scene<3>> &, Format, Device,
+template std::vector<Finding<3>> run_extremes(const std::vector<Config<3>> &, Format, Device,
                                               std::string *);
 
 }    // namespace rve_test

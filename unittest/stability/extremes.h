@@ -26,7 +26,7 @@ template <int D> struct Trace {
   const rve::ResultOf<D> &last() const { return results.back(); }
 };
 
-template <int D> struct Scene {
+template <int D> struct Config {
   std::string item;        ///< item in the list of extremes
   std::string quantity;    ///< varied quantity
   double value;            ///< value of the quantity
@@ -47,7 +47,7 @@ enum class Verdict { Holds, Status, Warned, Silent };
 const char *to_string(Verdict verdict);
 
 template <int D> struct Finding {
-  const Scene<D> *scene;
+  const Config<D> *scene;
   rve::Format format;
   Verdict verdict;
   double deviation;     ///< not a number if the engine refused
@@ -57,12 +57,12 @@ template <int D> struct Finding {
 
 /// Returns the scenes; `length` in (0, 1] is the share of the ten million steps, thousand turns and
 /// so on.
-template <int D> std::vector<Scene<D>> extreme_scenes(double length);
+template <int D> std::vector<Config<D>> extreme_scenes(double length);
 
 /// Runs the scenes on one engine as one batch, call by call. `engine_name` receives the description
 /// of the engine.
 template <int D>
-std::vector<Finding<D>> run_extremes(const std::vector<Scene<D>> &scenes, rve::Format format,
+std::vector<Finding<D>> run_extremes(const std::vector<Config<D>> &scenes, rve::Format format,
                                      rve::Device device, std::string *engine_name = nullptr);
 
 }    // namespace rve_test

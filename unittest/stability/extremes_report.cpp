@@ -85,7 +85,7 @@ std::string ranges(const std::vector<std::pair<double, Verdict>> &values, Verdic
 
 template <int D> int run(const Arguments &arguments, bench::Report report)
 {
-  const std::vector<Scene<D>> scenes = extreme_scenes<D>(arguments.percent / 100.0);
+  const std::vector<Config<D>> scenes = extreme_scenes<D>(arguments.percent / 100.0);
   const Device device = arguments.device == "cuda" ? Device::Cuda
       : arguments.device == "cpu"                  ? Device::Cpu
                                                    : Device::Auto;
@@ -101,9 +101,9 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
 
     std::vector<std::string> items;
     std::map<std::string, std::vector<std::pair<double, Verdict>>> by_item;
-    std::map<std::string, const Scene<D> *> scene_of;
+    std::map<std::string, const Config<D> *> scene_of;
     for (const Finding<D> &finding : findings) {
-      const Scene<D> &scene = *finding.scene;
+      const Config<D> &scene = *finding.scene;
       if (!by_item.count(scene.item)) items.push_back(scene.item);
       by_item[scene.item].push_back({scene.value, finding.verdict});
       scene_of[scene.item] = &scene;

@@ -42,7 +42,7 @@ template <int D> std::string label(const Finding<D> &finding)
 
 template <int D> void expect_nothing_silently_wrong(Format format)
 {
-  const std::vector<Scene<D>> scenes = extreme_scenes<D>(length());
+  const std::vector<Config<D>> scenes = extreme_scenes<D>(length());
 
   const std::vector<Finding<D>> findings = run_extremes(scenes, format, device());
 

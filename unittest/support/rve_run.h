@@ -10,7 +10,7 @@
 #include "rve/core/status.h"
 #include "rve/engine/batch_engine.h"
 #include "rve/engine/packing.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 #include "support/packings.h"
 #include "support/spheres.h"
 
@@ -102,23 +102,24 @@ template <int D> struct RveRun {
 };
 
 /// Makes one call in memory full of garbage.
-template <class Block, class Scene>
-void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool with_details,
+template <class Block, class Config>
+void advance(RveRun<Config::D> &run, const DriveRecord<Config::D> &drive, bool with_details,
              double skin = 0.0, bool with_ledger = false,
-             const SteeringRecord<Scene::D> &steering = SteeringRecord<Scene::D>())
+             const SteeringRecord<Config::D> &steering = SteeringRecord<Config::D>())
 {
   char *image = run.image.bytes.data();
   const int n = run.image.num_grains, pair_capacity = 32 * n;
   const int capacity = Block::kInRegisters ? CAPACITY : n;
-  std::vector<char> chip(shared_size<Scene>(capacity, Block::kInRegisters), GARBAGE),
-      workspace(workspace_size<Scene>(n, pair_capacity), GARBAGE);
-  const SharedView<Scene> shared = carve_shared<Scene>(chip.data(), capacity, Block::kInRegisters);
+  std::vector<char> chip(shared_size<Config>(capacity, Block::kInRegisters), GARBAGE),
+      workspace(workspace_size<Config>(n, pair_capacity), GARBAGE);
+  const SharedView<Config> shared =
+      carve_shared<Config>(chip.data(), capacity, Block::kInRegisters);
   BlockInRegisters::present_chip = chip.data();
-  using Begin = CallBegin<Block, Scene>;
-  using Planning = StepPlanning<Block, Scene>;
-  CallState<Scene> call;
+  using Begin = CallBegin<Block, Config>;
+  using Planning = StepPlanning<Block, Config>;
+  CallState<Config> call;
   std::memset(static_cast<void *>(&call), GARBAGE, sizeof(call));
-  std::memcpy(&call.header, image, sizeof(StateHeader<Scene::D>));
+  std::memcpy(&call.header, image, sizeof(StateHeader<Config::D>));
   call.drive = drive;
   call.steering = steering;
   call.batch = BatchConstants{skin, 0.5, 0.5, with_ledger, 1};
@@ -128,7 +129,7 @@ void advance(RveRun<Scene::D> &run, const DriveRecord<Scene::D> &drive, bool wit
   std::memset(static_cast<void *>(&run.answer), 0, sizeof(run.answer));
   std::memset(static_cast<void *>(&run.detail), 0, sizeof(run.detail));
   Block block;
-  RveKernel<Block, Scene> variant(block, call, shared);
+  RveKernel<Block, Config> variant(block, call, shared);
   variant.run(run.answer, with_details ? &run.detail : nullptr);
 }
 

@@ -12,51 +12,52 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Prepares a call, and finds a list and a force scale if the last call has left none.
-  template <class Block, class Scene> struct CallBegin {
+  template <class Block, class Config> struct CallBegin {
     using Item = typename Block::Item;
-    using Real = typename Scene::Real;
+    using Real = typename Config::Real;
 
-    using Stored = StoredGrains<Block, Scene>;
-    using Units = ForceUnits<Block, Scene>;
-    using Planning = StepPlanning<Block, Scene>;
-    using Progress = CallProgress<Scene>;
-    using Renewal = ListRenewal<Block, Scene>;
+    using Stored = StoredGrains<Block, Config>;
+    using Units = ForceUnits<Block, Config>;
+    using Planning = StepPlanning<Block, Config>;
+    using Progress = CallProgress<Config>;
+    using Renewal = ListRenewal<Block, Config>;
 
     /// Prepares a call, except for its plan; header, drive, steering and batch are set. One thread
     /// calls it.
-    static RVE_INLINE void prepare(PreparedCall<Scene> &call, char *device_state, int pair_capacity)
+    static RVE_INLINE void prepare(PreparedCall<Config> &call, char *device_state,
+                                   int pair_capacity)
     {
-      const StateHeader<Scene::D> &header = call.header;
-      const DriveRecord<Scene::D> &drive = call.drive;
+      const StateHeader<Config::D> &header = call.header;
+      const DriveRecord<Config::D> &drive = call.drive;
       const BatchConstants &batch = call.batch;
       call.device_state =
-          carve_device_state<Scene>(device_state, header.num_grains, header.extra_capacity);
+          carve_device_state<Config>(device_state, header.num_grains, header.extra_capacity);
       call.num_grains = header.num_grains;
       call.status = status::Ok;
       call.num_extra = header.num_extra;
       call.needed_pairs = call.num_rebuilds = call.num_reductions = 0;
-      call.cell = load_tensor<Scene::D>(header.cell);
-      call.list_cell = load_tensor<Scene::D>(header.list_cell);
-      call.deformation = load_tensor<Scene::D>(header.deformation);
-      call.servo_gradient = load_tensor<Scene::D>(call.steering.modes && call.steering.modes->begin
-                                                      ? call.steering.velocity_gradient
-                                                      : header.servo_velocity_gradient);
-      CellIncrement<Scene::D> increment;
-      increment.deformation = load_tensor<Scene::D>(drive.deformation);
+      call.cell = load_tensor<Config::D>(header.cell);
+      call.list_cell = load_tensor<Config::D>(header.list_cell);
+      call.deformation = load_tensor<Config::D>(header.deformation);
+      call.servo_gradient = load_tensor<Config::D>(call.steering.modes && call.steering.modes->begin
+                                                       ? call.steering.velocity_gradient
+                                                       : header.servo_velocity_gradient);
+      CellIncrement<Config::D> increment;
+      increment.deformation = load_tensor<Config::D>(drive.deformation);
       increment.segments = drive.segments;
       if (drive.segments > 1) {
-        increment.rotation = load_tensor<Scene::D>(call.steering.rotation);
-        increment.stretch = load_tensor<Scene::D>(call.steering.stretch);
+        increment.rotation = load_tensor<Config::D>(call.steering.rotation);
+        increment.stretch = load_tensor<Config::D>(call.steering.stretch);
       }
       if (!call.has_servo())
-        call.path = CellPath<Scene::D>(call.cell, increment, drive.substeps, drive.dt);
+        call.path = CellPath<Config::D>(call.cell, increment, drive.substeps, drive.dt);
       call.supplied = 0.0;
-      const int length_bits = CallUnits::length_bits(contact_range<Scene>(header));
+      const int length_bits = CallUnits::length_bits(contact_range<Config>(header));
       call.units.length = power_of_two(length_bits);
       call.units.per_length = power_of_two(-length_bits);
       call.mass_factor =
-          header.material.density * GrainShape<Scene::D>::volume * header.material.mass_depth;
-      call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare<Scene::D> * header.mean_radius;
+          header.material.density * GrainShape<Config::D>::volume * header.material.mass_depth;
+      call.skin = batch.skin > 0.0 ? batch.skin : kDefaultSkinShare<Config::D> * header.mean_radius;
       call.expected_force = header.largest_contact_force;
       call.plan_first = 1;
       call.plan_last = 0;
@@ -71,29 +72,29 @@ inline namespace RVE_ISA {
     }
 
     /// Sets the views of the memory that the block uses. One thread calls it.
-    static RVE_INLINE void set_views(CallState<Scene> &call, int num_grains,
-                                     const SharedView<Scene> &shared, char *workspace,
+    static RVE_INLINE void set_views(CallState<Config> &call, int num_grains,
+                                     const SharedView<Config> &shared, char *workspace,
                                      int pair_capacity)
     {
       call.shared = shared;
-      if constexpr (KernelTraits<Block, Scene>::spheres_in_registers)
+      if constexpr (KernelTraits<Block, Config>::spheres_in_registers)
         add_hidden_grain(shared, num_grains);
-      call.work = carve_workspace<Scene>(workspace, num_grains, pair_capacity);
-      call.pairs = PairView<Scene>{shared.partner, shared.history, call.work.extra_first,
-                                   call.work.extra_second, call.work.extra_history};
+      call.work = carve_workspace<Config>(workspace, num_grains, pair_capacity);
+      call.pairs = PairView<Config>{shared.partner, shared.history, call.work.extra_first,
+                                    call.work.extra_second, call.work.extra_history};
     }
 
     /// Sets a grain without contacts after the last one.
-    static RVE_INLINE void add_hidden_grain(const SharedView<Scene> &shared, int num_grains)
+    static RVE_INLINE void add_hidden_grain(const SharedView<Config> &shared, int num_grains)
     {
-      shared.motion[num_grains] = MotionOf<Scene>();
-      shared.spin[num_grains] = Spin<Real, Scene::D>();
-      shared.radius[num_grains] = kRadiusWithoutContact<Scene>;
+      shared.motion[num_grains] = MotionOf<Config>();
+      shared.spin[num_grains] = Spin<Real, Config::D>();
+      shared.radius[num_grains] = kRadiusWithoutContact<Config>;
     }
 
     /// Returns whether the first steps may read the grains from the stored state. It requires that
     /// no other code reads them before.
-    static RVE_INLINE bool is_direct(const CallState<Scene> &call)
+    static RVE_INLINE bool is_direct(const CallState<Config> &call)
     {
       return Block::kInRegisters && !call.fatal() && call.plan_last > 0 &&
           call.drive.substeps > 0 && !call.batch.track_energy;
@@ -101,8 +102,8 @@ inline namespace RVE_ISA {
 
     /// Converts the stored state to internal units, for a call that is not direct. The call is
     /// prepared and has its views, one of which is `shared`.
-    static RVE_INLINE void begin(Block &block, CallState<Scene> &call,
-                                 const SharedView<Scene> &shared)
+    static RVE_INLINE void begin(Block &block, CallState<Config> &call,
+                                 const SharedView<Config> &shared)
     {
       const int n = call.num_grains;
       const bool continued = call.is_continued();
@@ -128,11 +129,11 @@ inline namespace RVE_ISA {
     }
 
     /// Converts extra pairs, with histories in internal units.
-    static RVE_INLINE void take_extra_pairs(Block &block, CallState<Scene> &call)
+    static RVE_INLINE void take_extra_pairs(Block &block, CallState<Config> &call)
     {
       if (call.num_extra == 0) return;
-      const PairView<Scene> from = call.header.list_valid != 0 ? call.image_pairs() : call.pairs;
-      const PairView<Scene> to = call.pairs;
+      const PairView<Config> from = call.header.list_valid != 0 ? call.image_pairs() : call.pairs;
+      const PairView<Config> to = call.pairs;
       block.for_each(call.num_extra, [&](Item m) {
         to.extra_first[m] = from.extra_first[m];
         to.extra_second[m] = from.extra_second[m];
@@ -142,8 +143,8 @@ inline namespace RVE_ISA {
 
     /// Finds the list or force scale that the last call has not left. `from` has the pairs if there
     /// is a list.
-    static RVE_COLD void find_list_and_scale(Block block, CallState<Scene> &call,
-                                             PairView<Scene> from)
+    static RVE_COLD void find_list_and_scale(Block block, CallState<Config> &call,
+                                             PairView<Config> from)
     {
       if (!call.header.list_valid) {
         block.once([&] { Renewal::set_out(call, call.cell); });

@@ -10,23 +10,23 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Checks the last forces and writes the results of a call.
-  template <class Block, class Scene> struct CallEnd {
+  template <class Block, class Config> struct CallEnd {
     using Item = typename Block::Item;
-    using Real = typename Scene::Real;
+    using Real = typename Config::Real;
 
     /// Returns whether no grain has an error. The largest force shows it, which is sufficient for
     /// nearly all calls.
-    static RVE_INLINE bool is_sound(const CallState<Scene> &call)
+    static RVE_INLINE bool is_sound(const CallState<Config> &call)
     {
       return call.totals.largest < call.sound_force;
     }
 
     /// Returns the status of a call whose steps are done, without errors of single grains.
-    static RVE_INLINE std::uint32_t check(const CallState<Scene> &call)
+    static RVE_INLINE std::uint32_t check(const CallState<Config> &call)
     {
       std::uint32_t word = call.status;
-      if (call.totals.sum[StressSums<Scene::D>::over_limit] > 0) word |= status::OverlapTooLarge;
-      if (call.totals.sum[StressSums<Scene::D>::contacts] == 0) word |= status::NoContacts;
+      if (call.totals.sum[StressSums<Config::D>::over_limit] > 0) word |= status::OverlapTooLarge;
+      if (call.totals.sum[StressSums<Config::D>::contacts] == 0) word |= status::NoContacts;
       if (call.num_extra > call.header.extra_capacity) word |= status::ListFull;
       if (!(call.end_per_volume > 0.0)) word |= status::NonFinite;
       return word;
@@ -35,7 +35,7 @@ inline namespace RVE_ISA {
     /// Returns the status with errors of single grains. It checks them unless there are other
     /// errors: an overlap that seems too large may be a force beyond the range of the sums.
     static RVE_INLINE std::uint32_t
-    with_errors_of_grains(Block &block, const CallState<Scene> &call, std::uint32_t word)
+    with_errors_of_grains(Block &block, const CallState<Config> &call, std::uint32_t word)
     {
       if ((word & status::Fatal & ~status::OverlapTooLarge) != 0 || is_sound(call)) return word;
       return find_errors(block, call, word);
@@ -43,53 +43,53 @@ inline namespace RVE_ISA {
 
     /// Checks each grain. After a force beyond the range of the sums the overlaps are wrong, too,
     /// and the call is repeated.
-    static RVE_COLD std::uint32_t find_errors(Block block, const CallState<Scene> &call,
+    static RVE_COLD std::uint32_t find_errors(Block block, const CallState<Config> &call,
                                               std::uint32_t word)
     {
-      const SharedView<Scene> &shared = call.shared;
+      const SharedView<Config> &shared = call.shared;
       const Real limiting =
-          static_cast<Real>(ForceUnits<Block, Scene>::force_at_overlap_limit(call));
+          static_cast<Real>(ForceUnits<Block, Config>::force_at_overlap_limit(call));
       // The largest force is then that of a normal spring.
-      const bool springs_only = !Scene::Law::has_normal_dashpot(call.header.material) &&
-          !(Scene::books && call.header.all_forces_count);
+      const bool springs_only = !Config::Law::has_normal_dashpot(call.header.material) &&
+          !(Config::books && call.header.all_forces_count);
       if (block.any(call.num_grains,
                     [&](Item i) { return springs_only && shared.largest_force[i] > limiting; }))
         word |= status::OverlapTooLarge;
       if (block.any(call.num_grains, [&](Item i) {
-            return !moves_soundly<Scene::D>(shared.motion[i].velocity, shared.spin[i]);
+            return !moves_soundly<Config::D>(shared.motion[i].velocity, shared.spin[i]);
           }))
         word |= status::NonFinite;
-      if (ForceUnits<Block, Scene>::is_saturated(block, call))
+      if (ForceUnits<Block, Config>::is_saturated(block, call))
         word = (word | status::ForceSaturated) & ~status::OverlapTooLarge;
       return word;
     }
 
     /// Largest contact force of the call [force].
-    static RVE_INLINE double peak_force(const CallState<Scene> &call)
+    static RVE_INLINE double peak_force(const CallState<Config> &call)
     {
       return call.units.force * static_cast<double>(call.totals.largest);
     }
 
     /// Parts of the output of a successful call in addition to its grains: the words of its
     /// progress, the components of the stress, and all other results together.
-    static constexpr int kProgressWords = sizeof(StateProgress<Scene::D>) / sizeof(std::int64_t);
-    static constexpr int kResults = kProgressWords + Scene::components + 1;
+    static constexpr int kProgressWords = sizeof(StateProgress<Config::D>) / sizeof(std::int64_t);
+    static constexpr int kResults = kProgressWords + Config::components + 1;
 
     /// Writes one of the kResults parts.
-    static RVE_INLINE void write_result(const CallState<Scene> &call, std::uint32_t word, int part,
-                                        AnswerRecord<Scene::D> &answer)
+    static RVE_INLINE void write_result(const CallState<Config> &call, std::uint32_t word, int part,
+                                        AnswerRecord<Config::D> &answer)
     {
       if (part < kProgressWords) {
         constexpr int of_largest_force =
-            offsetof(StateProgress<Scene::D>, largest_contact_force) / sizeof(std::int64_t);
+            offsetof(StateProgress<Config::D>, largest_contact_force) / sizeof(std::int64_t);
         // An evaluation sets the force scale only if there is none yet, since it must not change
         // later calls.
         if (part != of_largest_force)
           copy_word<std::int64_t>(
-              call.after, *static_cast<StateProgress<Scene::D> *>(call.device_state.header), part);
+              call.after, *static_cast<StateProgress<Config::D> *>(call.device_state.header), part);
         else if (call.drive.substeps > 0 || call.header.largest_contact_force == 0.0)
           call.device_state.header->largest_contact_force = peak_force(call);
-      } else if (part < kProgressWords + Scene::components) {
+      } else if (part < kProgressWords + Config::components) {
         const int k = part - kProgressWords;
         answer.stress[k] = stress_component(call, call.end_per_volume, k);
       } else {
@@ -99,13 +99,13 @@ inline namespace RVE_ISA {
         answer.expected_force = call.expected_force;
         answer.peak_force = peak_force(call);
         answer.num_contacts =
-            static_cast<std::int32_t>(call.totals.sum[StressSums<Scene::D>::contacts]);
+            static_cast<std::int32_t>(call.totals.sum[StressSums<Config::D>::contacts]);
       }
     }
 
     /// Writes the results of a failed call. One thread calls it.
-    static RVE_COLD void write_failure(const CallState<Scene> &call, std::uint32_t word,
-                                       AnswerRecord<Scene::D> &answer)
+    static RVE_COLD void write_failure(const CallState<Config> &call, std::uint32_t word,
+                                       AnswerRecord<Config::D> &answer)
     {
       answer.status = word;
       answer.needed_extra = call.num_extra;
@@ -113,7 +113,7 @@ inline namespace RVE_ISA {
       answer.expected_force = call.expected_force;
       answer.num_contacts = 0;
       answer.peak_force = 0.0;
-      store_tensor(Tensor<double, Scene::D>::zero(), answer.stress);
+      store_tensor(Tensor<double, Config::D>::zero(), answer.stress);
     }
   };
 

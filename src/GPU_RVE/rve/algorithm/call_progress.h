@@ -28,27 +28,27 @@ inline namespace RVE_ISA {
 
   /// Returns component k of the Love stress from the sums of the last forces, in a cell of volume 1
   /// / per_volume [stress].
-  template <class Scene>
-  RVE_INLINE double stress_component(const CallState<Scene> &call, double per_volume, int k)
+  template <class Config>
+  RVE_INLINE double stress_component(const CallState<Config> &call, double per_volume, int k)
   {
     const double unit = call.units.force * call.units.length * per_volume;
     return static_cast<double>(call.totals.sum[k]) * unit;
   }
 
   /// Prepares the changes in advance, as far as they are known.
-  template <class Scene> struct CallProgress {
+  template <class Config> struct CallProgress {
 
     /// Sets the changes of a successful call, as far as they are known: with a servo those up to
     /// the current cell. One thread calls it.
-    static RVE_INLINE void note_progress(PreparedCall<Scene> &call, const EnergyLoss &lost)
+    static RVE_INLINE void note_progress(PreparedCall<Config> &call, const EnergyLoss &lost)
     {
-      const StateHeader<Scene::D> &before = call.header;
-      const DriveRecord<Scene::D> &drive = call.drive;
-      StateProgress<Scene::D> &after = call.after;
+      const StateHeader<Config::D> &before = call.header;
+      const DriveRecord<Config::D> &drive = call.drive;
+      StateProgress<Config::D> &after = call.after;
       const bool on_path = drive.substeps > 0 && !call.has_servo();
-      const Tensor<double, Scene::D> cell = on_path ? call.path.end() : call.cell;
+      const Tensor<double, Config::D> cell = on_path ? call.path.end() : call.cell;
       store_tensor(cell, after.cell);
-      store_tensor(on_path ? load_tensor<Scene::D>(drive.deformation) * call.deformation
+      store_tensor(on_path ? load_tensor<Config::D>(drive.deformation) * call.deformation
                            : call.deformation,
                    after.deformation);
       store_tensor(call.list_cell, after.list_cell);
@@ -67,7 +67,7 @@ inline namespace RVE_ISA {
     }
 
     /// Returns 1 / (det H times thickness) [1/length^3].
-    static RVE_INLINE double per_volume(const PreparedCall<Scene> &call, double volume)
+    static RVE_INLINE double per_volume(const PreparedCall<Config> &call, double volume)
     {
       return 1.0 / (volume * call.header.material.thickness);
     }

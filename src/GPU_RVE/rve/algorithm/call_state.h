@@ -8,7 +8,7 @@
 
 #pragma once
 
-#include "rve/algorithm/scene.h"
+#include "rve/algorithm/kernel_config.h"
 #include "rve/algorithm/search_grid.h"
 #include "rve/algorithm/system_view.h"
 #include "rve/core/integer_sums.h"
@@ -57,9 +57,9 @@ inline namespace RVE_ISA {
   };
 
   /// Returns the largest distance of the centres of two grains that act on each other [length].
-  template <class Scene> RVE_INLINE double contact_range(const StateHeader<Scene::D> &header)
+  template <class Config> RVE_INLINE double contact_range(const StateHeader<Config::D> &header)
   {
-    return 2.0 * header.largest_radius + Scene::Law::reach(header.material);
+    return 2.0 * header.largest_radius + Config::Law::reach(header.material);
   }
 
   /// Cell in a step.
@@ -94,16 +94,16 @@ inline namespace RVE_ISA {
     std::uint32_t safe_box;
     double volume;    ///< det H [length^D]
   };
-  template <class Scene> using PlanOf = StepPlan<typename Scene::Numbers, Scene::D>;
+  template <class Config> using PlanOf = StepPlan<typename Config::Numbers, Config::D>;
 
   /// Number of steps that are planned at a time. The threads of a GPU store their grains between
   /// two plans: with 128 instead of 32 steps `mixed` gains 5 % on an H200. For spheres in `fast`,
   /// four small RVEs have space on chip for 64 steps each. If fewer RVEs share the chip, or it is
   /// larger, plans are longer (plan_steps_beside).
-  template <class Scene>
-  constexpr int kPlanSteps = Scene::plan_steps > 0
-      ? Scene::plan_steps
-      : (sizeof(typename Scene::Wide) > 4 ? 128 : (Scene::D == 3 ? 64 : 32));
+  template <class Config>
+  constexpr int kPlanSteps = Config::plan_steps > 0
+      ? Config::plan_steps
+      : (sizeof(typename Config::Wide) > 4 ? 128 : (Config::D == 3 ? 64 : 32));
 
   /// Energy that an RVE lost in a call [force length].
   struct EnergyLoss {
@@ -113,27 +113,27 @@ inline namespace RVE_ISA {
   /// State of a call at its begin, and its progress, without the memory of the block. A GPU
   /// prepares it for all RVEs of a call in a kernel of its own. The block that advances an RVE
   /// copies it, except for plan entries that are not made.
-  template <class Scene> struct PreparedCall {
-    StateHeader<Scene::D> header;    ///< a copy
-    DriveRecord<Scene::D> drive;
-    SteeringRecord<Scene::D> steering;
+  template <class Config> struct PreparedCall {
+    StateHeader<Config::D> header;    ///< a copy
+    DriveRecord<Config::D> drive;
+    SteeringRecord<Config::D> steering;
     BatchConstants batch;
-    DeviceStateView<Scene> device_state;
+    DeviceStateView<Config> device_state;
     std::int32_t num_grains;
 
     // The progress of the call follows.
     std::uint32_t status;
     std::int32_t num_extra, needed_pairs, num_rebuilds, num_reductions;
     /// H: of the current step with a servo, otherwise at the start and the end of the call.
-    Tensor<double, Scene::D> cell;
-    Tensor<double, Scene::D> list_cell, deformation, servo_gradient;
-    CellPath<Scene::D> path;
+    Tensor<double, Config::D> cell;
+    Tensor<double, Config::D> list_cell, deformation, servo_gradient;
+    CellPath<Config::D> path;
     /// 1 / (det H times thickness) at the end of the call, or in the current step with a servo
     /// [1/length^3].
     double end_per_volume;
     /// Changes by a successful call, except its largest force. With a servo or energy bookkeeping
     /// they are known from the last step on.
-    StateProgress<Scene::D> after;
+    StateProgress<Config::D> after;
     double supplied;    ///< work of the mean field in this call [force length]
 
     // The constants of the call follow.
@@ -144,35 +144,35 @@ inline namespace RVE_ISA {
     double skin, expected_force;
     /// Limit of the largest force on any grain: below it no grain has an error [internal force].
     float sound_force;
-    typename Scene::Law::Constants law;
+    typename Config::Law::Constants law;
     /// Coefficient of local damping; below zero for objective damping
-    typename Scene::Real alpha;
+    typename Config::Real alpha;
 
-    static_assert(kStepsAhead <= kPlanSteps<Scene>,
+    static_assert(kStepsAhead <= kPlanSteps<Config>,
                   "the plan has space for the steps planned ahead");
-    std::int32_t plan_first, plan_last;       ///< steps that are planned
-    PlanOf<Scene> plan[kPlanSteps<Scene>];    ///< last member: its unused end is not copied
+    std::int32_t plan_first, plan_last;         ///< steps that are planned
+    PlanOf<Config> plan[kPlanSteps<Config>];    ///< last member: its unused end is not copied
 
     /// Returns the number of bytes up to the end of `planned` plan entries.
     static RVE_INLINE constexpr std::size_t size_with(int planned)
     {
-      return sizeof(PreparedCall) - (kPlanSteps<Scene> - planned) * sizeof(PlanOf<Scene>);
+      return sizeof(PreparedCall) - (kPlanSteps<Config> - planned) * sizeof(PlanOf<Config>);
     }
     /// Returns the mass of a grain of this radius [mass].
     RVE_INLINE double mass_of(double radius) const
     {
-      return times_power<Scene::D>(mass_factor, radius);
+      return times_power<Config::D>(mass_factor, radius);
     }
     RVE_INLINE bool fatal() const { return (status & status::Fatal) != 0; }
     RVE_INLINE bool has_servo() const
     {
       bool has = false;
-      for (int k = 0; k < Scene::components; ++k) has = has || steering.controlled[k];
+      for (int k = 0; k < Config::components; ++k) has = has || steering.controlled[k];
       return has || steering.modes;
     }
     /// Returns whether the steps sum work and losses.
     RVE_INLINE bool keeps_ledger() const { return batch.track_energy && drive.substeps > 0; }
-    RVE_INLINE const PlanOf<Scene> &planned(int step) const { return plan[step - plan_first]; }
+    RVE_INLINE const PlanOf<Config> &planned(int step) const { return plan[step - plan_first]; }
     /// Returns whether list and force scale of the last call remain valid.
     RVE_INLINE bool is_continued() const
     {
@@ -187,19 +187,19 @@ inline namespace RVE_ISA {
                          count = over_limit + 1;
   };
 
-  template <class Scene> struct CallState : PreparedCall<Scene> {
+  template <class Config> struct CallState : PreparedCall<Config> {
     /// Sums of the last forces that requested them: Love sums, and the largest force that counted
     /// in the call [internal force], which is infinite if a number is not finite.
-    Reduction<StressSums<Scene::D>::count> totals;
-    Tensor<double, Scene::D> list_inverse;    ///< inverse of list_cell, for a servo
-    SharedView<Scene> shared;
-    WorkspaceView<Scene> work;
+    Reduction<StressSums<Config::D>::count> totals;
+    Tensor<double, Config::D> list_inverse;    ///< inverse of list_cell, for a servo
+    SharedView<Config> shared;
+    WorkspaceView<Config> work;
     /// Pairs of this call: owned pairs are in `shared`, extra pairs in `work`. The alignment is
     /// fixed: with an offset of 8 bytes the steps of disks in `fast` had two more spilled numbers
     /// (nvcc 13.0) and took 4 % longer.
-    alignas(16) PairView<Scene> pairs;
-    SearchGrid<Scene::D> list_grid;    ///< of the list that is built
-    bool list_fits;                    ///< true if the cell is wide enough for the list
+    alignas(16) PairView<Config> pairs;
+    SearchGrid<Config::D> list_grid;    ///< of the list that is built
+    bool list_fits;                     ///< true if the cell is wide enough for the list
 
     /// Returns the number of grain i in the RveState. A new list changes the order of the grains.
     RVE_INLINE std::int32_t number_of(int i) const
@@ -208,7 +208,7 @@ inline namespace RVE_ISA {
     }
 
     /// Returns the stored pairs as arrays.
-    RVE_INLINE PairView<Scene> image_pairs() const { return this->device_state; }
+    RVE_INLINE PairView<Config> image_pairs() const { return this->device_state; }
   };
 
 }    // namespace RVE_ISA

@@ -30,44 +30,44 @@ inline namespace RVE_ISA {
   /// Constants of a step in uniform registers. They are read before the grains move: whether the
   /// compiler keeps a number there depends on how often it is read, and in how many instructions
   /// (CUDA 13.0).
-  template <class Scene> struct UniformConstants {
-    StepConstants<Scene> step;
+  template <class Config> struct UniformConstants {
+    StepConstants<Config> step;
     std::int32_t num_grains;
   };
   /// Without uniform registers pairs read the constants from memory.
   struct PlainConstants {
     std::int32_t num_grains;
   };
-  template <class Scene, class Block, class LawConstants>
-  RVE_INLINE auto hold_constants(Block &block, const LawConstants &law, const PlanOf<Scene> &plan,
+  template <class Config, class Block, class LawConstants>
+  RVE_INLINE auto hold_constants(Block &block, const LawConstants &law, const PlanOf<Config> &plan,
                                  std::int32_t num_grains)
   {
-    if constexpr (KernelTraits<Block, Scene>::uniform_constants)
-      return block.uniform(UniformConstants<Scene>{step_constants<Scene>(law, plan), num_grains});
+    if constexpr (KernelTraits<Block, Config>::uniform_constants)
+      return block.uniform(UniformConstants<Config>{step_constants<Config>(law, plan), num_grains});
     else
       return PlainConstants{num_grains};
   }
 
-  template <Wanted wanted, class Block, class Scene, class Grains, class Held>
+  template <Wanted wanted, class Block, class Config, class Grains, class Held>
   struct ContactForces {
     using Item = typename Block::Item;
-    using Traits = KernelTraits<Block, Scene>;
-    using Sums = StressSums<Scene::D>;
-    template <class SomeItem> using SceneFor = typename Grains::template SceneOf<SomeItem>;
+    using Traits = KernelTraits<Block, Config>;
+    using Sums = StressSums<Config::D>;
+    template <class SomeItem> using ConfigFor = typename Grains::template ConfigOf<SomeItem>;
     /// At the end of a call grains are loaded and saved one after the other.
     static constexpr bool in_turn = Traits::uniform_constants && wanted == Wanted::Reduction;
 
     Block &block;
     Grains &grains;
-    const SharedView<Scene> &shared;
-    CallState<Scene> &call;
-    const typename Scene::Law::Constants &law;    ///< law of the call, or a copy in registers
-    const PlanOf<Scene> &plan;
+    const SharedView<Config> &shared;
+    CallState<Config> &call;
+    const typename Config::Law::Constants &law;    ///< law of the call, or a copy in registers
+    const PlanOf<Config> &plan;
     int num_extra;
     Held held;
     int num_grains = held.num_grains;
-    bool tracks_energy = wanted != Wanted::Forces && Scene::books && call.keeps_ledger();
-    typename Scene::Real overlap_limit = static_cast<typename Scene::Real>(
+    bool tracks_energy = wanted != Wanted::Forces && Config::books && call.keeps_ledger();
+    typename Config::Real overlap_limit = static_cast<typename Config::Real>(
         wanted == Wanted::Reduction ? call.batch.overlap_limit : 0.0);
 
     // ---- phases ---------------------------------------------------------------------------------
@@ -77,13 +77,13 @@ inline namespace RVE_ISA {
     {
       const auto visit = [&](const auto item) RVE_INLINE_LAMBDA {
         grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {
-          auto sum = begin_sum<SceneFor<std::decay_t<decltype(i)>>>(grains.largest_of(i));
+          auto sum = begin_sum<ConfigFor<std::decay_t<decltype(i)>>>(grains.largest_of(i));
           add_owned_pairs(i, sum);
           grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
         });
         // Extra pairs are computed with the grains, without a phase of their own.
         grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
-          auto sum = begin_sum<Scene>(grains.largest_of(i));
+          auto sum = begin_sum<Config>(grains.largest_of(i));
           block.share_out(i, num_grains, num_extra,
                           [&](int m) RVE_INLINE_LAMBDA { add_extra_pair(m, sum); });
           grains.keep_largest(i, sum.largest_force);
@@ -97,14 +97,14 @@ inline namespace RVE_ISA {
     /// afterwards.
     template <class Then> RVE_INLINE void sum_love_terms(Then then)
     {
-      block.template add_up_items<Scene::components, typename Scene::Sum>(
+      block.template add_up_items<Config::components, typename Config::Sum>(
           num_grains,
           [&](const auto item, auto *term) RVE_INLINE_LAMBDA {
             if constexpr (kIsPack<std::decay_t<decltype(item)>>) {
               add_pack(item, term);
             } else {
               const auto sum = add_grain(item);
-              for (int k = 0; k < Scene::components; ++k) term[k] = sum.stress[k];
+              for (int k = 0; k < Config::components; ++k) term[k] = sum.stress[k];
               grains.save_with_forces(item);
             }
           },
@@ -118,8 +118,8 @@ inline namespace RVE_ISA {
       // If a thread takes its grains in turn, it has no registers for sums of 64 bits. The sums of
       // two grains fit into 32 bits if all forces are within their limit; larger forces are
       // reported.
-      constexpr bool adds_up = in_turn && kRelaxedSpheres<Scene::D>;
-      auto of_thread = Vec<typename Scene::Sum, Scene::components>::zero();
+      constexpr bool adds_up = in_turn && kRelaxedSpheres<Config::D>;
+      auto of_thread = Vec<typename Config::Sum, Config::components>::zero();
       const auto visit = [&](const auto item, auto *term, float &largest) RVE_INLINE_LAMBDA {
         if constexpr (kIsPack<std::decay_t<decltype(item)>>) {
           add_pack(item, term);
@@ -129,7 +129,7 @@ inline namespace RVE_ISA {
         } else {
           const Item i = item;
           const auto sum = add_grain(i);
-          for (int k = 0; k < Scene::components; ++k)
+          for (int k = 0; k < Config::components; ++k)
             if constexpr (adds_up)
               of_thread[k] = wrapping_sum(of_thread[k], sum.stress[k]);
             else
@@ -142,11 +142,11 @@ inline namespace RVE_ISA {
         }
       };
       constexpr Visit way = in_turn ? Visit::InTurn : Visit::Items;
-      block.template reduce_items<Sums::count, typename Scene::Sum, way>(
+      block.template reduce_items<Sums::count, typename Config::Sum, way>(
           num_grains, visit,
           [&](auto *term) RVE_INLINE_LAMBDA {
             if constexpr (adds_up)
-              for (int k = 0; k < Scene::components; ++k) term[k] = of_thread[k];
+              for (int k = 0; k < Config::components; ++k) term[k] = of_thread[k];
           },
           call.totals);
     }
@@ -158,9 +158,9 @@ inline namespace RVE_ISA {
     {
       const auto me = grains.view(i);
       if constexpr (loads_pairs && !loads_each_pair)
-        for (int k = 0; k < Scene::owned_pairs; ++k) grains.load_pair(shared, k, i);
+        for (int k = 0; k < Config::owned_pairs; ++k) grains.load_pair(shared, k, i);
       grains.for_slots(
-          i, [&]() RVE_INLINE_LAMBDA { return constants_of_pair<SceneFor<SomeItem>>(); },
+          i, [&]() RVE_INLINE_LAMBDA { return constants_of_pair<ConfigFor<SomeItem>>(); },
           [&](int k) RVE_INLINE_LAMBDA {
             if constexpr (loads_each_pair && !kIsPack<SomeItem>) grains.load_pair(shared, k, i);
             return grains.view_partner(shared, k, i);
@@ -169,7 +169,7 @@ inline namespace RVE_ISA {
               RVE_INLINE_LAMBDA { return pair_geometry(constants, me, other); },
           [&](int k, const auto &constants, const auto &other, const auto &contact)
               RVE_INLINE_LAMBDA {
-                using Real = typename SceneFor<SomeItem>::Real;
+                using Real = typename ConfigFor<SomeItem>::Real;
                 add_pair<wanted>(call, tracks_energy, constants, me, other, contact,
                                  static_cast<Real>(overlap_limit), grains.history_of(k, i), sum,
                                  [&](const auto &force) RVE_INLINE_LAMBDA {
@@ -185,10 +185,10 @@ inline namespace RVE_ISA {
 
     /// Pairs of InMemory stay loaded from step to step.
     static constexpr bool loads_pairs = wanted == Wanted::Reduction ||
-        (wanted == Wanted::LoveSums && !Scene::in_memory);
+        (wanted == Wanted::LoveSums && !Config::in_memory);
     /// Each pair is loaded when it is needed, since the sums of the stress leave few registers.
     static constexpr bool loads_each_pair =
-        loads_pairs && !Traits::streams_history && !Scene::in_memory;
+        loads_pairs && !Traits::streams_history && !Config::in_memory;
 
     template <class Here> RVE_INLINE StepConstants<Here> constants_of_pair()
     {
@@ -203,7 +203,7 @@ inline namespace RVE_ISA {
     /// Returns whether slot k has a pair, or true if the test would cost more than it saves.
     template <class SomeItem> RVE_INLINE bool is_slot_taken(int k, const SomeItem i)
     {
-      if constexpr (Scene::D != 2 || wanted == Wanted::Reduction) {
+      if constexpr (Config::D != 2 || wanted == Wanted::Reduction) {
         return true;
       } else if constexpr (wanted == Wanted::Forces || kIsPack<SomeItem>) {
         return grains.is_taken(k, i);
@@ -218,14 +218,14 @@ inline namespace RVE_ISA {
     }
 
     /// Computes extra pair m and adds it to the sum of a grain.
-    RVE_INLINE void add_extra_pair(int m, GrainSum<Scene> &sum)
+    RVE_INLINE void add_extra_pair(int m, GrainSum<Config> &sum)
     {
-      const PairView<Scene> &pairs = call.pairs;
+      const PairView<Config> &pairs = call.pairs;
       const int first = pairs.extra_first[m], second = pairs.extra_second[m];
       const auto one = view_grain(shared, first), other = view_grain(shared, second);
-      const auto constants = step_constants<Scene>(law, plan);
-      sum.own = Vec<typename Scene::Sum, Scene::freedoms>::zero();
-      sum.torque = Vec<typename Scene::Real, Scene::spins>::zero();
+      const auto constants = step_constants<Config>(law, plan);
+      sum.own = Vec<typename Config::Sum, Config::freedoms>::zero();
+      sum.torque = Vec<typename Config::Real, Config::spins>::zero();
       add_pair<wanted>(
           call, tracks_energy, constants, one, other, pair_geometry(constants, one, other),
           overlap_limit, pairs.extra_history[m], sum,
@@ -234,7 +234,7 @@ inline namespace RVE_ISA {
       add_force(block, shared, first, sum.own);
     }
 
-    RVE_INLINE void add_extra_pairs(Item i, GrainSum<Scene> &sum)
+    RVE_INLINE void add_extra_pairs(Item i, GrainSum<Config> &sum)
     {
       for (int m = i; m < num_extra; m += num_grains) add_extra_pair(m, sum);
     }
@@ -246,16 +246,16 @@ inline namespace RVE_ISA {
     RVE_INLINE auto add_grain(Item i)
     {
       if constexpr (in_turn) grains.load_itself(i);
-      auto sum = begin_sum<Scene>(grains.largest_of(i));
+      auto sum = begin_sum<Config>(grains.largest_of(i));
       add_owned_pairs(i, sum);
-      if constexpr (Traits::uniform_constants || Scene::in_memory)
+      if constexpr (Traits::uniform_constants || Config::in_memory)
         grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
       else
         grains.own.keep(i, sum.own);
       add_extra_pairs(i, sum);
       grains.keep_largest(i, sum.largest_force);
       round_love(sum);
-      if constexpr (Scene::books)
+      if constexpr (Config::books)
         if (tracks_energy) {
           const int number = call.number_of(i);
           call.work.friction[number] += sum.dissipation.friction;
@@ -267,14 +267,14 @@ inline namespace RVE_ISA {
     template <class SomePack> RVE_INLINE void add_pack(const SomePack item, std::int64_t *term)
     {
       grains.for_parts(item, [&](const auto i) RVE_INLINE_LAMBDA {
-        auto sum = begin_sum<SceneFor<std::decay_t<decltype(i)>>>(grains.largest_of(i));
+        auto sum = begin_sum<ConfigFor<std::decay_t<decltype(i)>>>(grains.largest_of(i));
         add_owned_pairs(i, sum);
         grains.keep_forces(block, shared, i, sum.own, sum.largest_force);
         round_love(sum);
         add_terms_of_pack(sum, term);
       });
       grains.for_each_grain(item, num_extra, [&](Item i) RVE_INLINE_LAMBDA {
-        auto sum = begin_sum<Scene>(grains.largest_of(i));
+        auto sum = begin_sum<Config>(grains.largest_of(i));
         add_extra_pairs(i, sum);
         grains.keep_largest(i, sum.largest_force);
         round_love(sum);
@@ -286,7 +286,7 @@ inline namespace RVE_ISA {
     template <class Sum>
     static RVE_INLINE void add_terms_of_pack(const Sum &sum, std::int64_t *term)
     {
-      for (int k = 0; k < Scene::components; ++k)
+      for (int k = 0; k < Config::components; ++k)
         term[k] = wrapping_sum(term[k], total(sum.stress[k]));
       if constexpr (wanted == Wanted::Reduction) {
         term[Sums::contacts] += sum.contacts;
@@ -295,11 +295,11 @@ inline namespace RVE_ISA {
     }
   };
 
-  template <Wanted wanted, class Block, class Scene, class Grains, class Held>
-  RVE_INLINE ContactForces<wanted, Block, Scene, Grains, Held>
-  contact_forces(Block &block, Grains &grains, const SharedView<Scene> &shared,
-                 CallState<Scene> &call, const typename Scene::Law::Constants &law,
-                 const PlanOf<Scene> &plan, int num_extra, const Held &held)
+  template <Wanted wanted, class Block, class Config, class Grains, class Held>
+  RVE_INLINE ContactForces<wanted, Block, Config, Grains, Held>
+  contact_forces(Block &block, Grains &grains, const SharedView<Config> &shared,
+                 CallState<Config> &call, const typename Config::Law::Constants &law,
+                 const PlanOf<Config> &plan, int num_extra, const Held &held)
   {
     return {block, grains, shared, call, law, plan, num_extra, held};
   }

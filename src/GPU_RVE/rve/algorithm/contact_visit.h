@@ -18,18 +18,18 @@ inline namespace RVE_ISA {
 
   /// Visits all contacts with the cell of `step`: calls visit(i, j, grain_i, grain_j, contact,
   /// history) in the phase that calls this function for item i.
-  template <class Scene, class Visit>
-  RVE_INLINE void visit_contacts(const CallState<Scene> &call, const StepConstants<Scene> &step,
+  template <class Config, class Visit>
+  RVE_INLINE void visit_contacts(const CallState<Config> &call, const StepConstants<Config> &step,
                                  int i, Visit visit)
   {
-    const SharedView<Scene> &shared = call.shared;
+    const SharedView<Config> &shared = call.shared;
     const int n = call.num_grains;
-    const auto visit_pair = [&](int first, int second, typename Scene::History history) {
+    const auto visit_pair = [&](int first, int second, typename Config::History history) {
       const auto one = view_grain(shared, first), other = view_grain(shared, second);
       const auto contact = pair_geometry(step, one, other);
       if (step.law.acts(contact)) visit(first, second, one, other, contact, history);
     };
-    for (int k = 0; k < Scene::owned_pairs; ++k) {
+    for (int k = 0; k < Config::owned_pairs; ++k) {
       const int j = call.pairs.partner[k * n + i];
       if (j != i) visit_pair(i, j, call.pairs.history[k * n + i]);
     }

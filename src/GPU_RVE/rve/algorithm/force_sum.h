@@ -15,41 +15,41 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  template <class Scene> struct GrainSum {
-    Vec<typename Scene::Sum, Scene::freedoms> own;    ///< force and torque on the owner
+  template <class Config> struct GrainSum {
+    Vec<typename Config::Sum, Config::freedoms> own;    ///< force and torque on the owner
     /// Replaces the torque of `own` until round_torque(), with kRelaxedSpheres.
-    Vec<typename Scene::Real, Scene::spins> torque;
-    typename Scene::Real largest_force;                    ///< force that sets the unit of forces
-    Vec<typename Scene::Sum, Scene::components> stress;    ///< Love terms, if requested
+    Vec<typename Config::Real, Config::spins> torque;
+    typename Config::Real largest_force;                     ///< force that sets the unit of forces
+    Vec<typename Config::Sum, Config::components> stress;    ///< Love terms, if requested
     /// Replaces `stress` until round_love(), with kRelaxedSpheres.
-    Vec<typename Scene::Real, Scene::components> love;
+    Vec<typename Config::Real, Config::components> love;
     std::int32_t contacts,
         over_limit;             ///< contacts, and contacts beyond the overlap limit, if requested
     Dissipation dissipation;    ///< in kernels with energy bookkeeping
   };
 
   /// Returns an empty sum whose largest force is that of earlier contacts.
-  template <class Scene> RVE_INLINE GrainSum<Scene> begin_sum(typename Scene::Real largest_force)
+  template <class Config> RVE_INLINE GrainSum<Config> begin_sum(typename Config::Real largest_force)
   {
-    GrainSum<Scene> sum = {};
+    GrainSum<Config> sum = {};
     sum.largest_force = largest_force;
     return sum;
   }
 
   /// Adds the force and the torque of a pair to the sum of grain i, and returns those on grain j.
-  template <class Scene, class Force>
-  RVE_INLINE Vec<typename Scene::Sum, Scene::freedoms>
-  add_force_and_torque(const Truth<typename Scene::Real> &acting, const Force &force,
-                       GrainSum<Scene> &sum)
+  template <class Config, class Force>
+  RVE_INLINE Vec<typename Config::Sum, Config::freedoms>
+  add_force_and_torque(const Truth<typename Config::Real> &acting, const Force &force,
+                       GrainSum<Config> &sum)
   {
-    using Sum = typename Scene::Sum;
-    constexpr int D = Scene::D;
-    Vec<Sum, Scene::freedoms> on_j;
-    Vec<Sum, Scene::spins> torque_i;
+    using Sum = typename Config::Sum;
+    constexpr int D = Config::D;
+    Vec<Sum, Config::freedoms> on_j;
+    Vec<Sum, Config::spins> torque_i;
     for (int a = 0; a < D; ++a) round_to(where(acting, -force.force[a]), on_j[a]);
-    for (int k = 0; k < Scene::spins; ++k) {
+    for (int k = 0; k < Config::spins; ++k) {
       on_j[D + k] = torque_i[k] = Sum(0);
-      if constexpr (Scene::has_friction) {
+      if constexpr (Config::has_friction) {
         round_to(where(acting, spin_component(force.torque_j, k)), on_j[D + k]);
         const auto mine = where(acting, spin_component(force.torque_i, k));
         if constexpr (kRelaxedSpheres<D>)
@@ -60,7 +60,7 @@ inline namespace RVE_ISA {
     }
     for (int a = 0; a < D; ++a) sum.own[a] = wrapping_difference(sum.own[a], on_j[a]);
     if constexpr (!kRelaxedSpheres<D>)
-      for (int k = 0; k < Scene::spins; ++k)
+      for (int k = 0; k < Config::spins; ++k)
         sum.own[D + k] = wrapping_sum(sum.own[D + k], torque_i[k]);
     return on_j;
   }
@@ -69,35 +69,35 @@ inline namespace RVE_ISA {
   /// tension positive), in the unit of forces: a branch is no longer than one internal length. Both
   /// grains give the same term, since both factors change sign. A kinetic term is not needed: with
   /// c' = F/m the energy balance closes without it.
-  template <class Scene>
-  RVE_INLINE void add_love_term(const Truth<typename Scene::Real> &acting,
-                                const Vec<typename Scene::Real, Scene::D> &force,
-                                const Vec<typename Scene::Real, Scene::D> &branch,
-                                GrainSum<Scene> &sum)
+  template <class Config>
+  RVE_INLINE void add_love_term(const Truth<typename Config::Real> &acting,
+                                const Vec<typename Config::Real, Config::D> &force,
+                                const Vec<typename Config::Real, Config::D> &branch,
+                                GrainSum<Config> &sum)
   {
     const auto stress = dyad(force, branch);
-    for (int k = 0; k < Scene::components; ++k) {
+    for (int k = 0; k < Config::components; ++k) {
       const auto mine = where(acting, stress.component[k]);
-      if constexpr (kRelaxedSpheres<Scene::D>) {
+      if constexpr (kRelaxedSpheres<Config::D>) {
         sum.love[k] = sum.love[k] + mine;
       } else {
-        typename Scene::Sum units;
+        typename Config::Sum units;
         round_to(mine, units);
         sum.stress[k] = wrapping_sum(sum.stress[k], units);
       }
     }
   }
 
-  template <class Scene> RVE_INLINE void round_torque(GrainSum<Scene> &sum)
+  template <class Config> RVE_INLINE void round_torque(GrainSum<Config> &sum)
   {
-    if constexpr (kRelaxedSpheres<Scene::D>)
-      for (int k = 0; k < Scene::spins; ++k) round_to(sum.torque[k], sum.own[Scene::D + k]);
+    if constexpr (kRelaxedSpheres<Config::D>)
+      for (int k = 0; k < Config::spins; ++k) round_to(sum.torque[k], sum.own[Config::D + k]);
   }
 
-  template <class Scene> RVE_INLINE void round_love(GrainSum<Scene> &sum)
+  template <class Config> RVE_INLINE void round_love(GrainSum<Config> &sum)
   {
-    if constexpr (kRelaxedSpheres<Scene::D>)
-      for (int k = 0; k < Scene::components; ++k) round_to(sum.love[k], sum.stress[k]);
+    if constexpr (kRelaxedSpheres<Config::D>)
+      for (int k = 0; k < Config::components; ++k) round_to(sum.love[k], sum.stress[k]);
   }
 
 }    // namespace RVE_ISA

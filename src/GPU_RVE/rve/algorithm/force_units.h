@@ -14,9 +14,9 @@ inline namespace RVE_ISA {
   constexpr double kLeastOverlapShare = 1e-9;
 
   /// Returns the contact law in `double` and in units of the script.
-  template <class Scene> RVE_INLINE auto law_of_script(const PreparedCall<Scene> &call)
+  template <class Config> RVE_INLINE auto law_of_script(const PreparedCall<Config> &call)
   {
-    using Law = typename Scene::Law::template In<DoubleNumbers>;
+    using Law = typename Config::Law::template In<DoubleNumbers>;
     typename Law::Constants constants;
     constants.set(call.header.material, LawUnits::same(), call.batch.velocity_arm);
     Law law;
@@ -25,23 +25,24 @@ inline namespace RVE_ISA {
   }
 
   /// Chooses the internal units, and the contact law in these units.
-  template <class Block, class Scene> struct ForceUnits {
+  template <class Block, class Config> struct ForceUnits {
     using Item = typename Block::Item;
-    using Real = typename Scene::Real;
-    using Wide = typename Scene::Wide;
+    using Real = typename Config::Real;
+    using Wide = typename Config::Wide;
 
     /// Chooses the force unit and the contact law in internal units. One thread calls it.
-    static RVE_INLINE void choose_units(PreparedCall<Scene> &call)
+    static RVE_INLINE void choose_units(PreparedCall<Config> &call)
     {
-      const StateHeader<Scene::D> &header = call.header;
+      const StateHeader<Config::D> &header = call.header;
       // The last call may have ended at the first touch of a collision: with a unit from that force
       // the repeats of a call would not suffice for the collision.
       const double radius = header.mean_radius;
-      const double least =
-          law_of_script<Scene>(call).stiffness({kGasOverlapShare * radius, radius, radius}).normal *
+      const double least = law_of_script<Config>(call)
+                               .stiffness({kGasOverlapShare * radius, radius, radius})
+                               .normal *
           (kLeastOverlapShare * radius);
       if (!(call.expected_force > least)) call.expected_force = least;
-      call.units.choose_force(Scene::sum_bits, header.neighbor_bits, call.expected_force,
+      call.units.choose_force(Config::sum_bits, header.neighbor_bits, call.expected_force,
                               header.obliquity, header.inverse_obliquity);
       call.law.set(header.material, LawUnits{call.units.length, call.units.per_force},
                    call.batch.velocity_arm);
@@ -54,27 +55,28 @@ inline namespace RVE_ISA {
           (1.0 - 1e-6) * smaller(force_at_overlap_limit(call), call.units.force_limit));
       const double per_length = call.units.per_length;
       call.velocity_factor = call.drive.dt * (call.units.force * per_length) *
-          times_power<Scene::D>(1.0, per_length) / call.mass_factor;
+          times_power<Config::D>(1.0, per_length) / call.mass_factor;
     }
 
     /// Estimates the largest contact force if the last call has left none: from the overlaps, or by
     /// a guess for a packing without contacts.
-    static RVE_COLD void estimate_force(Block block, CallState<Scene> &call, PairView<Scene> pairs)
+    static RVE_COLD void estimate_force(Block block, CallState<Config> &call,
+                                        PairView<Config> pairs)
     {
-      const StateHeader<Scene::D> &header = call.header;
-      const SeenMotions<Scene> motion = call.shared.motion;
+      const StateHeader<Config::D> &header = call.header;
+      const SeenMotions<Config> motion = call.shared.motion;
       const int n = call.num_grains;
       const double length = call.units.length;
       const auto to_length =
-          fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
+          fraction_to_length<typename Config::Numbers>(call.units.per_length * call.cell);
       block.for_each(n, [&](Item i) {
         double most = 0.0;
-        for (int k = 0; k < Scene::owned_pairs; ++k) {
+        for (int k = 0; k < Config::owned_pairs; ++k) {
           const int j = pairs.partner[k * n + i];
           if (j == i) continue;
-          const Vec<Wide, Scene::D> branch = to_length *
-              fractional_difference<typename Scene::Numbers>(motion[j].position,
-                                                             motion[i].position);
+          const Vec<Wide, Config::D> branch = to_length *
+              fractional_difference<typename Config::Numbers>(motion[j].position,
+                                                              motion[i].position);
           const double overlap =
               static_cast<double>(call.shared.radius[i] + call.shared.radius[j]) -
               std::sqrt(static_cast<double>(dot(branch, branch)));
@@ -85,7 +87,7 @@ inline namespace RVE_ISA {
       const double overlap = length * block.max_array(n, call.work.scratch);
       block.once([&] {
         const double radius = header.mean_radius;
-        call.expected_force = law_of_script<Scene>(call).force_scale(
+        call.expected_force = law_of_script<Config>(call).force_scale(
             {overlap > 0.0 ? overlap : kGasOverlapShare * radius, radius, radius});
       });
     }
@@ -93,16 +95,16 @@ inline namespace RVE_ISA {
     /// Returns the smallest force of an overlap that is above the limit even for two of the largest
     /// grains, with springs only [internal force]. All other overlaps are checked at the end of a
     /// call.
-    static RVE_INLINE double force_at_overlap_limit(const PreparedCall<Scene> &call)
+    static RVE_INLINE double force_at_overlap_limit(const PreparedCall<Config> &call)
     {
       const double largest = call.header.largest_radius;
       const ContactPlace deep{call.batch.overlap_limit * largest, largest, largest};
-      return law_of_script<Scene>(call).spring_force(deep) * call.units.per_force;
+      return law_of_script<Config>(call).spring_force(deep) * call.units.per_force;
     }
 
     /// Returns whether a force of this call was beyond the range of the sums, so that all results
     /// are wrong. The grains are in memory.
-    static RVE_INLINE bool is_saturated(Block &block, const CallState<Scene> &call)
+    static RVE_INLINE bool is_saturated(Block &block, const CallState<Config> &call)
     {
       const Real limit = static_cast<Real>(call.units.force_limit);
       return block.any(call.num_grains,

@@ -39,8 +39,8 @@ inline namespace RVE_ISA {
   struct StiffnessUnit {
     double per_unit, largest_force;
 
-    template <class Scene>
-    RVE_INLINE StiffnessUnit(const CallState<Scene> &call, const typename Scene::Law &law)
+    template <class Config>
+    RVE_INLINE StiffnessUnit(const CallState<Config> &call, const typename Config::Law &law)
     {
       const double largest = call.header.largest_radius * call.units.per_length;
       const ContactModuli most = law.stiffness({2.0 * largest, largest, largest});
@@ -65,10 +65,10 @@ inline namespace RVE_ISA {
   }
 
   /// Adds the terms of a contact of disks for all strains.
-  template <class Scene, class Contact>
-  RVE_INLINE void add_stiffness_of_disks(const StepConstants<Scene> &step,
+  template <class Config, class Contact>
+  RVE_INLINE void add_stiffness_of_disks(const StepConstants<Config> &step,
                                          const StiffnessUnit &unit, const ContactPlace &place,
-                                         const Contact &contact, typename Scene::History history,
+                                         const Contact &contact, typename Config::History history,
                                          std::int64_t *sum)
   {
     const ContactModuli moduli = step.law.stiffness(place);
@@ -77,7 +77,7 @@ inline namespace RVE_ISA {
     const double l = unit.per_unit * static_cast<double>(contact.distance);
     const double k_l = moduli.normal * static_cast<double>(contact.distance);
     const double f_n = unit.bounded(step.law.spring_force(place));
-    const double f_t = unit.bounded(static_cast<double>(Scene::Law::tangential_force(history)));
+    const double f_t = unit.bounded(static_cast<double>(Config::Law::tangential_force(history)));
     const double turned = moduli.tangential * static_cast<double>(contact.distance) - f_n;
     // These are the components of the force on the first grain, with t = (-n_y, n_x).
     const double fx = -(f_n * nx) - f_t * ny, fy = f_t * nx - f_n * ny;
@@ -95,17 +95,17 @@ inline namespace RVE_ISA {
   }
 
   /// Adds the terms of a contact of spheres for one strain.
-  template <class Scene, class Contact>
-  RVE_INLINE void add_stiffness_of_spheres(const StepConstants<Scene> &step,
+  template <class Config, class Contact>
+  RVE_INLINE void add_stiffness_of_spheres(const StepConstants<Config> &step,
                                            const StiffnessUnit &unit, const ContactPlace &place,
-                                           const Contact &contact, typename Scene::History history,
+                                           const Contact &contact, typename Config::History history,
                                            const Tensor<double, 3> &strain, std::int64_t *sum)
   {
     const ContactModuli moduli = step.law.stiffness(place);
     const auto n = contact.normal.template as<double>();
     const double l = static_cast<double>(contact.distance);
     const double f_n = unit.bounded(step.law.spring_force(place));
-    auto f_t = in_numbers<double>(Scene::Law::tangential_force(history));
+    auto f_t = in_numbers<double>(Config::Law::tangential_force(history));
     for (int a = 0; a < 3; ++a) f_t[a] = unit.bounded(f_t[a]);
     // The changes of the normal, dn = w, and of the branch follow from the strain alone: eps n =
     // eps_nn n + w.
@@ -116,28 +116,28 @@ inline namespace RVE_ISA {
     const auto change =
         (moduli.normal * l * along - dot(f_t, w)) * n + (moduli.tangential * l - f_n) * w;
     const auto term = dyad(change, n) + dyad(force, moved - trace(strain) * n);
-    for (int c = 0; c < Scene::components; ++c)
+    for (int c = 0; c < Config::components; ++c)
       add_rounded(unit.per_unit * l * term.component[c], sum[c]);
   }
 
   /// Fills detail.stiffness, the AffineStiffness of engine/affine_stiffness.h, by integer sums over
   /// the contacts.
-  template <class Block, class Scene>
-  RVE_COLD void sum_stiffness(Block block, const CallState<Scene> &call, int step_number,
-                              DetailRecord<Scene::D> &detail)
+  template <class Block, class Config>
+  RVE_COLD void sum_stiffness(Block block, const CallState<Config> &call, int step_number,
+                              DetailRecord<Config::D> &detail)
   {
     using Item = typename Block::Item;
-    const PlanOf<Scene> &plan = call.planned(step_number);
-    const StepConstants<Scene> step = step_constants<Scene>(call.law, plan);
+    const PlanOf<Config> &plan = call.planned(step_number);
+    const StepConstants<Config> step = step_constants<Config>(call.law, plan);
     const StiffnessUnit unit(call, step.law);
     const double to_stress = call.units.force * call.units.length / unit.per_unit /
         (plan.volume * call.header.material.thickness);
-    if constexpr (Scene::D == 2) {
+    if constexpr (Config::D == 2) {
       const auto sums = block.template sum_integers<kStiffness<2>>(
           call.num_grains, [&](Item i, std::int64_t *sum) {
             visit_contacts(call, step, i,
                            [&](int, int, const auto &one, const auto &other, const auto &contact,
-                               typename Scene::History history) {
+                               typename Config::History history) {
                              add_stiffness_of_disks(step, unit, place_of(contact, one, other),
                                                     contact, history, sum);
                            });
@@ -148,14 +148,14 @@ inline namespace RVE_ISA {
       });
     } else {
       // Each strain has its own collective, since all sums together are too many for one.
-      constexpr int components = Scene::components, strains = Scene::strains;
+      constexpr int components = Config::components, strains = Config::strains;
       for (int e = 0; e < strains; ++e) {
-        const Tensor<double, Scene::D> strain = unit_strain<Scene::D>(e);
+        const Tensor<double, Config::D> strain = unit_strain<Config::D>(e);
         const auto sums = block.template sum_integers<components>(
             call.num_grains, [&](Item i, std::int64_t *sum) {
               visit_contacts(call, step, i,
                              [&](int, int, const auto &one, const auto &other, const auto &contact,
-                                 typename Scene::History history) {
+                                 typename Config::History history) {
                                add_stiffness_of_spheres(step, unit, place_of(contact, one, other),
                                                         contact, history, strain, sum);
                              });
@@ -184,12 +184,12 @@ inline namespace RVE_ISA {
 
   /// Details of a configuration. Sums over contacts are integers, so that they do not depend on the
   /// owners of pairs.
-  template <class Block, class Scene> struct Homogenization {
+  template <class Block, class Config> struct Homogenization {
     using Item = typename Block::Item;
     /// Indices of the sums over contacts.
     enum Sums {
       Fabric,
-      Contacts = Fabric + Scene::strains,
+      Contacts = Fabric + Config::strains,
       Sliding,
       Pairs,
       ForceSize,
@@ -202,20 +202,20 @@ inline namespace RVE_ISA {
 
     /// Returns the sums over contacts. It stores the largest force and overlap / sum of radii of
     /// each grain in work.scratch, and the number of contacts of each grain in work.contact_count.
-    static RVE_INLINE IntegerSums<kNumSums> sum_contacts(Block &block, const CallState<Scene> &call,
-                                                         const StepConstants<Scene> &step)
+    static RVE_INLINE IntegerSums<kNumSums>
+    sum_contacts(Block &block, const CallState<Config> &call, const StepConstants<Config> &step)
     {
-      const WorkspaceView<Scene> &work = call.work;
+      const WorkspaceView<Config> &work = call.work;
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) { work.contact_count[i] = 0; });
       return block.template sum_integers<kNumSums>(n, [&](Item i, std::int64_t *sum) {
         double most[2] = {0.0, 0.0};
-        for (int k = 0; k < Scene::owned_pairs; ++k)
+        for (int k = 0; k < Config::owned_pairs; ++k)
           sum[Pairs] += call.pairs.partner[k * n + i] != i ? 1 : 0;
         for (int m = i; m < call.num_extra; m += n) ++sum[Pairs];
         visit_contacts(call, step, i,
                        [&](int first, int second, const auto &one, const auto &other,
-                           const auto &contact, typename Scene::History history) {
+                           const auto &contact, typename Config::History history) {
                          block.add(&work.contact_count[first], 1);
                          block.add(&work.contact_count[second], 1);
                          add_contact(call, step, first, second, contact,
@@ -226,8 +226,8 @@ inline namespace RVE_ISA {
     }
 
     template <class Contact, class Force>
-    static RVE_INLINE void add_contact(const CallState<Scene> &call,
-                                       const StepConstants<Scene> &step, int first, int second,
+    static RVE_INLINE void add_contact(const CallState<Config> &call,
+                                       const StepConstants<Config> &step, int first, int second,
                                        const Contact &contact, const Force &law, std::int64_t *sum,
                                        double (&most)[2])
     {
@@ -236,7 +236,7 @@ inline namespace RVE_ISA {
       const auto normal = contact.normal.template as<double>();
       // Grains that act at a distance have no overlap.
       const double overlap = larger(static_cast<double>(contact.overlap), 0.0);
-      for_strains<Scene::D>([&](int m, int a, int b) {
+      for_strains<Config::D>([&](int m, int a, int b) {
         add_rounded(kUnit * normal[a] * normal[b], sum[Fabric + m]);
       });
       sum[Contacts] += 1;
@@ -253,9 +253,9 @@ inline namespace RVE_ISA {
 
     /// Returns sums over grains: size of the force, grains with fewer than two contacts, and with
     /// one.
-    static RVE_INLINE IntegerSums<3> sum_grains(Block &block, const CallState<Scene> &call)
+    static RVE_INLINE IntegerSums<3> sum_grains(Block &block, const CallState<Config> &call)
     {
-      const WorkspaceView<Scene> &work = call.work;
+      const WorkspaceView<Config> &work = call.work;
       const int n = call.num_grains;
       return block.template sum_integers<3>(n, [&](Item i, std::int64_t *sum) {
         add_rounded(call.units.contact_force * work.scratch[3 * n + i], sum[0]);
@@ -266,9 +266,9 @@ inline namespace RVE_ISA {
 
     /// Returns the kinetic energy, summed in the order of the RveState: the sum must not depend on
     /// the order in memory.
-    static RVE_INLINE double kinetic_energy(Block &block, const CallState<Scene> &call)
+    static RVE_INLINE double kinetic_energy(Block &block, const CallState<Config> &call)
     {
-      const SharedView<Scene> shared = call.shared;
+      const SharedView<Config> shared = call.shared;
       const double length = call.units.length;
       block.for_each(call.num_grains, [&](Item i) {
         const double r = static_cast<double>(shared.radius[i]) * length;
@@ -276,20 +276,20 @@ inline namespace RVE_ISA {
           return static_cast<double>(spin_component(shared.spin[i], k));
         };
         double ww = spin(0) * spin(0);
-        for (int k = 1; k < Scene::spins; ++k) ww += spin(k) * spin(k);
+        for (int k = 1; k < Config::spins; ++k) ww += spin(k) * spin(k);
         const auto c = length * shared.motion[i].velocity.template as<double>();
         const double mass = call.mass_of(r);
         call.work.scratch[call.number_of(i)] =
-            0.5 * mass * (dot(c, c) + GrainShape<Scene::D>::inertia * r * r * ww);
+            0.5 * mass * (dot(c, c) + GrainShape<Config::D>::inertia * r * r * ww);
       });
       return block.sum_array(call.num_grains, call.work.scratch);
     }
 
-    static RVE_INLINE void write(Block &block, const CallState<Scene> &call, int step_number,
-                                 DetailRecord<Scene::D> &detail)
+    static RVE_INLINE void write(Block &block, const CallState<Config> &call, int step_number,
+                                 DetailRecord<Config::D> &detail)
     {
-      StepConstants<Scene> step = step_constants<Scene>(call.law, call.planned(step_number));
-      step.dt = typename Scene::Real(0);
+      StepConstants<Config> step = step_constants<Config>(call.law, call.planned(step_number));
+      step.dt = typename Config::Real(0);
       const int n = call.num_grains;
       const CallUnits units = call.units;
       const double force_unit = units.force, energy_unit = units.force * units.length;
@@ -302,8 +302,8 @@ inline namespace RVE_ISA {
         detail.num_grains = n;
         detail.solid_volume = call.header.solid_volume;
         const double contacts = sums[Contacts] > 0 ? static_cast<double>(sums[Contacts]) : 1.0;
-        for_strains<Scene::D>([&](int m, int a, int b) {
-          detail.fabric[a * Scene::D + b] = detail.fabric[b * Scene::D + a] =
+        for_strains<Config::D>([&](int m, int a, int b) {
+          detail.fabric[a * Config::D + b] = detail.fabric[b * Config::D + a] =
               static_cast<double>(sums[Fabric + m]) / kUnit / contacts;
         });
         detail.num_contacts = static_cast<std::int32_t>(sums[Contacts]);
@@ -328,17 +328,17 @@ inline namespace RVE_ISA {
   /// Fills `detail` except for its progress. The law is evaluated again with the cell of step
   /// `step_number`, without advancing the history. The pairs are in call.pairs; work.scratch[3 N +
   /// i] has the size of the force on grain i [internal force].
-  template <class Block, class Scene>
-  RVE_COLD void homogenize(Block block, const CallState<Scene> &call, int step_number,
-                           DetailRecord<Scene::D> &detail)
+  template <class Block, class Config>
+  RVE_COLD void homogenize(Block block, const CallState<Config> &call, int step_number,
+                           DetailRecord<Config::D> &detail)
   {
-    if constexpr (Scene::books) {
+    if constexpr (Config::books) {
       if (call.batch.extra_detail == kTimeStepDetail) {
         bound_time_step(block, call, step_number, detail);
         return;
       }
     }
-    Homogenization<Block, Scene>::write(block, call, step_number, detail);
+    Homogenization<Block, Config>::write(block, call, step_number, detail);
     // A call from the steps would take registers from them.
     if (call.batch.extra_detail) sum_stiffness(block, call, step_number, detail);
   }

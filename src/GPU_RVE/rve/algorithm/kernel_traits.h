@@ -5,7 +5,7 @@
 
 #pragma once
 
-#include "rve/algorithm/scene.h"
+#include "rve/algorithm/kernel_config.h"
 #include "rve/core/arithmetic.h"
 
 namespace rve {
@@ -20,24 +20,24 @@ inline namespace RVE_ISA {
   template <int D> constexpr bool kRelaxedSpheres = kIsRelaxed &&D == 3;
 
   /// True if histories do not fit into registers: those of spheres in `double`.
-  template <class Scene>
-  constexpr bool kHasLongHistory = Scene::D == 3 && sizeof(typename Scene::Real) == 8;
+  template <class Config>
+  constexpr bool kHasLongHistory = Config::D == 3 && sizeof(typename Config::Real) == 8;
 
-  template <class Block, class Scene> struct KernelTraits {
+  template <class Block, class Config> struct KernelTraits {
     /// A thread has one disk. Threads without a disk step a disk without contacts, so that no phase
     /// is in a branch: at its end the registers of both ways would have to be made equal. The first
     /// move is before the loop of steps, and the pairs of a disk read the constants of a step once.
     ///
     /// Gain: 7 % fewer instructions of a step in `fast`, 4 % in `mixed`; with disks of 24 bytes and
     /// the box for their moves 10 to 15 % more long steps per second.
-    static constexpr bool disks_in_registers = Block::kInRegisters && Scene::D == 2;
+    static constexpr bool disks_in_registers = Block::kInRegisters && Config::D == 2;
 
     /// A thread has one or two spheres. It keeps only data of them that no other thread reads, with
     /// two partners per register. Other data are in one record on chip, which the sphere itself
     /// reads as well. A sphere adds the forces of its own pairs to those of others on chip.
     ///
     /// Gain: not measured alone.
-    static constexpr bool spheres_in_registers = Block::kInRegisters && Scene::D == 3;
+    static constexpr bool spheres_in_registers = Block::kInRegisters && Config::D == 3;
 
     /// Constants of a step are in uniform registers, once per warp (CudaHints::uniform()). Such
     /// kernels must be small: a call with details uses another residency, and the end of a call
@@ -45,18 +45,18 @@ inline namespace RVE_ISA {
     ///
     /// Gain: 10 % in `fast`.
     static constexpr bool uniform_constants =
-        spheres_in_registers && Block::kHasUniforms && !Scene::steers;
+        spheres_in_registers && Block::kHasUniforms && !Config::steers;
 
     /// Spheres without uniform registers read the constants of a step again for each pair.
     ///
     /// Gain: 77 of 84 spilled numbers of a step if a thread has 64 registers; not timed alone.
     static constexpr bool rereads_constants =
-        spheres_in_registers && sizeof(typename Scene::Wide) == 4;
+        spheres_in_registers && sizeof(typename Config::Wide) == 4;
 
     /// Histories stay in memory; a thread reads each while it computes the previous pair.
     ///
     /// Gain: 59 % (linear springs in `double`, with two spheres per thread instead of one).
-    static constexpr bool streams_history = Block::kInRegisters && kHasLongHistory<Scene>;
+    static constexpr bool streams_history = Block::kInRegisters && kHasLongHistory<Config>;
 
     /// A move returns as a predicate whether its grain has left the list: by comparison with a box,
     /// and by the displacement only outside of it.

@@ -15,32 +15,32 @@ inline namespace RVE_ISA {
 
   /// Renews lists in arrays, in functions outside of the steps, which therefore keep their
   /// registers.
-  template <class Block, class Scene> struct ListRenewal {
+  template <class Block, class Config> struct ListRenewal {
     using Item = typename Block::Item;
-    using Wide = typename Scene::Wide;
-    using Planning = StepPlanning<Block, Scene>;
+    using Wide = typename Config::Wide;
+    using Planning = StepPlanning<Block, Config>;
 
     /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs,
     /// and plans the following steps again.
-    static RVE_COLD void renew(Block block, CallState<Scene> &call, int k)
+    static RVE_COLD void renew(Block block, CallState<Config> &call, int k)
     {
-      const SeenMotions<Scene> motion = at_known_places<Block>(call.shared).motion;
+      const SeenMotions<Config> motion = at_known_places<Block>(call.shared).motion;
       // A motion by a quarter of the cell in one step is unstable.
-      const Wide quarter_cell = static_cast<Wide>(0.25 / Scene::fraction_unit);
-      const Tensor<Wide, Scene::D> to_fraction = call.planned(k).to_fraction;
+      const Wide quarter_cell = static_cast<Wide>(0.25 / Config::fraction_unit);
+      const Tensor<Wide, Config::D> to_fraction = call.planned(k).to_fraction;
       const bool leans = call.planned(k).allowed_squared < 0.0f;
       const bool unstable = block.any(
           call.num_grains,
           [&](Item i) {
-            const Vec<Wide, Scene::D> move = to_fraction * motion[i].velocity.template as<Wide>();
+            const Vec<Wide, Config::D> move = to_fraction * motion[i].velocity.template as<Wide>();
             bool stable = true;
-            for (int a = 0; a < Scene::D; ++a)
+            for (int a = 0; a < Config::D; ++a)
               stable = stable && std::fabs(move[a]) <= quarter_cell;
             return !stable;
           },
           [&] { set_out(call, Planning::cell_of_step(call, k)); });
       if (unstable) {
-        const bool saturated = ForceUnits<Block, Scene>::is_saturated(block, call);
+        const bool saturated = ForceUnits<Block, Config>::is_saturated(block, call);
         block.once([&] { call.status |= saturated ? status::ForceSaturated : status::Unstable; });
         return;
       }
@@ -50,24 +50,24 @@ inline namespace RVE_ISA {
     }
 
     /// Sets the cell of a list and its search grid. One thread calls it.
-    static RVE_INLINE void set_out(CallState<Scene> &call, const Tensor<double, Scene::D> &cell)
+    static RVE_INLINE void set_out(CallState<Config> &call, const Tensor<double, Config::D> &cell)
     {
-      const double range = contact_range<Scene>(call.header);
-      Vec<double, Scene::D> width;
-      for (int a = 0; a < Scene::D; ++a) width[a] = perpendicular_width(cell, a);
+      const double range = contact_range<Config>(call.header);
+      Vec<double, Config::D> width;
+      for (int a = 0; a < Config::D; ++a) width[a] = perpendicular_width(cell, a);
       double smallest = width[0];
-      for (int a = 1; a < Scene::D; ++a) smallest = width[a] < smallest ? width[a] : smallest;
+      for (int a = 1; a < Config::D; ++a) smallest = width[a] < smallest ? width[a] : smallest;
       call.list_cell = cell;
       // The wrapped difference is the nearest image only up to half of the smallest width. A NaN
       // also fails this test.
       call.list_fits = 0.5 * smallest > range + call.skin;
       if (call.list_fits)
-        call.list_grid = SearchGrid<Scene::D>(width, range + call.skin, call.work.cell_capacity);
+        call.list_grid = SearchGrid<Config::D>(width, range + call.skin, call.work.cell_capacity);
     }
 
     /// Builds the list of the current positions in the cell of set_out() into call.pairs. Contact
     /// histories come from the pairs `old`.
-    static RVE_COLD void rebuild(Block block, CallState<Scene> &call, PairView<Scene> old)
+    static RVE_COLD void rebuild(Block block, CallState<Config> &call, PairView<Config> old)
     {
       const int n = call.num_grains;
       if (!call.list_fits) {
@@ -77,10 +77,10 @@ inline namespace RVE_ISA {
         });
         return;
       }
-      const SharedView<Scene> shared = at_known_places<Block>(call.shared);
-      const WorkspaceView<Scene> work = workspace_of(call, shared);
-      const double reach = Scene::Law::reach(call.header.material);
-      const SearchGrid<Scene::D> grid = call.list_grid;
+      const SharedView<Config> shared = at_known_places<Block>(call.shared);
+      const WorkspaceView<Config> work = workspace_of(call, shared);
+      const double reach = Config::Law::reach(call.header.material);
+      const SearchGrid<Config::D> grid = call.list_grid;
       const double per_length = call.units.per_length;
       const ListSizes sizes =
           build_list(block, shared.motion, shared.radius, work, n, per_length * call.list_cell,
@@ -88,9 +88,9 @@ inline namespace RVE_ISA {
                      [&](const ListSizes &known) {
                        call.needed_pairs = known.num_pairs;
                        call.num_extra = known.num_extra;
-                       if constexpr (Scene::steers) call.list_inverse = inverse(call.list_cell);
+                       if constexpr (Config::steers) call.list_inverse = inverse(call.list_cell);
                        ++call.num_rebuilds;
-                       CallProgress<Scene>::note_progress(call, {});
+                       CallProgress<Config>::note_progress(call, {});
                      });
       if (sizes.num_pairs > work.pair_capacity) {
         block.once([&] {
@@ -105,14 +105,14 @@ inline namespace RVE_ISA {
         work.number[i] = work.excess_start[i];
         if constexpr (Block::kCapacity > 0) clear_sums<Block>(shared, i);
         const int here = place(i);
-        for (int k = 0; k < Scene::owned_pairs; ++k) {
+        for (int k = 0; k < Config::owned_pairs; ++k) {
           call.pairs.partner[k * n + here] = place(work.fresh.partner[k * n + i]);
           call.pairs.history[k * n + here] = work.fresh.history[k * n + i];
         }
-        for (int a = 0; a < Scene::D; ++a)
+        for (int a = 0; a < Config::D; ++a)
           list_position_of(shared, i)[a] = leading_bits(shared.motion[i].position[a]);
       });
-      StoredGrains<Block, Scene>::fill_partner_radius(block, shared, n);
+      StoredGrains<Block, Config>::fill_partner_radius(block, shared, n);
       if (sizes.num_extra > 0)
         block.for_each(sizes.num_extra, [&](Item m) {
           call.pairs.extra_first[m] = place(work.fresh.extra_first[m]);
@@ -123,19 +123,19 @@ inline namespace RVE_ISA {
 
    private:
     /// Uses memory on chip for the list. The sums of forces in it must be zero afterwards.
-    static RVE_INLINE WorkspaceView<Scene> workspace_of(CallState<Scene> &call,
-                                                        const SharedView<Scene> &shared)
+    static RVE_INLINE WorkspaceView<Config> workspace_of(CallState<Config> &call,
+                                                         const SharedView<Config> &shared)
     {
-      WorkspaceView<Scene> work = call.work;
+      WorkspaceView<Config> work = call.work;
       if constexpr (Block::kCapacity > 0) build_on_chip(work, shared, call.plan, Block::kCapacity);
       return work;
     }
 
     /// Reduces the lattice and sets the cell of step k again. If the plan of the step allows
     /// displacements, the lattice does not change.
-    static RVE_COLD void reduce_lattice(Block block, CallState<Scene> &call, int k)
+    static RVE_COLD void reduce_lattice(Block block, CallState<Config> &call, int k)
     {
-      const SeenMotions<Scene> motion = at_known_places<Block>(call.shared).motion;
+      const SeenMotions<Config> motion = at_known_places<Block>(call.shared).motion;
       for (int guard = 0; guard < 8; ++guard) {
         const auto change = lattice_step(call.list_cell);
         if (change.axis < 0) break;
@@ -146,7 +146,7 @@ inline namespace RVE_ISA {
           if (call.has_servo())
             call.cell = apply_lattice_step(call.cell, change);
           else
-            call.path.map_start([&](const Tensor<double, Scene::D> &start) {
+            call.path.map_start([&](const Tensor<double, Config::D> &start) {
               return apply_lattice_step(start, change);
             });
           ++call.num_reductions;
@@ -162,32 +162,32 @@ inline namespace RVE_ISA {
     /// threads still read neighbouring grains after many lists. The new numbers are in
     /// work.proposal; the pairs are not moved yet. The stored state keeps its order until the call
     /// ends successfully.
-    static RVE_INLINE void order_grains(Block &block, CallState<Scene> &call,
-                                        const SharedView<Scene> &shared,
-                                        const WorkspaceView<Scene> &work)
+    static RVE_INLINE void order_grains(Block &block, CallState<Config> &call,
+                                        const SharedView<Config> &shared,
+                                        const WorkspaceView<Config> &work)
     {
       const int n = call.num_grains;
-      const auto grain_at = [&](int m) { return Scene::D == 2 ? work.cell_grain[m] : m; };
+      const auto grain_at = [&](int m) { return Config::D == 2 ? work.cell_grain[m] : m; };
       const std::int32_t *number = call.num_rebuilds == 1 ? call.device_state.number : work.number;
-      block.template order_by_class<Scene::owned_pairs + 1>(
-          n, [&](int m) { return Scene::owned_pairs - work.load[m]; },
+      block.template order_by_class<Config::owned_pairs + 1>(
+          n, [&](int m) { return Config::owned_pairs - work.load[m]; },
           [&](int m, int index) {
             const int i = grain_at(m);
             work.proposal[i] = index;
             work.excess_start[index] = number[i];    // it is not needed any more
           });
       const auto move = [&](auto *...array) {
-        static_assert((sizeof(*array) + ...) <= kScratch<Scene::D> * sizeof(double) &&
+        static_assert((sizeof(*array) + ...) <= kScratch<Config::D> * sizeof(double) &&
                           ((alignof(std::decay_t<decltype(*array)>) <= 16) && ...),
                       "capacity");
         reorder(
             block, n, [&](int i) { return work.proposal[i]; }, work.scratch, array...);
       };
-      if constexpr (Scene::D == 2) {
+      if constexpr (Config::D == 2) {
         move(shared.response, shared.motion);
         move(shared.radius, shared.spin, shared.largest_force);
       } else {
-        if constexpr (Scene::in_memory) {
+        if constexpr (Config::in_memory) {
           move(shared.motion.place);
           move(shared.motion.course);
         } else {

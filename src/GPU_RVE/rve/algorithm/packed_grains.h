@@ -17,19 +17,19 @@ inline namespace RVE_ISA {
   constexpr int kPackedGrains = 8;
 
   /// The kernel configuration in the numbers of an item: N grains or one.
-  template <class Scene, class Item> struct SceneOfItem {
-    using type = Scene;
+  template <class Config, class Item> struct ConfigOfItem {
+    using type = Config;
   };
-  template <class Scene, int N> struct SceneOfItem<Scene, PackItem<N>> {
-    using type = typename Scene::template In<PackNumbers<typename Scene::Numbers, N>>;
+  template <class Config, int N> struct ConfigOfItem<Config, PackItem<N>> {
+    using type = typename Config::template In<PackNumbers<typename Config::Numbers, N>>;
   };
 
   /// Histories of a slot of N grains, read and written as that of one grain.
-  template <class Scene, int N> struct HistoryLanes {
-    using Packed = typename SceneOfItem<Scene, PackItem<N>>::type;
+  template <class Config, int N> struct HistoryLanes {
+    using Packed = typename ConfigOfItem<Config, PackItem<N>>::type;
     using History = typename Packed::History;
 
-    typename Scene::History *history;
+    typename Config::History *history;
 
     RVE_INLINE operator History() const
     {
@@ -47,17 +47,17 @@ inline namespace RVE_ISA {
     typename Numbers::Sum sum[D == 2 ? 4 : 8];
   };
 
-  template <class Block, class Scene> class PackedGrains : public GrainItems<Block, Scene> {
-    static constexpr int D = Scene::D;
-    using One = GrainItems<Block, Scene>;
-    using Shared = SharedView<Scene>;
-    using Sum = typename Scene::Sum;
-    using Row = ForceRow<typename Scene::Numbers, D>;
-    using Sums = Vec<Sum, Scene::freedoms>;
-    template <int N> using Packed = PackNumbers<typename Scene::Numbers, N>;
+  template <class Block, class Config> class PackedGrains : public GrainItems<Block, Config> {
+    static constexpr int D = Config::D;
+    using One = GrainItems<Block, Config>;
+    using Shared = SharedView<Config>;
+    using Sum = typename Config::Sum;
+    using Row = ForceRow<typename Config::Numbers, D>;
+    using Sums = Vec<Sum, Config::freedoms>;
+    template <int N> using Packed = PackNumbers<typename Config::Numbers, N>;
     template <int N> using View = GrainView<Packed<N>, D>;
-    template <int N> using PackedSums = Vec<Pack<Sum, N>, Scene::freedoms>;
-    static_assert(!Scene::books, "a ledger is kept for one grain after the other");
+    template <int N> using PackedSums = Vec<Pack<Sum, N>, Config::freedoms>;
+    static_assert(!Config::books, "a ledger is kept for one grain after the other");
 
     /// Sums of forces that packs add to partners and to their own grains, a row per grain. A move
     /// reads and clears all rows, so that they are zero after a segment of steps, which ends with a
@@ -65,9 +65,9 @@ inline namespace RVE_ISA {
     Row *rows;
 
    public:
-    template <class Item> using SceneOf = typename SceneOfItem<Scene, Item>::type;
+    template <class Item> using ConfigOf = typename ConfigOfItem<Config, Item>::type;
 
-    RVE_INLINE PackedGrains(Block &block, const Shared &shared, const WorkspaceView<Scene> &work,
+    RVE_INLINE PackedGrains(Block &block, const Shared &shared, const WorkspaceView<Config> &work,
                             int n) :
         One(block, shared, work, n)
     {
@@ -108,16 +108,16 @@ inline namespace RVE_ISA {
     RVE_INLINE void store_forces(int i, bool in_pack)
     {
       Sums sums;
-      for (int k = 0; k < Scene::freedoms; ++k) sums[k] = rows[i].sum[k];
+      for (int k = 0; k < Config::freedoms; ++k) sums[k] = rows[i].sum[k];
       if (!in_pack)
-        for (int k = 0; k < Scene::freedoms; ++k) sums[k] = wrapping_sum(sums[k], this->own[i][k]);
+        for (int k = 0; k < Config::freedoms; ++k) sums[k] = wrapping_sum(sums[k], this->own[i][k]);
       this->own.keep(i, sums);
     }
 
     RVE_INLINE Sums collect(Block &block, const Shared &shared, int i)
     {
       Sums sums = One::collect(block, shared, i);
-      for (int k = 0; k < Scene::freedoms; ++k) sums[k] = wrapping_sum(sums[k], rows[i].sum[k]);
+      for (int k = 0; k < Config::freedoms; ++k) sums[k] = wrapping_sum(sums[k], rows[i].sum[k]);
       rows[i] = Row();
       return sums;
     }
@@ -151,7 +151,7 @@ inline namespace RVE_ISA {
       const std::int32_t *partner = this->partners.slot[k].array + i.first;
       View<N> grains;
       load_seen([&](int lane) { return shared.motion + partner[lane]; }, grains);
-      if constexpr (D == 2) grains.spin = gather<typename Scene::Real, N>(shared.spin, partner);
+      if constexpr (D == 2) grains.spin = gather<typename Config::Real, N>(shared.spin, partner);
       grains.radius = Packed<N>::Wide::load(this->partners.radius_in[k].array + i.first);
       return grains;
     }
@@ -185,7 +185,7 @@ inline namespace RVE_ISA {
       return response;
     }
 
-    template <int N> RVE_INLINE HistoryLanes<Scene, N> history_of(int k, PackItem<N> i)
+    template <int N> RVE_INLINE HistoryLanes<Config, N> history_of(int k, PackItem<N> i)
     {
       return {this->history[k].array + i.first};
     }
@@ -202,7 +202,7 @@ inline namespace RVE_ISA {
                               IsTaken is_taken)
     {
       if constexpr (D == 2) {
-        static_assert(D != 2 || Scene::owned_pairs == 3, "variables, not arrays: registers");
+        static_assert(D != 2 || Config::owned_pairs == 3, "variables, not arrays: registers");
         const auto first = view(0);
         const auto to_first = geometry(step(), first);
         const auto second = view(1);
@@ -218,7 +218,7 @@ inline namespace RVE_ISA {
         act(1, step(), second, to_second);
         act(2, step(), third, to_third);
       } else {
-        static_assert(D != 3 || Scene::owned_pairs == 4,
+        static_assert(D != 3 || Config::owned_pairs == 4,
                       "made where they are: what is copied is long");
         struct Slot {
           decltype(view(0)) other;
@@ -233,14 +233,15 @@ inline namespace RVE_ISA {
                              {1, step, view, geometry},
                              {2, step, view, geometry},
                              {3, step, view, geometry}};
-        for (int k = 0; k < Scene::owned_pairs; ++k) act(k, step(), slot[k].other, slot[k].contact);
+        for (int k = 0; k < Config::owned_pairs; ++k)
+          act(k, step(), slot[k].other, slot[k].contact);
       }
     }
 
     /// Registers have 8 floats or 4 doubles.
     template <int N, class F> RVE_INLINE void for_parts(PackItem<N> i, F f)
     {
-      constexpr int lanes = sizeof(typename Scene::Real) == 4 ? 8 : 4;
+      constexpr int lanes = sizeof(typename Config::Real) == 4 ? 8 : 4;
       for (int part = 0; part < N; part += lanes) f(PackItem<lanes>{i.first + part});
     }
     template <int N, class F> RVE_INLINE void for_each_grain(PackItem<N> i, int end, F f)
@@ -268,8 +269,8 @@ inline namespace RVE_ISA {
     {
       PackedSums<N> sum;
       take_rows(rows[i.first].sum, sum);
-      for (int k = 0; k < Scene::freedoms; ++k)
-        if (k < D || Scene::has_friction) take_numbers(shared.force[k] + i.first, sum[k]);
+      for (int k = 0; k < Config::freedoms; ++k)
+        if (k < D || Config::has_friction) take_numbers(shared.force[k] + i.first, sum[k]);
       return sum;
     }
 

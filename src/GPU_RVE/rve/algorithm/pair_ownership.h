@@ -44,13 +44,14 @@ inline namespace RVE_ISA {
   };
 
   /// Records that grain i owns `count` pairs, none of which is given away or received yet.
-  template <class Block, class Scene>
-  RVE_INLINE void begin_ownership(Block &block, const WorkspaceView<Scene> &work, int i, int count)
+  template <class Block, class Config>
+  RVE_INLINE void begin_ownership(Block &block, const WorkspaceView<Config> &work, int i, int count)
   {
-    static_assert(Scene::owned_pairs < (1 << PairCount::kReceivedBits), "space for those received");
+    static_assert(Config::owned_pairs < (1 << PairCount::kReceivedBits),
+                  "space for those received");
     work.count[i] = PairCount::of_row(count);
     work.accepted[i] = 0x7fffffff;
-    if (count > Scene::owned_pairs)
+    if (count > Config::owned_pairs)
       work.overloaded[block.fetch_add(&work.num_overloaded[0], 1)] = i;
   }
 
@@ -60,16 +61,16 @@ inline namespace RVE_ISA {
   struct Offer {
     int which, partner;
   };
-  template <class Scene>
-  RVE_INLINE Offer offer(const WorkspaceView<Scene> &work, const PairRows &rows, int i, int round)
+  template <class Config>
+  RVE_INLINE Offer offer(const WorkspaceView<Config> &work, const PairRows &rows, int i, int round)
   {
     const int count = work.count[i].in_row();
     const PairRow row = rows.of(i);
     Offer best{-1, -1};
-    int best_load = Scene::owned_pairs + 1;
+    int best_load = Config::owned_pairs + 1;
     // Several partners are read at once, without a branch: all other threads wait, and the reads
     // have a high latency.
-    constexpr int together = 2 * Scene::owned_pairs;
+    constexpr int together = 2 * Config::owned_pairs;
     int which = round < count || count == 0 ? round : round % count;
     for (int m = 0; m < count; m += together) {
       Offer next[together];
@@ -81,7 +82,7 @@ inline namespace RVE_ISA {
       for (int t = 0; t < together; ++t) its[t] = work.count[next[t].partner];
       for (int t = 0; t < together; ++t) {
         const bool is_better =
-            m + t < count && its[t].received() < Scene::owned_pairs && its[t].owned() < best_load;
+            m + t < count && its[t].received() < Config::owned_pairs && its[t].owned() < best_load;
         best.which = is_better ? next[t].which : best.which;
         best.partner = is_better ? next[t].partner : best.partner;
         best_load = is_better ? its[t].owned() : best_load;
@@ -96,8 +97,8 @@ inline namespace RVE_ISA {
   ///
   /// Only overloaded grains take part, and they are few. The random order of their list has no
   /// influence: a grain that gets an offer is not overloaded, and at most one offer is accepted.
-  template <class Block, class Scene>
-  RVE_HD bool balance_ownership(Block &block, const WorkspaceView<Scene> &work,
+  template <class Block, class Config>
+  RVE_HD bool balance_ownership(Block &block, const WorkspaceView<Config> &work,
                                 const PairRows &rows, int num_grains, int max_rounds)
   {
     // The grid is not needed any more.
@@ -130,9 +131,9 @@ inline namespace RVE_ISA {
           work.received[its.received() * num_grains + j] = i;
           work.count[j] = its_next;
           work.count[i] = mine;
-          if (its_next.owned() > Scene::owned_pairs) next[block.fetch_add(num_next, 1)] = j;
+          if (its_next.owned() > Config::owned_pairs) next[block.fetch_add(num_next, 1)] = j;
         }
-        if (mine.owned() > Scene::owned_pairs) next[block.fetch_add(num_next, 1)] = i;
+        if (mine.owned() > Config::owned_pairs) next[block.fetch_add(num_next, 1)] = i;
       });
       count = *num_next;
       std::int32_t *const now = next;

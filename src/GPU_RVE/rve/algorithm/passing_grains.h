@@ -18,19 +18,19 @@ inline namespace RVE_ISA {
 
   /// Pairs that grains own, during steps. A word for each slot has the partner, and a bit that is
   /// set if the history of the pair is not zero.
-  template <class Scene> class PassingPairs {
-    static_assert(Scene::has_friction, "pairs have a history");
-    using History = typename Scene::History;
-    using Rows = StreamedHistory<History, typename Scene::Spring>;
-    static constexpr int kSlots = Scene::owned_pairs;
+  template <class Config> class PassingPairs {
+    static_assert(Config::has_friction, "pairs have a history");
+    using History = typename Config::History;
+    using Rows = StreamedHistory<History, typename Config::Spring>;
+    static constexpr int kSlots = Config::owned_pairs;
     static constexpr std::int32_t kHasHistory = 1 << 30;
 
-    SharedView<Scene> shared;
+    SharedView<Config> shared;
     std::int32_t word[kSlots];    ///< of the current grain
     History before;               ///< of the current pair
 
    public:
-    RVE_INLINE explicit PassingPairs(const SharedView<Scene> &view) : shared(view) {}
+    RVE_INLINE explicit PassingPairs(const SharedView<Config> &view) : shared(view) {}
 
     // ---- loads and saves ------------------------------------------------------------------------
 
@@ -99,23 +99,23 @@ inline namespace RVE_ISA {
     }
   };
 
-  template <class Block, class Scene> class PassingGrains {
+  template <class Block, class Config> class PassingGrains {
     using Item = typename Block::Item;
-    using Numbers = typename Scene::Numbers;
-    using Real = typename Scene::Real;
-    using Shared = SharedView<Scene>;
+    using Numbers = typename Config::Numbers;
+    using Real = typename Config::Real;
+    using Shared = SharedView<Config>;
 
     SpheresInParts<Numbers> sphere;
-    PassingPairs<Scene> pairs;
+    PassingPairs<Config> pairs;
     Real *largest_of_grain;
     /// Largest force on any grain of a thread; no code needs that of a single grain
     Real largest;
 
    public:
-    using Sums = Vec<typename Scene::Sum, Scene::freedoms>;
-    template <class SomeItem> using SceneOf = Scene;
+    using Sums = Vec<typename Config::Sum, Config::freedoms>;
+    template <class SomeItem> using ConfigOf = Config;
 
-    RVE_INLINE PassingGrains(Block &, const Shared &shared, const WorkspaceView<Scene> &, int) :
+    RVE_INLINE PassingGrains(Block &, const Shared &shared, const WorkspaceView<Config> &, int) :
         sphere(shared.motion), pairs(shared), largest_of_grain(shared.largest_force), largest(0)
     {
     }
@@ -125,7 +125,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void load(const Shared &shared, Item i)
     {
       load_itself(i);
-      for (int k = 0; k < Scene::owned_pairs; ++k) load_pair(shared, k, i);
+      for (int k = 0; k < Config::owned_pairs; ++k) load_pair(shared, k, i);
     }
     RVE_INLINE void load_itself(Item i) { largest = larger(largest, largest_of_grain[i]); }
     RVE_INLINE void load_pair(const Shared &, int k, Item i) { pairs.load(k, i); }
@@ -136,7 +136,7 @@ inline namespace RVE_ISA {
     }
     RVE_INLINE void save_pairs(Item i)
     {
-      for (int k = 0; k < Scene::owned_pairs; ++k) pairs.save(k, i);
+      for (int k = 0; k < Config::owned_pairs; ++k) pairs.save(k, i);
     }
     /// Forces and pairs are in memory already.
     RVE_INLINE void load_forces(Item) {}
@@ -145,23 +145,23 @@ inline namespace RVE_ISA {
 
     // ---- access during the phases of a step -----------------------------------------------------
 
-    RVE_INLINE ViewOf<Scene> view(int i) const
+    RVE_INLINE ViewOf<Config> view(int i) const
     {
       const auto place = Block::read_whole(sphere.place[i]);
       const auto course = Block::read_whole(sphere.course[i]);
       return {{place.position, course.velocity}, course.spin, place.radius};
     }
 
-    RVE_INLINE ViewOf<Scene> view_partner(const Shared &, int k, Item i) const
+    RVE_INLINE ViewOf<Config> view_partner(const Shared &, int k, Item i) const
     {
       const int j = pairs.partner(k);
-      ViewOf<Scene> other = view(j);
+      ViewOf<Config> other = view(j);
       if (j == i)
-        other.radius = Scene::Law::has_reach ? kRadiusWithoutContact<Scene> : -other.radius;
+        other.radius = Config::Law::has_reach ? kRadiusWithoutContact<Config> : -other.radius;
       return other;
     }
 
-    RVE_INLINE GrainResponseOf<Scene> response(const Shared &shared, Item i) const
+    RVE_INLINE GrainResponseOf<Config> response(const Shared &shared, Item i) const
     {
       const auto course = Block::read_whole(sphere.course[i]);
       return {course.velocity_unit, course.spin_unit, shared.list_position[i]};
@@ -169,9 +169,9 @@ inline namespace RVE_ISA {
 
     RVE_INLINE auto history_of(int k, Item i)
     {
-      return typename PassingPairs<Scene>::Memory{pairs, k, i};
+      return typename PassingPairs<Config>::Memory{pairs, k, i};
     }
-    RVE_INLINE typename Scene::History saved_history(int k, Item i) const
+    RVE_INLINE typename Config::History saved_history(int k, Item i) const
     {
       return pairs.saved_history(k, i);
     }
@@ -187,11 +187,11 @@ inline namespace RVE_ISA {
     RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act, IsTaken)
     {
       pairs.load_words(i);
-      typename Scene::History next = pairs.stored_history(0, i);
+      typename Config::History next = pairs.stored_history(0, i);
       RVE_UNROLL
-      for (int k = 0; k < Scene::owned_pairs; ++k) {
+      for (int k = 0; k < Config::owned_pairs; ++k) {
         pairs.set_current(next);
-        if (k + 1 < Scene::owned_pairs) next = pairs.stored_history(k + 1, i);
+        if (k + 1 < Config::owned_pairs) next = pairs.stored_history(k + 1, i);
         const auto other = view(k);
         const auto here = step();
         act(k, here, other, geometry(here, other));
@@ -221,8 +221,8 @@ inline namespace RVE_ISA {
     }
 
     /// Writes the whole record after a kick and a drift.
-    RVE_INLINE void publish(const Shared &, Item i, const ViewOf<Scene> &grain,
-                            const GrainResponseOf<Scene> &response)
+    RVE_INLINE void publish(const Shared &, Item i, const ViewOf<Config> &grain,
+                            const GrainResponseOf<Config> &response)
     {
       Block::write_whole(sphere.place[i],
                          SpherePlace<Numbers>{grain.motion.position, grain.radius});
@@ -230,13 +230,13 @@ inline namespace RVE_ISA {
                          SphereCourse<Numbers>{grain.motion.velocity, grain.spin,
                                                response.velocity_unit, response.spin_unit});
     }
-    RVE_INLINE void publish_spin(Item, const Spin<Real, Scene::D> &) {}    // publish() writes it
+    RVE_INLINE void publish_spin(Item, const Spin<Real, Config::D> &) {}    // publish() writes it
   };
 
   /// Single grains of a kernel configuration.
-  template <class Block, class Scene>
-  using GrainsOf =
-      std::conditional_t<Scene::in_memory, PassingGrains<Block, Scene>, GrainItems<Block, Scene>>;
+  template <class Block, class Config>
+  using GrainsOf = std::conditional_t<Config::in_memory, PassingGrains<Block, Config>,
+                                      GrainItems<Block, Config>>;
 
 }    // namespace RVE_ISA
 }    // namespace rve

@@ -11,31 +11,31 @@ inline namespace RVE_ISA {
   /// Rotates the stored state of an RVE: cell, deformation and velocities, in space also spins and
   /// contact histories. Fractional coordinates and the list are the same in all axes; so are spins
   /// and contact histories in the plane.
-  template <class Block, class Scene>
-  RVE_INLINE void turn_rigidly(Block &block, const DeviceStateView<Scene> &device_state,
-                               const Tensor<double, Scene::D> &rotation)
+  template <class Block, class Config>
+  RVE_INLINE void turn_rigidly(Block &block, const DeviceStateView<Config> &device_state,
+                               const Tensor<double, Config::D> &rotation)
   {
     const int n = device_state.header->num_grains, num_extra = device_state.header->num_extra;
     block.for_each(n, [&](typename Block::Item i) {
       const auto turned = rotation * device_state.velocity[i].template as<double>();
-      device_state.velocity[i] = turned.template as<typename Scene::Real>();
-      if constexpr (Scene::D == 3) {
-        using Law = typename Scene::Law;
+      device_state.velocity[i] = turned.template as<typename Config::Real>();
+      if constexpr (Config::D == 3) {
+        using Law = typename Config::Law;
         const auto spin = rotation * device_state.spin[i].template as<double>();
-        device_state.spin[i] = spin.template as<typename Scene::Real>();
-        for (int k = 0; k < Scene::owned_pairs; ++k)
+        device_state.spin[i] = spin.template as<typename Config::Real>();
+        for (int k = 0; k < Config::owned_pairs; ++k)
           device_state.history[k * n + i] = Law::turned(device_state.history[k * n + i], rotation);
         for (int m = i; m < num_extra; m += n)
           device_state.extra_history[m] = Law::turned(device_state.extra_history[m], rotation);
       }
     });
     block.once([&] {
-      StateHeader<Scene::D> &header = *device_state.header;
+      StateHeader<Config::D> &header = *device_state.header;
       double *const of_columns[] = {header.cell, header.deformation, header.list_cell};
       for (double *tensor : of_columns)
-        store_tensor(rotation * load_tensor<Scene::D>(tensor), tensor);
+        store_tensor(rotation * load_tensor<Config::D>(tensor), tensor);
       double *const gradient = header.servo_velocity_gradient;
-      store_tensor(rotation * load_tensor<Scene::D>(gradient) * transpose(rotation), gradient);
+      store_tensor(rotation * load_tensor<Config::D>(gradient) * transpose(rotation), gradient);
     });
   }
 

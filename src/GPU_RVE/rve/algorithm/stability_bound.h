@@ -76,13 +76,13 @@ inline namespace RVE_ISA {
   /// Bound of the largest eigenvalue of M^-1 K, for the network and for one contact that may form.
   /// Its unit is `largest` over the mass of a grain of radius one, in internal lengths. `largest`
   /// is no less than any modulus of K.
-  template <class Block, class Scene> struct EigenvalueBound {
+  template <class Block, class Config> struct EigenvalueBound {
     using Item = typename Block::Item;
-    using ScriptLaw = typename Scene::Law::template In<DoubleNumbers>;
+    using ScriptLaw = typename Config::Law::template In<DoubleNumbers>;
 
     Block &block;
-    const CallState<Scene> &call;
-    StepConstants<Scene> step;
+    const CallState<Config> &call;
+    StepConstants<Config> step;
     ScriptLaw law;
     ModuliKind kind;
     double largest;
@@ -101,12 +101,12 @@ inline namespace RVE_ISA {
     /// deepest contact, or the estimate for a packing without contacts.
     RVE_INLINE double coming_overlap() const
     {
-      if constexpr (Scene::Law::has_constant_moduli) return 0.0;
+      if constexpr (Config::Law::has_constant_moduli) return 0.0;
       block.for_each(call.num_grains, [&](Item i) {
         double most = 0.0;
         visit_contacts(call, step, i,
                        [&](int, int, const auto &, const auto &, const auto &contact,
-                           typename Scene::History) {
+                           typename Config::History) {
                          most = larger(most, static_cast<double>(contact.overlap));
                        });
         arrays.value[i] = most;
@@ -122,7 +122,7 @@ inline namespace RVE_ISA {
       block.for_each(call.num_grains, [&](Item item) {
         visit_contacts(call, step, item,
                        [&](int first, int second, const auto &one, const auto &other,
-                           const auto &contact, typename Scene::History) {
+                           const auto &contact, typename Config::History) {
                          add_contact(first, second, contact,
                                      relative_moduli(place_of(contact, one, other)));
                        });
@@ -256,7 +256,7 @@ inline namespace RVE_ISA {
 
     // ---- in space -------------------------------------------------------------------------------
 
-    static constexpr double kSphereUnit = 0x1p-40, kInertia = GrainShape<Scene::D>::inertia;
+    static constexpr double kSphereUnit = 0x1p-40, kInertia = GrainShape<Config::D>::inertia;
 
     RVE_INLINE double in_space() const
     {
@@ -283,7 +283,7 @@ inline namespace RVE_ISA {
     }
 
     /// Returns 1/m in units of that of a grain of radius one.
-    static RVE_INLINE double inverse_mass(double r) { return 1.0 / times_power<Scene::D>(1.0, r); }
+    static RVE_INLINE double inverse_mass(double r) { return 1.0 / times_power<Config::D>(1.0, r); }
 
     /// Returns the bound for a contact of two of the lightest grains: along the normal, and along
     /// the contact with lever arms of a radius. Rolling is fastest on a large partner, where the
@@ -337,20 +337,20 @@ inline namespace RVE_ISA {
 
   /// Returns the bound of the largest eigenvalue. In the plane it need not be sharp below
   /// `sufficient`.
-  template <class Block, class Scene>
-  RVE_COLD double bound_eigenvalue(Block block, const CallState<Scene> &call, int step_number,
+  template <class Block, class Config>
+  RVE_COLD double bound_eigenvalue(Block block, const CallState<Config> &call, int step_number,
                                    ModuliKind kind, double largest, BoundArrays arrays,
                                    double sufficient)
   {
-    const EigenvalueBound<Block, Scene> bound{
+    const EigenvalueBound<Block, Config> bound{
         block,
         call,
-        step_constants<Scene>(call.law, call.planned(step_number)),
+        step_constants<Config>(call.law, call.planned(step_number)),
         law_of_script(call),
         kind,
         largest,
         arrays};
-    if constexpr (Scene::D == 2)
+    if constexpr (Config::D == 2)
       return bound.in_plane(sufficient);
     else
       return bound.in_space();
@@ -358,18 +358,18 @@ inline namespace RVE_ISA {
 
   /// Stores a lower bound of the stable time step as the first number of detail.stiffness. It need
   /// not be sharp above the dt of the prescribed motion.
-  template <class Block, class Scene>
-  RVE_COLD void bound_time_step(Block block, const CallState<Scene> &call, int step_number,
-                                DetailRecord<Scene::D> &detail)
+  template <class Block, class Config>
+  RVE_COLD void bound_time_step(Block block, const CallState<Config> &call, int step_number,
+                                DetailRecord<Config::D> &detail)
   {
-    const StateHeader<Scene::D> &header = call.header;
+    const StateHeader<Config::D> &header = call.header;
     const int n = call.num_grains;
     Carver spare(spare_of(call.work));
     BoundArrays arrays;
-    spare.take(arrays.block, (Scene::D == 2 ? 6 : 12) * n);
+    spare.take(arrays.block, (Config::D == 2 ? 6 : 12) * n);
     take_each(spare, n, arrays.weight, arrays.value);
     const double length = call.units.length;
-    const double per_mass = 1.0 / times_power<Scene::D>(call.mass_factor, length);
+    const double per_mass = 1.0 / times_power<Config::D>(call.mass_factor, length);
     const double gain = 1.0 + header.material.local_damping, enough = call.drive.dt;
     // The margin covers the rounding of directions to the number format.
     constexpr double kMargin = 1.0 + 1e-5;

@@ -21,19 +21,19 @@ inline namespace RVE_ISA {
   }
 
   /// Bookkeeping of a call with a servo, with energies, or with both.
-  template <class Block, class Scene> struct StepBookkeeping {
+  template <class Block, class Config> struct StepBookkeeping {
     using Item = typename Block::Item;
-    using Real = typename Scene::Real;
-    using Planning = StepPlanning<Block, Scene>;
-    using Stored = StoredGrains<Block, Scene>;
+    using Real = typename Config::Real;
+    using Planning = StepPlanning<Block, Config>;
+    using Stored = StoredGrains<Block, Config>;
 
     Block &block;
-    CallState<Scene> &call;
+    CallState<Config> &call;
     bool tracks_energy, has_servo;
 
-    RVE_INLINE StepBookkeeping(Block &block_in, CallState<Scene> &call_in) :
-        block(block_in), call(call_in), tracks_energy(Scene::books && call.keeps_ledger()),
-        has_servo(Scene::steers && call.has_servo())
+    RVE_INLINE StepBookkeeping(Block &block_in, CallState<Config> &call_in) :
+        block(block_in), call(call_in), tracks_energy(Config::books && call.keeps_ledger()),
+        has_servo(Config::steers && call.has_servo())
     {
     }
     RVE_INLINE bool is_wanted() const { return has_servo || tracks_energy; }
@@ -65,16 +65,16 @@ inline namespace RVE_ISA {
     {
       Stored::copy_history(block, call, call.pairs, call.work.fresh);
       block.once([&] {
-        call.plan[0] = PlanOf<Scene>();
+        call.plan[0] = PlanOf<Config>();
         call.plan[0].to_length =
-            fraction_to_length<typename Scene::Numbers>(call.units.per_length * call.cell);
+            fraction_to_length<typename Config::Numbers>(call.units.per_length * call.cell);
         call.plan_first = call.plan_last = 0;    // the steps are planned later
         call.list_inverse = inverse(call.list_cell);
         call.law.dt = Real(0);
       });
     }
 
-    RVE_INLINE void end_step_zero(const SharedView<Scene> &shared) const
+    RVE_INLINE void end_step_zero(const SharedView<Config> &shared) const
     {
       Stored::copy_history(block, call, call.work.fresh, call.pairs);
       block.for_each(call.num_grains, [&](Item i) {
@@ -88,41 +88,41 @@ inline namespace RVE_ISA {
     /// Sets the cell of the next step of a servo. One thread calls it.
     RVE_INLINE void grow_cell() const
     {
-      const Tensor<double, Scene::D> prescribed =
-          load_tensor<Scene::D>(call.steering.velocity_gradient);
+      const Tensor<double, Config::D> prescribed =
+          load_tensor<Config::D>(call.steering.velocity_gradient);
       if (call.steering.modes)
         call.servo_gradient = gradient_of_modes(*call.steering.modes, prescribed,
-                                                [&](const SteeredMode<Scene::D> &mode) {
+                                                [&](const SteeredMode<Config::D> &mode) {
                                                   return amplitude_in(mode, call.servo_gradient);
                                                 });
       else
-        for (int c = 0; c < Scene::components; ++c)
+        for (int c = 0; c < Config::components; ++c)
           call.servo_gradient.component[c] = call.steering.controlled[c]
               ? call.servo_gradient.component[c]
               : prescribed.component[c];
-      const Tensor<double, Scene::D> small = call.drive.dt * call.servo_gradient;
+      const Tensor<double, Config::D> small = call.drive.dt * call.servo_gradient;
       // This is exp() to third order.
-      const Tensor<double, Scene::D> growth =
-          Tensor<double, Scene::D>::identity() + small + 0.5 * (small * small);
+      const Tensor<double, Config::D> growth =
+          Tensor<double, Config::D>::identity() + small + 0.5 * (small * small);
       call.cell = growth * call.cell;
       call.deformation = growth * call.deformation;
     }
 
     /// Adds the work of local damping in the kick of grain i.
     static RVE_INLINE void
-    add_damping_loss(CallState<Scene> &call, Item i, const ViewOf<Scene> &before,
-                     const ViewOf<Scene> &after,
-                     const Kick<typename Scene::Numbers, Scene::D> &increment)
+    add_damping_loss(CallState<Config> &call, Item i, const ViewOf<Config> &before,
+                     const ViewOf<Config> &after,
+                     const Kick<typename Config::Numbers, Config::D> &increment)
     {
       const double length = call.units.length;
       const double r = static_cast<double>(before.radius) * length, mass = call.mass_of(r);
-      const Vec<Real, Scene::D> &slow = before.motion.velocity, &fast = after.motion.velocity;
+      const Vec<Real, Config::D> &slow = before.motion.velocity, &fast = after.motion.velocity;
       double lost = damping_loss(mass, slow[0], fast[0], increment.velocity[0]);
-      for (int a = 1; a < Scene::D; ++a)
+      for (int a = 1; a < Config::D; ++a)
         lost += damping_loss(mass, slow[a], fast[a], increment.velocity[a]);
       lost = length * length * lost;
-      const double inertia = GrainShape<Scene::D>::inertia * mass * r * r;
-      for (int k = 0; k < Scene::spins; ++k)
+      const double inertia = GrainShape<Config::D>::inertia * mass * r * r;
+      for (int k = 0; k < Config::spins; ++k)
         lost += damping_loss(inertia, spin_component(before.spin, k), spin_component(after.spin, k),
                              spin_component(increment.spin, k));
       call.work.damping[call.number_of(i)] += lost;
@@ -144,22 +144,22 @@ inline namespace RVE_ISA {
     /// Returns the velocity gradient of a planned step relative to the cell before the step, L (I -
     /// dt L)^-1 [1/time]. The plan has L relative to the cell after the step; a servo in the plane
     /// uses one for both.
-    RVE_INLINE Tensor<double, Scene::D> gradient_before(const PlanOf<Scene> &plan) const
+    RVE_INLINE Tensor<double, Config::D> gradient_before(const PlanOf<Config> &plan) const
     {
       const auto after = plan.gradient.template as<double>();
-      if (Scene::D == 2 && has_servo) return after;
+      if (Config::D == 2 && has_servo) return after;
       return after *
-          inverse(Tensor<double, Scene::D>::identity() - static_cast<double>(call.law.dt) * after);
+          inverse(Tensor<double, Config::D>::identity() - static_cast<double>(call.law.dt) * after);
     }
 
     /// Adds half of the work of the mean field in a step: that of the last forces on branches that
     /// grow by `gradient`. Half of the work of a step is done by the forces before it and half by
     /// those after it, each on their own branches; a rigid rotation then does no work. One thread
     /// calls it.
-    RVE_INLINE void add_half_of_work(const Tensor<double, Scene::D> &gradient) const
+    RVE_INLINE void add_half_of_work(const Tensor<double, Config::D> &gradient) const
     {
       double power = 0.0;
-      for (int c = 0; c < Scene::components; ++c)
+      for (int c = 0; c < Config::components; ++c)
         power += static_cast<double>(call.totals.sum[c]) * gradient.component[c];
       call.supplied +=
           0.5 * (call.units.force * call.units.length) * power * static_cast<double>(call.law.dt);
@@ -168,26 +168,26 @@ inline namespace RVE_ISA {
     /// Updates the velocity gradient of the servo by the stress. One thread calls it.
     RVE_INLINE void steer() const
     {
-      const SteeringRecord<Scene::D> &steering = call.steering;
+      const SteeringRecord<Config::D> &steering = call.steering;
       const auto stress = [&](int c) { return stress_component(call, call.end_per_volume, c); };
       if (steering.modes) {
         call.servo_gradient = gradient_of_modes(
-            *steering.modes, load_tensor<Scene::D>(steering.velocity_gradient),
-            [&](const SteeredMode<Scene::D> &mode) {
+            *steering.modes, load_tensor<Config::D>(steering.velocity_gradient),
+            [&](const SteeredMode<Config::D> &mode) {
               double now = 0.0;
-              for (int c = 0; c < Scene::components; ++c) now += mode.stress[c] * stress(c);
+              for (int c = 0; c < Config::components; ++c) now += mode.stress[c] * stress(c);
               return steer_rate(amplitude_in(mode, call.servo_gradient), now, mode.goal, mode.gain,
                                 call.drive.dt, mode.max_rate);
             });
         return;
       }
       // The loop has no branch, so that no component waits for another one.
-      Tensor<double, Scene::D> gradient = call.servo_gradient;
-      for (int c = 0; c < Scene::components; ++c) {
+      Tensor<double, Config::D> gradient = call.servo_gradient;
+      for (int c = 0; c < Config::components; ++c) {
         // A shear uses the mean of both stress components.
-        const int row = c / Scene::D, column = c % Scene::D;
+        const int row = c / Config::D, column = c % Config::D;
         const double now = row == column ? stress(c)
-                                         : 0.5 * (stress(c) + stress(column * Scene::D + row));
+                                         : 0.5 * (stress(c) + stress(column * Config::D + row));
         const double rate = gradient.component[c],
                      steered = steer_rate(rate, now, steering.stress_goal[c], steering.servo_gain,
                                           call.drive.dt, steering.servo_max_rate);

@@ -32,25 +32,25 @@ inline namespace RVE_ISA {
 
   /// Program of one call. StepGrains is the access of the steps to grains, single or also in packs.
   /// All other phases use single grains.
-  template <class Block, class Scene, class StepGrains = GrainsOf<Block, Scene>> class RveKernel {
+  template <class Block, class Config, class StepGrains = GrainsOf<Block, Config>> class RveKernel {
     using Item = typename Block::Item;
-    using Real = typename Scene::Real;
-    using Wide = typename Scene::Wide;
+    using Real = typename Config::Real;
+    using Wide = typename Config::Wide;
 
-    using Traits = KernelTraits<Block, Scene>;
-    using Begin = CallBegin<Block, Scene>;
-    using Bookkeeping = StepBookkeeping<Block, Scene>;
-    using Planning = StepPlanning<Block, Scene>;
-    using Renewal = ListRenewal<Block, Scene>;
-    using Stored = StoredGrains<Block, Scene>;
-    using Progress = CallProgress<Scene>;
-    using End = CallEnd<Block, Scene>;
-    using Grains = GrainsOf<Block, Scene>;
+    using Traits = KernelTraits<Block, Config>;
+    using Begin = CallBegin<Block, Config>;
+    using Bookkeeping = StepBookkeeping<Block, Config>;
+    using Planning = StepPlanning<Block, Config>;
+    using Renewal = ListRenewal<Block, Config>;
+    using Stored = StoredGrains<Block, Config>;
+    using Progress = CallProgress<Config>;
+    using End = CallEnd<Block, Config>;
+    using Grains = GrainsOf<Block, Config>;
 
    public:
     /// Prepares to run a call that is prepared and has its views, one of which is `shared`.
-    RVE_INLINE RveKernel(Block &block_in, CallState<Scene> &call_in,
-                         const SharedView<Scene> &shared_in) :
+    RVE_INLINE RveKernel(Block &block_in, CallState<Config> &call_in,
+                         const SharedView<Config> &shared_in) :
         block(block_in),
         call(call_in), shared(shared_in), num_grains(call_in.num_grains)
     {
@@ -58,7 +58,7 @@ inline namespace RVE_ISA {
 
     /// Runs the call. It writes the stored state only if no fatal error occurred, and `answer`
     /// always. It writes details if `detail` is not null.
-    RVE_INLINE void run(AnswerRecord<Scene::D> &answer, DetailRecord<Scene::D> *detail)
+    RVE_INLINE void run(AnswerRecord<Config::D> &answer, DetailRecord<Config::D> *detail)
     {
       const bool direct = Begin::is_direct(call);
       if (direct)
@@ -81,7 +81,7 @@ inline namespace RVE_ISA {
     /// Returns whether the Love sums of every step are needed.
     RVE_INLINE bool keeps_books() const
     {
-      return Scene::steers && !evaluates() && bookkeeping().is_wanted();
+      return Config::steers && !evaluates() && bookkeeping().is_wanted();
     }
 
     // ---- the order of steps ---------------------------------------------------------------------
@@ -90,7 +90,7 @@ inline namespace RVE_ISA {
     /// stored state.
     RVE_INLINE void run_steps(bool direct)
     {
-      if constexpr (Scene::steers)
+      if constexpr (Config::steers)
         if (keeps_books()) {
           run_with_bookkeeping();
           return;
@@ -172,7 +172,7 @@ inline namespace RVE_ISA {
       });
       if (k > 0) return;
       books.end_step_zero(shared);
-      if constexpr (Scene::in_memory) load_pairs();
+      if constexpr (Config::in_memory) load_pairs();
     }
 
     RVE_INLINE void load_with_forces(StepGrains &grains)
@@ -184,7 +184,7 @@ inline namespace RVE_ISA {
     /// Loads pairs that stay in memory, and the rows of packs of grains.
     RVE_INLINE void load_pairs()
     {
-      if constexpr (!std::is_same_v<StepGrains, Grains> || Scene::in_memory) {
+      if constexpr (!std::is_same_v<StepGrains, Grains> || Config::in_memory) {
         StepGrains grains(block, shared, call.work, num_grains);
         block.own_items(num_grains,
                         [&](const auto i) RVE_INLINE_LAMBDA { grains.load(shared, i); });
@@ -193,7 +193,7 @@ inline namespace RVE_ISA {
     /// Saves pairs for the building of lists and the end of the call.
     RVE_INLINE void save_pairs()
     {
-      if constexpr (Scene::in_memory) {
+      if constexpr (Config::in_memory) {
         StepGrains grains(block, shared, call.work, num_grains);
         block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA { grains.save_pairs(i); });
       }
@@ -235,8 +235,8 @@ inline namespace RVE_ISA {
         t = step_in_places(grains, t, end, n, moved, k > 1);
       } else {
         for (bool kicks = k > 1;; kicks = true, ++t) {
-          const PlanOf<Scene> &plan = call.plan[t];
-          const auto held = hold_constants<Scene>(block, call.law, plan, n);
+          const PlanOf<Config> &plan = call.plan[t];
+          const auto held = hold_constants<Config>(block, call.law, plan, n);
           if (!moved) {
             if (move<Visit::Items>(grains, plan, call.alpha, held.num_grains, kicks)) {
               t = ~t;    // a separate flag would take a register through all steps
@@ -263,7 +263,7 @@ inline namespace RVE_ISA {
     /// large for uniform registers.
     RVE_INLINE int step_in_places(StepGrains &grains, int t, int end, int n, bool moved, bool kicks)
     {
-      const PlanOf<Scene> *plan = call.plan + t;
+      const PlanOf<Config> *plan = call.plan + t;
       const auto law = call.law;
       const Real alpha = call.alpha;
       const int num_extra = call.num_extra;
@@ -280,7 +280,7 @@ inline namespace RVE_ISA {
 
     /// Returns the forces by a plan, for phases that need more than forces.
     template <Wanted wanted, class SomeGrains>
-    RVE_INLINE auto forces(SomeGrains &grains, const PlanOf<Scene> &plan)
+    RVE_INLINE auto forces(SomeGrains &grains, const PlanOf<Config> &plan)
     {
       return contact_forces<wanted>(block, grains, shared, call, call.law, plan, call.num_extra,
                                     PlainConstants{num_grains});
@@ -296,9 +296,9 @@ inline namespace RVE_ISA {
     {
       const GrainView<Numbers, D> before = grain;
       const auto force = grains.collect(block, shared, i);
-      const auto increment = kick_grain<Scene::has_friction>(grain, force, response, alpha);
+      const auto increment = kick_grain<Config::has_friction>(grain, force, response, alpha);
       grains.publish_spin(i, grain.spin);
-      if constexpr (Scene::books) {
+      if constexpr (Config::books) {
         if (call.batch.track_energy)
           Bookkeeping::add_damping_loss(call, i, before, grain, increment);
       }
@@ -307,18 +307,18 @@ inline namespace RVE_ISA {
     /// Makes the kick of the step before and the drift in the current cell. Returns whether a grain
     /// has moved farther than the list allows, or the plan requires a new list.
     template <Visit way>
-    RVE_INLINE bool move(StepGrains &grains, const PlanOf<Scene> &plan, Real alpha, int n,
+    RVE_INLINE bool move(StepGrains &grains, const PlanOf<Config> &plan, Real alpha, int n,
                          bool kick_first)
     {
-      const MoveConstants<typename Scene::Numbers, Scene::D> constants(plan, alpha);
+      const MoveConstants<typename Config::Numbers, Config::D> constants(plan, alpha);
       const auto move_item = [&](const auto i) RVE_INLINE_LAMBDA {
-        using Here = typename StepGrains::template SceneOf<std::decay_t<decltype(i)>>;
+        using Here = typename StepGrains::template ConfigOf<std::decay_t<decltype(i)>>;
         const MoveConstants<typename Here::Numbers, Here::D> step(constants, constants.alpha);
         auto grain = grains.view(i);
         const auto response = grains.response(shared, i);
         if (kick_first) kick_item(grains, i, response, step.alpha, grain);
         drift_grain(step, grain.motion);
-        if constexpr (Traits::spheres_in_registers || Scene::in_memory)
+        if constexpr (Traits::spheres_in_registers || Config::in_memory)
           grains.publish(shared, i, grain, response);
         else
           grains.publish_motion(i, grain.motion);
@@ -326,7 +326,7 @@ inline namespace RVE_ISA {
           if (is_in_safe_box(step, grain.motion, response)) return Block::predicate(false);
           // Data that only few grains need are not kept for all of them.
           block.reread();
-          const MoveConstants<typename Scene::Numbers, Scene::D> exact(plan, Real(0));
+          const MoveConstants<typename Config::Numbers, Config::D> exact(plan, Real(0));
           return Block::predicate(squared_displacement(exact, grain.motion, response) >
                                   exact.allowed_squared);
         } else {
@@ -339,7 +339,7 @@ inline namespace RVE_ISA {
     // ---- the end of a call ----------------------------------------------------------------------
 
     /// Computes the last forces and all results.
-    RVE_INLINE void finish(AnswerRecord<Scene::D> &answer, DetailRecord<Scene::D> *detail)
+    RVE_INLINE void finish(AnswerRecord<Config::D> &answer, DetailRecord<Config::D> *detail)
     {
       // An evaluation must not change the history: the Coulomb limit may differ, with dashpots or
       // after a change of friction.
@@ -351,7 +351,7 @@ inline namespace RVE_ISA {
     }
 
     /// Finishes a call by one path of code, which must be small.
-    RVE_INLINE void finish_without_details(AnswerRecord<Scene::D> &answer)
+    RVE_INLINE void finish_without_details(AnswerRecord<Config::D> &answer)
     {
       Grains grains(block, shared, call.work, num_grains);
       reduce_last_forces(grains);
@@ -365,15 +365,15 @@ inline namespace RVE_ISA {
                      [&](int part) { End::write_result(call, word, part, answer); });
     }
 
-    static RVE_COLD std::uint32_t check_grains(Block block, CallState<Scene> &call,
+    static RVE_COLD std::uint32_t check_grains(Block block, CallState<Config> &call,
                                                std::uint32_t word)
     {
       if (call.drive.substeps == 0) Stored::copy_history(block, call, call.work.fresh, call.pairs);
       return End::with_errors_of_grains(block, call, word);
     }
 
-    RVE_INLINE void finish_with_details(AnswerRecord<Scene::D> &answer,
-                                        DetailRecord<Scene::D> *detail)
+    RVE_INLINE void finish_with_details(AnswerRecord<Config::D> &answer,
+                                        DetailRecord<Config::D> *detail)
     {
       std::uint32_t word;
       const auto write = [&](int part) { End::write_result(call, word, part, answer); };
@@ -410,7 +410,7 @@ inline namespace RVE_ISA {
         store<false>(grains, End::kResults, write);
       }
       if (detail)
-        copy_words(block, static_cast<const StateProgress<Scene::D> &>(*call.device_state.header),
+        copy_words(block, static_cast<const StateProgress<Config::D> &>(*call.device_state.header),
                    detail->progress);
     }
 
@@ -428,7 +428,7 @@ inline namespace RVE_ISA {
 
     /// Computes the last forces in packs and stores them in the arrays of single grains. It is a
     /// separate function so that it takes no registers from the steps.
-    RVE_COLD void reduce_in_packs(const PlanOf<Scene> &plan)
+    RVE_COLD void reduce_in_packs(const PlanOf<Config> &plan)
     {
       StepGrains packs(block, shared, call.work, num_grains);
       block.own_items(num_grains, [&](const auto i) RVE_INLINE_LAMBDA { packs.load(shared, i); });
@@ -443,14 +443,14 @@ inline namespace RVE_ISA {
     RVE_INLINE void save(Grains &grains)
     {
       block.own_items(num_grains, [&](Item i) RVE_INLINE_LAMBDA {
-        if constexpr (Scene::in_memory)
+        if constexpr (Config::in_memory)
           grains.save(i);
         else
           grains.save_with_forces(i);
       });
     }
 
-    RVE_INLINE void fail(std::uint32_t word, AnswerRecord<Scene::D> &answer)
+    RVE_INLINE void fail(std::uint32_t word, AnswerRecord<Config::D> &answer)
     {
       block.once([&] { End::write_failure(call, word, answer); });
     }
@@ -458,7 +458,7 @@ inline namespace RVE_ISA {
     /// Returns force and torque on grain i, and stores them for the last kick.
     RVE_INLINE typename Grains::Sums collect_own(Item i)
     {
-      if constexpr (Scene::in_memory) {
+      if constexpr (Config::in_memory) {
         const auto force = collect_force(block, shared, typename Grains::Sums(), i);
         add_force(block, shared, i, force);
         return force;
@@ -467,13 +467,13 @@ inline namespace RVE_ISA {
       }
     }
 
-    RVE_INLINE void homogenize_last_forces(DetailRecord<Scene::D> &detail)
+    RVE_INLINE void homogenize_last_forces(DetailRecord<Config::D> &detail)
     {
       double *force_size = call.work.scratch + 3 * num_grains;
       block.for_items(num_grains, [&](Item i) {
         const auto own = collect_own(i);
         double squared = static_cast<double>(own[0]) * static_cast<double>(own[0]);
-        for (int a = 1; a < Scene::D; ++a)
+        for (int a = 1; a < Config::D; ++a)
           squared += static_cast<double>(own[a]) * static_cast<double>(own[a]);
         force_size[i] = std::sqrt(squared);
       });
@@ -490,13 +490,13 @@ inline namespace RVE_ISA {
         grains.spin.keep(i, stored.spin);
         grains.largest_force.keep(i, Real(0));
         grains.partners.publish(i, stored.partner);
-        for (int k = 0; k < Scene::owned_pairs; ++k) {
-          if constexpr (Scene::has_friction)
+        for (int k = 0; k < Config::owned_pairs; ++k) {
+          if constexpr (Config::has_friction)
             grains.history[k].keep(
                 i,
-                Scene::Law::history_for_steps(Stored::internal_history(call, stored.history[k])));
+                Config::Law::history_for_steps(Stored::internal_history(call, stored.history[k])));
           else    // they are zero and stay zero
-            grains.history[k].publish(i, typename Scene::History());
+            grains.history[k].publish(i, typename Config::History());
         }
         set_response(shared, i, Stored::response_of(call, grains.radius[i], stored.list_position));
       });
@@ -509,12 +509,12 @@ inline namespace RVE_ISA {
     template <bool Loaded, class Parts>
     RVE_INLINE void store(Grains &grains, int num_parts, const Parts &parts)
     {
-      const DeviceStateView<Scene> &device_state = call.device_state;
+      const DeviceStateView<Config> &device_state = call.device_state;
       const Real alpha = call.alpha;
       const Real to_user = static_cast<Real>(call.units.length);
       const double force_to_user = call.units.force, length_to_user = call.units.length;
-      const auto history_to_user = [=](const typename Scene::History &history) {
-        return Scene::Law::in_units(history, force_to_user, length_to_user);
+      const auto history_to_user = [=](const typename Config::History &history) {
+        return Config::Law::in_units(history, force_to_user, length_to_user);
       };
       const bool moved = !evaluates();
       const bool relisted = call.num_rebuilds > 0;
@@ -523,21 +523,21 @@ inline namespace RVE_ISA {
           grains.load(shared, i);
           grains.load_forces(i);
         }
-        ViewOf<Scene> grain = grains.view(i);
+        ViewOf<Config> grain = grains.view(i);
         if (moved) kick_item(grains, i, response_of(shared, i), alpha, grain);
         device_state.position[i] = grain.motion.position;
         device_state.velocity[i] = to_user * grain.motion.velocity;
         device_state.spin[i] = grain.spin;
-        if (Scene::has_friction)
-          for (int k = 0; k < Scene::owned_pairs; ++k)
+        if (Config::has_friction)
+          for (int k = 0; k < Config::owned_pairs; ++k)
             Block::write_whole(device_state.history[k * num_grains + i],
                                history_to_user(grains.saved_history(k, i)));
         if (relisted) {
           device_state.list_position[i] = list_position_of(shared, i);
           device_state.number[i] = call.work.number[i];
           device_state.radius[i] =
-              static_cast<typename Scene::Wide>(call.units.length) * grain.radius;
-          for (int k = 0; k < Scene::owned_pairs; ++k)
+              static_cast<typename Config::Wide>(call.units.length) * grain.radius;
+          for (int k = 0; k < Config::owned_pairs; ++k)
             device_state.partner[k * num_grains + i] = grains.partner_in_slot(k, i);
         }
       };
@@ -553,8 +553,8 @@ inline namespace RVE_ISA {
     }
 
     Block &block;
-    CallState<Scene> &call;
-    const SharedView<Scene> &shared;
+    CallState<Config> &call;
+    const SharedView<Config> &shared;
     const int num_grains;
     bool needs_renewal = false;
   };

@@ -10,36 +10,37 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Plans the steps of a call on the path of its cell.
-  template <class Block, class Scene> struct StepPlanning {
+  template <class Block, class Config> struct StepPlanning {
     using Item = typename Block::Item;
-    using Real = typename Scene::Real;
-    using Wide = typename Scene::Wide;
+    using Real = typename Config::Real;
+    using Wide = typename Config::Wide;
 
     /// Returns the number of steps to plan before the call begins. It requires a list, and is zero
     /// with a servo, whose first cell is not known.
-    static RVE_INLINE int steps_to_plan(const PreparedCall<Scene> &call)
+    static RVE_INLINE int steps_to_plan(const PreparedCall<Config> &call)
     {
       return call.has_servo() ? 0 : steps_to_plan(call, 1);
     }
 
     /// Returns H after step k, which is planned or about to be planned.
-    static RVE_INLINE Tensor<double, Scene::D> cell_of_step(const PreparedCall<Scene> &call, int k)
+    static RVE_INLINE Tensor<double, Config::D> cell_of_step(const PreparedCall<Config> &call,
+                                                             int k)
     {
       if (call.has_servo()) return call.cell;
-      CellPath<Scene::D> path = call.path;
+      CellPath<Config::D> path = call.path;
       return cell_on(path, k);
     }
 
     /// Returns how many steps from `first` on can be planned.
-    static RVE_INLINE int steps_to_plan(const PreparedCall<Scene> &call, int first)
+    static RVE_INLINE int steps_to_plan(const PreparedCall<Config> &call, int first)
     {
       const int left = call.drive.substeps - first + 1;
       if (call.has_servo() || left < 1) return 1;
-      return left < kPlanSteps<Scene> ? left : kPlanSteps<Scene>;
+      return left < kPlanSteps<Config> ? left : kPlanSteps<Config>;
     }
 
     /// Plans as many steps from `first` on as possible.
-    static RVE_COLD void make_plan(Block block, CallState<Scene> &call, int first)
+    static RVE_COLD void make_plan(Block block, CallState<Config> &call, int first)
     {
       const int count = steps_to_plan(call, first);
       block.for_each(count, [&](Item t) { plan_step(call, t, first); });
@@ -51,18 +52,18 @@ inline namespace RVE_ISA {
     }
 
     /// Makes entry t of a plan that starts with step `first`.
-    static RVE_INLINE void plan_step(PreparedCall<Scene> &call, int t, int first)
+    static RVE_INLINE void plan_step(PreparedCall<Config> &call, int t, int first)
     {
       if (call.has_servo()) {
         plan_servo_motion(call);
         plan_list(call, call.plan[0], call.cell, inverse(call.list_cell));
         return;
       }
-      Tensor<double, Scene::D> cell = call.cell, rate = Tensor<double, Scene::D>::zero();
+      Tensor<double, Config::D> cell = call.cell, rate = Tensor<double, Config::D>::zero();
       if (call.drive.substeps > 0) {
-        CellPath<Scene::D> path = call.path;
+        CellPath<Config::D> path = call.path;
         const bool has_corners = call.drive.segments > 1;
-        const Tensor<double, Scene::D> before = has_corners ? cell_on(path, first + t - 1) : cell;
+        const Tensor<double, Config::D> before = has_corners ? cell_on(path, first + t - 1) : cell;
         const int segment = path.present_segment();
         cell = cell_on(path, first + t);
         // A step around a corner of the path goes straight from cell to cell. With the rate of the
@@ -71,7 +72,7 @@ inline namespace RVE_ISA {
         rate = path.present_segment() == segment ? path.cell_rate()
                                                  : (1.0 / call.drive.dt) * (cell - before);
       }
-      const Tensor<double, Scene::D> inverse_cell = inverse(cell);
+      const Tensor<double, Config::D> inverse_cell = inverse(cell);
       plan_motion(call, call.plan[t], cell, inverse_cell, rate * inverse_cell);
       plan_list(call, call.plan[t], cell, inverse(call.list_cell));
     }
@@ -79,7 +80,7 @@ inline namespace RVE_ISA {
     /// Plans step k of a servo, whose cell and rate are known. The thread that plans the motion
     /// calls f() afterwards; another thread plans the list at the same time.
     template <class F>
-    static RVE_INLINE void plan_servo_step(Block &block, CallState<Scene> &call, int k, F f)
+    static RVE_INLINE void plan_servo_step(Block &block, CallState<Config> &call, int k, F f)
     {
       block.for_each(
           1,
@@ -92,52 +93,53 @@ inline namespace RVE_ISA {
     }
 
    private:
-    static RVE_INLINE Tensor<double, Scene::D> cell_on(CellPath<Scene::D> &path, int step)
+    static RVE_INLINE Tensor<double, Config::D> cell_on(CellPath<Config::D> &path, int step)
     {
       // Inlined code would need more registers than any other part of the kernel.
-      if constexpr (KernelTraits<Block, Scene>::uniform_constants)
+      if constexpr (KernelTraits<Block, Config>::uniform_constants)
         return path.cell_apart(step);
       else
         return path.cell(step);
     }
 
     /// Plans the motion in the only planned step of a servo.
-    static RVE_INLINE void plan_servo_motion(PreparedCall<Scene> &call)
+    static RVE_INLINE void plan_servo_motion(PreparedCall<Config> &call)
     {
-      const Tensor<double, Scene::D> cell = call.cell;
-      Tensor<double, Scene::D> gradient = call.servo_gradient;
+      const Tensor<double, Config::D> cell = call.cell;
+      Tensor<double, Config::D> gradient = call.servo_gradient;
       // The plan has the change of a branch in the step over the branch at its end, as on a path:
       // (1 - exp(-L dt))/dt.
-      if constexpr (Scene::D == 3)
+      if constexpr (Config::D == 3)
         gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
       plan_motion(call, call.plan[0], cell, inverse(cell), gradient);
-      call.end_per_volume = CallProgress<Scene>::per_volume(call, call.plan[0].volume);
+      call.end_per_volume = CallProgress<Config>::per_volume(call, call.plan[0].volume);
     }
 
     /// Plans the motion of grains and their contacts in a step.
-    static RVE_INLINE void plan_motion(const PreparedCall<Scene> &call, PlanOf<Scene> &plan,
-                                       const Tensor<double, Scene::D> &cell,
-                                       const Tensor<double, Scene::D> &inverse_cell,
-                                       const Tensor<double, Scene::D> &gradient)
+    static RVE_INLINE void plan_motion(const PreparedCall<Config> &call, PlanOf<Config> &plan,
+                                       const Tensor<double, Config::D> &cell,
+                                       const Tensor<double, Config::D> &inverse_cell,
+                                       const Tensor<double, Config::D> &gradient)
     {
-      plan.to_length = fraction_to_length<typename Scene::Numbers>(call.units.per_length * cell);
-      plan.to_fraction = ((call.drive.dt * call.units.length / Scene::fraction_unit) * inverse_cell)
-                             .template as<Wide>();
+      plan.to_length = fraction_to_length<typename Config::Numbers>(call.units.per_length * cell);
+      plan.to_fraction =
+          ((call.drive.dt * call.units.length / Config::fraction_unit) * inverse_cell)
+              .template as<Wide>();
       plan.gradient = gradient.template as<Real>();
       plan.volume = determinant(cell);
     }
 
     /// Plans how far grains may move with the current list, and whether the cell allows the list.
-    static RVE_INLINE void plan_list(const PreparedCall<Scene> &call, PlanOf<Scene> &plan,
-                                     const Tensor<double, Scene::D> &cell,
-                                     const Tensor<double, Scene::D> &list_inverse)
+    static RVE_INLINE void plan_list(const PreparedCall<Config> &call, PlanOf<Config> &plan,
+                                     const Tensor<double, Config::D> &cell,
+                                     const Tensor<double, Config::D> &list_inverse)
     {
       const double per_length = call.units.per_length;
       // The factor covers the rounding of displacements.
       const double allowed = (1.0 - 1e-5) * per_length *
-          allowed_displacement(cell, list_inverse, contact_range<Scene>(call.header), call.skin);
+          allowed_displacement(cell, list_inverse, contact_range<Config>(call.header), call.skin);
       const bool serves = allowed > 0.0 && !is_lattice_step_due(cell);
-      const Tensor<float, Scene::D> lengths = fraction_to_length<FastNumbers>(per_length * cell);
+      const Tensor<float, Config::D> lengths = fraction_to_length<FastNumbers>(per_length * cell);
       plan.set_list_to_length(lengths);
       // The squared length of a displacement is always above -1, unless the cell is not finite;
       // such a call does not end successfully.
@@ -148,13 +150,13 @@ inline namespace RVE_ISA {
     /// Returns the half width of a box whose corners are at most `allowed` away: along an internal
     /// axis a corner is no farther than the sum over the edges. The factor covers the rounding of
     /// the exact displacement, which is computed outside of the box.
-    static RVE_INLINE std::uint32_t safe_box(const Tensor<float, Scene::D> &to_length,
+    static RVE_INLINE std::uint32_t safe_box(const Tensor<float, Config::D> &to_length,
                                              double allowed)
     {
       float corner = 0.0f;
-      for (int a = 0; a < Scene::D; ++a) {
+      for (int a = 0; a < Config::D; ++a) {
         float along = 0.0f;
-        for (int b = 0; b < Scene::D; ++b) along += std::fabs(to_length(a, b));
+        for (int b = 0; b < Config::D; ++b) along += std::fabs(to_length(a, b));
         corner += along * along;
       }
       const float box = 0.999f * static_cast<float>(allowed) / std::sqrt(corner);

@@ -80,55 +80,55 @@ inline namespace RVE_ISA {
   }
 
   /// Pairs of an RVE as arrays: owned pairs are [slot * N + grain], followed by extra pairs.
-  template <class Scene> struct PairView {
+  template <class Config> struct PairView {
     std::int32_t *partner;    ///< own number: the slot is free
-    typename Scene::History *history;
+    typename Config::History *history;
     std::int32_t *extra_first, *extra_second;
-    typename Scene::History *extra_history;
+    typename Config::History *extra_history;
   };
 
   /// Stored header and grains of an RVE. Arrays have N grains.
-  template <class Scene> struct StoredGrainsView {
-    StateHeader<Scene::D> *header;
-    Vec<typename Scene::Coordinate, Scene::D> *position;
+  template <class Config> struct StoredGrainsView {
+    StateHeader<Config::D> *header;
+    Vec<typename Config::Coordinate, Config::D> *position;
     /// Leading bits of the positions when the list was built.
-    Vec<std::uint32_t, Scene::D> *list_position;
-    Vec<typename Scene::Real, Scene::D> *velocity;
-    Spin<typename Scene::Real, Scene::D> *spin;
-    typename Scene::Wide *radius;
+    Vec<std::uint32_t, Config::D> *list_position;
+    Vec<typename Config::Real, Config::D> *velocity;
+    Spin<typename Config::Real, Config::D> *spin;
+    typename Config::Wide *radius;
     std::int32_t *number;    ///< number of the grain in the RveState
   };
 
   /// Stored state of an RVE.
-  template <class Scene> struct DeviceStateView : StoredGrainsView<Scene>, PairView<Scene> {
+  template <class Config> struct DeviceStateView : StoredGrainsView<Config>, PairView<Config> {
   };
 
-  template <class Scene, class Carving>
-  RVE_INLINE DeviceStateView<Scene> lay_out_image(Carving &carver, int num_grains,
-                                                  int extra_capacity)
+  template <class Config, class Carving>
+  RVE_INLINE DeviceStateView<Config> lay_out_image(Carving &carver, int num_grains,
+                                                   int extra_capacity)
   {
-    DeviceStateView<Scene> view;
+    DeviceStateView<Config> view;
     carver.take(view.header, 1);
     take_each(carver, num_grains, view.position, view.list_position, view.velocity, view.spin,
               view.radius, view.number);
-    take_each(carver, Scene::owned_pairs * num_grains, view.partner, view.history);
+    take_each(carver, Config::owned_pairs * num_grains, view.partner, view.history);
     take_each(carver, extra_capacity, view.extra_first, view.extra_second, view.extra_history);
     return view;
   }
 
-  template <class Scene>
-  RVE_INLINE DeviceStateView<Scene> carve_device_state(char *memory, int num_grains,
-                                                       int extra_capacity)
+  template <class Config>
+  RVE_INLINE DeviceStateView<Config> carve_device_state(char *memory, int num_grains,
+                                                        int extra_capacity)
   {
     Carver carver(memory);
-    return lay_out_image<Scene>(carver, num_grains, extra_capacity);
+    return lay_out_image<Config>(carver, num_grains, extra_capacity);
   }
 
-  template <class Scene>
+  template <class Config>
   RVE_INLINE std::size_t device_state_size(int num_grains, int extra_capacity)
   {
     Measure measure;
-    lay_out_image<Scene>(measure, num_grains, extra_capacity);
+    lay_out_image<Config>(measure, num_grains, extra_capacity);
     return measure.size();
   }
 
@@ -153,7 +153,7 @@ inline namespace RVE_ISA {
     Vec<typename Numbers::Coordinate, D> position;    ///< fractions of the cell
     Vec<typename Numbers::Real, D> velocity;          ///< peculiar [internal length/time]
   };
-  template <class Scene> using MotionOf = Motion<typename Scene::Numbers, Scene::D>;
+  template <class Config> using MotionOf = Motion<typename Config::Numbers, Config::D>;
 
   /// Padding of sixteen bytes, or none.
   template <bool Some> struct Spare {
@@ -239,21 +239,22 @@ inline namespace RVE_ISA {
 
   /// Distance of the published data of two grains; in the plane each member has an array of its
   /// own.
-  template <class Scene, class T>
-  constexpr std::size_t kSeenStride = !Scene::in_memory
-      ? sizeof(SphereRecord<typename Scene::Numbers>)
-      : (std::is_same_v<T, Spin<typename Scene::Real, 3>>
-             ? sizeof(SphereCourse<typename Scene::Numbers>)
-             : sizeof(SpherePlace<typename Scene::Numbers>));
-  template <class Scene, class T>
-  using SeenArray = std::conditional_t<Scene::D == 2, T *, MemberArray<T, kSeenStride<Scene, T>>>;
-  template <class Scene>
+  template <class Config, class T>
+  constexpr std::size_t kSeenStride = !Config::in_memory
+      ? sizeof(SphereRecord<typename Config::Numbers>)
+      : (std::is_same_v<T, Spin<typename Config::Real, 3>>
+             ? sizeof(SphereCourse<typename Config::Numbers>)
+             : sizeof(SpherePlace<typename Config::Numbers>));
+  template <class Config, class T>
+  using SeenArray = std::conditional_t<Config::D == 2, T *, MemberArray<T, kSeenStride<Config, T>>>;
+  template <class Config>
   using SeenMotion =
-      std::conditional_t<Scene::D == 2, MotionOf<Scene>, SphereRecord<typename Scene::Numbers>>;
+      std::conditional_t<Config::D == 2, MotionOf<Config>, SphereRecord<typename Config::Numbers>>;
   /// Motion of all grains, and for spheres the other data of their records.
-  template <class Scene>
-  using SeenMotions = std::conditional_t<Scene::in_memory, SpheresInParts<typename Scene::Numbers>,
-                                         SeenMotion<Scene> *>;
+  template <class Config>
+  using SeenMotions =
+      std::conditional_t<Config::in_memory, SpheresInParts<typename Config::Numbers>,
+                         SeenMotion<Config> *>;
 
   /// Returns whether velocity and spin are not NaN.
   template <int D, class Real>
@@ -276,7 +277,8 @@ inline namespace RVE_ISA {
     /// Leading bits of the position when the list was built.
     Vec<typename Numbers::Leading::Coordinate, D> list_position;
   };
-  template <class Scene> using GrainResponseOf = GrainResponse<typename Scene::Numbers, Scene::D>;
+  template <class Config>
+  using GrainResponseOf = GrainResponse<typename Config::Numbers, Config::D>;
 
   /// Additional data with InMemory.
   template <bool InMemory> struct PairWords {
@@ -286,54 +288,55 @@ inline namespace RVE_ISA {
   };
 
   /// Data of the steps, on chip on a GPU.
-  template <class Scene> struct SharedView : PairWords<Scene::in_memory> {
-    SeenMotions<Scene> motion;
-    SeenArray<Scene, Spin<typename Scene::Real, Scene::D>> spin;
-    SeenArray<Scene, typename Scene::Wide> radius;    ///< [internal length]
+  template <class Config> struct SharedView : PairWords<Config::in_memory> {
+    SeenMotions<Config> motion;
+    SeenArray<Config, Spin<typename Config::Real, Config::D>> spin;
+    SeenArray<Config, typename Config::Wide> radius;    ///< [internal length]
     /// Components of force and torque from partners that own the pair.
-    typename Scene::Sum *force[Scene::freedoms];
-    Vec<typename Scene::Sum, Scene::freedoms> *own;    ///< force and torque from owned pairs
-    typename Scene::Real *largest_force;    ///< force that counts, of an owned contact in this call
+    typename Config::Sum *force[Config::freedoms];
+    Vec<typename Config::Sum, Config::freedoms> *own;    ///< force and torque from owned pairs
+    typename Config::Real
+        *largest_force;    ///< force that counts, of an owned contact in this call
     /// In the plane only. In space the records of spheres have it, except for `list_position`.
-    GrainResponseOf<Scene> *response;
+    GrainResponseOf<Config> *response;
     /// In space only.
-    Vec<typename Scene::Leading::Coordinate, Scene::D> *list_position;
+    Vec<typename Config::Leading::Coordinate, Config::D> *list_position;
     std::int32_t *partner;    ///< (Scene::owned_pairs, N) own number: the slot is free
     /// (Scene::owned_pairs, N) The negative own radius marks a free slot, which never touches. It
     /// is not used if it is in registers.
-    typename Scene::Wide *partner_radius;
-    typename Scene::History *history;    ///< (Scene::owned_pairs, N)
+    typename Config::Wide *partner_radius;
+    typename Config::History *history;    ///< (Scene::owned_pairs, N)
     /// With streams_history or InMemory: (numbers of a History, Scene::owned_pairs, capacity)
     /// history during steps.
-    typename Scene::Spring *passing;
+    typename Config::Spring *passing;
     int capacity;    ///< in grains
   };
 
   /// Returns the position of grain i when the list was built.
-  template <class Scene>
-  RVE_INLINE Vec<typename Scene::Leading::Coordinate, Scene::D> &
-  list_position_of(const SharedView<Scene> &shared, int i)
+  template <class Config>
+  RVE_INLINE Vec<typename Config::Leading::Coordinate, Config::D> &
+  list_position_of(const SharedView<Config> &shared, int i)
   {
-    if constexpr (Scene::D == 2)
+    if constexpr (Config::D == 2)
       return shared.response[i].list_position;
     else
       return shared.list_position[i];
   }
 
-  template <class Scene>
-  RVE_INLINE GrainResponseOf<Scene> response_of(const SharedView<Scene> &shared, int i)
+  template <class Config>
+  RVE_INLINE GrainResponseOf<Config> response_of(const SharedView<Config> &shared, int i)
   {
-    if constexpr (Scene::D == 2)
+    if constexpr (Config::D == 2)
       return shared.response[i];
     else
       return {shared.motion[i].velocity_unit, shared.motion[i].spin_unit, shared.list_position[i]};
   }
 
-  template <class Scene>
-  RVE_INLINE void set_response(const SharedView<Scene> &shared, int i,
-                               const GrainResponseOf<Scene> &response)
+  template <class Config>
+  RVE_INLINE void set_response(const SharedView<Config> &shared, int i,
+                               const GrainResponseOf<Config> &response)
   {
-    if constexpr (Scene::D == 2) {
+    if constexpr (Config::D == 2) {
       shared.response[i] = response;
     } else {
       shared.motion[i].velocity_unit = response.velocity_unit;
@@ -344,15 +347,15 @@ inline namespace RVE_ISA {
 
   /// Radius with which a grain has no contacts: radii are below 1/2, and laws reach at most one
   /// [internal length].
-  template <class Scene>
-  constexpr typename Scene::Wide kRadiusWithoutContact = typename Scene::Wide(-1024);
+  template <class Config>
+  constexpr typename Config::Wide kRadiusWithoutContact = typename Config::Wide(-1024);
 
   /// Returns the radius for the slot of grain i that holds partner j.
-  template <class Scene>
-  RVE_INLINE typename Scene::Wide radius_of_partner(const SharedView<Scene> &shared, int i, int j)
+  template <class Config>
+  RVE_INLINE typename Config::Wide radius_of_partner(const SharedView<Config> &shared, int i, int j)
   {
     const auto no_contact =
-        Scene::Law::has_reach ? kRadiusWithoutContact<Scene> : -shared.radius[i];
+        Config::Law::has_reach ? kRadiusWithoutContact<Config> : -shared.radius[i];
     return j == i ? no_contact : shared.radius[j];
   }
 
@@ -363,19 +366,19 @@ inline namespace RVE_ISA {
   /// With in_registers the data of a grain's partners need no array. In space there is then a
   /// hidden grain without contacts (PackedPartners), and arrays that only rare code needs are in
   /// `beside`.
-  template <class Scene, class OnChip, class Beside>
-  RVE_INLINE SharedView<Scene> lay_out_shared(OnChip &chip, Beside &beside, int capacity,
-                                              int num_grains, bool in_registers)
+  template <class Config, class OnChip, class Beside>
+  RVE_INLINE SharedView<Config> lay_out_shared(OnChip &chip, Beside &beside, int capacity,
+                                               int num_grains, bool in_registers)
   {
-    const int seen = capacity + (in_registers && Scene::D == 3 ? 1 : 0);
-    SharedView<Scene> view;
-    for (int k = 0; k < Scene::freedoms; ++k) chip.take(view.force[k], capacity);
-    if constexpr (Scene::in_memory) {
+    const int seen = capacity + (in_registers && Config::D == 3 ? 1 : 0);
+    SharedView<Config> view;
+    for (int k = 0; k < Config::freedoms; ++k) chip.take(view.force[k], capacity);
+    if constexpr (Config::in_memory) {
       take_each(chip, seen, view.motion.place, view.motion.course);
     } else {
       chip.take(view.motion, seen);
     }
-    if constexpr (Scene::D == 2) {
+    if constexpr (Config::D == 2) {
       chip.take(view.spin, seen);
       chip.take(view.response, capacity);
       chip.take(view.radius, seen);
@@ -383,11 +386,11 @@ inline namespace RVE_ISA {
     } else {
       view.response = nullptr;
       chip.take(view.list_position, capacity);
-      using SpinArray = SeenArray<Scene, Spin<typename Scene::Real, Scene::D>>;
-      using RadiusArray = SeenArray<Scene, typename Scene::Wide>;
+      using SpinArray = SeenArray<Config, Spin<typename Config::Real, Config::D>>;
+      using RadiusArray = SeenArray<Config, typename Config::Wide>;
       // A Measure has no records.
       constexpr bool there = !std::is_same_v<OnChip, Measure>;
-      if constexpr (there && Scene::in_memory) {
+      if constexpr (there && Config::in_memory) {
         view.spin = SpinArray(view.motion.course->spin);
         view.radius = RadiusArray(view.motion.place->radius);
       } else if constexpr (there) {
@@ -396,66 +399,67 @@ inline namespace RVE_ISA {
       }
     }
     view.own = nullptr;
-    if (!Scene::in_memory) beside.take(view.own, num_grains);
+    if (!Config::in_memory) beside.take(view.own, num_grains);
     beside.take(view.largest_force, num_grains);
-    beside.take(view.partner, Scene::owned_pairs * num_grains);
-    if constexpr (Scene::in_memory) beside.take(view.partner_word, Scene::owned_pairs * num_grains);
+    beside.take(view.partner, Config::owned_pairs * num_grains);
+    if constexpr (Config::in_memory)
+      beside.take(view.partner_word, Config::owned_pairs * num_grains);
     view.passing = nullptr;
-    if (Scene::in_memory || (kHasLongHistory<Scene> && in_registers))
+    if (Config::in_memory || (kHasLongHistory<Config> && in_registers))
       beside.take(view.passing,
-                  sizeof(typename Scene::History) / sizeof(typename Scene::Spring) *
-                      Scene::owned_pairs * capacity);
-    beside.take(view.history, Scene::owned_pairs * num_grains);
+                  sizeof(typename Config::History) / sizeof(typename Config::Spring) *
+                      Config::owned_pairs * capacity);
+    beside.take(view.history, Config::owned_pairs * num_grains);
     view.partner_radius = nullptr;
-    if (!in_registers && !Scene::in_memory)
-      beside.take(view.partner_radius, Scene::owned_pairs * num_grains);
+    if (!in_registers && !Config::in_memory)
+      beside.take(view.partner_radius, Config::owned_pairs * num_grains);
     view.capacity = capacity;
     return view;
   }
 
-  template <class Scene>
-  RVE_INLINE SharedView<Scene> carve_shared(char *memory, int num_grains, bool in_registers)
+  template <class Config>
+  RVE_INLINE SharedView<Config> carve_shared(char *memory, int num_grains, bool in_registers)
   {
     Carver carver(memory);
-    return lay_out_shared<Scene>(carver, carver, num_grains, num_grains, in_registers);
+    return lay_out_shared<Config>(carver, carver, num_grains, num_grains, in_registers);
   }
 
   /// Assigns the arrays of a block with registers for `capacity` grains.
-  template <class Scene>
-  RVE_INLINE SharedView<Scene> carve_shared_beside(char *chip, int capacity, char *memory,
-                                                   int num_grains)
+  template <class Config>
+  RVE_INLINE SharedView<Config> carve_shared_beside(char *chip, int capacity, char *memory,
+                                                    int num_grains)
   {
     Carver on_chip(chip), beside(memory);
-    return lay_out_shared<Scene>(on_chip, beside, capacity, num_grains, true);
+    return lay_out_shared<Config>(on_chip, beside, capacity, num_grains, true);
   }
 
-  template <class Scene>
-  RVE_INLINE SharedView<Scene> carve_shared(char *chip, std::size_t chip_size, char *memory,
-                                            int num_grains)
+  template <class Config>
+  RVE_INLINE SharedView<Config> carve_shared(char *chip, std::size_t chip_size, char *memory,
+                                             int num_grains)
   {
     ChipFirst carver(chip, chip_size, memory);
-    return lay_out_shared<Scene>(carver, carver, num_grains, num_grains, false);
+    return lay_out_shared<Config>(carver, carver, num_grains, num_grains, false);
   }
 
-  template <class Scene> RVE_INLINE std::size_t shared_size(int num_grains, bool in_registers)
+  template <class Config> RVE_INLINE std::size_t shared_size(int num_grains, bool in_registers)
   {
     Measure measure;
-    lay_out_shared<Scene>(measure, measure, num_grains, num_grains, in_registers);
+    lay_out_shared<Config>(measure, measure, num_grains, num_grains, in_registers);
     return measure.size();
   }
 
   /// Returns the view of a block, for rare code. Arrays at addresses on chip that are known at
   /// compile time get these addresses.
-  template <class Block, class Scene>
-  RVE_INLINE SharedView<Scene> at_known_places(const SharedView<Scene> &shared)
+  template <class Block, class Config>
+  RVE_INLINE SharedView<Config> at_known_places(const SharedView<Config> &shared)
   {
     if constexpr (Block::kCapacity == 0) {
       return shared;
-    } else if constexpr (Scene::D == 2) {
-      return carve_shared<Scene>(Block::chip(), Block::kCapacity, true);
+    } else if constexpr (Config::D == 2) {
+      return carve_shared<Config>(Block::chip(), Block::kCapacity, true);
     } else {
-      SharedView<Scene> view =
-          carve_shared_beside<Scene>(Block::chip(), Block::kCapacity, nullptr, 0);
+      SharedView<Config> view =
+          carve_shared_beside<Config>(Block::chip(), Block::kCapacity, nullptr, 0);
       view.own = shared.own;
       view.largest_force = shared.largest_force;
       view.partner = shared.partner;
@@ -469,10 +473,10 @@ inline namespace RVE_ISA {
   struct DividedSize {
     std::size_t on_chip, beside;
   };
-  template <class Scene> RVE_INLINE DividedSize divided_size(int capacity, int num_grains)
+  template <class Config> RVE_INLINE DividedSize divided_size(int capacity, int num_grains)
   {
     Measure on_chip, beside;
-    lay_out_shared<Scene>(on_chip, beside, capacity, num_grains, true);
+    lay_out_shared<Config>(on_chip, beside, capacity, num_grains, true);
     return {on_chip.size(), beside.size()};
   }
 
@@ -495,7 +499,7 @@ inline namespace RVE_ISA {
   template <int D> constexpr int kScratch = D == 2 ? 8 : 14;
 
   /// Memory to build a list in, and for rare code. It belongs to a block, not to an RVE.
-  template <class Scene> struct WorkspaceView {
+  template <class Config> struct WorkspaceView {
     int pair_capacity;           ///< capacity of the rows
     int cell_capacity;           ///< capacity of the search grid
     std::int32_t *cell_start;    ///< (cell_capacity + 1)
@@ -517,10 +521,10 @@ inline namespace RVE_ISA {
     /// (N) Energy that each grain lost in this call, by its number: in local damping [force
     /// length], and with its pairs in friction and in dashpots [internal].
     double *damping, *friction, *viscous;
-    double *scratch;          ///< (kScratch<D>, N) terms of sums and maxima over grains
-    PairView<Scene> fresh;    ///< the list that is being built
+    double *scratch;           ///< (kScratch<D>, N) terms of sums and maxima over grains
+    PairView<Config> fresh;    ///< the list that is being built
     std::int32_t *extra_first, *extra_second;    ///< (pair_capacity) extra pairs of this call
-    typename Scene::History *extra_history;
+    typename Config::History *extra_history;
   };
 
   /// Returns the largest number of cells of a search grid for `num_grains` grains.
@@ -529,14 +533,14 @@ inline namespace RVE_ISA {
     return num_grains + 64;
   }
 
-  template <class Scene, class Carving>
-  RVE_INLINE WorkspaceView<Scene> lay_out_workspace(Carving &carver, int num_grains,
-                                                    int pair_capacity)
+  template <class Config, class Carving>
+  RVE_INLINE WorkspaceView<Config> lay_out_workspace(Carving &carver, int num_grains,
+                                                     int pair_capacity)
   {
-    WorkspaceView<Scene> view;
+    WorkspaceView<Config> view;
     view.pair_capacity = pair_capacity;
     view.cell_capacity = cell_capacity(num_grains);
-    const std::size_t owned_pairs = Scene::owned_pairs * num_grains;
+    const std::size_t owned_pairs = Config::owned_pairs * num_grains;
     carver.take(view.cell_start, view.cell_capacity + 1);
     take_each(carver, num_grains, view.cell_of, view.cell_grain, view.count, view.row_start);
     carver.take(view.row_partner, pair_capacity);
@@ -545,19 +549,19 @@ inline namespace RVE_ISA {
     carver.take(view.received, owned_pairs);
     take_each(carver, num_grains, view.excess_start, view.contact_count, view.number, view.damping,
               view.friction, view.viscous);
-    carver.take(view.scratch, static_cast<std::size_t>(kScratch<Scene::D>) * num_grains);
-    PairView<Scene> &fresh = view.fresh;
+    carver.take(view.scratch, static_cast<std::size_t>(kScratch<Config::D>) * num_grains);
+    PairView<Config> &fresh = view.fresh;
     take_each(carver, owned_pairs, fresh.partner, fresh.history);
     take_each(carver, pair_capacity, fresh.extra_first, fresh.extra_second, fresh.extra_history,
               view.extra_first, view.extra_second, view.extra_history);
     return view;
   }
 
-  template <class Scene>
-  RVE_INLINE WorkspaceView<Scene> carve_workspace(char *memory, int num_grains, int pair_capacity)
+  template <class Config>
+  RVE_INLINE WorkspaceView<Config> carve_workspace(char *memory, int num_grains, int pair_capacity)
   {
     Carver carver(memory);
-    return lay_out_workspace<Scene>(carver, num_grains, pair_capacity);
+    return lay_out_workspace<Config>(carver, num_grains, pair_capacity);
   }
 
   /// Borrowed memory: arrays are moved to it while they fit, and otherwise stay where they are.
@@ -584,15 +588,16 @@ inline namespace RVE_ISA {
   /// Moves the arrays of list building onto the chip, for at most `capacity` grains: into the sums
   /// of forces, the forces of disks' own pairs, and the plans, which are not used during list
   /// building. The sums must be cleared afterwards (clear_sums).
-  template <class Scene, class Plan>
-  RVE_INLINE void build_on_chip(WorkspaceView<Scene> &work, const SharedView<Scene> &shared,
+  template <class Config, class Plan>
+  RVE_INLINE void build_on_chip(WorkspaceView<Config> &work, const SharedView<Config> &shared,
                                 Plan &plan, int capacity)
   {
-    BorrowedMemory sums(shared.force[0], Scene::freedoms * capacity * sizeof(typename Scene::Sum));
+    BorrowedMemory sums(shared.force[0],
+                        Config::freedoms * capacity * sizeof(typename Config::Sum));
     take_each(sums, capacity, work.accepted, work.count, work.overloaded);
     // In space `own` is in memory.
-    BorrowedMemory own(shared.own, Scene::D == 2 ? capacity * sizeof(*shared.own) : 0);
-    BorrowedMemory &memory = Scene::D == 2 ? own : sums;
+    BorrowedMemory own(shared.own, Config::D == 2 ? capacity * sizeof(*shared.own) : 0);
+    BorrowedMemory &memory = Config::D == 2 ? own : sums;
     memory.take(work.num_overloaded, 2);
     memory.take(work.cell_start, cell_capacity(capacity) + 1);
     memory.take(work.cell_grain, capacity);
@@ -601,27 +606,28 @@ inline namespace RVE_ISA {
     work.load = work.accepted;    // used after all pairs have owners
   }
 
-  template <class Block, class Scene>
-  RVE_INLINE void clear_sums(const SharedView<Scene> &shared, int i)
+  template <class Block, class Config>
+  RVE_INLINE void clear_sums(const SharedView<Config> &shared, int i)
   {
-    for (int k = 0; k < Scene::freedoms; ++k) Block::begin_sum(shared.force[k], shared.capacity, i);
+    for (int k = 0; k < Config::freedoms; ++k)
+      Block::begin_sum(shared.force[k], shared.capacity, i);
   }
 
   /// Numbers of 8 bytes per grain after a workspace, for rarely requested results.
   template <int D> constexpr int kSpare = D == 2 ? 8 : 14;
 
-  template <class Scene> RVE_INLINE char *spare_of(const WorkspaceView<Scene> &work)
+  template <class Config> RVE_INLINE char *spare_of(const WorkspaceView<Config> &work)
   {
     const auto end = reinterpret_cast<std::uintptr_t>(work.extra_history + work.pair_capacity);
     return reinterpret_cast<char *>((end + 15) / 16 * 16);
   }
 
-  template <class Scene> RVE_INLINE std::size_t workspace_size(int num_grains, int pair_capacity)
+  template <class Config> RVE_INLINE std::size_t workspace_size(int num_grains, int pair_capacity)
   {
     Measure measure;
-    lay_out_workspace<Scene>(measure, num_grains, pair_capacity);
+    lay_out_workspace<Config>(measure, num_grains, pair_capacity);
     double *spare;
-    measure.take(spare, static_cast<std::size_t>(kSpare<Scene::D>) * num_grains + 4);
+    measure.take(spare, static_cast<std::size_t>(kSpare<Config::D>) * num_grains + 4);
     return measure.size();
   }
 

@@ -33,10 +33,10 @@ inline namespace RVE_ISA {
 
   /// Sorts the grains into the grid: cell_start, cell_grain (ascending within a cell), cell_of. One
   /// thread calls aside() at the same time.
-  template <class Block, class Scene, class Aside>
-  RVE_HD void sort_into_grid(Block &block, const SeenMotions<Scene> &motion,
-                             const WorkspaceView<Scene> &work, int num_grains,
-                             const SearchGrid<Scene::D> &grid, Aside aside)
+  template <class Block, class Config, class Aside>
+  RVE_HD void sort_into_grid(Block &block, const SeenMotions<Config> &motion,
+                             const WorkspaceView<Config> &work, int num_grains,
+                             const SearchGrid<Config::D> &grid, Aside aside)
   {
     using Item = typename Block::Item;
     const int num_cells = grid.size();
@@ -66,11 +66,11 @@ inline namespace RVE_ISA {
   struct OldSlot {
     int mine, others;
   };
-  template <class Scene>
-  RVE_INLINE OldSlot old_slot(const PairView<Scene> &old, int num_grains, int i, int j)
+  template <class Config>
+  RVE_INLINE OldSlot old_slot(const PairView<Config> &old, int num_grains, int i, int j)
   {
     OldSlot slot{-1, -1};
-    for (int k = 0; k < Scene::owned_pairs; ++k) {
+    for (int k = 0; k < Config::owned_pairs; ++k) {
       const int of_mine = old.partner[k * num_grains + i],
                 of_other = old.partner[k * num_grains + j];
       if (of_mine == j) slot.mine = k * num_grains + i;
@@ -80,18 +80,18 @@ inline namespace RVE_ISA {
   }
 
   /// Returns the history of the pair of i and j in the old list, as i sees it, or zero.
-  template <class Scene>
-  RVE_INLINE typename Scene::History old_history(const PairView<Scene> &old, OldSlot slot,
-                                                 int num_old_extra, int i, int j)
+  template <class Config>
+  RVE_INLINE typename Config::History old_history(const PairView<Config> &old, OldSlot slot,
+                                                  int num_old_extra, int i, int j)
   {
     if (slot.mine >= 0) return old.history[slot.mine];
-    if (slot.others >= 0) return Scene::Law::seen_from_partner(old.history[slot.others]);
+    if (slot.others >= 0) return Config::Law::seen_from_partner(old.history[slot.others]);
     for (int m = 0; m < num_old_extra; ++m) {
       if (old.extra_first[m] == i && old.extra_second[m] == j) return old.extra_history[m];
       if (old.extra_first[m] == j && old.extra_second[m] == i)
-        return Scene::Law::seen_from_partner(old.extra_history[m]);
+        return Config::Law::seen_from_partner(old.extra_history[m]);
     }
-    return typename Scene::History();
+    return typename Config::History();
   }
 
   /// Sizes of a list. If num_pairs is above work.pair_capacity, num_extra is not valid.
@@ -102,16 +102,16 @@ inline namespace RVE_ISA {
   /// Grains of a new list, and tests of their distances. Until the owners of pairs are known a
   /// grain is identified by its index in the grid: neighbouring threads then read the same other
   /// grains.
-  template <class Block, class Scene> struct NearGrains {
-    using Wide = typename Scene::Wide;
-    using Point = Vec<typename Scene::Coordinate, Scene::D>;
+  template <class Block, class Config> struct NearGrains {
+    using Wide = typename Config::Wide;
+    using Point = Vec<typename Config::Coordinate, Config::D>;
 
-    const SeenMotions<Scene> &motion;
-    SeenArray<Scene, Wide> radius;
-    const WorkspaceView<Scene> &work;
+    const SeenMotions<Config> &motion;
+    SeenArray<Config, Wide> radius;
+    const WorkspaceView<Config> &work;
     int num_grains;
-    Tensor<Wide, Scene::D> to_length;
-    const SearchGrid<Scene::D> &grid;
+    Tensor<Wide, Config::D> to_length;
+    const SearchGrid<Config::D> &grid;
     Wide margin;       ///< reach and skin
     bool has_sides;    ///< of the grid
 
@@ -119,7 +119,7 @@ inline namespace RVE_ISA {
     RVE_INLINE bool is_within(const Point &here, Wide within, int j) const
     {
       const auto branch =
-          to_length * fractional_difference<typename Scene::Numbers>(motion[j].position, here);
+          to_length * fractional_difference<typename Config::Numbers>(motion[j].position, here);
       return gap_squared(branch, within + radius[j]) > Wide(0);
     }
 
@@ -164,15 +164,15 @@ inline namespace RVE_ISA {
   /// Finds the pairs. Rows are interleaved if all of them fit into memory that is not used now.
   /// Otherwise they follow each other in work.row_partner, which has space for work.pair_capacity
   /// pairs.
-  template <class Block, class Scene>
-  RVE_INLINE FoundPairs find_pairs(Block &block, const NearGrains<Block, Scene> &near)
+  template <class Block, class Config>
+  RVE_INLINE FoundPairs find_pairs(Block &block, const NearGrains<Block, Config> &near)
   {
     using Item = typename Block::Item;
-    const WorkspaceView<Scene> &work = near.work;
+    const WorkspaceView<Config> &work = near.work;
     const int n = near.num_grains;
     std::int32_t *const side_by_side = reinterpret_cast<std::int32_t *>(work.scratch);
     constexpr int capacity =
-        kScratch<Scene::D> * static_cast<int>(sizeof(double) / sizeof(std::int32_t));
+        kScratch<Config::D> * static_cast<int>(sizeof(double) / sizeof(std::int32_t));
     enum { Pairs, TooLong, Count };
     const auto found = block.template sum_integers<Count>(n, [&](Item p, std::int64_t *term) {
       int count = 0;
@@ -216,13 +216,13 @@ inline namespace RVE_ISA {
 
   /// Writes the pairs of the grain at index p of the grid to work.fresh, with the histories of the
   /// old pairs.
-  template <class Block, class Scene>
-  RVE_INLINE void write_pairs(const NearGrains<Block, Scene> &near, const PairRows &rows, int p,
-                              const PairView<Scene> &old, int num_old_extra)
+  template <class Block, class Config>
+  RVE_INLINE void write_pairs(const NearGrains<Block, Config> &near, const PairRows &rows, int p,
+                              const PairView<Config> &old, int num_old_extra)
   {
-    constexpr int slots = Scene::owned_pairs;
-    const WorkspaceView<Scene> &work = near.work;
-    const PairView<Scene> &fresh = work.fresh;
+    constexpr int slots = Config::owned_pairs;
+    const WorkspaceView<Config> &work = near.work;
+    const PairView<Config> &fresh = work.fresh;
     const int num_grains = near.num_grains;
     const int i = work.cell_grain[p];
     const int received = work.count[p].received(), owned = work.count[p].owned();
@@ -239,7 +239,7 @@ inline namespace RVE_ISA {
     }
     int touching = 0;
     // Without these braces NVRTC 13.0 loses the next declaration.
-    if constexpr (Scene::D == 3) {
+    if constexpr (Config::D == 3) {
       const auto here = near.motion[i].position;
       for (int k = 0; k < slots; ++k) {
         const bool touches = k < owned && near.is_within(here, near.radius[i], partner[k]);
@@ -254,7 +254,7 @@ inline namespace RVE_ISA {
       const int j = partner[k];
       fresh.partner[k * num_grains + i] = j;
       fresh.history[k * num_grains + i] =
-          j == i ? typename Scene::History() : old_history(old, old_slots[k], num_old_extra, i, j);
+          j == i ? typename Config::History() : old_history(old, old_slots[k], num_old_extra, i, j);
     }
     for (int m = slots; m < owned; ++m) {
       const int j = work.cell_grain[index_of_partner(m)], extra = work.excess_start[p] + m - slots;
@@ -263,7 +263,7 @@ inline namespace RVE_ISA {
       fresh.extra_history[extra] =
           old_history(old, old_slot(old, num_grains, i, j), num_old_extra, i, j);
     }
-    if constexpr (Scene::D == 2)
+    if constexpr (Config::D == 2)
       work.load[p] = owned < slots ? owned : slots;
     else
       work.load[i] = touching;
@@ -275,32 +275,32 @@ inline namespace RVE_ISA {
   /// Lengths have the unit of `cell` and `radius`; the cells of `grid` are as wide as the list
   /// reaches. One thread calls aside(sizes) when the sizes are known, while all others write the
   /// pairs.
-  template <class Block, class Scene, class Aside>
-  RVE_HD ListSizes build_list(Block &block, const SeenMotions<Scene> &motion,
-                              SeenArray<Scene, typename Scene::Wide> radius,
-                              const WorkspaceView<Scene> &work, int num_grains,
-                              const Tensor<double, Scene::D> &cell,
-                              const SearchGrid<Scene::D> &grid, double reach, double skin,
-                              const PairView<Scene> &old, int num_old_extra, Aside aside)
+  template <class Block, class Config, class Aside>
+  RVE_HD ListSizes build_list(Block &block, const SeenMotions<Config> &motion,
+                              SeenArray<Config, typename Config::Wide> radius,
+                              const WorkspaceView<Config> &work, int num_grains,
+                              const Tensor<double, Config::D> &cell,
+                              const SearchGrid<Config::D> &grid, double reach, double skin,
+                              const PairView<Config> &old, int num_old_extra, Aside aside)
   {
     using Item = typename Block::Item;
-    using Wide = typename Scene::Wide;
+    using Wide = typename Config::Wide;
     sort_into_grid(block, motion, work, num_grains, grid, [&] { work.num_overloaded[0] = 0; });
-    const NearGrains<Block, Scene> near{motion,
-                                        radius,
-                                        work,
-                                        num_grains,
-                                        fraction_to_length<typename Scene::Numbers>(cell),
-                                        grid,
-                                        static_cast<Wide>(reach + skin),
-                                        grid.has_sides()};
+    const NearGrains<Block, Config> near{motion,
+                                         radius,
+                                         work,
+                                         num_grains,
+                                         fraction_to_length<typename Config::Numbers>(cell),
+                                         grid,
+                                         static_cast<Wide>(reach + skin),
+                                         grid.has_sides()};
     const FoundPairs found = find_pairs(block, near);
     if (found.num_pairs > work.pair_capacity) return ListSizes{found.num_pairs, 0};
     int num_extra = 0;
     if (!balance_ownership(block, work, found.rows, num_grains, 64)) {
       block.for_each(num_grains, [&](Item p) {
         const int owned = work.count[p].owned();
-        work.excess_start[p] = owned > Scene::owned_pairs ? owned - Scene::owned_pairs : 0;
+        work.excess_start[p] = owned > Config::owned_pairs ? owned - Config::owned_pairs : 0;
       });
       num_extra = block.exclusive_scan(work.excess_start, num_grains);
     }

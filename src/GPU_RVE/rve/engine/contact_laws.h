@@ -5,7 +5,7 @@
 
 #include "rve/core/numbers.h"
 #include "rve/engine/variant_choice.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 #include "rve/physics/material.h"
 
 #include <limits>
@@ -15,7 +15,7 @@ namespace rve {
 /// Returns the contact law of a kernel variant in `double` and in units of the script.
 template <KernelVariant variant> auto law_of_script(const Material &material)
 {
-  using Law = typename VariantScene<variant, DoubleNumbers>::Law;
+  using Law = typename VariantConfig<variant, DoubleNumbers>::Law;
   constexpr double OF_CONTACT = 0.5;    // lever arm of velocities; no modulus depends on it
   typename Law::Constants constants;
   constants.set(material, LawUnits::same(), OF_CONTACT);

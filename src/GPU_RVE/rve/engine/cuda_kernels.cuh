@@ -7,16 +7,16 @@
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_cuda.cuh"
 #include "rve/engine/cuda_kernels.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 
 namespace rve {
 
 inline namespace RVE_ISA {
 
-  template <class Scene>
-  RVE_DEVICE PreparedCall<Scene> &prepared_call(const LaunchRecord<Scene::D> &launch, int place)
+  template <class Config>
+  RVE_DEVICE PreparedCall<Config> &prepared_call(const LaunchRecord<Config::D> &launch, int place)
   {
-    return *reinterpret_cast<PreparedCall<Scene> *>(
+    return *reinterpret_cast<PreparedCall<Config> *>(
         launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size);
   }
 
@@ -35,7 +35,7 @@ inline namespace RVE_ISA {
 
   /// Launch record of a kernel variant.
   template <KernelVariant variant, class Numbers>
-  using LaunchOf = LaunchRecord<VariantScene<variant, Numbers>::D>;
+  using LaunchOf = LaunchRecord<VariantConfig<variant, Numbers>::D>;
 
   /// Publishes that the calls of this block are prepared, including all writes before a barrier.
   /// One thread calls it.
@@ -63,13 +63,13 @@ inline namespace RVE_ISA {
                                 const __grid_constant__ BatchConstants batch)
   {
     extern __shared__ __align__(16) char on_chip[];
-    using Scene = VariantScene<variant, Numbers>;
-    using Begin = CallBegin<BlockCuda<0>, Scene>;
-    using Planning = StepPlanning<BlockCuda<0>, Scene>;
+    using Config = VariantConfig<variant, Numbers>;
+    using Begin = CallBegin<BlockCuda<0>, Config>;
+    using Planning = StepPlanning<BlockCuda<0>, Config>;
     const int steps = launch.steps_ahead, first = blockIdx.x * launch.prepared_together;
     const int count = min(launch.prepared_together, launch.count - first);
-    const auto call_of = [&](int r) -> PreparedCall<Scene> & {
-      return *reinterpret_cast<PreparedCall<Scene> *>(on_chip + r * launch.prepared_size);
+    const auto call_of = [&](int r) -> PreparedCall<Config> & {
+      return *reinterpret_cast<PreparedCall<Config> *>(on_chip + r * launch.prepared_size);
     };
     const int me = threadIdx.x, threads = blockDim.x;
 #if __CUDA_ARCH__ >= 900
@@ -78,11 +78,11 @@ inline namespace RVE_ISA {
 #endif
     if (me == 0 && first == 0) *launch.queue = 0;
     // The DriveRecords come over the bus: they are requested in rows, and before any other wait.
-    constexpr int of_drive = kPieces<DriveRecord<Scene::D>>,
-                  of_header = kPieces<StateHeader<Scene::D>>,
-                  of_steering = kPieces<SteeringRecord<Scene::D>>, together = 4;
+    constexpr int of_drive = kPieces<DriveRecord<Config::D>>,
+                  of_header = kPieces<StateHeader<Config::D>>,
+                  of_steering = kPieces<SteeringRecord<Config::D>>, together = 4;
     const bool has_drive = me < count * of_drive;    // see kThreadsPerCall
-    static_assert(of_drive <= kThreadsPerCall<Scene::D>, "a thread for each piece of a drive");
+    static_assert(of_drive <= kThreadsPerCall<Config::D>, "a thread for each piece of a drive");
     FourWords drive;
     if (has_drive) drive = piece_of(launch.drives[first + me / of_drive], me % of_drive);
     for (int begin = me; begin < count * of_header; begin += together * threads) {
@@ -154,29 +154,29 @@ inline namespace RVE_ISA {
   }
 
   /// Prefetches the RVE of an entry that some block will take soon, and its prepared call.
-  template <class Scene>
-  RVE_DEVICE void prefetch_entry(const LaunchRecord<Scene::D> &launch, int entry)
+  template <class Config>
+  RVE_DEVICE void prefetch_entry(const LaunchRecord<Config::D> &launch, int entry)
   {
     const int place = place_of(launch, entry);
     if (place < 0) return;
     const RveHandle rve = launch.rves[place];
-    prefetch(rve.device_state, device_state_size<Scene>(rve.num_grains, 0));
+    prefetch(rve.device_state, device_state_size<Config>(rve.num_grains, 0));
     prefetch(launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size,
              launch.prepared_size);
   }
 
   /// Returns the memory that the steps of a block use: for this many grains in registers, or for
   /// any number in memory (0).
-  template <class Scene, int Capacity>
-  RVE_DEVICE SharedView<Scene> view_of_block(char *on_chip, std::size_t chip_size, char *memory,
-                                             int num_grains)
+  template <class Config, int Capacity>
+  RVE_DEVICE SharedView<Config> view_of_block(char *on_chip, std::size_t chip_size, char *memory,
+                                              int num_grains)
   {
     if constexpr (Capacity == 0)
-      return carve_shared<Scene>(on_chip, chip_size, memory, num_grains);
-    else if constexpr (Scene::D == 2)
-      return carve_shared<Scene>(on_chip, Capacity, true);
+      return carve_shared<Config>(on_chip, chip_size, memory, num_grains);
+    else if constexpr (Config::D == 2)
+      return carve_shared<Config>(on_chip, Capacity, true);
     else
-      return carve_shared_beside<Scene>(on_chip, Capacity, memory, num_grains);
+      return carve_shared_beside<Config>(on_chip, Capacity, memory, num_grains);
   }
 
   /// Returns the number of steps that blocks of a residency plan at a time; 0 for the default. The
@@ -185,18 +185,19 @@ inline namespace RVE_ISA {
   /// faster. Three RVEs of disks have 64 steps each, 3 % faster than 32; a single one has 256, 5 %
   /// faster. GPUs with less than 200 KB use the default. A servo plans one step at a time and
   /// leaves the memory to other RVEs.
-  template <class Scene, Residency residency> RVE_HD constexpr int plan_steps_beside()
+  template <class Config, Residency residency> RVE_HD constexpr int plan_steps_beside()
   {
     // The shared memory of these kernels is full already.
-    if (residency == Residency::Memory && Scene::D == 3) return kStepsAhead;
-    if (residency == Residency::Many && Scene::D == 2 && Scene::steers && !Scene::books)
+    if (residency == Residency::Memory && Config::D == 3) return kStepsAhead;
+    if (residency == Residency::Many && Config::D == 2 && Config::steers && !Config::books)
       return kStepsAhead;
 #if __CUDA_ARCH__ == 900 || __CUDA_ARCH__ == 1000 || __CUDA_ARCH__ == 1030
-    if (Scene::D == 2 && sizeof(typename Scene::Wide) == 4 && (Scene::books || !Scene::steers)) {
+    if (Config::D == 2 && sizeof(typename Config::Wide) == 4 &&
+        (Config::books || !Config::steers)) {
       if (residency == Residency::Many) return 64;
       if (residency == Residency::Few) return 256;
     }
-    if (Scene::D == 3 && sizeof(typename Scene::Wide) == 4) {
+    if (Config::D == 3 && sizeof(typename Config::Wide) == 4) {
       if (residency == Residency::Large) return 176;
       if (residency == Residency::Few || residency == Residency::Largest) return 256;
     }
@@ -204,23 +205,23 @@ inline namespace RVE_ISA {
     return 0;
   }
 
-  template <class PlainScene, Residency residency>
-  RVE_DEVICE void advance_rves(const LaunchRecord<PlainScene::D> &launch,
+  template <class PlainConfig, Residency residency>
+  RVE_DEVICE void advance_rves(const LaunchRecord<PlainConfig::D> &launch,
                                const BatchConstants &batch)
   {
-    using Scene =
-        PlacedScene<WithPlan<PlainScene, plan_steps_beside<PlainScene, residency>()>, residency>;
-    constexpr BlockShape shape = block_shape<Scene>(residency);
+    using Config =
+        PlacedConfig<WithPlan<PlainConfig, plan_steps_beside<PlainConfig, residency>()>, residency>;
+    constexpr BlockShape shape = block_shape<Config>(residency);
     constexpr int Capacity = shape.capacity();
     extern __shared__ __align__(16) char on_chip[];
-    __shared__ CallState<Scene> call;
+    __shared__ CallState<Config> call;
     __shared__ int entry, next_entry;    // entries of the queue
     __shared__ int place;                // index of the entry in the call
     __shared__ int grains_in_views;    // number of grains that the views of the block are made for
     using Block = BlockCuda<shape.items, shape.threads, Capacity>;
-    static_assert(shape.lean == KernelTraits<Block, Scene>::uniform_constants,
+    static_assert(shape.lean == KernelTraits<Block, Config>::uniform_constants,
                   "without details, or with them");
-    using Begin = CallBegin<Block, Scene>;
+    using Begin = CallBegin<Block, Config>;
     char *memory = launch.memory + blockIdx.x * launch.memory_stride;
     Block block;
     block.once([&] {
@@ -240,19 +241,19 @@ inline namespace RVE_ISA {
 #endif
         return;
       }
-      const auto *from = reinterpret_cast<const FourWords *>(&prepared_call<Scene>(launch, place));
-      auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Scene> *>(&call));
+      const auto *from = reinterpret_cast<const FourWords *>(&prepared_call<Config>(launch, place));
+      auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Config> *>(&call));
       block.for_each(
           static_cast<int>(launch.prepared_size / sizeof(FourWords)),
           [&](int w) { to[w] = from[w]; },
           [&] {
             next_entry = atomicAdd(launch.queue, 1);
             // The blocks take these entries after the present RVEs.
-            prefetch_entry<Scene>(launch, entry + gridDim.x);
+            prefetch_entry<Config>(launch, entry + gridDim.x);
           });
       const int n = call.num_grains;
-      const SharedView<Scene> shared =
-          view_of_block<Scene, Capacity>(on_chip, launch.chip_size, memory + launch.overflow, n);
+      const SharedView<Config> shared =
+          view_of_block<Config, Capacity>(on_chip, launch.chip_size, memory + launch.overflow, n);
       if (n != grains_in_views) {
         __syncthreads();
         block.once([&] {
@@ -260,13 +261,13 @@ inline namespace RVE_ISA {
           grains_in_views = n;
         });
       }
-      RveKernel<Block, Scene> variant(block, call, Capacity > 0 ? shared : call.shared);
+      RveKernel<Block, Config> variant(block, call, Capacity > 0 ? shared : call.shared);
       variant.run(launch.answers[place], detail_at(launch, place));
     }
   }
 
   template <KernelVariant variant, class Numbers, Residency residency>
-  constexpr BlockShape kShape = block_shape<VariantScene<variant, Numbers>>(residency);
+  constexpr BlockShape kShape = block_shape<VariantConfig<variant, Numbers>>(residency);
 
   template <KernelVariant variant, class Numbers>
   __global__ void __launch_bounds__((kShape<variant, Numbers, Residency::Many>.threads),
@@ -274,7 +275,7 @@ inline namespace RVE_ISA {
       advance_many(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                    const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<VariantScene<variant, Numbers>, Residency::Many>(launch, batch);
+    advance_rves<VariantConfig<variant, Numbers>, Residency::Many>(launch, batch);
   }
 
   template <KernelVariant variant, class Numbers>
@@ -283,7 +284,7 @@ inline namespace RVE_ISA {
       advance_few(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                   const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<VariantScene<variant, Numbers>, Residency::Few>(launch, batch);
+    advance_rves<VariantConfig<variant, Numbers>, Residency::Few>(launch, batch);
   }
 
   template <KernelVariant variant, class Numbers>
@@ -292,7 +293,7 @@ inline namespace RVE_ISA {
       advance_large(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                     const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<VariantScene<variant, Numbers>, Residency::Large>(launch, batch);
+    advance_rves<VariantConfig<variant, Numbers>, Residency::Large>(launch, batch);
   }
 
   template <KernelVariant variant, class Numbers>
@@ -301,7 +302,7 @@ inline namespace RVE_ISA {
       advance_largest(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                       const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<VariantScene<variant, Numbers>, Residency::Largest>(launch, batch);
+    advance_rves<VariantConfig<variant, Numbers>, Residency::Largest>(launch, batch);
   }
 
   template <KernelVariant variant, class Numbers>
@@ -310,7 +311,7 @@ inline namespace RVE_ISA {
       advance_in_memory(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                         const __grid_constant__ BatchConstants batch)
   {
-    advance_rves<VariantScene<variant, Numbers>, Residency::Memory>(launch, batch);
+    advance_rves<VariantConfig<variant, Numbers>, Residency::Memory>(launch, batch);
   }
 
   template <int D> const void *address_of(void (*kernel)(LaunchRecord<D>, BatchConstants))
@@ -321,26 +322,26 @@ inline namespace RVE_ISA {
   template <KernelVariant variant, class Numbers> VariantKernels make_variant_kernels()
   {
     using Traits = VariantTraits<variant>;
-    using Scene = VariantScene<variant, Numbers>;
-    static_assert(sizeof(PreparedCall<Scene>) ==
-                      sizeof(PreparedCall<VariantScene<Traits::prepared_like, Numbers>>),
+    using Config = VariantConfig<variant, Numbers>;
+    static_assert(sizeof(PreparedCall<Config>) ==
+                      sizeof(PreparedCall<VariantConfig<Traits::prepared_like, Numbers>>),
                   "calls are prepared alike");
     VariantKernels kernels = {};
     auto &kernel = kernels.kernel;
     const auto place = [&](Residency residency, const void *function) {
       kernel[static_cast<int>(residency)] = function;
     };
-    if constexpr (block_shape<Scene>(Residency::Many).items > 0) {
+    if constexpr (block_shape<Config>(Residency::Many).items > 0) {
       place(Residency::Many, address_of(advance_many<variant, Numbers>));
-      if constexpr (same_shape(block_shape<Scene>(Residency::Few),
-                               block_shape<Scene>(Residency::Many)))
+      if constexpr (same_shape(block_shape<Config>(Residency::Few),
+                               block_shape<Config>(Residency::Many)))
         place(Residency::Few, address_of(advance_many<variant, Numbers>));
       else
         place(Residency::Few, address_of(advance_few<variant, Numbers>));
     }
-    if constexpr (block_shape<Scene>(Residency::Large).items > 0)
+    if constexpr (block_shape<Config>(Residency::Large).items > 0)
       place(Residency::Large, address_of(advance_large<variant, Numbers>));
-    if constexpr (block_shape<Scene>(Residency::Largest).items > 0)
+    if constexpr (block_shape<Config>(Residency::Largest).items > 0)
       place(Residency::Largest, address_of(advance_largest<variant, Numbers>));
     place(Residency::Memory, address_of(advance_in_memory<variant, Numbers>));
     if constexpr (Traits::prepared_like == variant)

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "rve/algorithm/device_state.h"
-#include "rve/algorithm/scene.h"
+#include "rve/algorithm/kernel_config.h"
 #include "rve/core/config.h"
 #include "rve/engine/kernel_variants.h"
 
@@ -103,25 +103,25 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
 /// since spilling costs more than fewer resident threads. In `double` histories do not even fit
 /// then: they are streamed (streams_history), and in variants with bookkeeping all data of a grain
 /// are (InMemory). Measured on an H200 with 1000 spheres.
-template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residency)
+template <class Config> RVE_HD constexpr BlockShape block_shape(Residency residency)
 {
-  const bool wide = sizeof(typename Scene::Wide) > 4, all_wide = sizeof(typename Scene::Real) > 4;
-  if constexpr (Scene::D == 2) {
-    const int sharers = all_wide && Scene::has_friction ? 1 : (wide || Scene::books ? 2 : 3);
+  const bool wide = sizeof(typename Config::Wide) > 4, all_wide = sizeof(typename Config::Real) > 4;
+  if constexpr (Config::D == 2) {
+    const int sharers = all_wide && Config::has_friction ? 1 : (wide || Config::books ? 2 : 3);
     switch (residency) {
       case Residency::Many:
-        if (Scene::steers && !Scene::books)
+        if (Config::steers && !Config::books)
           return {2, kSteeredBlock, all_wide ? 2 : (wide ? 4 : 5), false, kSmallBlock};
         return {1, kSmallBlock, sharers};
       case Residency::Few:    // one kernel less with all bookkeeping, since it compiles slowly
-        return {1, kSmallBlock, Scene::books ? sharers : 1};
+        return {1, kSmallBlock, Config::books ? sharers : 1};
       case Residency::Large:
         return {1, kLargeBlock, 1};
       default:
         return {0, kLargeBlock, 1};
     }
   } else {
-    const bool lean = !Scene::steers;
+    const bool lean = !Config::steers;
     if (all_wide && !lean) return {0, 512, 1};
     switch (residency) {
       case Residency::Many:
@@ -140,9 +140,9 @@ template <class Scene> RVE_HD constexpr BlockShape block_shape(Residency residen
 }
 
 /// Kernel configuration of a residency.
-template <class Scene, Residency residency>
-using PlacedScene =
-    std::conditional_t<residency == Residency::Memory && Scene::D == 3, InMemory<Scene>, Scene>;
+template <class Config, Residency residency>
+using PlacedConfig =
+    std::conditional_t<residency == Residency::Memory && Config::D == 3, InMemory<Config>, Config>;
 
 /// Kernels of one variant, functions of (LaunchRecord, BatchConstants).
 struct VariantKernels {

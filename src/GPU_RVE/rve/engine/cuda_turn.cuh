@@ -5,7 +5,7 @@
 
 #include "rve/algorithm/rigid_turn.h"
 #include "rve/block/block_cuda.cuh"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 
 namespace rve {
 
@@ -18,18 +18,18 @@ template <int D> struct TurnList {
 
 /// Turns RVEs rigidly, one after the other in each block of any size. All turned data precede the
 /// histories, so RVEs with rolling resistance can use the same kernel.
-template <class Scene> __global__ void turn_rves(const TurnList<Scene::D> list)
+template <class Config> __global__ void turn_rves(const TurnList<Config::D> list)
 {
   using Block = BlockCuda<0>;
   Block block;
   if (list.hold && *list.hold > 0) return;
   const int count = list.count_there ? *list.count_there : list.count;
   for (int k = blockIdx.x; k < count; k += gridDim.x) {
-    const TurnRecord<Scene::D> turn = list.turns[k];
+    const TurnRecord<Config::D> turn = list.turns[k];
     turn_rigidly(block,
-                 carve_device_state<Scene>(turn.rve.device_state, turn.rve.num_grains,
-                                           turn.rve.extra_capacity),
-                 load_tensor<Scene::D>(turn.rotation));
+                 carve_device_state<Config>(turn.rve.device_state, turn.rve.num_grains,
+                                            turn.rve.extra_capacity),
+                 load_tensor<Config::D>(turn.rotation));
   }
 }
 
@@ -38,7 +38,7 @@ template <int D> using TurnFunction = void (*)(TurnList<D>);
 template <int D, class Numbers> TurnFunction<D> turn_function(KernelVariant memory)
 {
   return with_program<D>(memory, [](auto variant) -> TurnFunction<D> {
-    return turn_rves<VariantScene<decltype(variant)::prepared_like, Numbers>>;
+    return turn_rves<VariantConfig<decltype(variant)::prepared_like, Numbers>>;
   });
 }
 

@@ -6,7 +6,7 @@
 #include "rve/core/error.h"
 #include "rve/engine/runtime_kernels.h"
 #include "rve/engine/variant_choice.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 
 #include <cstdlib>
 
@@ -26,22 +26,22 @@ namespace {
   }
 
   /// Returns the sizes of kernels of Lean, for RVEs with the memory layout of Scene.
-  template <class Lean, class Scene>
+  template <class Lean, class Config>
   KernelSizes kernel_sizes(Residency residency, int num_grains, int pair_capacity, int steps_ahead)
   {
     KernelSizes sizes = {};
     const int capacity = block_shape<Lean>(residency).capacity();
     if (capacity == 0) {
-      sizes.shared = shared_size<PlacedScene<Lean, Residency::Memory>>(num_grains, false);
-    } else if (Scene::D == 2) {
-      sizes.shared = shared_size<Scene>(capacity, true);
+      sizes.shared = shared_size<PlacedConfig<Lean, Residency::Memory>>(num_grains, false);
+    } else if (Config::D == 2) {
+      sizes.shared = shared_size<Config>(capacity, true);
     } else {
-      const DividedSize divided = divided_size<Scene>(capacity, num_grains);
+      const DividedSize divided = divided_size<Config>(capacity, num_grains);
       sizes.shared = divided.on_chip;
       sizes.beside = divided.beside;
     }
-    sizes.workspace = workspace_size<Scene>(num_grains, pair_capacity);
-    sizes.prepared = (PreparedCall<Scene>::size_with(steps_ahead) + 15) / 16 * 16;
+    sizes.workspace = workspace_size<Config>(num_grains, pair_capacity);
+    sizes.prepared = (PreparedCall<Config>::size_with(steps_ahead) + 15) / 16 * 16;
     return sizes;
   }
 
@@ -50,17 +50,17 @@ namespace {
 template <class Numbers, Format format_, Arithmetic arithmetic_> void CudaVariants::fill()
 {
   const bool none_ahead = all_at_run_time();
-#define RVE_FILL(name, ...)                                                                     \
-  {                                                                                             \
-    Entry &entry = entries[static_cast<int>(KernelVariant::name)];                              \
-    entry.prepared_like = VariantTraits<KernelVariant::name>::prepared_like;                    \
-    entry.shape = block_shape<VariantScene<KernelVariant::name, Numbers>>;                      \
-    entry.sizes =                                                                               \
-        kernel_sizes<VariantScene<KernelVariant::name, Numbers>,                                \
-                     VariantScene<VariantTraits<KernelVariant::name>::prepared_like, Numbers>>; \
-    entry.kernels = cuda_kernels<KernelVariant::name, format_, arithmetic_>();                  \
-    entry.ahead =                                                                               \
-        !none_ahead && entry.kernels.kernel[static_cast<int>(Residency::Memory)] != nullptr;    \
+#define RVE_FILL(name, ...)                                                                      \
+  {                                                                                              \
+    Entry &entry = entries[static_cast<int>(KernelVariant::name)];                               \
+    entry.prepared_like = VariantTraits<KernelVariant::name>::prepared_like;                     \
+    entry.shape = block_shape<VariantConfig<KernelVariant::name, Numbers>>;                      \
+    entry.sizes =                                                                                \
+        kernel_sizes<VariantConfig<KernelVariant::name, Numbers>,                                \
+                     VariantConfig<VariantTraits<KernelVariant::name>::prepared_like, Numbers>>; \
+    entry.kernels = cuda_kernels<KernelVariant::name, format_, arithmetic_>();                   \
+    entry.ahead =                                                                                \
+        !none_ahead && entry.kernels.kernel[static_cast<int>(Residency::Memory)] != nullptr;     \
   }
   RVE_KERNEL_VARIANTS(RVE_FILL)
 #undef RVE_FILL

@@ -5,7 +5,7 @@
 #include "rve/algorithm/system_view.h"
 #include "rve/block/block_serial.h"
 #include "rve/engine/force_bounds.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,26 +54,26 @@ namespace {
   }
 
   /// Returns a pair with its history in a device state.
-  template <class Scene>
-  PairOf<Scene::D> pair_of(int first, int second, const typename Scene::History &history)
+  template <class Config>
+  PairOf<Config::D> pair_of(int first, int second, const typename Config::History &history)
   {
-    PairOf<Scene::D> pair{};
+    PairOf<Config::D> pair{};
     pair.first = first;
     pair.second = second;
-    Scene::Law::to_pair(history, pair);
+    Config::Law::to_pair(history, pair);
     // A zero has no sign in a state.
-    for (const auto &number : pair_memory<Scene::D>()) number.of(pair) += 0.0;
+    for (const auto &number : pair_memory<Config::D>()) number.of(pair) += 0.0;
     return pair;
   }
 
-  template <class Scene> DeviceState build(const RveStateOf<Scene::D> &state, int extra_capacity)
+  template <class Config> DeviceState build(const RveStateOf<Config::D> &state, int extra_capacity)
   {
-    constexpr int D = Scene::D, spins = Scene::spins;
+    constexpr int D = Config::D, spins = Config::spins;
     const int n = state.num_grains();
     std::vector<int> owned(n, 0);
     int num_extra = 0;
     for (const PairOf<D> &pair : state.pairs)
-      if (owned[pair.first] < Scene::owned_pairs)
+      if (owned[pair.first] < Config::owned_pairs)
         ++owned[pair.first];
       else
         ++num_extra;
@@ -81,8 +81,8 @@ namespace {
     DeviceState image;
     image.num_grains = n;
     image.extra_capacity = std::max(extra_capacity, num_extra);
-    image.bytes.assign(device_state_size<Scene>(n, image.extra_capacity), 0);
-    const auto view = carve_device_state<Scene>(image.bytes.data(), n, image.extra_capacity);
+    image.bytes.assign(device_state_size<Config>(n, image.extra_capacity), 0);
+    const auto view = carve_device_state<Config>(image.bytes.data(), n, image.extra_capacity);
 
     StateHeader<D> &header = *view.header;
     header = StateHeader<D>();
@@ -96,7 +96,7 @@ namespace {
     set_material_in(header, state.material);
     // The sums use rounded radii, so that the state read back gives the same ones.
     RveStateOf<D> stored;
-    for (double r : state.radius) stored.radius.push_back(static_cast<typename Scene::Wide>(r));
+    for (double r : state.radius) stored.radius.push_back(static_cast<typename Config::Wide>(r));
     const auto [smallest, largest] =
         std::minmax_element(stored.radius.begin(), stored.radius.end());
     header.largest_radius = *largest;
@@ -115,8 +115,8 @@ namespace {
     header.damping_loss = state.energy.local_damping;
     header.viscous_loss = state.energy.viscous;
 
-    using Coordinate = typename Scene::Coordinate;
-    using Real = typename Scene::Real;
+    using Coordinate = typename Config::Coordinate;
+    using Real = typename Config::Real;
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
     const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
                                                                 : state.order;
@@ -132,36 +132,36 @@ namespace {
       }
       for (int s = 0; s < spins; ++s)
         spin_component(view.spin[k], s) = static_cast<Real>(state.spin[spins * i + s]);
-      view.radius[k] = static_cast<typename Scene::Wide>(state.radius[i]);
-      for (int m = 0; m < Scene::owned_pairs; ++m) view.partner[m * n + k] = k;
+      view.radius[k] = static_cast<typename Config::Wide>(state.radius[i]);
+      for (int m = 0; m < Config::owned_pairs; ++m) view.partner[m * n + k] = k;
       owned[k] = 0;
     }
     for (const PairOf<D> &pair : state.pairs) {
       const int first = place[pair.first], second = place[pair.second];
-      if (owned[first] < Scene::owned_pairs) {
+      if (owned[first] < Config::owned_pairs) {
         const int slot = owned[first]++ * n + first;
         view.partner[slot] = second;
-        view.history[slot] = Scene::Law::of_pair(pair);
+        view.history[slot] = Config::Law::of_pair(pair);
       } else {
         view.extra_first[header.num_extra] = first;
         view.extra_second[header.num_extra] = second;
-        view.extra_history[header.num_extra] = Scene::Law::of_pair(pair);
+        view.extra_history[header.num_extra] = Config::Law::of_pair(pair);
         ++header.num_extra;
       }
     }
     return image;
   }
 
-  template <class Scene> RveStateOf<Scene::D> read(const DeviceState &image)
+  template <class Config> RveStateOf<Config::D> read(const DeviceState &image)
   {
-    constexpr int D = Scene::D, spins = Scene::spins;
+    constexpr int D = Config::D, spins = Config::spins;
     const int n = image.num_grains;
     const auto view =
-        carve_device_state<Scene>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
+        carve_device_state<Config>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
     const StateHeader<D> &header = *view.header;
     RveStateOf<D> state;
     static_cast<MaterialNumbers &>(state.material) = header.material;
-    state.material.law = Scene::Law::contact_law;
+    state.material.law = Config::Law::contact_law;
     state.cell = load_tensor<D>(header.cell);
     state.deformation = load_tensor<D>(header.deformation);
     state.servo_velocity_gradient = load_tensor<D>(header.servo_velocity_gradient);
@@ -186,24 +186,24 @@ namespace {
       }
       for (int s = 0; s < spins; ++s) state.spin[spins * i + s] = spin_component(view.spin[k], s);
       state.radius[i] = view.radius[k];
-      for (int m = 0; m < Scene::owned_pairs; ++m)
+      for (int m = 0; m < Config::owned_pairs; ++m)
         if (view.partner[m * n + k] != k)
           state.pairs.push_back(
-              pair_of<Scene>(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
+              pair_of<Config>(i, view.number[view.partner[m * n + k]], view.history[m * n + k]));
     }
     for (int m = 0; m < header.num_extra; ++m)
-      state.pairs.push_back(pair_of<Scene>(view.number[view.extra_first[m]],
-                                           view.number[view.extra_second[m]],
-                                           view.extra_history[m]));
+      state.pairs.push_back(pair_of<Config>(view.number[view.extra_first[m]],
+                                            view.number[view.extra_second[m]],
+                                            view.extra_history[m]));
     return state;
   }
 
-  template <class Scene> void turn(DeviceState &image, const Tensor<double, Scene::D> &rotation)
+  template <class Config> void turn(DeviceState &image, const Tensor<double, Config::D> &rotation)
   {
     BlockSerial block;
     turn_rigidly(
         block,
-        carve_device_state<Scene>(image.bytes.data(), image.num_grains, image.extra_capacity),
+        carve_device_state<Config>(image.bytes.data(), image.num_grains, image.extra_capacity),
         rotation);
   }
 
@@ -211,8 +211,9 @@ namespace {
   template <int D, class Numbers, class Work>
   auto with_numbers(KernelVariant memory, const Work &work)
   {
-    return with_program<D>(
-        memory, [&](auto variant) { return work(VariantScene<variant.prepared_like, Numbers>()); });
+    return with_program<D>(memory, [&](auto variant) {
+      return work(VariantConfig<variant.prepared_like, Numbers>());
+    });
   }
 
   /// Returns work(scene) for the number format and memory layout of device states.

@@ -7,7 +7,7 @@
 
 #include "rve/algorithm/step_loop.h"
 #include "rve/block/block_serial.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 
 #include <type_traits>
 #if defined(__AVX2__) && defined(__FMA__)
@@ -24,45 +24,45 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Block type of a kernel configuration, and the order in which its steps visit grains.
-  template <class Scene> struct OneByOne {
+  template <class Config> struct OneByOne {
     using Block = BlockSerial;
-    using Grains = GrainItems<Block, Scene>;
+    using Grains = GrainItems<Block, Config>;
   };
 #if defined(__AVX2__) && defined(__FMA__)
-  template <class Scene> struct InPacks {
+  template <class Config> struct InPacks {
     using Block = BlockSimd<kPackedGrains>;
-    using Grains = PackedGrains<Block, Scene>;
+    using Grains = PackedGrains<Block, Config>;
   };
   // The format single is not optimised, and energy bookkeeping visits one grain after the other.
-  template <class Scene>
+  template <class Config>
   using Traversal =
-      std::conditional_t<!Scene::books && !std::is_same_v<typename Scene::Numbers, SingleNumbers>,
-                         InPacks<Scene>, OneByOne<Scene>>;
+      std::conditional_t<!Config::books && !std::is_same_v<typename Config::Numbers, SingleNumbers>,
+                         InPacks<Config>, OneByOne<Config>>;
 #else
-  template <class Scene> using Traversal = OneByOne<Scene>;
+  template <class Config> using Traversal = OneByOne<Config>;
 #endif
 
-  template <class Scene, class Traversal>
-  void run_kernel(char *device_state, const DriveRecord<Scene::D> &drive,
-                  const SteeringRecord<Scene::D> *steering, const BatchConstants &batch,
-                  const HostWorkspace &memory, AnswerRecord<Scene::D> &answer,
-                  DetailRecord<Scene::D> *detail)
+  template <class Config, class Traversal>
+  void run_kernel(char *device_state, const DriveRecord<Config::D> &drive,
+                  const SteeringRecord<Config::D> *steering, const BatchConstants &batch,
+                  const HostWorkspace &memory, AnswerRecord<Config::D> &answer,
+                  DetailRecord<Config::D> *detail)
   {
     using Block = typename Traversal::Block;
-    const auto &header = *reinterpret_cast<const StateHeader<Scene::D> *>(device_state);
+    const auto &header = *reinterpret_cast<const StateHeader<Config::D> *>(device_state);
     Block block;
-    const auto shared = carve_shared<Scene>(memory.shared, header.num_grains, Block::kInRegisters);
-    using Begin = CallBegin<Block, Scene>;
-    using Planning = StepPlanning<Block, Scene>;
-    CallState<Scene> call;
+    const auto shared = carve_shared<Config>(memory.shared, header.num_grains, Block::kInRegisters);
+    using Begin = CallBegin<Block, Config>;
+    using Planning = StepPlanning<Block, Config>;
+    CallState<Config> call;
     call.header = header;
     call.drive = drive;
-    call.steering = steering ? *steering : SteeringRecord<Scene::D>();
+    call.steering = steering ? *steering : SteeringRecord<Config::D>();
     call.batch = batch;
     Begin::prepare(call, device_state, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
     Begin::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
-    RveKernel<Block, Scene, typename Traversal::Grains> variant(block, call, shared);
+    RveKernel<Block, Config, typename Traversal::Grains> variant(block, call, shared);
     variant.run(answer, detail);
   }
 
@@ -81,9 +81,9 @@ inline namespace RVE_ISA {
                AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
     with_program<D>(variant, [&](auto chosen) {
-      using Scene = VariantScene<kWorker<chosen.value>, Numbers>;
-      run_kernel<Scene, Traversal<Scene>>(device_state, drive, steering, batch, memory, answer,
-                                          detail);
+      using Config = VariantConfig<kWorker<chosen.value>, Numbers>;
+      run_kernel<Config, Traversal<Config>>(device_state, drive, steering, batch, memory, answer,
+                                            detail);
     });
   }
 
@@ -91,9 +91,9 @@ inline namespace RVE_ISA {
   HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, KernelVariant variant)
   {
     return with_program<D>(variant, [&](auto chosen) -> HostWorkspaceSizes {
-      using Scene = VariantScene<kWorker<chosen.value>, Numbers>;
-      return {shared_size<Scene>(num_grains, false),
-              workspace_size<Scene>(num_grains, pair_capacity)};
+      using Config = VariantConfig<kWorker<chosen.value>, Numbers>;
+      return {shared_size<Config>(num_grains, false),
+              workspace_size<Config>(num_grains, pair_capacity)};
     });
   }
 

@@ -2,7 +2,7 @@
 #include "rve/engine/variant_choice.h"
 
 #include "rve/core/error.h"
-#include "rve/engine/variant_scenes.h"
+#include "rve/engine/variant_configs.h"
 
 #include <algorithm>
 #include <array>
@@ -13,17 +13,17 @@ namespace rve {
 
 namespace {
 
-  template <class Scene> constexpr VariantFeatures features_of_scene(KernelVariant memory)
+  template <class Config> constexpr VariantFeatures features_of_config(KernelVariant memory)
   {
-    using Law = typename Scene::Law;
-    return {{Law::contact_law, Law::has_rolling, Scene::D},
-            {Law::has_friction, Law::is_damped, Law::has_rescaling, Scene::steers, Scene::books},
+    using Law = typename Config::Law;
+    return {{Law::contact_law, Law::has_rolling, Config::D},
+            {Law::has_friction, Law::is_damped, Law::has_rescaling, Config::steers, Config::books},
             memory};
   }
 
   constexpr std::array<VariantFeatures, kNumVariants> TABLE = {{
 #define RVE_FEATURES(name, law, books, prepared) \
-  features_of_scene<VariantScene<KernelVariant::name, MixedNumbers>>(KernelVariant::prepared),
+  features_of_config<VariantConfig<KernelVariant::name, MixedNumbers>>(KernelVariant::prepared),
       RVE_KERNEL_VARIANTS(RVE_FEATURES)
 #undef RVE_FEATURES
   }};
@@ -35,9 +35,9 @@ namespace {
         (has.books || !needs.books);
   }
 
-#define RVE_CHECK(name, law, books, prepared)                                                 \
-  static_assert(std::is_same_v<VariantScene<KernelVariant::name, MixedNumbers>::History,      \
-                               VariantScene<KernelVariant::prepared, MixedNumbers>::History>, \
+#define RVE_CHECK(name, law, books, prepared)                                                  \
+  static_assert(std::is_same_v<VariantConfig<KernelVariant::name, MixedNumbers>::History,      \
+                               VariantConfig<KernelVariant::prepared, MixedNumbers>::History>, \
                 "programs that are prepared alike have the same memory of an RVE");
   RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK

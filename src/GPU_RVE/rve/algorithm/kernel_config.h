@@ -21,7 +21,7 @@ inline namespace RVE_ISA {
   /// Functions that it does not need take no registers and do not change bits. All code in
   /// algorithm/ has it as the parameter Scene. engine/programs.h lists the configurations.
   template <class ContactLaw, Books kept>
-  struct SceneOf : ContactLaw::Numbers, Space<ContactLaw::D> {
+  struct ConfigOf : ContactLaw::Numbers, Space<ContactLaw::D> {
     using Law = ContactLaw;
     using Numbers = typename Law::Numbers;
     using History = typename Law::History;    ///< history of a pair
@@ -36,18 +36,19 @@ inline namespace RVE_ISA {
     static constexpr bool in_memory = false;    ///< true for InMemory
 
     /// The same configuration in another number format.
-    template <class OtherNumbers> using In = SceneOf<typename Law::template In<OtherNumbers>, kept>;
+    template <class OtherNumbers>
+    using In = ConfigOf<typename Law::template In<OtherNumbers>, kept>;
   };
 
   /// The same configuration with space for longer plans.
-  template <class Scene, int steps> struct WithPlan : Scene {
+  template <class Config, int steps> struct WithPlan : Config {
     static constexpr int plan_steps = steps;
   };
 
   /// The same configuration of spheres for blocks without registers for them: data that do not fit
   /// on chip are read from memory in each step (algorithm/passing_grains.h).
-  template <class Scene> struct InMemory : Scene {
-    static_assert(Scene::D == 3, "spheres");
+  template <class Config> struct InMemory : Config {
+    static_assert(Config::D == 3, "spheres");
     static constexpr bool in_memory = true;
   };
 

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "rve/algorithm/scene.h"
+#include "rve/algorithm/kernel_config.h"
 #include "rve/engine/kernel_variants.h"
 #include "rve/physics/laws/dmt_adhesion.h"
 #include "rve/physics/laws/hertz_mindlin.h"
@@ -14,17 +14,17 @@ inline namespace RVE_ISA {
 
   template <KernelVariant> struct VariantTraits;
 
-#define RVE_VARIANT_TRAITS(name, law, kept, prepared)                          \
-  template <> struct VariantTraits<KernelVariant::name> {                      \
-    template <class Numbers> using Scene = SceneOf<law<Numbers>, Books::kept>; \
-    static constexpr KernelVariant prepared_like = KernelVariant::prepared;    \
+#define RVE_VARIANT_TRAITS(name, law, kept, prepared)                            \
+  template <> struct VariantTraits<KernelVariant::name> {                        \
+    template <class Numbers> using Config = ConfigOf<law<Numbers>, Books::kept>; \
+    static constexpr KernelVariant prepared_like = KernelVariant::prepared;      \
   };
   RVE_KERNEL_VARIANTS(RVE_VARIANT_TRAITS)
 #undef RVE_VARIANT_TRAITS
 
   /// Kernel configuration of a variant in a number format.
   template <KernelVariant variant, class Numbers>
-  using VariantScene = typename VariantTraits<variant>::template Scene<Numbers>;
+  using VariantConfig = typename VariantTraits<variant>::template Config<Numbers>;
 
   /// Kernel variant as an argument of a generic function.
   template <KernelVariant variant> struct ProgramConstant {
