@@ -150,7 +150,7 @@ template <int D> void MpmChecks<D>::check_positions() const
     error->warning(FLERR,
                    "Fix mpm {}: points have been moved since the last run; their displacements "
                    "include that, their strains and stresses do not",
-                   scene.fix->id);
+                   setup.fix->id);
 }
 
 template <int D> void MpmChecks<D>::check_overlap()
@@ -162,9 +162,9 @@ template <int D> void MpmChecks<D>::check_overlap()
       return std::count_if(groups.begin(), groups.end(),
                            [mask](const auto &some) { return (mask & some.groupbit) != 0; });
     };
-    const auto bodies = count(scene.settings.bodies);
+    const auto bodies = count(setup.settings.bodies);
     if (bodies > 1) several[1]++;
-    if (bodies == 0 && count(scene.settings.models) > 1) several[0]++;
+    if (bodies == 0 && count(setup.settings.models) > 1) several[0]++;
   }
   MPI_Allreduce(MPI_IN_PLACE, several, 2, MPI_LMP_BIGINT, MPI_SUM, world);
   for (int k = 0; k < 2; k++)
@@ -173,7 +173,7 @@ template <int D> void MpmChecks<D>::check_overlap()
           FLERR,
           "Fix mpm {}: {} points are in the groups of more than one {}; the last one in the "
           "fix counts",
-          scene.fix->id, several[k], k == 0 ? "model" : "rigid body");
+          setup.fix->id, several[k], k == 0 ? "model" : "rigid body");
   warned_overlap = several[0] + several[1] > 0;
 }
 
@@ -185,7 +185,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   bigint total = made.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return;
-  const mpm::Grid<D> &grid = scene.solver->grid();
+  const mpm::Grid<D> &grid = setup.solver->grid();
   CellShares filled;    // shares by points of this rank
   for (const int i : made) fill(grid, points, i, &CellShare::by_new, filled);
   bigint deformable = 0;
@@ -219,18 +219,18 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
                   "twice{}",
                   over, cells, are_all_new ? "" : "new ",
                   D == 2 ? fmt::format("{} by {}", h, h) : fmt::format("{} by {} by {}", h, h, h),
-                  FULL, volume, fullest, volume, scene.settings.initial_volume, D,
+                  FULL, volume, fullest, volume, setup.settings.initial_volume, D,
                   are_all_new ? "" : " or on top of those that were there");
   if (are_all_new && 2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
   warned_full = in_run;
-  if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", scene.fix->id, text);
+  if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", setup.fix->id, text);
 }
 
 /// LAMMPS deletes atoms outside of the simulation box when it exchanges atoms. It is no error if a
 /// group loses points that still exist.
 template <int D> void MpmChecks<D>::check_bodies(const Points &points, bool advance)
 {
-  const std::size_t bodies = scene.settings.bodies.size();
+  const std::size_t bodies = setup.settings.bodies.size();
   if (bodies == 0 || (advance && neighbor->ago != 0)) return;
   std::vector<bigint> count(bodies + 1, 0);
   count[bodies] = atom->nlocal;
@@ -247,7 +247,7 @@ template <int D> void MpmChecks<D>::check_bodies(const Points &points, bool adva
                "Fix mpm, step {}: rigid body {} has lost {} of its {} points, which left the "
                "simulation box, {} [length]; make the box large enough for the whole way of the "
                "body",
-               update->ntimestep, scene.settings.bodies[b].group, body_points[b] - count[b],
+               update->ntimestep, setup.settings.bodies[b].group, body_points[b] - count[b],
                body_points[b], box);
   }
   body_points.assign(count.begin(), count.end() - 1);
@@ -255,14 +255,14 @@ template <int D> void MpmChecks<D>::check_bodies(const Points &points, bool adva
 
 template <int D> void MpmChecks<D>::check_enclosed(const Points &points) const
 {
-  for (const int b : scene.turning) {
-    bigint enclosed = scene.solver->rigid_bodies().num_enclosed(b, points);
+  for (const int b : setup.turning) {
+    bigint enclosed = setup.solver->rigid_bodies().num_enclosed(b, points);
     MPI_Allreduce(MPI_IN_PLACE, &enclosed, 1, MPI_LMP_BIGINT, MPI_SUM, world);
     if (enclosed > 0 && comm->me == 0)
       error->warning(FLERR,
                      "Fix mpm {}: {} points that are not of the rigid body {} are inside of its "
                      "form; place the body beside the material and beside other bodies",
-                     scene.fix->id, enclosed, scene.settings.bodies[b].group);
+                     setup.fix->id, enclosed, setup.settings.bodies[b].group);
   }
 }
 
@@ -270,31 +270,31 @@ template <int D> void MpmChecks<D>::report_parts()
 {
   if (reported_parts) return;
   reported_parts = true;
-  int extremes[2] = {scene.solver->held_nodes(), -scene.solver->held_nodes()};
+  int extremes[2] = {setup.solver->held_nodes(), -setup.solver->held_nodes()};
   MPI_Allreduce(MPI_IN_PLACE, extremes, 2, MPI_INT, MPI_MAX, world);
   const int most = extremes[0], least = -extremes[1];
   if (comm->me != 0) return;
   const std::string each = least == most ? fmt::format("{}", most)
                                          : fmt::format("{} to {}", least, most);
-  utils::logmesg(lmp, "fix mpm {}: {} {} of {:.0f} nodes of the grid\n", scene.fix->id,
+  utils::logmesg(lmp, "fix mpm {}: {} {} of {:.0f} nodes of the grid\n", setup.fix->id,
                  comm->nprocs == 1 ? "this rank holds" : "each rank holds", each,
-                 scene.solver->grid().all().count());
+                 setup.solver->grid().all().count());
 }
 
 template <int D> void MpmChecks<D>::add_damping()
 {
-  const mpm::SolverOptions<D> &options = scene.settings.options;
+  const mpm::SolverOptions<D> &options = setup.settings.options;
   if (!(options.damping > 0.0) || update->ntimestep % DAMPING_EVERY != 0) return;
   const auto magnitude = [](const mpm::Vec<D> &force) {
     return D == 2 ? std::hypot(force[0], force[1]) : std::sqrt(dot(force, force));
   };
   double largest = 0.0;
-  for (int b = 0; b < (int) scene.settings.bodies.size(); b++)
-    largest = std::max(largest, magnitude(scene.solver->body_reaction(b)));
+  for (int b = 0; b < (int) setup.settings.bodies.size(); b++)
+    largest = std::max(largest, magnitude(setup.solver->body_reaction(b)));
   for (int side = 0; side < mpm::FACES<D>; side++)
     if (options.sides[side] != mpm::SideKind::Free || options.dashpots[side].exist())
-      largest = std::max(largest, magnitude(scene.solver->side_reaction(static_cast<Face>(side))));
-  damping_sum += magnitude(scene.solver->damping_force());
+      largest = std::max(largest, magnitude(setup.solver->side_reaction(static_cast<Face>(side))));
+  damping_sum += magnitude(setup.solver->damping_force());
   reaction_sum += largest;
 }
 
@@ -305,15 +305,15 @@ template <int D> void MpmChecks<D>::report_damping(int last)
   const std::string text = fmt::format(
       "local damping {} amounts to {:.2g} % of the largest reaction, in the mean of this "
       "run: reactions on two sides of the material differ by as much",
-      scene.settings.options.damping, 100.0 * share);
+      setup.settings.options.damping, 100.0 * share);
   // the warning comes once; later runs log their own number
   if (share > DAMPING_WARN && !warned_damping) {
     warned_damping = true;
     error->warning(FLERR,
                    "Fix mpm {}: {}. f_{}[{}] and f_{}[{}] are its force; use less damping, or none",
-                   scene.fix->id, text, scene.fix->id, last - 1, scene.fix->id, last);
+                   setup.fix->id, text, setup.fix->id, last - 1, setup.fix->id, last);
   } else
-    utils::logmesg(lmp, "fix mpm {}: {}\n", scene.fix->id, text);
+    utils::logmesg(lmp, "fix mpm {}: {}\n", setup.fix->id, text);
 }
 
 template class LAMMPS_NS::MpmChecks<2>;

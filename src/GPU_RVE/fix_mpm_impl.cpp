@@ -39,7 +39,7 @@ constexpr int COURANT_OF_GRAINS_EVERY = 100;
 
 template <int D>
 FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
-    Impl(_fix->lmp), Scene(_fix->lmp, _fix, MpmSettings<D>::parse(_fix->lmp, narg, arg)),
+    Impl(_fix->lmp), Setup(_fix->lmp, _fix, MpmSettings<D>::parse(_fix->lmp, narg, arg)),
     progress(lmp, fmt::format("fix mpm {}", fix->id), settings.progress_interval)
 {
   const Tensor &initial = settings.initial_stress;

@@ -16,9 +16,9 @@
 
 namespace LAMMPS_NS {
 
-template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
-  using Scene = MpmScene<D>;
-  using Scene::fix, Scene::settings, Scene::solver, Scene::grains, Scene::laws, Scene::turning;
+template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
+  using Setup = MpmSetup<D>;
+  using Setup::fix, Setup::settings, Setup::solver, Setup::grains, Setup::laws, Setup::turning;
   using Fields = MpmFields<D>;
   using Fields::DOUBLES, Fields::NO_LAW, Fields::reference, Fields::half_size, Fields::mass;
   using Fields::initial_volume, Fields::volume, Fields::deformation_gradient, Fields::stress;
@@ -31,7 +31,7 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmScene<D>, MpmFields<D> {
 
   void find_models() override
   {
-    Scene::find_models();
+    Setup::find_models();
     waves.begin_run();
   }
   void setup_pre_force() override;

@@ -38,12 +38,12 @@ constexpr double BEYOND_STRENGTH = 1e-6;
 template <int D>
 macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &made) const
 {
-  const MpmInSitu<D> &in_situ = scene.settings.in_situ;
-  const double width = scene.settings.width_of_point();
+  const MpmInSitu<D> &in_situ = setup.settings.in_situ;
+  const double width = setup.settings.width_of_point();
   std::vector<double> k0, surcharge, surface;
-  if (!in_situ.is_at_rest) in_situ.k0.evaluate(lmp, scene.fix->igroup, k0);
-  in_situ.surcharge.evaluate(lmp, scene.fix->igroup, surcharge);
-  if (in_situ.surface) in_situ.surface->evaluate(lmp, scene.fix->igroup, surface);
+  if (!in_situ.is_at_rest) in_situ.k0.evaluate(lmp, setup.fix->igroup, k0);
+  in_situ.surcharge.evaluate(lmp, setup.fix->igroup, surcharge);
+  if (in_situ.surface) in_situ.surface->evaluate(lmp, setup.fix->igroup, surface);
   double top = -HUGE_VAL;
   for (const int i : made) top = std::max(top, atom->x[i][D - 1] + 0.5 * width);
   MPI_Allreduce(MPI_IN_PLACE, &top, 1, MPI_DOUBLE, MPI_MAX, world);
@@ -56,7 +56,7 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
     given.surface.push_back(in_situ.surface ? surface[i] : top);
     given.surcharge.push_back(surcharge[i]);
     if (in_situ.is_at_rest) {
-      if (!scene.grains[points.model[i]]) without_grains.add(atom->tag[i], {});
+      if (!setup.grains[points.model[i]]) without_grains.add(atom->tag[i], {});
       continue;
     }
     given.k0.push_back(k0[i]);
@@ -93,7 +93,7 @@ template <int D>
 std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &made) const
 {
   std::vector<double> values;
-  for (const int i : made) values.push_back(scene.density_of(points, i));
+  for (const int i : made) values.push_back(setup.density_of(points, i));
   return values;
 }
 
@@ -103,19 +103,19 @@ template <int D>
 macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const Atoms &made,
                                                      const macro::GroundAtRest &ground) const
 {
-  const auto &models = scene.settings.models;
-  const auto is_given = [&](const auto &some) { return scene.settings.density_of(some) > 0.0; };
+  const auto &models = setup.settings.models;
+  const auto is_given = [&](const auto &some) { return setup.settings.density_of(some) > 0.0; };
   if (std::none_of(models.begin(), models.end(), is_given)) return ground.density();
   std::vector<double> height, value;
   for (const int i : made) {
-    if (scene.given_density(points, i) > 0.0) continue;
+    if (setup.given_density(points, i) > 0.0) continue;
     height.push_back(atom->x[i][D - 1]);
-    value.push_back(scene.density_of(points, i));
+    value.push_back(setup.density_of(points, i));
   }
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return ground.density();
-  return macro::level_means(height, value, scene.settings.width_of_point(), mpm_communication(lmp));
+  return macro::level_means(height, value, setup.settings.width_of_point(), mpm_communication(lmp));
 }
 
 /// Returns the ratio of lateral to vertical stress of points, which must all have RVEs [-].
@@ -124,7 +124,7 @@ std::vector<double> MpmGround<D>::stress_ratios(const Points &points, const Atom
 {
   std::vector<double> values;
   for (const int i : made) {
-    const Tensor sigma = stress_of<D>(*scene.grains[points.model[i]], i);
+    const Tensor sigma = stress_of<D>(*setup.grains[points.model[i]], i);
     const double vertical = sigma(D - 1, D - 1);
     values.push_back(std::max(0.0, (trace(sigma) - vertical) / ((D - 1) * vertical)));
   }
@@ -133,10 +133,10 @@ std::vector<double> MpmGround<D>::stress_ratios(const Points &points, const Atom
 
 template <int D> auto MpmGround<D>::goals_by_components(const Atoms &made) const -> Goals
 {
-  const std::vector<ScriptValue> &components = scene.settings.in_situ.components;
+  const std::vector<ScriptValue> &components = setup.settings.in_situ.components;
   std::vector<std::vector<double>> values(components.size());
   for (std::size_t c = 0; c < values.size(); c++)
-    components[c].evaluate(lmp, scene.fix->igroup, values[c]);
+    components[c].evaluate(lmp, setup.fix->igroup, values[c]);
   Goals goals;
   CollectiveError wrong;
   for (const int i : made) {
@@ -164,11 +164,11 @@ macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const Atoms
                                                const Goals &goals, double tolerance) const
 {
   macro::InSituReport all;
-  for (FixRve *source : scene.sources()) {
+  for (FixRve *source : setup.sources()) {
     std::vector<int> atoms;
     Goals of_atoms;
     for (std::size_t n = 0; n < made.size(); n++)
-      if (scene.grains[points.model[made[n]]] == source) {
+      if (setup.grains[points.model[made[n]]] == source) {
         atoms.push_back(made[n]);
         of_atoms.push_back(goals[n]);
       }
@@ -186,12 +186,12 @@ template <int D> auto MpmGround<D>::find(const Points &points, const Atoms &made
   bigint total = made.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return {};
-  const Starts starts = scene.settings.in_situ.is_by_components() ? find_by_components(points, made)
+  const Starts starts = setup.settings.in_situ.is_by_components() ? find_by_components(points, made)
                                                                   : find_at_rest(points, made);
   is_new = true;
   // the line would come in each step in which a fix creates points
   if (comm->me == 0 && update->ntimestep == update->firststep)
-    utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", scene.fix->id, total);
+    utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", setup.fix->id, total);
   return starts;
 }
 
@@ -200,7 +200,7 @@ template <int D>
 mpm::Tensor<D> MpmGround<D>::stress_at(const Points &points, int i,
                                        const macro::StressGoal &goal) const
 {
-  const FixRve *source = scene.grains[points.model[i]];
+  const FixRve *source = setup.grains[points.model[i]];
   return source ? stress_of<D>(*source, i) : rve::leading_components<D>(goal.stress);
 }
 
@@ -212,11 +212,11 @@ auto MpmGround<D>::find_by_components(const Points &points, const Atoms &made) -
   for (const macro::StressGoal &goal : goals)
     for (const double x : goal.stress.component) largest = std::max(largest, std::fabs(x));
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-  const double tolerance = scene.settings.in_situ.tolerance.value_or(ERROR_OF_STRESS * largest);
+  const double tolerance = setup.settings.in_situ.tolerance.value_or(ERROR_OF_STRESS * largest);
   const macro::InSituReport report = bring_grains(points, made, goals, tolerance);
   Starts starts;
   for (std::size_t n = 0; n < made.size(); n++)
-    starts.push_back({stress_at(points, made[n], goals[n]), scene.density_of(points, made[n]), {}});
+    starts.push_back({stress_at(points, made[n], goals[n]), setup.density_of(points, made[n]), {}});
   weight_of_cell = 0.0;
   report_grains(report, 1);
   return starts;
@@ -224,14 +224,14 @@ auto MpmGround<D>::find_by_components(const Points &points, const Atoms &made) -
 
 template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Atoms &made) -> Starts
 {
-  const MpmInSitu<D> &in_situ = scene.settings.in_situ;
-  const double h = scene.solver->grid().cell_size();
+  const MpmInSitu<D> &in_situ = setup.settings.in_situ;
+  const double h = setup.solver->grid().cell_size();
   macro::GroundAtRest ground = at_rest(points, made);
   const double tolerance =
       in_situ.tolerance.value_or(ERROR_OF_WEIGHT * ground.density().value(0) * in_situ.gravity * h);
   macro::InSituReport report;
-  if (scene.has_grains()) {
-    scene.guarded([&] {
+  if (setup.has_grains()) {
+    setup.guarded([&] {
       do report.take(bring_grains(points, made, ground.goals(), tolerance));
       while (!ground.settles(densities(points, made),
                              in_situ.is_at_rest ? stress_ratios(points, made)
@@ -244,11 +244,11 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
     // the density belongs to the weight that the stress balances
-    const double given = scene.given_density(points, i);
+    const double given = setup.given_density(points, i);
     const double density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
     starts.push_back({stress_at(points, i, goal), density, {}});
     // the stress out of the plane is a lateral stress
-    if (D == 2 && !scene.grains[points.model[i]]) starts.back().across_plane = goal.stress(2, 2);
+    if (D == 2 && !setup.grains[points.model[i]]) starts.back().across_plane = goal.stress(2, 2);
   }
   weight_of_cell = in_situ.gravity * ground.density().value(0) * cell_volume();
   report_grains(report, ground.rounds());
@@ -256,29 +256,29 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
     utils::logmesg(lmp,
                    "fix mpm {}: at rest RVEs have k0 from {:.4f} to {:.4f}, in the mean of a "
                    "level\n",
-                   scene.fix->id, k0->least(), k0->most());
+                   setup.fix->id, k0->least(), k0->most());
   return starts;
 }
 
 template <int D>
 void MpmGround<D>::report_grains(const macro::InSituReport &report, int rounds) const
 {
-  if (!scene.has_grains() || comm->me != 0) return;
+  if (!setup.has_grains() || comm->me != 0) return;
   utils::logmesg(lmp,
                  "fix mpm {}: RVEs took up to {} DEM steps to their stress in situ, in {} rounds "
                  "of weight and density; the largest error of a component is {:.3g} [stress]\n",
-                 scene.fix->id, report.most_steps, rounds, report.largest_error);
+                 setup.fix->id, report.most_steps, rounds, report.largest_error);
 }
 
 template <int D> double MpmGround<D>::cell_volume() const
 {
-  const double h = scene.solver->grid().cell_size();
-  return scene.settings.options.thickness * (D == 2 ? h * h : h * h * h);
+  const double h = setup.solver->grid().cell_size();
+  return setup.settings.options.thickness * (D == 2 ? h * h : h * h * h);
 }
 
 template <int D> void MpmGround<D>::check_strength(const Points &points, const Atoms &made) const
 {
-  const MpmSettings<D> &settings = scene.settings;
+  const MpmSettings<D> &settings = setup.settings;
   std::vector<Tensor> after(points.stress, points.stress + points.count);
   std::vector<double> remembered(points.memory,
                                  points.memory + (std::size_t) points.count * points.memory_width);
@@ -308,7 +308,7 @@ template <int D> void MpmGround<D>::check_strength(const Points &points, const A
                    "Fix mpm {}: the {} of {} points is beyond the strength of their "
                    "law, that of atom {} for one; they will yield at once. Take {}, or more "
                    "strength",
-                   scene.fix->id, settings.in_situ.given ? "stress in situ" : "initial stress",
+                   setup.fix->id, settings.in_situ.given ? "stress in situ" : "initial stress",
                    beyond, lowest,
                    settings.in_situ.given ? "a k0 between the active and the passive limit"
                                           : "normal stresses with a smaller difference");
@@ -329,21 +329,21 @@ template <int D> void MpmGround<D>::report(const Points &points)
   MPI_Allreduce(MPI_IN_PLACE, &by_forces, 1, MPI_DOUBLE, MPI_MAX, world);
   by_forces *= cell_volume();
   const double weight = weight_of_cell > 0.0 ? weight_of_cell : by_forces;
-  const double unbalanced = scene.solver->max_unbalanced_force();
+  const double unbalanced = setup.solver->max_unbalanced_force();
   if (comm->me != 0) return;
   if (!(weight > 0.0)) {
     utils::logmesg(lmp, "fix mpm {}: in situ the largest unbalanced nodal force is {:.3g}\n",
-                   scene.fix->id, unbalanced);
+                   setup.fix->id, unbalanced);
     return;
   }
   const double share = unbalanced / weight;
   const std::string text = fmt::format(
       "in situ the largest unbalanced nodal force is {:.3g} of the weight of a cell", share);
   if (share <= UNBALANCED_WARN) {
-    utils::logmesg(lmp, "fix mpm {}: {}\n", scene.fix->id, text);
+    utils::logmesg(lmp, "fix mpm {}: {}\n", setup.fix->id, text);
     return;
   }
-  error->warning(FLERR, "Fix mpm {}: {}, above {:g}: the ground will move. {}", scene.fix->id, text,
+  error->warning(FLERR, "Fix mpm {}: {}, above {:g}: the ground will move. {}", setup.fix->id, text,
                  UNBALANCED_WARN,
                  by_forces == 0.0
                      ? "No force acts on the points: define fix gravity before this fix"

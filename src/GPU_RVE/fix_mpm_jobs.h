@@ -25,7 +25,7 @@
 namespace LAMMPS_NS {
 
 /// The settings, the solver and the models of fix mpm in D dimensions, which the jobs share.
-template <int D> struct MpmScene {
+template <int D> struct MpmSetup {
   using Points = mpm::PointView<D>;
 
   LAMMPS *const lmp;
@@ -36,7 +36,7 @@ template <int D> struct MpmScene {
   std::vector<mpm::Constitutive<D> *> laws;    // law of each model
   std::vector<int> turning;                    // rigid bodies that can turn
 
-  MpmScene(LAMMPS *_lmp, FixMpm *_fix, MpmSettings<D> _settings) :
+  MpmSetup(LAMMPS *_lmp, FixMpm *_fix, MpmSettings<D> _settings) :
       lmp(_lmp), fix(_fix), settings(std::move(_settings))
   {
     for (int b = 0; b < (int) settings.bodies.size(); b++)
@@ -106,8 +106,8 @@ template <int D> class MpmLoads : protected Pointers {
   using Points = mpm::PointView<D>;
   using Vec = mpm::Vec<D>;
 
-  explicit MpmLoads(const MpmScene<D> &_scene) :
-      Pointers(_scene.lmp), displacement(_scene.settings.bodies.size(), Vec::zero()), scene(_scene)
+  explicit MpmLoads(const MpmSetup<D> &_scene) :
+      Pointers(_scene.lmp), displacement(_scene.settings.bodies.size(), Vec::zero()), setup(_scene)
   {
   }
 
@@ -125,7 +125,7 @@ template <int D> class MpmLoads : protected Pointers {
   bool reads_results() const;
 
  private:
-  const MpmScene<D> &scene;
+  const MpmSetup<D> &setup;
   std::vector<mpm::TractionLoad<D>> loads;    // loads of this step
   double speed = 0.0;
 
@@ -139,7 +139,7 @@ template <int D> class MpmWaves : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
 
-  explicit MpmWaves(const MpmScene<D> &_scene) : Pointers(_scene.lmp), scene(_scene) {}
+  explicit MpmWaves(const MpmSetup<D> &_scene) : Pointers(_scene.lmp), setup(_scene) {}
 
   /// Returns the Courant number of the last check [-].
   double courant() const { return number; }
@@ -160,7 +160,7 @@ template <int D> class MpmWaves : protected Pointers {
   void check_absorbing_sides(const Points &points);
 
  private:
-  const MpmScene<D> &scene;
+  const MpmSetup<D> &setup;
   double number = 0.0;
   bool warned = false, warned_sides = false;
   bool warned_rounding = false;    // warned of coordinates far from the origin in this run
@@ -174,7 +174,7 @@ template <int D> class MpmChecks : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
 
-  explicit MpmChecks(const MpmScene<D> &_scene) : Pointers(_scene.lmp), scene(_scene) {}
+  explicit MpmChecks(const MpmSetup<D> &_scene) : Pointers(_scene.lmp), setup(_scene) {}
 
   /// Stores number and positions of the points and the box at the end of a run.
   void keep_positions();
@@ -206,7 +206,7 @@ template <int D> class MpmChecks : protected Pointers {
  private:
   using Box = std::array<double, 2 * D>;    // low and high sides of LAMMPS' box, axis by axis
 
-  const MpmScene<D> &scene;
+  const MpmSetup<D> &setup;
   // number of points, checksum of their positions, and box at the end of the last run
   bigint points_then = -1;
   std::uint64_t positions_then = 0;
@@ -230,7 +230,7 @@ template <int D> class MpmGround : protected Pointers {
   using Atoms = std::vector<int>;
   using Goals = std::vector<macro::StressGoal>;
 
-  explicit MpmGround(const MpmScene<D> &_scene) : Pointers(_scene.lmp), scene(_scene) {}
+  explicit MpmGround(const MpmSetup<D> &_scene) : Pointers(_scene.lmp), setup(_scene) {}
 
   /// The initial state of a new point.
   struct Start {
@@ -253,7 +253,7 @@ template <int D> class MpmGround : protected Pointers {
   void forget() { is_new = false; }
 
  private:
-  const MpmScene<D> &scene;
+  const MpmSetup<D> &setup;
   bool is_new = false;
   double weight_of_cell = 0.0;    // weight of a cell of new points, or 0 if it is not known [force]
 
@@ -277,7 +277,7 @@ template <int D> class MpmTimes : protected Pointers {
  public:
   enum Part { RVE, MPM, TRANSFERS, PARTS };
 
-  explicit MpmTimes(const MpmScene<D> &_scene) : Pointers(_scene.lmp), scene(_scene) {}
+  explicit MpmTimes(const MpmSetup<D> &_scene) : Pointers(_scene.lmp), setup(_scene) {}
 
   void begin_run() { std::fill_n(seconds, (int) PARTS, 0.0); }
   void begin_step() { begun = now(); }
@@ -298,7 +298,7 @@ template <int D> class MpmTimes : protected Pointers {
     double bounds = 0.0;    // bounds of the stable DEM time steps of RVEs
     double models = 0.0;    // models with RVEs, which includes `engine` but not `bounds`
   };
-  const MpmScene<D> &scene;
+  const MpmSetup<D> &setup;
   double seconds[PARTS] = {};
   Moment begun, solved;
 

@@ -36,7 +36,7 @@ mpm::TractionLoad<D> MpmLoads<D>::load_of(const MpmTraction<D> &traction,
   std::vector<double> of_atoms[D];
   Vec given = Vec::zero();
   // per-atom variables are evaluated only for the atoms of the group of the load
-  const int igroup = traction.groupbit ? group->find(traction.id) : scene.fix->igroup;
+  const int igroup = traction.groupbit ? group->find(traction.id) : setup.fix->igroup;
   for (int a = 0; a < D; a++)
     if (varies)
       traction.traction[a].evaluate(lmp, igroup, of_atoms[a]);
@@ -62,7 +62,7 @@ mpm::TractionLoad<D> MpmLoads<D>::load_of(const MpmTraction<D> &traction,
 template <int D> void MpmLoads<D>::warn_of_empty_regions() const
 {
   for (std::size_t k = 0; k < loads.size(); k++) {
-    const MpmTraction<D> &traction = scene.settings.tractions[k];
+    const MpmTraction<D> &traction = setup.settings.tractions[k];
     if (traction.groupbit) continue;
     bigint loaded = loads[k].point_index.size();
     MPI_Allreduce(MPI_IN_PLACE, &loaded, 1, MPI_LMP_BIGINT, MPI_SUM, world);
@@ -71,15 +71,15 @@ template <int D> void MpmLoads<D>::warn_of_empty_regions() const
           FLERR,
           "Fix mpm {}: the region '{}' of a {} has no deformable points at step {}: the {} acts on "
           "nothing",
-          scene.fix->id, traction.id, traction.keyword(), update->ntimestep, traction.keyword());
+          setup.fix->id, traction.id, traction.keyword(), update->ntimestep, traction.keyword());
   }
 }
 
 template <int D> void MpmLoads<D>::move_bodies(bool advance)
 {
-  mpm::MpmSolver<D> &solver = *scene.solver;
+  mpm::MpmSolver<D> &solver = *setup.solver;
   for (std::size_t b = 0; b < displacement.size(); b++) {
-    const MpmRigidBody<D> &body = scene.settings.bodies[b];
+    const MpmRigidBody<D> &body = setup.settings.bodies[b];
     double rates[mpm::FREEDOMS<D>];
     for (int k = 0; k < mpm::FREEDOMS<D>; k++) rates[k] = body.rates[k].evaluate(lmp);
     for (int a = 0; a < D; a++) speed = std::max(speed, std::fabs(rates[a]));
@@ -101,20 +101,20 @@ template <int D> void MpmLoads<D>::solve(const Points &points, bool advance)
   modify->clearstep_compute();
   speed = 0.0;
   loads.clear();
-  for (const MpmTraction<D> &traction : scene.settings.tractions)
+  for (const MpmTraction<D> &traction : setup.settings.tractions)
     loads.push_back(load_of(traction, points));
   if (!advance) warn_of_empty_regions();
-  scene.guarded([&] {
+  setup.guarded([&] {
     move_bodies(advance);
     modify->addstep_compute(update->ntimestep + 1);
     if (!advance) {
-      scene.solver->evaluate(points, loads, update->dt);
+      setup.solver->evaluate(points, loads, update->dt);
       return;
     }
-    scene.solver->step(points, loads, update->dt);
-    for (const int b : scene.turning)
+    setup.solver->step(points, loads, update->dt);
+    for (const int b : setup.turning)
       for (int a = 0; a < D; a++)
-        displacement[b][a] += update->dt * scene.solver->rigid_bodies().rates(b)[a];
+        displacement[b][a] += update->dt * setup.solver->rigid_bodies().rates(b)[a];
   });
 }
 
@@ -123,10 +123,10 @@ template <int D> bool MpmLoads<D>::reads_results() const
   const auto reads = [&](const ScriptValue &value) {
     return !value.variable.empty() && may_read_results(lmp, value.variable);
   };
-  for (const MpmRigidBody<D> &body : scene.settings.bodies)
+  for (const MpmRigidBody<D> &body : setup.settings.bodies)
     if (reads(body.friction) || std::any_of(std::begin(body.rates), std::end(body.rates), reads))
       return true;
-  for (const MpmTraction<D> &load : scene.settings.tractions) {
+  for (const MpmTraction<D> &load : setup.settings.tractions) {
     if (std::any_of(load.traction, load.traction + D, reads)) return true;
     // a region moves or changes its shape by variables
     const Region *region = load.groupbit ? nullptr : domain->get_region_by_id(load.id);

@@ -14,13 +14,13 @@ static constexpr double LONG_RUN = 1.0;
 template <int D> typename MpmTimes<D>::Moment MpmTimes<D>::now() const
 {
   Moment moment;
-  for (std::size_t k = 0; k < scene.grains.size(); k++)
-    if (scene.grains[k]) moment.models += scene.solver->model_time((int) k);
-  for (const FixRve *source : scene.sources()) {
+  for (std::size_t k = 0; k < setup.grains.size(); k++)
+    if (setup.grains[k]) moment.models += setup.solver->model_time((int) k);
+  for (const FixRve *source : setup.sources()) {
     moment.engine += source->rves().engine_time();
     moment.bounds += source->rves().bounding_time();
   }
-  moment.copies = scene.solver->transfer_time();
+  moment.copies = setup.solver->transfer_time();
   moment.clock = platform::walltime();
   return moment;
 }
@@ -52,7 +52,7 @@ template <int D> void MpmTimes<D>::report() const
   utils::logmesg(lmp,
                  "fix mpm {}: wall time {:.2f} s; per step [ms]: RVE {:.3f}, MPM {:.3f}, transfers "
                  "{:.3f}, LAMMPS {:.3f}, output {:.3f}\n",
-                 scene.fix->id, total, per_step * all[0], per_step * all[1], per_step * all[2],
+                 setup.fix->id, total, per_step * all[0], per_step * all[1], per_step * all[2],
                  per_step * (total - all[0] - all[1] - all[2] - all[3]), per_step * all[3]);
 }
 

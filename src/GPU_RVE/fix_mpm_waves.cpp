@@ -41,10 +41,10 @@ std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source
                                       const mpm::Constitutive<D> &law) const
 {
   using Candidate = std::array<double, 2>;    // squared slowness, ID of the atom
-  const int count = scene.settings.wave_tests;
+  const int count = setup.settings.wave_tests;
   std::vector<Candidate> mine;
   for (int i = 0; i < atom->nlocal; i++)
-    if (points.rigid_body[i] < 0 && scene.grains[points.model[i]] == &source)
+    if (points.rigid_body[i] < 0 && setup.grains[points.model[i]] == &source)
       mine.push_back(
           {points.mass[i] / (law.p_wave_modulus(i) * points.volume[i]), (double) atom->tag[i]});
   std::sort(mine.begin(), mine.end());
@@ -64,9 +64,9 @@ std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source
 
 template <int D> void MpmWaves<D>::measure(const Points &points)
 {
-  for (FixRve *source : scene.sources()) {
+  for (FixRve *source : setup.sources()) {
     source->rves().scale_waves(1.0);
-    if (scene.settings.wave_tests == 0) continue;
+    if (setup.settings.wave_tests == 0) continue;
     mpm::Constitutive<D> *const law = source->template constitutive<D>();
     law->expect_questions();
     const std::vector<int> chosen = fastest(points, *source, *law);
@@ -78,30 +78,30 @@ template <int D> void MpmWaves<D>::measure(const Points &points)
       utils::logmesg(lmp,
                      "fix mpm {}, step {}: waves in the RVEs of fix {} have {:.3g} times the "
                      "modulus that their contacts allow, by the tangents of the fastest ones\n",
-                     scene.fix->id, update->ntimestep, source->id, largest);
+                     setup.fix->id, update->ntimestep, source->id, largest);
     else
       error->warning(FLERR,
                      "Fix mpm {}, step {}: no tangent of the RVEs of fix {} could be measured; "
                      "wave speeds are the bound of their contacts",
-                     scene.fix->id, update->ntimestep, source->id);
+                     setup.fix->id, update->ntimestep, source->id);
   }
 }
 
 template <int D> void MpmWaves<D>::check_courant(const Points &points, double body_speed)
 {
-  scene.guarded([&] { number = scene.solver->cfl_number(points, update->dt); });
-  const double limit = scene.settings.courant_error;
+  setup.guarded([&] { number = setup.solver->cfl_number(points, update->dt); });
+  const double limit = setup.settings.courant_error;
   if (number > limit)
     error->all(FLERR,
                "Fix mpm, step {}: Courant number {:.4g} from the present stiffness exceeds {}; the "
                "time step {} must be below {:.4g} [time]",
                update->ntimestep, number, limit, update->dt, update->dt * limit / number);
-  if (number > scene.settings.courant_warn && !warned) {
+  if (number > setup.settings.courant_warn && !warned) {
     if (comm->me == 0)
       error->warning(FLERR,
                      "Fix mpm, step {}: Courant number {:.4g} from the present stiffness, above "
                      "{}; error above {}",
-                     update->ntimestep, number, scene.settings.courant_warn, limit);
+                     update->ntimestep, number, setup.settings.courant_warn, limit);
     warned = true;
   }
   check_rounding(points, body_speed);
@@ -113,14 +113,14 @@ template <int D> void MpmWaves<D>::check_rounding(const Points &points, double b
   if (warned_rounding) return;
   double quantum = 0.0, coordinate = 0.0;
   for (int a = 0; a < D; a++) {
-    const double lo = scene.settings.options.lo[a], hi = scene.settings.options.hi[a];
+    const double lo = setup.settings.options.lo[a], hi = setup.settings.options.hi[a];
     const double largest = std::max(std::fabs(lo), std::fabs(hi));
     if (largest <= FAR_FROM_ORIGIN * (hi - lo) || largest <= coordinate) continue;
     coordinate = largest;
     quantum = std::nextafter(largest, HUGE_VAL) - largest;
   }
   if (quantum == 0.0) return;
-  scene.solver->fetch(points);
+  setup.solver->fetch(points);
   double speed = body_speed;
   for (int i = 0; i < atom->nlocal; i++)
     for (int a = 0; a < D; a++) speed = std::max(speed, std::fabs(atom->v[i][a]));
@@ -135,7 +135,7 @@ template <int D> void MpmWaves<D>::check_rounding(const Points &points, double b
                  "to {:.0f} %, and motions below {:.3g} are lost. Subtract a constant from the "
                  "coordinates, so that they are near zero, or use a time step or a velocity with "
                  "motions of at least {:.3g}",
-                 scene.fix->id, update->ntimestep, rve::number(coordinate), quantum, motion,
+                 setup.fix->id, update->ntimestep, rve::number(coordinate), quantum, motion,
                  std::min(100.0, 50.0 * quantum / motion), 0.5 * quantum,
                  0.5 * quantum / ROUNDING_WARN);
 }
@@ -148,7 +148,7 @@ template <int D> void MpmWaves<D>::check_time_step() const
       "Fix mpm {}: the Courant number is {:.2g}, so that the {} steps of this run take the "
       "fastest wave through {:.2g} cells. The time step is {} [time]{}; {:.2g} has a Courant "
       "number of 0.5",
-      scene.fix->id, number, update->nsteps, number * update->nsteps, update->dt,
+      setup.fix->id, number, update->nsteps, number * update->nsteps, update->dt,
       update->dt_default ? ", the default of LAMMPS: set it with the command timestep" : "",
       number > 0.0 ? 0.5 * update->dt / number : 0.0);
 }
@@ -158,22 +158,22 @@ template <int D> void MpmWaves<D>::check_time_step() const
 /// another material than that of the points.
 template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
 {
-  const mpm::SolverOptions<D> &options = scene.settings.options;
+  const mpm::SolverOptions<D> &options = setup.settings.options;
   // each side has a speed of compression waves and one of shear waves
   constexpr int KINDS = 2, SPEEDS = KINDS * mpm::FACES<D>;
   if (warned_sides ||
       std::none_of(options.dashpots.begin(), options.dashpots.end(),
                    [](const mpm::Dashpots &some) { return some.exist(); }))
     return;
-  scene.solver->fetch(points);
-  for (mpm::Constitutive<D> *law : scene.laws) law->expect_questions();
+  setup.solver->fetch(points);
+  for (mpm::Constitutive<D> *law : setup.laws) law->expect_questions();
   // largest speed and negative of the least speed of the points within a cell of the side
   double most[2 * SPEEDS], *const least = most + SPEEDS;
   std::fill_n(most, SPEEDS, 0.0);
   std::fill_n(least, SPEEDS, -std::numeric_limits<double>::infinity());
   for (int i = 0; i < atom->nlocal; i++) {
     if (points.rigid_body[i] >= 0) continue;
-    const mpm::Constitutive<D> &law = *scene.laws[points.model[i]];
+    const mpm::Constitutive<D> &law = *setup.laws[points.model[i]];
     for (int side = 0; side < mpm::FACES<D>; side++) {
       if (!options.dashpots[side].exist()) continue;
       const int axis = side / 2;
@@ -187,7 +187,7 @@ template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
         double &largest = most[KINDS * side + kind], &smallest = least[KINDS * side + kind];
         largest = std::max(largest, speed);
         smallest =
-            std::max(smallest, -(scene.grains[points.model[i]] ? BOUND_OF_GRAINS * speed : speed));
+            std::max(smallest, -(setup.grains[points.model[i]] ? BOUND_OF_GRAINS * speed : speed));
       }
     }
   }
@@ -205,7 +205,7 @@ template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
           "Fix mpm {}: boundary {} absorbing {} is {} [length/time]; expected is a speed between "
           "{:.4g} and {:.4g}, since {} waves of the points within a cell of that side have {:.4g} "
           "to {:.4g}: it sends back more than a third of their stress",
-          scene.fix->id, MpmSettings<D>::name_of_side(k / KINDS), k % KINDS == 0 ? "cp" : "cs",
+          setup.fix->id, MpmSettings<D>::name_of_side(k / KINDS), k % KINDS == 0 ? "cp" : "cs",
           rve::number(given), low, high, k % KINDS == 0 ? "compression" : "shear",
           WRONG_SPEED * low, most[k]);
   }

@@ -12,7 +12,7 @@
 
 using namespace LAMMPS_NS;
 
-template <int D> void MpmScene<D>::find_models()
+template <int D> void MpmSetup<D>::find_models()
 {
   settings.find(lmp);
   laws.clear();
@@ -32,7 +32,7 @@ template <int D> void MpmScene<D>::find_models()
   solver->set_models(laws);
 }
 
-template <int D> void MpmScene<D>::check_sources() const
+template <int D> void MpmSetup<D>::check_sources() const
 {
   for (std::size_t k = 0; k < grains.size(); k++) {
     if (!grains[k]) continue;
@@ -48,7 +48,7 @@ template <int D> void MpmScene<D>::check_sources() const
 }
 
 template <int D>
-void MpmScene<D>::change_models(const std::vector<MpmModel<D>> &wanted, const std::string &when)
+void MpmSetup<D>::change_models(const std::vector<MpmModel<D>> &wanted, const std::string &when)
 {
   const std::vector<MpmModel<D>> before = std::exchange(settings.models, wanted);
   for (std::size_t k = 0; k < wanted.size(); k++) {
@@ -62,7 +62,7 @@ void MpmScene<D>::change_models(const std::vector<MpmModel<D>> &wanted, const st
 }
 
 template <int D>
-void MpmScene<D>::continue_modification(const MpmWords &then, const std::string &words)
+void MpmSetup<D>::continue_modification(const MpmWords &then, const std::string &words)
 {
   std::vector<std::string> list = utils::split_words(words);
   const std::string about = "model " + list.at(1);
@@ -88,5 +88,5 @@ void MpmScene<D>::continue_modification(const MpmWords &then, const std::string 
                 "as fix_modify had it,");
 }
 
-template struct LAMMPS_NS::MpmScene<2>;
-template struct LAMMPS_NS::MpmScene<3>;
+template struct LAMMPS_NS::MpmSetup<2>;
+template struct LAMMPS_NS::MpmSetup<3>;
