@@ -58,7 +58,7 @@ double duration(double v)
 
 struct Impact {
   RveState after;
-  EnergyLedger energy;
+  EnergyTotals energy;
   double duration;
   double overlap;    ///< the largest overlap
 };
@@ -387,9 +387,9 @@ TEST(HertzPacking, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
   for (const double displacement : {0.0, 1.0, 2.0, 3.0})
     for (const Format format : ALL_FORMATS) {
       state.material.mindlin_displacement = displacement;
-      Options books = cpu_options(format);
-      books.track_energy = true;
-      RveRig one(state, cpu_options(format)), other(state, books);
+      Options has_bookkeeping = cpu_options(format);
+      has_bookkeeping.track_energy = true;
+      RveRig one(state, cpu_options(format)), other(state, has_bookkeeping);
       for (RveRig *each : {&one, &other}) each->strain(gradient(0, 1, 2.0), time_step(), 400);
       EXPECT_GT(one.result().sliding_fraction, 0.0);
       RveState with_books = other.state();

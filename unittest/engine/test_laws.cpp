@@ -440,17 +440,17 @@ template <template <class> class Law> void check_in_all_formats()
 }    // namespace
 
 TEST(LawsOfTheVariants, HaveTheirParametersAndAreSymmetricInBothGrains){
-#define RVE_CHECK(name, law, books, prepared) \
-  {                                           \
-    SCOPED_TRACE(#name);                      \
-    check_in_all_formats<law>();              \
+#define RVE_CHECK(name, law, has_bookkeeping, prepared) \
+  {                                                     \
+    SCOPED_TRACE(#name);                                \
+    check_in_all_formats<law>();                        \
   }
     RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK
 }
 
 TEST(LawsOfTheVariants, BalanceTheEnergyOfAContactThatSlidesAndRolls){
-#define RVE_CHECK(name, law, books, prepared)                                             \
+#define RVE_CHECK(name, law, has_bookkeeping, prepared)                                   \
   {                                                                                       \
     SCOPED_TRACE(#name);                                                                  \
     expect_that_energy_is_balanced<law<DoubleNumbers>>(law<DoubleNumbers>::has_friction); \
@@ -470,7 +470,7 @@ TEST(LawsOfTheVariants, BalanceTheEnergyOfTwistingAfterMarshall)
 }
 
 TEST(LawsOfTheVariants, ModuliAreThoseOfTheirForces){
-#define RVE_CHECK(name, law, books, prepared)                                  \
+#define RVE_CHECK(name, law, has_bookkeeping, prepared)                        \
   {                                                                            \
     SCOPED_TRACE(#name);                                                       \
     expect_that_the_stiffness_is_the_slope_of_the_force<law<DoubleNumbers>>(); \
@@ -482,7 +482,7 @@ TEST(LawsOfTheVariants, ModuliAreThoseOfTheirForces){
 
 TEST(LawsOfTheVariants, ProgramsWithTheSamePreparationHaveTheSameMemory)
 {
-#define RVE_CHECK(name, law, books, prepared)                                           \
+#define RVE_CHECK(name, law, has_bookkeeping, prepared)                                 \
   {                                                                                     \
     using Own = VariantConfig<KernelVariant::name, MixedNumbers>;                       \
     using Preparing =                                                                   \

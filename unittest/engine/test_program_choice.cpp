@@ -20,7 +20,7 @@ using namespace rve_test;
 namespace {
 
 constexpr const char *NAMES[] = {
-#define RVE_NAME(name, law, books, prepared) #name,
+#define RVE_NAME(name, law, has_bookkeeping, prepared) #name,
     RVE_KERNEL_VARIANTS(RVE_NAME)
 #undef RVE_NAME
 };
@@ -68,7 +68,7 @@ TEST(VariantChoice, IsTheSmallestProgramForTheNeedsOfACall)
     SCOPED_TRACE(to_string(one.contacts) + (one.needs.friction ? ", friction" : "") +
                  (one.needs.dashpots ? ", dashpots" : "") +
                  (one.needs.rescaling ? ", rescaling" : "") + (one.needs.servo ? ", servo" : "") +
-                 (one.needs.books ? ", books" : ""));
+                 (one.needs.has_bookkeeping ? ", books" : ""));
 
     const KernelVariant variant = choose_variant(memory_variant(one.contacts), one.needs);
 
@@ -87,24 +87,24 @@ TEST(VariantChoice, CoversAllNeedsOfAllContactLaws)
     const CallNeeds most = features_of(memory).has;
     EXPECT_TRUE(features_of(memory).contacts.serves(features.contacts));
     EXPECT_EQ(features_of(memory).memory, memory);
-    EXPECT_TRUE(most.books);
+    EXPECT_TRUE(most.has_bookkeeping);
     for (const bool friction : {false, true})
       for (const bool dashpots : {false, true})
         for (const bool rescaling : {false, true})
           for (const bool servo : {false, true})
-            for (const bool books : {false, true}) {
+            for (const bool has_bookkeeping : {false, true}) {
               if ((friction && !most.friction) || (dashpots && !most.dashpots) ||
                   (rescaling && !most.rescaling))
                 continue;
               const KernelVariant chosen =
-                  choose_variant(memory, {friction, dashpots, rescaling, servo, books});
+                  choose_variant(memory, {friction, dashpots, rescaling, servo, has_bookkeeping});
               const CallNeeds has = features_of(chosen).has;
               EXPECT_EQ(features_of(chosen).memory, memory);
               EXPECT_TRUE(has.friction || !friction);
               EXPECT_TRUE(has.dashpots || !dashpots);
               EXPECT_TRUE(has.rescaling || !rescaling);
               EXPECT_TRUE(has.servo || !servo);
-              EXPECT_TRUE(has.books || !books);
+              EXPECT_TRUE(has.has_bookkeeping || !has_bookkeeping);
             }
   }
 }

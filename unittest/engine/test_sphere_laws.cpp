@@ -457,9 +457,9 @@ TEST(SphereLaws, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
         if (law == ContactLaw::Hertz) material.mindlin_displacement = displacement;
         const Spheres state = disordered_spheres(material, 6, 7);
         const Options plain = options_for(state, format);
-        Options books = plain;
-        books.track_energy = true;
-        SphereRig one(state, plain), other(state, books);
+        Options has_bookkeeping = plain;
+        has_bookkeeping.track_energy = true;
+        SphereRig one(state, plain), other(state, has_bookkeeping);
         EXPECT_GT(one.strain(shear(), DT, 400).sliding_fraction, 0.0);
         other.strain(shear(), DT, 400);
         Spheres with_books = other.state();

@@ -403,7 +403,7 @@ TEST(Spheres, PacksGiveTheBitsOfSingleGrains)
         one_by_one.strain(shear(), DT, 200);
       }
       Spheres expected = one_by_one.state();
-      expected.energy = EnergyLedger();
+      expected.energy = EnergyTotals();
       EXPECT_EQ(serialize(packs.state()), serialize(expected)) << to_string(format);
       EXPECT_GT(packs.state().counters.rebuilds, 1);
     }

@@ -412,9 +412,9 @@ namespace {
     std::vector<int> rves;
     for (const RveStateOf<D> &state : scene.states) rves.push_back(engine->add(state));
 
-    BitHash results, responses, stiffness, lists, ledger;
+    BitHash results, responses, stiffness, lists, totals;
     // Without bookkeeping all energies are zero.
-    BitHash &energies = options.track_energy ? ledger : results;
+    BitHash &energies = options.track_energy ? totals : results;
     std::vector<ElasticResultOf<D>> answers;
     std::vector<ResponseOf<D>> short_answers;
     double stiffness_xx = 0.0;
@@ -472,7 +472,7 @@ namespace {
                         {"elastic_energy", last.elastic_energy}}});
     if (options.track_energy)
       records.push_back({name + "ledger",
-                         ledger.value(),
+                         totals.value(),
                          {{"work", last.energy.work},
                           {"friction", last.energy.friction},
                           {"local_damping", last.energy.local_damping},

@@ -164,7 +164,7 @@ TYPED_TEST(NarrowCell, KeepsItsEnergyPerVolume)
   Points<D> points = points_of<D>(stretched_packing<D>(), with_copies(2));
   const auto missing = [&] {
     const rve::ResultOf<D> &r = points.point(0).result;
-    const rve::EnergyLedger &e = r.energy;
+    const rve::EnergyTotals &e = r.energy;
     return (e.work - e.friction - e.local_damping - e.viscous - r.kinetic_energy -
             r.elastic_energy) /
         points.copies(0);

@@ -104,7 +104,7 @@ template <int D> void RvePointsOf<D>::end_fresh(Fresh &fresh)
   go_on(&rve::Counters::repeats);
   state.deformation = fresh.before.deformation;
   state.servo_velocity_gradient = fresh.before.servo_velocity_gradient;
-  state.energy = rve::EnergyLedger();
+  state.energy = rve::EnergyTotals();
   std::vector<rve::ResultOf<D>> results;
   if (replace(*engine, renewal.slot, state))
     engine->advance({renewal.slot}, drives_at_rest(1), results);

@@ -43,7 +43,7 @@ namespace {
     using Drive = rve::DriveOf<D>;
     using Path = PathState<D>;
     using Result = rve::ResultOf<D>;
-    using Energy = rve::EnergyLedger;
+    using Energy = rve::EnergyTotals;
     return has_no_padding(&Head::version, &Head::checksum, &Head::bytes, &Head::shadow_bytes,
                           &Head::frozen, &Head::further_copies, &Head::rest, &Head::renewals,
                           &Head::contacts, &Head::limit_contacts, &Head::peak_force,

@@ -51,7 +51,7 @@ inline namespace RVE_ISA {
           static_cast<Real>(ForceUnits<Block, Config>::force_at_overlap_limit(call));
       // The largest force is then that of a normal spring.
       const bool springs_only = !Config::Law::has_normal_dashpot(call.header.material) &&
-          !(Config::books && call.header.all_forces_count);
+          !(Config::has_bookkeeping && call.header.all_forces_count);
       if (block.any(call.num_grains,
                     [&](Item i) { return springs_only && shared.largest_force[i] > limiting; }))
         word |= status::OverlapTooLarge;

@@ -171,7 +171,7 @@ inline namespace RVE_ISA {
       return has || steering.modes;
     }
     /// Returns whether the steps sum work and losses.
-    RVE_INLINE bool keeps_ledger() const { return batch.track_energy && drive.substeps > 0; }
+    RVE_INLINE bool tracks_energy() const { return batch.track_energy && drive.substeps > 0; }
     RVE_INLINE const PlanOf<Config> &planned(int step) const { return plan[step - plan_first]; }
     /// Returns whether list and force scale of the last call remain valid.
     RVE_INLINE bool is_continued() const

@@ -66,7 +66,8 @@ inline namespace RVE_ISA {
     int num_extra;
     Held held;
     int num_grains = held.num_grains;
-    bool tracks_energy = wanted != Wanted::Forces && Config::books && call.keeps_ledger();
+    bool tracks_energy =
+        wanted != Wanted::Forces && Config::has_bookkeeping && call.tracks_energy();
     typename Config::Real overlap_limit = static_cast<typename Config::Real>(
         wanted == Wanted::Reduction ? call.batch.overlap_limit : 0.0);
 
@@ -255,7 +256,7 @@ inline namespace RVE_ISA {
       add_extra_pairs(i, sum);
       grains.keep_largest(i, sum.largest_force);
       round_love(sum);
-      if constexpr (Config::books)
+      if constexpr (Config::has_bookkeeping)
         if (tracks_energy) {
           const int number = call.number_of(i);
           call.work.friction[number] += sum.dissipation.friction;

@@ -332,7 +332,7 @@ inline namespace RVE_ISA {
   RVE_COLD void homogenize(Block block, const CallState<Config> &call, int step_number,
                            DetailRecord<Config::D> &detail)
   {
-    if constexpr (Config::books) {
+    if constexpr (Config::has_bookkeeping) {
       if (call.batch.extra_detail == kTimeStepDetail) {
         bound_time_step(block, call, step_number, detail);
         return;

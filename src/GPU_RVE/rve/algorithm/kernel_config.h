@@ -11,7 +11,7 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Functions of a kernel in addition to steps along a path.
-  enum class Books {
+  enum class Bookkept {
     None,
     Servo,
     All    ///< servo, energy bookkeeping, force unit by all forces, bound of the time step
@@ -20,7 +20,7 @@ inline namespace RVE_ISA {
   /// Kernel configuration: a contact law in a number format, and the functions of the kernel.
   /// Functions that it does not need take no registers and do not change bits. All code in
   /// algorithm/ has it as the parameter Scene. engine/programs.h lists the configurations.
-  template <class ContactLaw, Books kept>
+  template <class ContactLaw, Bookkept kept>
   struct ConfigOf : ContactLaw::Numbers, Space<ContactLaw::D> {
     using Law = ContactLaw;
     using Numbers = typename Law::Numbers;
@@ -29,8 +29,8 @@ inline namespace RVE_ISA {
     static constexpr int owned_pairs = PairCounts<D>::owned;
     static constexpr bool has_friction = Law::has_friction;
     static constexpr bool has_rolling = Law::has_rolling;
-    static constexpr bool steers = kept != Books::None;
-    static constexpr bool books = kept == Books::All;
+    static constexpr bool steers = kept != Bookkept::None;
+    static constexpr bool has_bookkeeping = kept == Bookkept::All;
     /// Number of plan entries instead of kPlanSteps, if not 0
     static constexpr int plan_steps = 0;
     static constexpr bool in_memory = false;    ///< true for InMemory

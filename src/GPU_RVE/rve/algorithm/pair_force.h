@@ -89,7 +89,7 @@ inline namespace RVE_ISA {
   RVE_INLINE void release_history(bool tracks_energy, const StepConstants<Config> &step,
                                   History &&history, GrainSum<Config> &sum)
   {
-    if constexpr (wanted != Wanted::Forces && Config::books)
+    if constexpr (wanted != Wanted::Forces && Config::has_bookkeeping)
       if (tracks_energy) sum.dissipation.friction += step.law.released(history);
     store_history<wanted, Config>(typename Config::History(), history);
   }
@@ -100,7 +100,7 @@ inline namespace RVE_ISA {
                                       const Force &force, typename Config::Real &largest)
   {
     largest = larger(largest, where(acting, fabs(force.normal_force)));
-    if constexpr (Config::books) {
+    if constexpr (Config::has_bookkeeping) {
       if (call.header.all_forces_count)
         largest = select(acting, Config::Law::largest(force, largest), largest);
     }
@@ -144,7 +144,7 @@ inline namespace RVE_ISA {
       sum.contacts += count(acting);
       sum.over_limit += count_without(acting, contact.overlap <= overlap_limit * smaller(ri, rj));
     }
-    if constexpr (wanted != Wanted::Forces && Config::books)
+    if constexpr (wanted != Wanted::Forces && Config::has_bookkeeping)
       if (tracks_energy) step.law.dissipate(contact, force, step.dt, sum.dissipation);
   }
 

@@ -32,7 +32,8 @@ inline namespace RVE_ISA {
     bool tracks_energy, has_servo;
 
     RVE_INLINE StepBookkeeping(Block &block_in, CallState<Config> &call_in) :
-        block(block_in), call(call_in), tracks_energy(Config::books && call.keeps_ledger()),
+        block(block_in), call(call_in),
+        tracks_energy(Config::has_bookkeeping && call.tracks_energy()),
         has_servo(Config::steers && call.has_servo())
     {
     }

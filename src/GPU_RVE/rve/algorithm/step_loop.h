@@ -79,7 +79,7 @@ inline namespace RVE_ISA {
 
     RVE_INLINE Bookkeeping bookkeeping() const { return Bookkeeping(block, call); }
     /// Returns whether the Love sums of every step are needed.
-    RVE_INLINE bool keeps_books() const
+    RVE_INLINE bool keeps_bookkeeping() const
     {
       return Config::steers && !evaluates() && bookkeeping().is_wanted();
     }
@@ -91,7 +91,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void run_steps(bool direct)
     {
       if constexpr (Config::steers)
-        if (keeps_books()) {
+        if (keeps_bookkeeping()) {
           run_with_bookkeeping();
           return;
         }
@@ -108,13 +108,13 @@ inline namespace RVE_ISA {
     template <bool with_bookkeeping> RVE_INLINE void make_steps(bool direct)
     {
       const int last = last_step();
-      const Bookkeeping books = bookkeeping();
-      bool moved = with_bookkeeping && books.tracks_energy;
+      const Bookkeeping has_bookkeeping = bookkeeping();
+      bool moved = with_bookkeeping && has_bookkeeping.tracks_energy;
       int k = moved ? 0 : 1;
-      if constexpr (with_bookkeeping) begin_bookkeeping(books);
+      if constexpr (with_bookkeeping) begin_bookkeeping(has_bookkeeping);
       for (;; moved = true) {
         if constexpr (with_bookkeeping)
-          k = make_step(books, k, moved);
+          k = make_step(has_bookkeeping, k, moved);
         else
           k = make_segment(k, moved, direct && !moved);
         if (needs_renewal) {
@@ -130,28 +130,28 @@ inline namespace RVE_ISA {
 
     // ---- steps with bookkeeping: grains are loaded for each phase -------------------------------
 
-    RVE_INLINE void begin_bookkeeping(const Bookkeeping &books)
+    RVE_INLINE void begin_bookkeeping(const Bookkeeping &has_bookkeeping)
     {
       block.begin_add_up();
-      if (books.tracks_energy) {
-        books.begin_step_zero();
+      if (has_bookkeeping.tracks_energy) {
+        has_bookkeeping.begin_step_zero();
       } else {
         block.once([&] {
-          books.grow_cell();
+          has_bookkeeping.grow_cell();
           call.list_inverse = inverse(call.list_cell);
         });
-        books.begin_step(1);
+        has_bookkeeping.begin_step(1);
       }
       load_pairs();
     }
 
     /// Computes the forces of step k if its grains have moved, and makes the move of the next step.
     /// Otherwise it makes the move of step k. Returns the step of the move.
-    RVE_INLINE int make_step(const Bookkeeping &books, int k, bool moved)
+    RVE_INLINE int make_step(const Bookkeeping &has_bookkeeping, int k, bool moved)
     {
       if (moved) {
-        sum_forces_and_stress(books, k);
-        books.begin_step(++k);
+        sum_forces_and_stress(has_bookkeeping, k);
+        has_bookkeeping.begin_step(++k);
       }
       block.begin_add_up();
       StepGrains grains(block, shared, call.work, num_grains);
@@ -160,18 +160,18 @@ inline namespace RVE_ISA {
       return k;
     }
 
-    RVE_INLINE void sum_forces_and_stress(const Bookkeeping &books, int k)
+    RVE_INLINE void sum_forces_and_stress(const Bookkeeping &has_bookkeeping, int k)
     {
       // These grains are local: with common ones the values of threads without a grain would be
       // live from step to step.
       StepGrains grains(block, shared, call.work, num_grains);
       load_with_forces(grains);
       forces<Wanted::LoveSums>(grains, call.planned(k)).sum_love_terms([&] {
-        if (k > 0) books.end_step(k);
-        if (books.has_servo) books.grow_cell();
+        if (k > 0) has_bookkeeping.end_step(k);
+        if (has_bookkeeping.has_servo) has_bookkeeping.grow_cell();
       });
       if (k > 0) return;
-      books.end_step_zero(shared);
+      has_bookkeeping.end_step_zero(shared);
       if constexpr (Config::in_memory) load_pairs();
     }
 
@@ -298,7 +298,7 @@ inline namespace RVE_ISA {
       const auto force = grains.collect(block, shared, i);
       const auto increment = kick_grain<Config::has_friction>(grain, force, response, alpha);
       grains.publish_spin(i, grain.spin);
-      if constexpr (Config::books) {
+      if constexpr (Config::has_bookkeeping) {
         if (call.batch.track_energy)
           Bookkeeping::add_damping_loss(call, i, before, grain, increment);
       }
@@ -384,13 +384,13 @@ inline namespace RVE_ISA {
         // The cell of a servo is known only at the end.
         if (bookkeeping().has_servo && !(determinant(call.cell) > 0.0)) word |= status::NonFinite;
         // In nearly all calls no other code reads the grains.
-        if (Block::kInRegisters && !evaluates() && !keeps_books() && !detail &&
+        if (Block::kInRegisters && !evaluates() && !keeps_bookkeeping() && !detail &&
             !(word & status::Fatal) && End::is_sound(call)) {
           store<true>(grains, End::kResults, write);
           return;
         }
         save(grains);
-        if (keeps_books()) block.once([&] { bookkeeping().end_step(last_step()); });
+        if (keeps_bookkeeping()) block.once([&] { bookkeeping().end_step(last_step()); });
       }
       if (evaluates()) Stored::copy_history(block, call, call.work.fresh, call.pairs);
       word = End::with_errors_of_grains(block, call, word);
@@ -400,7 +400,7 @@ inline namespace RVE_ISA {
       }
       if (detail) homogenize_last_forces(*detail);
       Grains grains(block, shared, call.work, num_grains);
-      if (keeps_books()) {
+      if (keeps_bookkeeping()) {
         // The work of damping is complete after the last kick.
         store<false>(grains, 0, write);
         const EnergyLoss lost = bookkeeping().losses();

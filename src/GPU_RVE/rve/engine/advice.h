@@ -95,9 +95,9 @@ struct EnergyTerms {
 
 template <int D> EnergyTerms energy_terms(const ResultOf<D> &result)
 {
-  const EnergyLedger &ledger = result.energy;
-  return {result.kinetic_energy + result.elastic_energy, result.kinetic_energy, ledger.work,
-          ledger.friction + ledger.local_damping + ledger.viscous};
+  const EnergyTotals &totals = result.energy;
+  return {result.kinetic_energy + result.elastic_energy, result.kinetic_energy, totals.work,
+          totals.friction + totals.local_damping + totals.viscous};
 }
 
 /// Warns of an energy balance that has opened since `before`. Collisions are then shorter than a

@@ -67,7 +67,7 @@ BatchEngine<D>::BatchEngine(const Options &options_in) :
     memory_layout(memory_variant(options_in.contacts))
 {
   needs.dashpots = options.arms == Arms::Lammps;    // kernel variants with dashpots have them
-  needs.books = options.track_energy;
+  needs.has_bookkeeping = options.track_energy;
 }
 
 template <int D>
@@ -96,7 +96,7 @@ template <int D> void BatchEngine<D>::require_contacts(const ContactModel &neede
 template <int D> void BatchEngine<D>::note_needs(const Material &material)
 {
   needs.dashpots = needs.dashpots || is_viscous(material);
-  needs.books = needs.books || all_forces_count(material);
+  needs.has_bookkeeping = needs.has_bookkeeping || all_forces_count(material);
   needs.friction = needs.friction || material.friction > 0.0;
   needs.rescaling = needs.rescaling ||
       (features_of(memory_layout).has.rescaling && material.mindlin_displacement != 0.0);
@@ -350,7 +350,7 @@ void BatchEngine<D>::plan(Call &call, const Extent &extent, bool servo, Answer k
   call.pair_capacity = pair_capacity(extent.largest);
   CallNeeds call_needs = needs;
   call_needs.servo = servo;
-  call_needs.books = needs.books || kind == Answer::TimeStep;
+  call_needs.has_bookkeeping = needs.has_bookkeeping || kind == Answer::TimeStep;
   call.variant = choose_variant(memory_layout, call_needs);
   call.constants = constants;
   if (extent.least_cost < extent.most_cost) put_longest_first(call, extent.most_cost);

@@ -189,11 +189,12 @@ inline namespace RVE_ISA {
   {
     // The shared memory of these kernels is full already.
     if (residency == Residency::Memory && Config::D == 3) return kStepsAhead;
-    if (residency == Residency::Many && Config::D == 2 && Config::steers && !Config::books)
+    if (residency == Residency::Many && Config::D == 2 && Config::steers &&
+        !Config::has_bookkeeping)
       return kStepsAhead;
 #if __CUDA_ARCH__ == 900 || __CUDA_ARCH__ == 1000 || __CUDA_ARCH__ == 1030
     if (Config::D == 2 && sizeof(typename Config::Wide) == 4 &&
-        (Config::books || !Config::steers)) {
+        (Config::has_bookkeeping || !Config::steers)) {
       if (residency == Residency::Many) return 64;
       if (residency == Residency::Few) return 256;
     }

@@ -107,14 +107,15 @@ template <class Config> RVE_HD constexpr BlockShape block_shape(Residency reside
 {
   const bool wide = sizeof(typename Config::Wide) > 4, all_wide = sizeof(typename Config::Real) > 4;
   if constexpr (Config::D == 2) {
-    const int sharers = all_wide && Config::has_friction ? 1 : (wide || Config::books ? 2 : 3);
+    const int sharers =
+        all_wide && Config::has_friction ? 1 : (wide || Config::has_bookkeeping ? 2 : 3);
     switch (residency) {
       case Residency::Many:
-        if (Config::steers && !Config::books)
+        if (Config::steers && !Config::has_bookkeeping)
           return {2, kSteeredBlock, all_wide ? 2 : (wide ? 4 : 5), false, kSmallBlock};
         return {1, kSmallBlock, sharers};
       case Residency::Few:    // one kernel less with all bookkeeping, since it compiles slowly
-        return {1, kSmallBlock, Config::books ? sharers : 1};
+        return {1, kSmallBlock, Config::has_bookkeeping ? sharers : 1};
       case Residency::Large:
         return {1, kLargeBlock, 1};
       default:

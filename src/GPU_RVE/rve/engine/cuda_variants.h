@@ -20,7 +20,7 @@ namespace rve {
 template <KernelVariant variant, Format format, Arithmetic arithmetic>
 VariantKernels cuda_kernels();
 
-#define RVE_DECLARE_KERNELS(name, law, books, prepared)                                   \
+#define RVE_DECLARE_KERNELS(name, law, has_bookkeeping, prepared)                         \
   template <>                                                                             \
   VariantKernels cuda_kernels<KernelVariant::name, Format::Fast, Arithmetic::Strict>();   \
   template <>                                                                             \

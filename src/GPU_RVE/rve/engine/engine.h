@@ -121,7 +121,7 @@ template <int D> struct ResultOf {
   std::int32_t num_pairs = 0;
   std::int32_t num_rattlers = 0;
   Counters counters;
-  EnergyLedger energy;
+  EnergyTotals energy;
 
   /// Returns p [stress].
   double mean_stress() const { return rve::mean_stress(stress); }

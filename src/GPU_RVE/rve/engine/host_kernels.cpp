@@ -35,9 +35,9 @@ inline namespace RVE_ISA {
   };
   // The format single is not optimised, and energy bookkeeping visits one grain after the other.
   template <class Config>
-  using Traversal =
-      std::conditional_t<!Config::books && !std::is_same_v<typename Config::Numbers, SingleNumbers>,
-                         InPacks<Config>, OneByOne<Config>>;
+  using Traversal = std::conditional_t<!Config::has_bookkeeping &&
+                                           !std::is_same_v<typename Config::Numbers, SingleNumbers>,
+                                       InPacks<Config>, OneByOne<Config>>;
 #else
   template <class Config> using Traversal = OneByOne<Config>;
 #endif

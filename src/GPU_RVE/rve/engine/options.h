@@ -38,7 +38,7 @@ struct Options {
   double skin = 0.0;     ///< skin of the Verlet list [length]; 0: a share of the mean radius
   /// Overlap over smaller radius above which an RVE fails [-], in (0, 1).
   double overlap_limit = 0.5;
-  bool track_energy = false;    ///< fill EnergyLedger; costs a stress sum per step
+  bool track_energy = false;    ///< fill EnergyTotals; costs a stress sum per step
   /// Function for lines about kernels that are compiled at run time; if empty, they go to stderr.
   std::function<void(const std::string &)> log = {};
 };

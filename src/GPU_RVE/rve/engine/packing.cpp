@@ -378,7 +378,7 @@ template <int D> void forget_past(RveStateOf<D> &state)
   state.deformation = Tensor<double, D>::identity();
   state.servo_velocity_gradient = Tensor<double, D>::zero();
   state.counters = Counters{};
-  state.energy = EnergyLedger{};
+  state.energy = EnergyTotals{};
 }
 
 template <int D>

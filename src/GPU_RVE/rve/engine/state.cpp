@@ -340,7 +340,7 @@ namespace {
   template <int D, class Archive, class State> void visit(Archive &archive, State &state)
   {
     static_assert(sizeof(PairRecord<2>) == 24, "no padding may enter the record");
-    static_assert(sizeof(Counters) == 32 && sizeof(EnergyLedger) == 32,
+    static_assert(sizeof(Counters) == 32 && sizeof(EnergyTotals) == 32,
                   "no padding may enter the record");
     static_assert(std::is_trivially_copyable<decltype(state.cell)>::value,
                   "tensors are copied as bytes");

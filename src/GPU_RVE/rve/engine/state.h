@@ -121,7 +121,7 @@ struct Counters {
 };
 
 /// Supplied and dissipated energy since the state was made (only with Options::track_energy).
-struct EnergyLedger {
+struct EnergyTotals {
   double work = 0.0;             ///< work of the mean field, sum of V sigma : L dt [force length]
   double friction = 0.0;         ///< loss by sliding and rolling [force length]
   double local_damping = 0.0;    ///< loss by Cundall's damping [force length]
@@ -160,7 +160,7 @@ template <int D> struct RveStateOf {
   /// Largest contact force of the last call, which sets the scale of the force integers [force].
   double largest_contact_force = 0.0;
   Counters counters;
-  EnergyLedger energy;
+  EnergyTotals energy;
 
   int num_grains() const { return static_cast<int>(radius.size()); }
   double cell_volume() const { return determinant(cell); }    ///< [length^D]

@@ -17,12 +17,13 @@ namespace {
   {
     using Law = typename Config::Law;
     return {{Law::contact_law, Law::has_rolling, Config::D},
-            {Law::has_friction, Law::is_damped, Law::has_rescaling, Config::steers, Config::books},
+            {Law::has_friction, Law::is_damped, Law::has_rescaling, Config::steers,
+             Config::has_bookkeeping},
             memory};
   }
 
   constexpr std::array<VariantFeatures, kNumVariants> TABLE = {{
-#define RVE_FEATURES(name, law, books, prepared) \
+#define RVE_FEATURES(name, law, has_bookkeeping, prepared) \
   features_of_config<VariantConfig<KernelVariant::name, MixedNumbers>>(KernelVariant::prepared),
       RVE_KERNEL_VARIANTS(RVE_FEATURES)
 #undef RVE_FEATURES
@@ -32,10 +33,10 @@ namespace {
   {
     return (has.friction || !needs.friction) && (has.dashpots || !needs.dashpots) &&
         (has.rescaling || !needs.rescaling) && (has.servo || !needs.servo) &&
-        (has.books || !needs.books);
+        (has.has_bookkeeping || !needs.has_bookkeeping);
   }
 
-#define RVE_CHECK(name, law, books, prepared)                                                  \
+#define RVE_CHECK(name, law, has_bookkeeping, prepared)                                        \
   static_assert(std::is_same_v<VariantConfig<KernelVariant::name, MixedNumbers>::History,      \
                                VariantConfig<KernelVariant::prepared, MixedNumbers>::History>, \
                 "programs that are prepared alike have the same memory of an RVE");
@@ -49,7 +50,7 @@ namespace {
       if (other.memory != one.memory || other.contacts.law != one.contacts.law ||
           other.contacts.rolling != one.contacts.rolling ||
           other.contacts.dimension != one.contacts.dimension || !has_all(other.has, one.has) ||
-          !other.has.books)
+          !other.has.has_bookkeeping)
         return false;
     }
     return true;

@@ -14,10 +14,10 @@ inline namespace RVE_ISA {
 
   template <KernelVariant> struct VariantTraits;
 
-#define RVE_VARIANT_TRAITS(name, law, kept, prepared)                            \
-  template <> struct VariantTraits<KernelVariant::name> {                        \
-    template <class Numbers> using Config = ConfigOf<law<Numbers>, Books::kept>; \
-    static constexpr KernelVariant prepared_like = KernelVariant::prepared;      \
+#define RVE_VARIANT_TRAITS(name, law, kept, prepared)                               \
+  template <> struct VariantTraits<KernelVariant::name> {                           \
+    template <class Numbers> using Config = ConfigOf<law<Numbers>, Bookkept::kept>; \
+    static constexpr KernelVariant prepared_like = KernelVariant::prepared;         \
   };
   RVE_KERNEL_VARIANTS(RVE_VARIANT_TRAITS)
 #undef RVE_VARIANT_TRAITS
@@ -35,8 +35,8 @@ inline namespace RVE_ISA {
   /// Returns work(ProgramConstant) for a kernel variant of RVEs of D dimensions.
   template <int D, class Work> auto with_program(KernelVariant variant, const Work &work)
   {
-#define RVE_WITH_VARIANT(name, law, books, prepared) \
-  case KernelVariant::name:                          \
+#define RVE_WITH_VARIANT(name, law, has_bookkeeping, prepared) \
+  case KernelVariant::name:                                    \
     return work(ProgramConstant<KernelVariant::name>());
     if constexpr (D == 2) {
       switch (variant) {
