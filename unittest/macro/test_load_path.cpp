@@ -81,11 +81,11 @@ template <int D> class Laboratory {
 
   /// Steps until the path has ended, at most `most` times.
   int finish(
-      int most, const std::function<void()> &look = [] {})
+      int most, const std::function<void()> &evaluation = [] {})
   {
     for (int done = 1; done <= most; ++done) {
       advance();
-      look();
+      evaluation();
       if (path().ended) return done;
     }
     ADD_FAILURE() << "the path does not end, stage " << path().stage + 1;

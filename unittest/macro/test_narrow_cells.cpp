@@ -320,7 +320,7 @@ TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
 
   // The mean starts at twice the strain at which the cell became too narrow.
   double ratio = 0.0, void_ratio = 0.0;
-  int looks = 0, narrow = 0, step = 0;
+  int evaluations = 0, narrow = 0, step = 0;
   for (; narrow == 0 || step < 2 * narrow; ++step) {
     ASSERT_TRUE(points.advance({0}, {drive}).empty()) << step;
     if (narrow == 0 && points.copies(0) > 1) narrow = step;
@@ -328,13 +328,13 @@ TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
     const rve::Result &result = points.point(0).result;
     ratio += result.deviatoric_stress() / result.mean_stress();
     void_ratio += result.void_ratio;
-    ++looks;
+    ++evaluations;
   }
 
   EXPECT_GE(points.copies(0), 4);
   EXPECT_FALSE(rve::is_one_grain_across(points.state(0), points.copies(0)));
-  EXPECT_LT(ratio / looks, 0.6);
-  EXPECT_GT(void_ratio / looks, 0.15);
+  EXPECT_LT(ratio / evaluations, 0.6);
+  EXPECT_GT(void_ratio / evaluations, 0.15);
 }
 
 // Grains that do not move by themselves stay in step. If they are their own neighbours, more copies

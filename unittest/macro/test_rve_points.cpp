@@ -147,17 +147,17 @@ TEST(RvePoints, LaterDetailsBelongToTheSameConfiguration)
 TEST(RvePoints, EvaluationChangesNothing)
 {
   std::vector<int> slots, other_slots;
-  RvePoints looked_at = three_points(slots), left_alone = three_points(other_slots);
+  RvePoints evaluated = three_points(slots), left_alone = three_points(other_slots);
 
   for (int step = 0; step < 3; ++step) {
-    looked_at.advance(slots, drives(20), false);
+    evaluated.advance(slots, drives(20), false);
     left_alone.advance(other_slots, drives(20), false);
-    looked_at.complete();
+    evaluated.complete();
   }
 
   for (int k = 0; k < RVES; ++k) {
-    EXPECT_TRUE(same_bits(looked_at.stress(slots[k]), left_alone.stress(other_slots[k])));
-    EXPECT_EQ(rve::serialize(looked_at.state(slots[k])),
+    EXPECT_TRUE(same_bits(evaluated.stress(slots[k]), left_alone.stress(other_slots[k])));
+    EXPECT_EQ(rve::serialize(evaluated.state(slots[k])),
               rve::serialize(left_alone.state(other_slots[k])));
   }
 }

@@ -34,7 +34,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     for (int m = begin; m < end; ++m) {
       rve::IncrementOf<D> &increment = increments[m - begin];
       if (!plan(owner_.call_slots[m], macro_->increment(index(m)), increment)) return false;
-      increment.is_looked_at =
+      increment.is_evaluated =
           has_actions_ && owner_.actions[index(m)] == Action::AdvanceAndEvaluate;
     }
     return true;
@@ -52,10 +52,10 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
       if (increments[m - begin].substeps != rve::BEFORE_THE_CALL)
         take_one(m, increments[m - begin], responses[m - begin]);
   }
-  void take_look(int m, const rve::LookOf<D> &look) override
+  void take_evaluation(int m, const rve::EvaluationOf<D> &evaluation) override
   {
-    owner_.points.synchronised(owner_.call_slots[m]).evaluation =
-        typename Point::Evaluation{look.is_at_rest, look.mean_overlap, look.stiffness};
+    owner_.points.synchronised(owner_.call_slots[m]).evaluation = typename Point::Evaluation{
+        evaluation.is_at_rest, evaluation.mean_overlap, evaluation.stiffness};
   }
   void take_sleep(int m, const Matrix &pending) override
   {

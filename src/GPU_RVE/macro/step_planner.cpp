@@ -28,7 +28,7 @@ Action StepPlanner<D>::action(int slot, const Matrix &increment, double dt, int 
   })) {
     case rve::Skipping::Sleep:
       return Action::Skip;
-    case rve::Skipping::Look:
+    case rve::Skipping::Evaluation:
       return Action::AdvanceAndEvaluate;
     default:
       return Action::Advance;

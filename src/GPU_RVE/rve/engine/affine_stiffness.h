@@ -42,7 +42,7 @@ using AffineStiffness = AffineStiffnessOf<2>;
 constexpr double QUIET_UNBALANCED_RATIO = 1e-2;
 
 /// Diagnostic evaluation of an RVE at the end of its DEM steps.
-template <int D> struct LookOf {
+template <int D> struct EvaluationOf {
   bool is_at_rest = false;
   double mean_overlap = 0.0;    ///< mean over contacts, overlap / sum of radii [-]
   AffineStiffnessOf<D> stiffness;

@@ -46,7 +46,7 @@ template <int D> RVE_HD AffineStiffnessOf<D> stiffness_of(const DetailRecord<D> 
 }
 
 /// Returns the diagnostic evaluation from details that contain the stiffness.
-template <int D> RVE_HD LookOf<D> to_look(const DetailRecord<D> &record)
+template <int D> RVE_HD EvaluationOf<D> to_evaluation(const DetailRecord<D> &record)
 {
   return {unbalanced_ratio(record) <= QUIET_UNBALANCED_RATIO, mean_overlap(record),
           stiffness_of(record)};

@@ -604,10 +604,11 @@ Request *BatchEngine<D>::begin(const std::vector<int> &rves, IncrementCallOf<D> 
 template <int D> void BatchEngine<D>::number_evaluations(Call &call)
 {
   detail_of.clear();
-  int looks = 0;
-  for (const IncrementOf<D> &one : increments) detail_of.push_back(one.is_looked_at ? looks++ : -1);
-  if (looks == 0) return;
-  request_evaluations(call, looks);
+  int evaluations = 0;
+  for (const IncrementOf<D> &one : increments)
+    detail_of.push_back(one.is_evaluated ? evaluations++ : -1);
+  if (evaluations == 0) return;
+  request_evaluations(call, evaluations);
   call.detail_of = &detail_of;
 }
 
@@ -662,20 +663,20 @@ void BatchEngine<D>::answer(const std::vector<int> &rves, IncrementCallOf<D> &ca
     const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team)
     for (int k = 0; k < count; ++k)
-      if (increments[k].is_looked_at && is_sound(first.answers[k]))
-        caller.take_look(k, to_look(first.details[detail_of[k]]));
+      if (increments[k].is_evaluated && is_sound(first.answers[k]))
+        caller.take_evaluation(k, to_evaluation(first.details[detail_of[k]]));
   }
   if (again.empty()) return;
-  const bool looks =
-      std::any_of(again.begin(), again.end(), [this](int k) { return increments[k].is_looked_at; });
+  const bool evaluations =
+      std::any_of(again.begin(), again.end(), [this](int k) { return increments[k].is_evaluated; });
   const Answers last = repeat(
       rves, [this](std::size_t place) { return increments[place].drive(); },
-      {first.answers, nullptr}, looks ? Answer::Longest : Answer::Short);
+      {first.answers, nullptr}, evaluations ? Answer::Longest : Answer::Short);
   for (const int k : again) {
     const ResponseOf<D> one = to_response(last.answers[k]);
     caller.take(k, k + 1, &increments[k], &one);
-    if (increments[k].is_looked_at && is_sound(last.answers[k]))
-      caller.take_look(k, to_look(last.details[k]));
+    if (increments[k].is_evaluated && is_sound(last.answers[k]))
+      caller.take_evaluation(k, to_evaluation(last.details[k]));
   }
 }
 
@@ -688,7 +689,7 @@ void BatchEngine<D>::report_rest(int count, const Rest *rest, const SleepOf<D> *
   for (int k = 0; k < count; ++k) {
     if (rest[k] == Rest::Unknown) continue;
     const SleepOf<D> &sleep = sleeps[k];
-    caller.take_look(k, {may_sleep_on(rest[k]), sleep.mean_overlap, sleep.stiffness});
+    caller.take_evaluation(k, {may_sleep_on(rest[k]), sleep.mean_overlap, sleep.stiffness});
     if (owes(rest[k])) caller.take_sleep(k, sleep.pending);
   }
 }

@@ -177,7 +177,7 @@ namespace {
       this->increments.resize(count);
       for (std::size_t k = 0; k < count; ++k) {
         this->increments[k] = increment_of(records[k]);
-        this->increments[k].is_looked_at = detail_of && detail_of[k] >= 0;
+        this->increments[k].is_evaluated = detail_of && detail_of[k] >= 0;
       }
       this->answer(device_call->rves, caller,
                    {planned_answers[drives_in_use].receive(count), nullptr});
@@ -382,13 +382,14 @@ namespace {
       drives_in_use = 1 - drives_in_use;
       launch.answers = planned_answers[drives_in_use].reserve(launch.count);
       launch.answers_before = planned_answers[1 - drives_in_use].reserve(launch.count);
-      launch.details = found.looks > 0 ? detail_buffer.reserve(launch.count) : nullptr;
+      launch.details = found.evaluations > 0 ? detail_buffer.reserve(launch.count) : nullptr;
       if (may_sleep || launch.options.is_adaptive)
         launch_turns({launch.turns, launch.count, &launch.findings->turned, hold});
       const int launched = launch.count - found.sleeping;
       if (launched > 0) {
-        Call call = this->call_of_increments(device_call->rves, largest_of_call, found.longest,
-                                             static_cast<std::int64_t>(found.steps), found.looks);
+        Call call =
+            this->call_of_increments(device_call->rves, largest_of_call, found.longest,
+                                     static_cast<std::int64_t>(found.steps), found.evaluations);
         call.mean *= static_cast<double>(launch.count) / launched;
         LaunchRecord<D> record;
         record.drives = launch.drives;
@@ -492,29 +493,29 @@ namespace {
       std::sort(places.begin(), places.end());
       std::vector<AnswerRecord<D>> first;
       std::vector<DriveOf<D>> drives;
-      std::vector<char> is_looked_at;
+      std::vector<char> is_evaluated;
       for (const int place : places) {
         const AnswerRecord<D> answer = bring(launch.answers + place);
         if (!must_repeat(answer)) continue;
         first.push_back(answer);
         drives.push_back(increment_of(bring(launch.drives + place)).drive());
-        is_looked_at.push_back(launch.rest && bring(launch.detail_of + place) >= 0);
+        is_evaluated.push_back(launch.rest && bring(launch.detail_of + place) >= 0);
         places[rves.size()] = place;
         rves.push_back(device_call->rves[place]);
       }
       const int repeats = static_cast<int>(rves.size());
       if (repeats == 0) return count;
-      const bool looks =
-          std::find(is_looked_at.begin(), is_looked_at.end(), 1) != is_looked_at.end();
+      const bool evaluations =
+          std::find(is_evaluated.begin(), is_evaluated.end(), 1) != is_evaluated.end();
       const Answers last = this->repeat(
           rves, [&drives](std::size_t m) { return drives[m]; }, {first.data(), nullptr},
-          looks ? Base::Answer::Longest : Base::Answer::Short);
+          evaluations ? Base::Answer::Longest : Base::Answer::Short);
       RepeatedRecord<D> *records = repeated_buffer.room(repeats);
       int finished = 0;
       for (int m = 0; m < repeats; ++m) {
         if (!is_sound(last.answers[m])) continue;
-        RepeatedRecord<D> record = {places[m], is_looked_at[m], last.answers[m], {}};
-        if (is_looked_at[m]) record.details = last.details[m];
+        RepeatedRecord<D> record = {places[m], is_evaluated[m], last.answers[m], {}};
+        if (is_evaluated[m]) record.details = last.details[m];
         records[finished++] = record;
       }
       if (finished > 0) {

@@ -26,7 +26,7 @@ struct CallFindings {
   int unfinished;              ///< RVEs that have failed or must repeat the call
   int stiffened;               ///< RVEs that exceed the limit of their plan
   int sleeping;                ///< RVEs without DEM steps
-  int looks;                   ///< RVEs with a diagnostic evaluation
+  int evaluations;             ///< RVEs with a diagnostic evaluation
   int held;    ///< positive: some RVEs are refused, make no steps or have an evaluation
   int class_size[kCostClasses], class_taken[kCostClasses];
 };
@@ -102,16 +102,16 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
       store_tensor(plan.rotation, turn.rotation);
     }
     if (launch.rest)
-      launch.detail_of[k] = plan.is_looked_at ? atomicAdd(&launch.findings->looks, 1) : -1;
+      launch.detail_of[k] = plan.is_evaluated ? atomicAdd(&launch.findings->evaluations, 1) : -1;
     DriveRecord<D> drive = {launch.options.dt, plan.substeps, 1, {}};
     store_tensor(plan.deformation, drive.deformation);
     launch.drives[k] = drive;
     if (sleeps) atomicAdd(&sleeping, 1);
-    if (sleeps || plan.is_looked_at || plan.kind == PlanKind::Refused) atomicOr(&held, 1);
+    if (sleeps || plan.is_evaluated || plan.kind == PlanKind::Refused) atomicOr(&held, 1);
     atomicMax(&longest, plan.substeps);
     atomicAdd(&steps, plan.substeps);
     if (launch.classes) {
-      const double cost = plan.substeps + (plan.is_looked_at ? LOOK_IN_STEPS : 0.0);
+      const double cost = plan.substeps + (plan.is_evaluated ? EVALUATION_IN_STEPS : 0.0);
       const double share = std::fmin(cost * launch.rves[k].num_grains / launch.most_cost, 1.0);
       const int c = sleeps ? kSleepers : kSleepers - 1 - static_cast<int>(share * (kSleepers - 1));
       launch.classes[k] = static_cast<unsigned char>(c);
@@ -188,9 +188,10 @@ RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int place,
 {
   const int mine = launch.detail_of[place];
   if (mine < 0) return Rest::Unknown;
-  const LookOf<D> look = to_look(launch.details[mine]);
-  launch.sleeps[place] = {Tensor<double, D>::identity(), stress, look.stiffness, look.mean_overlap};
-  return look.is_at_rest ? Rest::Rests : Rest::Moves;
+  const EvaluationOf<D> evaluation = to_evaluation(launch.details[mine]);
+  launch.sleeps[place] = {Tensor<double, D>::identity(), stress, evaluation.stiffness,
+                          evaluation.mean_overlap};
+  return evaluation.is_at_rest ? Rest::Rests : Rest::Moves;
 }
 
 template <int D> RVE_DEVICE void take_answer(const IncrementLaunch<D> &launch, int k)

@@ -157,8 +157,8 @@ template <int D> StiffnessMeasures stiffness_measures(const ResponseOf<D> &respo
 template <int D> struct IncrementOf {
   double dt = 0.0;
   std::int32_t substeps = 0;
-  std::int32_t is_looked_at =
-      0;    ///< nonzero: diagnostic evaluation after the steps (IncrementCallOf::take_look)
+  std::int32_t is_evaluated =
+      0;    ///< nonzero: diagnostic evaluation after the steps (IncrementCallOf::take_evaluation)
   Tensor<double, D> deformation = Tensor<double, D>::identity();
 
   DriveOf<D> drive() const
@@ -186,9 +186,9 @@ template <int D> class IncrementCallOf {
   virtual void take(int begin, int end, const IncrementOf<D> *increments,
                     const ResponseOf<D> *responses) = 0;
   /// Receives a diagnostic evaluation that the increment has requested, after a valid result.
-  virtual void take_look(int /*place*/, const LookOf<D> & /*look*/) {}
+  virtual void take_evaluation(int /*place*/, const EvaluationOf<D> & /*look*/) {}
   /// Receives the deferred increment of an RVE that was quiescent and made no DEM steps
-  /// (rve/engine/device_calls.h). Called after take_look().
+  /// (rve/engine/device_calls.h). Called after take_evaluation().
   virtual void take_sleep(int /*place*/, const Tensor<double, D> & /*pending*/) {}
 };
 

@@ -92,21 +92,21 @@ struct PlannedRve {
 
 /// Cost of a diagnostic evaluation with the affine stiffness, and overhead of a call, both in DEM
 /// steps. Measured with 19,200 RVEs of 400 disks on an H200.
-constexpr double LOOK_IN_STEPS = 30.0, CALL_IN_STEPS = 3.0;
+constexpr double EVALUATION_IN_STEPS = 30.0, CALL_IN_STEPS = 3.0;
 
 /// Returns true if an evaluation is worth its cost. The RVE could then be quiescent until the
 /// strain reaches the limit, at the rate of this strain_size() in so many DEM steps. Each macro
 /// step in between saves its DEM steps and the overhead of a call.
-RVE_HD inline bool is_worth_a_look(double strain, int substeps, double limit)
+RVE_HD inline bool is_worth_an_evaluation(double strain, int substeps, double limit)
 {
-  return (substeps + CALL_IN_STEPS) * limit > LOOK_IN_STEPS * strain;
+  return (substeps + CALL_IN_STEPS) * limit > EVALUATION_IN_STEPS * strain;
 }
 
 /// Effect of the keyword *quiescent* on a macro step of an RVE.
 enum class Skipping {
   None,
-  Look,    ///< the DEM steps end with a diagnostic evaluation
-  Sleep    ///< no DEM steps
+  Evaluation,    ///< the DEM steps end with a diagnostic evaluation
+  Sleep          ///< no DEM steps
 };
 
 /// Decides how a macro step of an RVE with status Ok is skipped. `strain` is the strain of the
@@ -118,8 +118,9 @@ RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limi
 {
   if (!(strain < limit)) return Skipping::None;
   if (may_sleep_on(rest) && of_all < limit) return Skipping::Sleep;
-  return may_be_looked_at(rest) && is_worth_a_look(strain, substeps(), limit) ? Skipping::Look
-                                                                              : Skipping::None;
+  return may_be_evaluated(rest) && is_worth_an_evaluation(strain, substeps(), limit)
+      ? Skipping::Evaluation
+      : Skipping::None;
 }
 
 enum class PlanKind {
@@ -147,7 +148,7 @@ struct PlanOptions {
 template <int D> struct IncrementPlan {
   PlanKind kind = PlanKind::Refused;
   int substeps = 0;
-  bool is_looked_at = false;    ///< diagnostic evaluation at the end of the steps
+  bool is_evaluated = false;    ///< diagnostic evaluation at the end of the steps
   /// Deformation of the DEM steps, with any deferred increment and without `rotation` if turned.
   Tensor<double, D> deformation, rotation;
 };
@@ -180,7 +181,7 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
       plan.substeps = 0;
       return plan;
     }
-    plan.is_looked_at = skipping == Skipping::Look;
+    plan.is_evaluated = skipping == Skipping::Evaluation;
   }
   // The deferred increment may have any rotation, which is removed below.
   if (owing && !(finite(plan.deformation) && determinant(plan.deformation) > 0.0)) return plan;

@@ -34,7 +34,7 @@ RVE_HD inline bool may_sleep_on(Rest rest)
 
 /// Returns true if the next DEM steps may end with an evaluation. An RVE that was not at rest gets
 /// some steps to come to rest.
-RVE_HD inline bool may_be_looked_at(Rest rest)
+RVE_HD inline bool may_be_evaluated(Rest rest)
 {
   return rest == Rest::Unknown || rest == Rest::Sleeps;
 }
