@@ -329,7 +329,7 @@ template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
                              (double) counters.repeats};
     if (n < 6) mine += values[n];
     if (n == 8) mine = MAX(mine, point.drive.substeps);
-    if (n == 13) mine += point.asleep() ? 1.0 : 0.0;
+    if (n == 13) mine += point.is_quiescent() ? 1.0 : 0.0;
     if (n == 14) mine += settings.path.any() && point.path.ended ? 1.0 : 0.0;
     if (n == 15) mine = MAX(mine, point.servo_error);
     if (n == 16) mine += point.copies > 1 ? 1.0 : 0.0;

@@ -118,7 +118,7 @@ TEST(ContactChange, GivesTheBitsOfANewEngineWithTheseContacts)
   RvePoints moves = points_with(false), stays = points_with(true);
   advance(moves, 5);
   advance(stays, 5);
-  ASSERT_TRUE(moves.point(0).asleep());
+  ASSERT_TRUE(moves.point(0).is_quiescent());
   ASSERT_TRUE(records(moves) == records(stays));
 
   for (RvePoints *points : {&moves, &stays})

@@ -347,7 +347,7 @@ void expect_same_point(const RvePoints::Point &a, const RvePoints::Point &b)
   EXPECT_EQ(a.result.num_contacts, b.result.num_contacts);
   EXPECT_EQ(a.result.void_ratio, b.result.void_ratio);
   EXPECT_EQ(a.result.mean_overlap, b.result.mean_overlap);
-  EXPECT_EQ(a.asleep(), b.asleep());
+  EXPECT_EQ(a.is_quiescent(), b.is_quiescent());
   EXPECT_EQ(a.frozen(), b.frozen());
 }
 
@@ -522,10 +522,10 @@ TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
     for (int k = 0; k < RVES; ++k) {
       EXPECT_TRUE(same_bits(brief.stress(slots[k]), full.stress(other_slots[k])));
       // the state of a quiescent RVE is valid without details
-      const bool asleep = full.point(other_slots[k]).asleep();
-      naps += asleep && !slept[k] ? 1 : 0;
-      awake += asleep ? 0 : 1;
-      slept[k] = asleep;
+      const bool is_quiescent = full.point(other_slots[k]).is_quiescent();
+      naps += is_quiescent && !slept[k] ? 1 : 0;
+      awake += is_quiescent ? 0 : 1;
+      slept[k] = is_quiescent;
     }
   }
 
@@ -555,7 +555,7 @@ TEST(QuiescentMacroSteps, EvaluationRunsOnlyIfItSavesTime)
   const std::vector<int> slots = points.add({&packing});
   const int at_first = tally.elastic_results;
   for (int step = 0; step < 10; ++step) points.advance(slots, {small_drive(4e-6)}, false);
-  EXPECT_FALSE(points.point(slots[0]).asleep());
+  EXPECT_FALSE(points.point(slots[0]).is_quiescent());
   EXPECT_EQ(tally.elastic_results, at_first);
 }
 
@@ -568,7 +568,7 @@ TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
     RvePoints points = three_points(slots, sleepy());
     RvePoints others(rve::make_engine(cpu_options()), nullptr, sleepy());
     for (int step = 0; step < before; ++step) points.advance(slots, drives_of_sleepers(), false);
-    has_slept = has_slept || points.point(slots[1]).rest() == rve::Rest::Sleeps;
+    has_slept = has_slept || points.point(slots[1]).rest() == rve::Rest::Quiescent;
     has_rested = has_rested || points.point(slots[1]).rest() == rve::Rest::Rests;
 
     std::vector<int> other_slots;
@@ -616,10 +616,10 @@ TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameFailuresInOrder)
     for (const int k : crushed) expected.push_back(slots[k]);
     for (int step = 0; step < 6; ++step)
       EXPECT_EQ(failed[step], step == 2 ? expected : std::vector<int>()) << step;
-    int asleep = 0;
-    for (const int slot : slots) asleep += points.point(slot).asleep() ? 1 : 0;
-    EXPECT_GT(asleep, count / 20);
-    EXPECT_LT(asleep, count - count / 10);
+    int is_quiescent = 0;
+    for (const int slot : slots) is_quiescent += points.point(slot).is_quiescent() ? 1 : 0;
+    EXPECT_GT(is_quiescent, count / 20);
+    EXPECT_LT(is_quiescent, count - count / 10);
   };
   std::vector<Tensor2> one, three;
 
@@ -735,7 +735,7 @@ TEST(MacroIncrements, AllowQuiescentRvesAsDrivesDo)
         EXPECT_EQ(one.state, other.state);
         EXPECT_TRUE(same_bits(one.pending, other.pending));
         expect_same_point(one, other);
-        slept += one.asleep() ? 1 : 0;
+        slept += one.is_quiescent() ? 1 : 0;
       }
     }
     EXPECT_GT(slept, 40);

@@ -152,7 +152,7 @@ TEST(PointsOfSpheres, QuiescentRvesUseTheRotatedStiffnessOfTheirLattice)
 
   points.advance(slots, {drive_of(rotation * (Tensor3::identity() + strain))});
 
-  ASSERT_TRUE(points.point(slots[0]).asleep());
+  ASSERT_TRUE(points.point(slots[0]).is_quiescent());
   const CubicConstants c = face_centred_constants(lattice.material, RADIUS);
   Tensor3 expected = before;
   for (int a = 0; a < 3; ++a)
@@ -182,7 +182,7 @@ TEST(PointsOfSpheres, ApplyTheDeferredRotationWhenTheyResume)
   const Tensor3 before = points.stress(slots[0]);
   for (int step = 0; step < 50; ++step)
     points.advance(slots, {drive_of(rve::spatial_rotation(0.01 * axis))}, false);
-  ASSERT_TRUE(points.point(slots[0]).asleep());
+  ASSERT_TRUE(points.point(slots[0]).is_quiescent());
 
   Tensor3 stretch = Tensor3::identity();
   stretch(2, 2) = 1.0 - 2e-4;

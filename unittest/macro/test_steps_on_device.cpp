@@ -276,7 +276,7 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
 {
   Block<D> here(state, motion, rve::Device::Cpu, format, macro, overlap_limit, scheme);
   Block<D> there(state, motion, DEVICE, format, macro, overlap_limit, scheme);
-  int steps = 0, asleep = 0;
+  int steps = 0, is_quiescent = 0;
   for (const int some : {1, 6, 1, 1, 12, 20}) {
     here.steps(some);
     there.steps(some);
@@ -285,11 +285,11 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
     if (testing::Test::HasFatalFailure()) return;
     if (some == 6) continue;
     for (int p = 0; p < here.scene.size(); ++p)
-      asleep += here.owner.point(p).rest() == rve::Rest::Sleeps;
+      is_quiescent += here.owner.point(p).rest() == rve::Rest::Quiescent;
   }
   if (macro.quiescent_strain > 0.0) {
-    EXPECT_GT(asleep, here.scene.size() / 4);
-    EXPECT_LT(asleep, 5 * here.scene.size());
+    EXPECT_GT(is_quiescent, here.scene.size() / 4);
+    EXPECT_LT(is_quiescent, 5 * here.scene.size());
   }
   EXPECT_EQ(here.owner.failures, there.owner.failures);
   const bool shall_fail = overlap_limit < 0.1;
@@ -406,7 +406,7 @@ TEST_P(StepsOnDevice, RvesThatBecomeQuiescentHaveTheBitsOfTheCpu)
   here->steps(40);
   there->steps(40);
   expect_same(*here, *there, true);
-  EXPECT_GT(count_of([](rve::Rest rest) { return rest == rve::Rest::Sleeps; }), 0);
+  EXPECT_GT(count_of([](rve::Rest rest) { return rest == rve::Rest::Quiescent; }), 0);
   if (DEVICE == rve::Device::Cuda) { EXPECT_EQ(there->owner.on_device.launched, 55); }
 }
 

@@ -57,7 +57,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     owner_.points.synchronised(owner_.call_slots[m]).evaluation = typename Point::Evaluation{
         evaluation.is_at_rest, evaluation.mean_overlap, evaluation.stiffness};
   }
-  void take_sleep(int m, const Matrix &pending) override
+  void take_deferred(int m, const Matrix &pending) override
   {
     deliver_stress(m, owner_.defer_until(owner_.call_slots[m], pending));
   }
@@ -95,7 +95,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
   {
     const CachedPoint<D> &cached = owner_.points.cached(slot);
-    if (cached.state != State::Awake && cached.state != State::Asleep) return false;
+    if (cached.state != State::Awake && cached.state != State::Quiescent) return false;
     increment.dt = macro_->dt;
     increment.substeps = macro_->substeps;
     increment.deformation = deformation;
@@ -270,7 +270,7 @@ bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int>
     const int slot = call_slots[k];
     const CachedPoint<D> &cached = points.cached(slot);
     const ContactResponse<D> &contacts = cached.of_contacts;
-    const bool is_as_planned = cached.state == State::Asleep ||
+    const bool is_as_planned = cached.state == State::Quiescent ||
         (cached.state == State::Awake && !cached.has_deferred);
     rve::PlannedRve &planned = device_call.planned[k];
     planned.pressure = cached.pressure;

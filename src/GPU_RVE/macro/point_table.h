@@ -10,7 +10,7 @@
 
 #include "macro/contact_response.h"
 #include "rve/engine/engine.h"
-#include "rve/engine/sleep.h"
+#include "rve/engine/quiescence.h"
 
 #include <algorithm>
 #include <atomic>
@@ -26,7 +26,7 @@ enum class PointState : char {
   Awake,    ///< the RVE made DEM steps
   /// The RVE was skipped: `result` is that of its affine deformation, `rested` that of its last DEM
   /// step.
-  Asleep,
+  Quiescent,
   Frozen    ///< the RVE failed once and is not advanced any more
 };
 
@@ -148,11 +148,11 @@ template <int D, class Point> class PointTable {
   rve::Rest rest(int slot) const
   {
     if (!is_dirty(slot)) return points_[slot].rest();
-    return was_deferred(slot) ? rve::Rest::Sleeps : rve::Rest::Unknown;
+    return was_deferred(slot) ? rve::Rest::Quiescent : rve::Rest::Unknown;
   }
   /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is
   /// quiescent, or has been evaluated and may become so.
-  const rve::SleepOf<D> &quiescence(int slot)
+  const rve::QuiescentStateOf<D> &quiescence(int slot)
   {
     if (!was_deferred(slot)) {
       synchronise(slot);
@@ -170,7 +170,7 @@ template <int D, class Point> class PointTable {
   void defer(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
   {
     Cached &copy = cached_[slot];
-    copy.state = PointState::Asleep;
+    copy.state = PointState::Quiescent;
     copy.has_deferred = true;
     copy.is_dirty = true;
     copy.update = PointUpdate::Deferral;
@@ -213,8 +213,8 @@ template <int D, class Point> class PointTable {
  private:
   mutable std::vector<Point> points_;
   mutable std::vector<Cached> cached_;
-  std::vector<rve::DriveOf<D>> drives_;         ///< last drives, where the update is a Drive
-  std::vector<rve::SleepOf<D>> quiescences_;    ///< data of quiescent RVEs, by slot
+  std::vector<rve::DriveOf<D>> drives_;    ///< last drives, where the update is a Drive
+  std::vector<rve::QuiescentStateOf<D>> quiescences_;    ///< data of quiescent RVEs, by slot
 
   mutable SharedFlag any_stale_{true};
   SharedFlag is_changed_{true};

@@ -42,7 +42,7 @@ void PointOf<D>::store(const rve::ResponseOf<D> &response, const rve::DriveOf<D>
   servo_error = last.has_servo() ? rve::servo_error(last, result.stress) : 0.0;
 }
 
-template <int D> rve::SleepOf<D> PointOf<D>::quiescence() const
+template <int D> rve::QuiescentStateOf<D> PointOf<D>::quiescence() const
 {
   return {pending, last_steps().stress,
           evaluation && evaluation->stiffness ? *evaluation->stiffness
@@ -53,14 +53,14 @@ template <int D> rve::SleepOf<D> PointOf<D>::quiescence() const
 template <int D> rve::Rest PointOf<D>::rest() const
 {
   const bool is_at_rest = evaluation && evaluation->is_at_rest;
-  if (asleep()) return is_at_rest ? rve::Rest::Sleeps : rve::Rest::Wakes;
+  if (is_quiescent()) return is_at_rest ? rve::Rest::Quiescent : rve::Rest::Wakes;
   return is_at_rest ? rve::Rest::Rests : evaluation ? rve::Rest::Moves : rve::Rest::Unknown;
 }
 
-template <int D> void PointOf<D>::defer(const rve::SleepOf<D> &quiescence)
+template <int D> void PointOf<D>::defer(const rve::QuiescentStateOf<D> &quiescence)
 {
-  if (!asleep()) rested = result;
-  state = State::Asleep;
+  if (!is_quiescent()) rested = result;
+  state = State::Quiescent;
   pending = quiescence.pending;
   result.stress = quiescence.stress_after(pending);
   follow_pending();
@@ -94,14 +94,14 @@ template <int D> CachedPoint<D> PointOf<D>::cached_copy() const
 
 template <int D> void PointOf<D>::take_details(const rve::ResultOf<D> &details)
 {
-  rve::ResultOf<D> &last = asleep() ? rested : result;
+  rve::ResultOf<D> &last = is_quiescent() ? rested : result;
   const Matrix stress = last.stress;
   const std::uint32_t status = last.status;
   last = details;
   last.stress = stress;
   last.status = status;
   stale = false;
-  if (asleep()) follow_pending();
+  if (is_quiescent()) follow_pending();
 }
 
 template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const

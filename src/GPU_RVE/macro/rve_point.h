@@ -65,10 +65,10 @@ template <int D> struct PointOf {
   int shadow = -1;                          ///< number in the engine of shadows; -1: no shadow
   Matrix shadow_stress = Matrix::zero();    ///< [stress]
 
-  bool asleep() const { return state == State::Asleep; }
+  bool is_quiescent() const { return state == State::Quiescent; }
   bool frozen() const { return state == State::Frozen; }
   /// Result of the last DEM steps.
-  const rve::ResultOf<D> &last_steps() const { return asleep() ? rested : result; }
+  const rve::ResultOf<D> &last_steps() const { return is_quiescent() ? rested : result; }
   /// Mean over contacts of overlap / sum of radii after the last DEM steps [-].
   double mean_overlap() const
   {
@@ -82,12 +82,12 @@ template <int D> struct PointOf {
   void store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
   /// Makes the RVE quiescent with this pending deformation. Stress, fabric, cell, deformation and
   /// void ratio follow it, the other results are those of the last DEM step.
-  void defer(const rve::SleepOf<D> &quiescence);
+  void defer(const rve::QuiescentStateOf<D> &quiescence);
   /// Sets the results that follow from `rested` and the pending deformation, except the stress.
   void follow_pending();
   /// Data from which the stress follows while the RVE is quiescent. Precondition: the RVE is
   /// quiescent or has been evaluated.
-  rve::SleepOf<D> quiescence() const;
+  rve::QuiescentStateOf<D> quiescence() const;
   rve::Rest rest() const;
   CachedPoint<D> cached_copy() const;
   /// Rate of deformation D in the present axes; zero before the first DEM steps [1/time].

@@ -272,7 +272,7 @@ void RvePointsOf<D>::set_materials(const Slots &slots, const std::vector<rve::Ma
     point.evaluation.reset();
     const rve::ResultOf<D> &result = results[k].result;
     if (point.frozen() || (result.status & rve::status::Fatal)) continue;
-    if (!point.asleep()) {
+    if (!point.is_quiescent()) {
       point.result = result;
       continue;
     }

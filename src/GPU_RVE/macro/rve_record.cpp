@@ -87,7 +87,7 @@ namespace {
   // RVEs stay readable for older programs.
   template <int D> constexpr std::uint64_t VERSION_WITH_COPIES = RECORD_VERSION<D> + 1;
   /// Values of RecordHead::rest.
-  constexpr rve::Rest RESTS[] = {rve::Rest::Unknown, rve::Rest::Sleeps, rve::Rest::Rests,
+  constexpr rve::Rest RESTS[] = {rve::Rest::Unknown, rve::Rest::Quiescent, rve::Rest::Rests,
                                  rve::Rest::Moves, rve::Rest::Wakes};
 
   template <int D> std::uint64_t checksum_of_head(RecordHead<D> head)
@@ -196,9 +196,11 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   Point &point = initialise(slot, state);
   for_common(head, point, [](const auto &from, auto &to) { to = from; });
   const rve::Rest rest = RESTS[head.rest];
-  point.state = head.frozen ? State::Frozen : rve::owes(rest) ? State::Asleep : State::Awake;
+  point.state = head.frozen     ? State::Frozen
+      : rve::has_deferred(rest) ? State::Quiescent
+                                : State::Awake;
   if (rest != rve::Rest::Unknown)
-    point.evaluation = {rest == rve::Rest::Sleeps || rest == rve::Rest::Rests,
+    point.evaluation = {rest == rve::Rest::Quiescent || rest == rve::Rest::Rests,
                         point.last_steps().mean_overlap, std::nullopt};
   point.copies = static_cast<std::int32_t>(copies);
   point.renewals = static_cast<std::int32_t>(head.renewals);

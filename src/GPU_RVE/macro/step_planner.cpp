@@ -26,7 +26,7 @@ Action StepPlanner<D>::action(int slot, const Matrix &increment, double dt, int 
   switch (rve::skipping_of(points_.rest(slot), strain, of_all, limit, [&] {
     return options_.adaptive ? this->substeps(slot, strain, dt) : substeps;
   })) {
-    case rve::Skipping::Sleep:
+    case rve::Skipping::Defer:
       return Action::Skip;
     case rve::Skipping::Evaluation:
       return Action::AdvanceAndEvaluate;

@@ -6,7 +6,7 @@
 
 #include "macro/macro_step_options.h"
 #include "macro/rve_point.h"
-#include "rve/engine/sleep.h"
+#include "rve/engine/quiescence.h"
 
 namespace macro {
 

@@ -8,7 +8,7 @@
 #include "rve/algorithm/device_state.h"
 #include "rve/engine/device_state_io.h"
 #include "rve/engine/engine.h"
-#include "rve/engine/sleep.h"
+#include "rve/engine/quiescence.h"
 #include "rve/engine/variant_choice.h"
 
 #include <algorithm>
@@ -117,7 +117,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// are any, and from repeated calls.
   void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
   /// Reports what is known about the rest of the RVEs of such a call, after answer().
-  void report_rest(int count, const Rest *rest, const SleepOf<D> *sleeps,
+  void report_rest(int count, const Rest *rest, const QuiescentStateOf<D> *quiescent_states,
                    IncrementCallOf<D> &caller) const;
   /// Returns a call by increments that are in device memory. `largest` is the number of grains of
   /// the largest RVE, `longest` the largest number of DEM steps, `steps` their sum, `num_details`

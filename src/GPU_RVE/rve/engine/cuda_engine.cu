@@ -90,8 +90,8 @@ namespace {
         are_alike = smallest == largest_of_call;
         upload_resting(call.resting, count);
       }
-      may_sleep = call.options.quiescent_strain > 0.0 || has_resting;
-      const bool has_order = may_sleep || call.options.is_adaptive || !are_alike;
+      may_be_quiescent = call.options.quiescent_strain > 0.0 || has_resting;
+      const bool has_order = may_be_quiescent || call.options.is_adaptive || !are_alike;
       launch.points = call.points;
       launch.options = call.options;
       launch.most_cost = static_cast<double>(call.options.is_adaptive ? call.options.adaptive.most
@@ -100,9 +100,9 @@ namespace {
       // The answers of the previous call may not have been read yet.
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
       launch.drives_before = planned_drives[drives_in_use].reserve(count);
-      launch.rest = may_sleep ? rest_buffer.reserve(count) : nullptr;
-      launch.sleeps = may_sleep ? sleep_buffer.reserve_clean(count) : nullptr;
-      launch.detail_of = may_sleep ? detail_of_buffer.reserve(count) : nullptr;
+      launch.rest = may_be_quiescent ? rest_buffer.reserve(count) : nullptr;
+      launch.quiescent_states = may_be_quiescent ? quiescent_buffer.reserve_clean(count) : nullptr;
+      launch.detail_of = may_be_quiescent ? detail_of_buffer.reserve(count) : nullptr;
       launch.classes = has_order ? class_buffer.reserve(count) : nullptr;
       launch.order = has_order ? planned_order_buffer.reserve(count) : nullptr;
       launch.findings = findings_buffer.reserve_zeros(1);
@@ -122,7 +122,7 @@ namespace {
       // The early launch needs several plans without work for the host. An RVE that was evaluated
       // in vain is not evaluated in the next step.
       constexpr int AS_EXPECTED = 8;
-      if (!knows_steps || (may_sleep && plans_not_held < AS_EXPECTED)) return false;
+      if (!knows_steps || (may_be_quiescent && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
       expected.longest = asked.is_adaptive ? asked.adaptive.most : asked.substeps;
       expected.steps = asked.is_adaptive
@@ -173,7 +173,7 @@ namespace {
       use_device();
       const std::size_t count = device_call->rves.size();
       const DriveRecord<D> *records = planned_drives[drives_in_use].receive(count);
-      const int *detail_of = may_sleep ? detail_of_buffer.receive(count) : nullptr;
+      const int *detail_of = may_be_quiescent ? detail_of_buffer.receive(count) : nullptr;
       this->increments.resize(count);
       for (std::size_t k = 0; k < count; ++k) {
         this->increments[k] = increment_of(records[k]);
@@ -181,9 +181,9 @@ namespace {
       }
       this->answer(device_call->rves, caller,
                    {planned_answers[drives_in_use].receive(count), nullptr});
-      if (!may_sleep) return;
+      if (!may_be_quiescent) return;
       this->report_rest(static_cast<int>(count), rest_buffer.receive(count),
-                        sleep_buffer.receive(count), caller);
+                        quiescent_buffer.receive(count), caller);
     }
 
     void deliver_one(int place, IncrementCallOf<D> &caller) override
@@ -366,7 +366,7 @@ namespace {
       if (!has_resting) return;
       const RestingRve<D> *records = resting_buffer.upload(resting);
       place_resting<D><<<blocks_for(number, kIncrementBlock), kIncrementBlock>>>(
-          records, number, rest_buffer.reserve(count), sleep_buffer.reserve_clean(count),
+          records, number, rest_buffer.reserve(count), quiescent_buffer.reserve_clean(count),
           planned_drives[drives_in_use].reserve(count),
           planned_answers[drives_in_use].reserve(count));
       check_cuda(cudaGetLastError(), "launch of a note of those that rest");
@@ -383,9 +383,9 @@ namespace {
       launch.answers = planned_answers[drives_in_use].reserve(launch.count);
       launch.answers_before = planned_answers[1 - drives_in_use].reserve(launch.count);
       launch.details = found.evaluations > 0 ? detail_buffer.reserve(launch.count) : nullptr;
-      if (may_sleep || launch.options.is_adaptive)
+      if (may_be_quiescent || launch.options.is_adaptive)
         launch_turns({launch.turns, launch.count, &launch.findings->turned, hold});
-      const int launched = launch.count - found.sleeping;
+      const int launched = launch.count - found.num_quiescent;
       if (launched > 0) {
         Call call =
             this->call_of_increments(device_call->rves, largest_of_call, found.longest,
@@ -617,14 +617,14 @@ namespace {
 
     // Buffers of calls whose increments are on the device.
     static constexpr std::size_t BYTES_PLANNED = 2 * sizeof(DriveRecord<D>) +
-        2 * sizeof(AnswerRecord<D>) + sizeof(PlannedRve) + sizeof(SleepOf<D>) + sizeof(Rest) +
-        sizeof(TurnRecord<D>) + 3 * sizeof(int) + 1;    ///< bytes per RVE
+        2 * sizeof(AnswerRecord<D>) + sizeof(PlannedRve) + sizeof(QuiescentStateOf<D>) +
+        sizeof(Rest) + sizeof(TurnRecord<D>) + 3 * sizeof(int) + 1;    ///< bytes per RVE
     const DeviceCallOf<D> *device_call = nullptr;
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
-    bool are_alike = false;      ///< all RVEs of device_call have the same number of grains
-    bool has_resting = false;    ///< the rest of some was known when the call was new
-    bool may_sleep = false;      ///< some RVEs are or may become quiescent
+    bool are_alike = false;           ///< all RVEs of device_call have the same number of grains
+    bool has_resting = false;         ///< the rest of some was known when the call was new
+    bool may_be_quiescent = false;    ///< some RVEs are or may become quiescent
     int details_to_receive = 0;
     bool handled_call = false;    ///< the handles on the device are those of device_call
     int drives_in_use = 0;        ///< index of the buffers of the call that has begun last
@@ -643,7 +643,7 @@ namespace {
     DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];
     DeviceBuffer<Rest> rest_buffer;
-    DeviceBuffer<SleepOf<D>> sleep_buffer;
+    DeviceBuffer<QuiescentStateOf<D>> quiescent_buffer;
     DeviceBuffer<int> detail_of_buffer;
     DeviceBuffer<RestingRve<D>> resting_buffer;
     DeviceBuffer<NewLimit> limits_buffer;

@@ -15,7 +15,7 @@
 namespace rve {
 
 /// Number of classes by which RVEs are sorted by cost. The last class has the quiescent RVEs.
-constexpr int kCostClasses = 256, kSleepers = kCostClasses - 1;
+constexpr int kCostClasses = 256, kQuiescentClass = kCostClasses - 1;
 
 /// Counters of plan and answers, initially zero. The host receives the members before class_size.
 struct CallFindings {
@@ -25,7 +25,7 @@ struct CallFindings {
   int turned;                  ///< RVEs that are turned rigidly first
   int unfinished;              ///< RVEs that have failed or must repeat the call
   int stiffened;               ///< RVEs that exceed the limit of their plan
-  int sleeping;                ///< RVEs without DEM steps
+  int num_quiescent;           ///< RVEs without DEM steps
   int evaluations;             ///< RVEs with a diagnostic evaluation
   int held;    ///< positive: some RVEs are refused, make no steps or have an evaluation
   int class_size[kCostClasses], class_taken[kCostClasses];
@@ -55,7 +55,7 @@ template <int D> struct IncrementLaunch {
   /// (count) Rest, deferred deformation and index of details (LaunchRecord) of each RVE. They are
   /// null if no RVE is or may become quiescent.
   Rest *rest;
-  SleepOf<D> *sleeps;
+  QuiescentStateOf<D> *quiescent_states;
   int *detail_of;
   DetailRecord<D> *details;
   unsigned char *classes;    ///< (count), or null: all cost the same
@@ -83,9 +83,9 @@ RVE_HD inline Tensor<double, D> increment_of_point(const IncrementLaunch<D> &lau
 template <int D>
 __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const IncrementLaunch<D> launch)
 {
-  __shared__ int longest, steps, sleeping, held;
+  __shared__ int longest, steps, num_quiescent, held;
   __shared__ int sizes[kCostClasses];
-  if (threadIdx.x == 0) longest = steps = sleeping = held = 0;
+  if (threadIdx.x == 0) longest = steps = num_quiescent = held = 0;
   for (int c = threadIdx.x; c < kCostClasses; c += kIncrementBlock) sizes[c] = 0;
   __syncthreads();
   const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
@@ -93,8 +93,8 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
     const Tensor<double, D> f = increment_of_point(launch, k);
     const Rest rest = launch.rest ? launch.rest[k] : Rest::Unknown;
     const IncrementPlan<D> plan =
-        plan_increment(f, launch.planned[k], rest, launch.sleeps + k, launch.options);
-    const bool sleeps = plan.kind == PlanKind::Sleeps;
+        plan_increment(f, launch.planned[k], rest, launch.quiescent_states + k, launch.options);
+    const bool quiescent_states = plan.kind == PlanKind::Quiescent;
     if (plan.kind == PlanKind::Refused) atomicAdd(&launch.findings->refused, 1);
     if (plan.kind == PlanKind::Turned) {
       TurnRecord<D> &turn = launch.turns[atomicAdd(&launch.findings->turned, 1)];
@@ -106,14 +106,16 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
     DriveRecord<D> drive = {launch.options.dt, plan.substeps, 1, {}};
     store_tensor(plan.deformation, drive.deformation);
     launch.drives[k] = drive;
-    if (sleeps) atomicAdd(&sleeping, 1);
-    if (sleeps || plan.is_evaluated || plan.kind == PlanKind::Refused) atomicOr(&held, 1);
+    if (quiescent_states) atomicAdd(&num_quiescent, 1);
+    if (quiescent_states || plan.is_evaluated || plan.kind == PlanKind::Refused) atomicOr(&held, 1);
     atomicMax(&longest, plan.substeps);
     atomicAdd(&steps, plan.substeps);
     if (launch.classes) {
       const double cost = plan.substeps + (plan.is_evaluated ? EVALUATION_IN_STEPS : 0.0);
       const double share = std::fmin(cost * launch.rves[k].num_grains / launch.most_cost, 1.0);
-      const int c = sleeps ? kSleepers : kSleepers - 1 - static_cast<int>(share * (kSleepers - 1));
+      const int c = quiescent_states
+          ? kQuiescentClass
+          : kQuiescentClass - 1 - static_cast<int>(share * (kQuiescentClass - 1));
       launch.classes[k] = static_cast<unsigned char>(c);
       atomicAdd(&sizes[c], 1);
     }
@@ -122,7 +124,7 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
   if (threadIdx.x == 0) {
     atomicMax(&launch.findings->longest, longest);
     atomicAdd(&launch.findings->steps, static_cast<unsigned long long>(steps));
-    if (sleeping > 0) atomicAdd(&launch.findings->sleeping, sleeping);
+    if (num_quiescent > 0) atomicAdd(&launch.findings->num_quiescent, num_quiescent);
     if (held) atomicOr(&launch.findings->held, 1);
   }
   if (!launch.classes) return;
@@ -171,14 +173,14 @@ RVE_DEVICE void give_stress(const IncrementLaunch<D> &launch, int place,
 }
 
 /// Skips the DEM steps of a quiescent RVE. It keeps the answer to its last DEM steps.
-template <int D> RVE_DEVICE void sleep_on(const IncrementLaunch<D> &launch, int place)
+template <int D> RVE_DEVICE void defer(const IncrementLaunch<D> &launch, int place)
 {
-  SleepOf<D> &sleep = launch.sleeps[place];
-  sleep.pending = load_tensor<D>(launch.drives[place].deformation);
-  launch.rest[place] = Rest::Sleeps;
+  QuiescentStateOf<D> &quiescent = launch.quiescent_states[place];
+  quiescent.pending = load_tensor<D>(launch.drives[place].deformation);
+  launch.rest[place] = Rest::Quiescent;
   launch.drives[place] = launch.drives_before[place];
   launch.answers[place] = launch.answers_before[place];
-  give_stress(launch, place, sleep.stress_after(sleep.pending));
+  give_stress(launch, place, quiescent.stress_after(quiescent.pending));
 }
 
 /// Returns the known rest of an RVE after DEM steps with this stress.
@@ -189,8 +191,8 @@ RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int place,
   const int mine = launch.detail_of[place];
   if (mine < 0) return Rest::Unknown;
   const EvaluationOf<D> evaluation = to_evaluation(launch.details[mine]);
-  launch.sleeps[place] = {Tensor<double, D>::identity(), stress, evaluation.stiffness,
-                          evaluation.mean_overlap};
+  launch.quiescent_states[place] = {Tensor<double, D>::identity(), stress, evaluation.stiffness,
+                                    evaluation.mean_overlap};
   return evaluation.is_at_rest ? Rest::Rests : Rest::Moves;
 }
 
@@ -228,7 +230,7 @@ __global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementL
   const int k = blockIdx.x * kIncrementBlock + threadIdx.x;
   if (k >= launch.count || (launch.hold && *launch.hold > 0)) return;
   if (launch.rest && launch.drives[k].substeps == 0)
-    sleep_on(launch, k);
+    defer(launch, k);
   else
     take_answer(launch, k);
 }
@@ -255,13 +257,14 @@ __global__ void take_repeated(const IncrementLaunch<D> launch, const RepeatedRec
 /// Initialises a new call with the RVEs whose rest is known.
 template <int D>
 __global__ void place_resting(const RestingRve<D> *resting, int count, Rest *rest,
-                              SleepOf<D> *sleeps, DriveRecord<D> *drives, AnswerRecord<D> *answers)
+                              QuiescentStateOf<D> *quiescent_states, DriveRecord<D> *drives,
+                              AnswerRecord<D> *answers)
 {
   const int m = blockIdx.x * blockDim.x + threadIdx.x;
   if (m >= count) return;
   const int k = resting[m].place;
   rest[k] = resting[m].rest;
-  sleeps[k] = resting[m].sleep;
+  quiescent_states[k] = resting[m].quiescent;
   drives[k].substeps = BEFORE_THE_CALL;
   answers[k].status = status::Ok;
 }

@@ -6,7 +6,7 @@
 
 #include "rve/engine/engine.h"
 #include "rve/engine/increment_plan.h"
-#include "rve/engine/sleep.h"
+#include "rve/engine/quiescence.h"
 
 #include <vector>
 
@@ -25,7 +25,7 @@ struct PointsOnDevice {
 template <int D> struct RestingRve {
   int place = 0;    ///< index in the call
   Rest rest = Rest::Unknown;
-  SleepOf<D> sleep;    ///< without a stiffness if the RVE moves
+  QuiescentStateOf<D> quiescent;    ///< without a stiffness if the RVE moves
 };
 
 /// Value of IncrementOf::substeps for an RVE that has been quiescent since before the call was new:
@@ -63,7 +63,7 @@ template <int D> class DeviceCallsOf : public Request {
   static constexpr int MOST_STIFFENED = 64;
   /// Delivers the results of the last call; RVEs that have not finished are repeated before. A
   /// quiescent RVE delivers the result of its last DEM steps and, with
-  /// IncrementCallOf::take_sleep(), its deferred increment.
+  /// IncrementCallOf::take_deferred(), its deferred increment.
   virtual void deliver(IncrementCallOf<D> &call) = 0;
   /// Delivers the result of one RVE, which must have finished.
   virtual void deliver_one(int place, IncrementCallOf<D> &call) = 0;

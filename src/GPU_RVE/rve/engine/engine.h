@@ -189,7 +189,7 @@ template <int D> class IncrementCallOf {
   virtual void take_evaluation(int /*place*/, const EvaluationOf<D> & /*look*/) {}
   /// Receives the deferred increment of an RVE that was quiescent and made no DEM steps
   /// (rve/engine/device_calls.h). Called after take_evaluation().
-  virtual void take_sleep(int /*place*/, const Tensor<double, D> & /*pending*/) {}
+  virtual void take_deferred(int /*place*/, const Tensor<double, D> & /*pending*/) {}
 };
 
 template <int D> class DeviceCallsOf;    // rve/engine/device_calls.h

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "rve/engine/finite_strain.h"
-#include "rve/engine/sleep.h"
+#include "rve/engine/quiescence.h"
 #include "rve/engine/stiffening.h"
 #include "rve/engine/substeps.h"
 
@@ -106,7 +106,7 @@ RVE_HD inline bool is_worth_an_evaluation(double strain, int substeps, double li
 enum class Skipping {
   None,
   Evaluation,    ///< the DEM steps end with a diagnostic evaluation
-  Sleep          ///< no DEM steps
+  Defer          ///< no DEM steps
 };
 
 /// Decides how a macro step of an RVE with status Ok is skipped. `strain` is the strain of the
@@ -117,17 +117,17 @@ RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limi
                             const Substeps &substeps)
 {
   if (!(strain < limit)) return Skipping::None;
-  if (may_sleep_on(rest) && of_all < limit) return Skipping::Sleep;
+  if (may_stay_quiescent(rest) && of_all < limit) return Skipping::Defer;
   return may_be_evaluated(rest) && is_worth_an_evaluation(strain, substeps(), limit)
       ? Skipping::Evaluation
       : Skipping::None;
 }
 
 enum class PlanKind {
-  Simple,    ///< DEM steps
-  Turned,    ///< DEM steps after a rigid rotation
-  Sleeps,    ///< no DEM steps
-  Refused    ///< more than an increment is needed
+  Simple,       ///< DEM steps
+  Turned,       ///< DEM steps after a rigid rotation
+  Quiescent,    ///< no DEM steps
+  Refused       ///< more than an increment is needed
 };
 
 /// Options of a plan, equal for all RVEs of a step.
@@ -157,27 +157,28 @@ template <int D> struct IncrementPlan {
 /// Adaptive substeps need contacts with constant moduli.
 template <int D>
 RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const PlannedRve &rve, Rest rest,
-                                       const SleepOf<D> *sleep, const PlanOptions &options)
+                                       const QuiescentStateOf<D> *quiescent,
+                                       const PlanOptions &options)
 {
   IncrementPlan<D> plan;
   plan.deformation = f;
   plan.substeps = options.substeps;
   if (!is_simple(f)) return plan;
-  const bool owing = owes(rest), may_sleep = options.quiescent_strain > 0.0;
+  const bool owing = has_deferred(rest), may_be_quiescent = options.quiescent_strain > 0.0;
   double strain = 0.0, of_all = 0.0;
-  if (options.is_adaptive || may_sleep) {
+  if (options.is_adaptive || may_be_quiescent) {
     if (!find_strain_size(f, strain)) return plan;
     of_all = strain;
   }
   if (owing) {
-    plan.deformation = f * sleep->pending;
+    plan.deformation = f * quiescent->pending;
     if (!find_strain_size(plan.deformation, of_all)) return plan;
   }
-  if (may_sleep && rve.status == 0) {
+  if (may_be_quiescent && rve.status == 0) {
     const Skipping skipping = skipping_of(rest, strain, of_all, options.quiescent_strain,
                                           [&] { return options.substeps_of(strain, rve); });
-    if (skipping == Skipping::Sleep) {
-      plan.kind = PlanKind::Sleeps;
+    if (skipping == Skipping::Defer) {
+      plan.kind = PlanKind::Quiescent;
       plan.substeps = 0;
       return plan;
     }
@@ -190,7 +191,7 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
   if (!owing && !options.is_adaptive) return plan;
   const double pressure = std::fmax(rve.pressure, 0.0);
   const auto frequency = [&rve] { return rve.contacts.frequency; };
-  if (!(owing && is_turned(sleep->mean_overlap, plan.deformation)) &&
+  if (!(owing && is_turned(quiescent->mean_overlap, plan.deformation)) &&
       !(options.is_adaptive &&
         slips(plan.deformation, plan.substeps, options.dt, rve.contacts.strain(pressure),
               frequency)))

@@ -13,34 +13,34 @@ namespace rve {
 
 /// Known rest of an RVE.
 enum class Rest : std::int32_t {
-  Unknown,    ///< not evaluated since its last DEM steps
-  Moves,      ///< evaluated, and not at rest
-  Rests,      ///< evaluated, and may become quiescent
-  Sleeps,     ///< quiescent: skipped in the last macro step
-  Wakes       ///< skipped in the last macro step, but may not be skipped again
+  Unknown,      ///< not evaluated since its last DEM steps
+  Moves,        ///< evaluated, and not at rest
+  Rests,        ///< evaluated, and may become quiescent
+  Quiescent,    ///< quiescent: skipped in the last macro step
+  Wakes         ///< skipped in the last macro step, but may not be skipped again
 };
 
 /// Returns true if the RVE has a deferred increment.
-RVE_HD inline bool owes(Rest rest)
+RVE_HD inline bool has_deferred(Rest rest)
 {
-  return rest == Rest::Sleeps || rest == Rest::Wakes;
+  return rest == Rest::Quiescent || rest == Rest::Wakes;
 }
 
 /// Returns true if the RVE may be skipped while the strain is small.
-RVE_HD inline bool may_sleep_on(Rest rest)
+RVE_HD inline bool may_stay_quiescent(Rest rest)
 {
-  return rest == Rest::Rests || rest == Rest::Sleeps;
+  return rest == Rest::Rests || rest == Rest::Quiescent;
 }
 
 /// Returns true if the next DEM steps may end with an evaluation. An RVE that was not at rest gets
 /// some steps to come to rest.
 RVE_HD inline bool may_be_evaluated(Rest rest)
 {
-  return rest == Rest::Unknown || rest == Rest::Sleeps;
+  return rest == Rest::Unknown || rest == Rest::Quiescent;
 }
 
 /// Data of an RVE that is or may become quiescent, from which its stress follows.
-template <int D> struct SleepOf {
+template <int D> struct QuiescentStateOf {
   using Matrix = Tensor<double, D>;
 
   Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
