@@ -99,19 +99,19 @@ std::string loading_obstacle(const CudaCard &card, CardCode code, const std::str
   return text;
 }
 
-std::string driver_obstacle(DriverTrouble trouble, int driver_version, int runtime_version,
+std::string driver_obstacle(DriverError trouble, int driver_version, int runtime_version,
                             const char *visible, const std::string &words)
 {
   switch (trouble) {
-    case DriverTrouble::NoDriver:
+    case DriverError::NoDriver:
       return "there is no NVIDIA driver here (a container sees that of its host when it is started "
              "with "
              "its GPUs)";
-    case DriverTrouble::OldDriver:
+    case DriverError::OldDriver:
       return "the NVIDIA driver is too old: it is made for CUDA " + version_text(driver_version) +
           ", this program for " + version_text(runtime_version) +
           "; update the driver, or build with CUDA " + version_text(driver_version) + " or older";
-    case DriverTrouble::NoDevice:
+    case DriverError::NoDevice:
       return visible ? "there is no CUDA device among those that CUDA_VISIBLE_DEVICES='" +
               std::string(visible) + "' leaves; unset it to use all"
                      : std::string("there is no CUDA device");

@@ -43,11 +43,11 @@ std::string card_obstacle(const CudaCard &card, const std::vector<CudaArchitectu
 std::string loading_obstacle(const CudaCard &card, CardCode code, const std::string &words);
 
 /// Result of CUDA's search for devices.
-enum class DriverTrouble { NoDriver, OldDriver, NoDevice, Other };
+enum class DriverError { NoDriver, OldDriver, NoDevice, Other };
 
 /// Returns a message for a result, with a remedy. Versions are those of CUDA, 1000 major + 10
 /// minor; `visible` is the environment variable CUDA_VISIBLE_DEVICES, or null.
-std::string driver_obstacle(DriverTrouble trouble, int driver_version, int runtime_version,
+std::string driver_obstacle(DriverError trouble, int driver_version, int runtime_version,
                             const char *visible, const std::string &words);
 
 struct CudaChoice {

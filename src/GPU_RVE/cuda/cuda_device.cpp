@@ -47,10 +47,10 @@ CudaDevice find_cuda_device(int local_rank, const void *kernel)
     int driver = 0, runtime = 0;
     cudaDriverGetVersion(&driver);    // 0 without a driver
     cudaRuntimeGetVersion(&runtime);
-    auto trouble = DriverTrouble::Other;
+    auto trouble = DriverError::Other;
     if (error == cudaErrorInsufficientDriver)
-      trouble = driver == 0 ? DriverTrouble::NoDriver : DriverTrouble::OldDriver;
-    if (error == cudaSuccess || error == cudaErrorNoDevice) trouble = DriverTrouble::NoDevice;
+      trouble = driver == 0 ? DriverError::NoDriver : DriverError::OldDriver;
+    if (error == cudaSuccess || error == cudaErrorNoDevice) trouble = DriverError::NoDevice;
     return {-1,
             driver_obstacle(trouble, driver, runtime, std::getenv("CUDA_VISIBLE_DEVICES"),
                             cudaGetErrorString(error))};
