@@ -99,10 +99,10 @@ std::string loading_obstacle(const CudaCard &card, CardCode code, const std::str
   return text;
 }
 
-std::string driver_obstacle(DriverError trouble, int driver_version, int runtime_version,
+std::string driver_obstacle(DriverError driver_error, int driver_version, int runtime_version,
                             const char *visible, const std::string &words)
 {
-  switch (trouble) {
+  switch (driver_error) {
     case DriverError::NoDriver:
       return "there is no NVIDIA driver here (a container sees that of its host when it is started "
              "with "

@@ -47,7 +47,7 @@ enum class DriverError { NoDriver, OldDriver, NoDevice, Other };
 
 /// Returns a message for a result, with a remedy. Versions are those of CUDA, 1000 major + 10
 /// minor; `visible` is the environment variable CUDA_VISIBLE_DEVICES, or null.
-std::string driver_obstacle(DriverError trouble, int driver_version, int runtime_version,
+std::string driver_obstacle(DriverError driver_error, int driver_version, int runtime_version,
                             const char *visible, const std::string &words);
 
 struct CudaChoice {

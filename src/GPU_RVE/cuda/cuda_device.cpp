@@ -47,12 +47,12 @@ CudaDevice find_cuda_device(int local_rank, const void *kernel)
     int driver = 0, runtime = 0;
     cudaDriverGetVersion(&driver);    // 0 without a driver
     cudaRuntimeGetVersion(&runtime);
-    auto trouble = DriverError::Other;
+    auto driver_error = DriverError::Other;
     if (error == cudaErrorInsufficientDriver)
-      trouble = driver == 0 ? DriverError::NoDriver : DriverError::OldDriver;
-    if (error == cudaSuccess || error == cudaErrorNoDevice) trouble = DriverError::NoDevice;
+      driver_error = driver == 0 ? DriverError::NoDriver : DriverError::OldDriver;
+    if (error == cudaSuccess || error == cudaErrorNoDevice) driver_error = DriverError::NoDevice;
     return {-1,
-            driver_obstacle(trouble, driver, runtime, std::getenv("CUDA_VISIBLE_DEVICES"),
+            driver_obstacle(driver_error, driver, runtime, std::getenv("CUDA_VISIBLE_DEVICES"),
                             cudaGetErrorString(error))};
   }
   std::vector<std::string> obstacles;
