@@ -3,7 +3,7 @@
 // kernels run at the same time and synchronise.
 
 #include "cuda/device_buffer.cuh"
-#include "mpm/cuda_rank_mail.cuh"
+#include "mpm/cuda_rank_exchange.cuh"
 #include "support/block_runner.h"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@
 
 namespace {
 
-using mpm::MailPartners;
-using mpm::MailPlaces;
+using mpm::ExchangeBuffers;
+using mpm::ExchangePartners;
 using rve::HostBuffer;
 using rve::SideStream;
 
@@ -29,12 +29,12 @@ class RankMailTest : public rve_test::BlockTest {
   {
     rve_test::BlockTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    memory = common.room(MailPlaces::size(RANKS));
-    std::memset(memory, 0, MailPlaces::size(RANKS));
+    memory = common.room(ExchangeBuffers::size(RANKS));
+    std::memset(memory, 0, ExchangeBuffers::size(RANKS));
     rounds = rounds_of_ranks.reserve_zeros(RANKS);
     rve_test::check_cuda(cudaStreamSynchronize(nullptr));
   }
-  MailPlaces places(int rank) const { return {memory, rounds + rank, RANKS, rank}; }
+  ExchangeBuffers places(int rank) const { return {memory, rounds + rank, RANKS, rank}; }
   void wait()
   {
     for (SideStream &stream : streams) rve_test::check_cuda(cudaStreamSynchronize(stream));
@@ -62,7 +62,7 @@ TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
   }
   for (int round = 0; round < rounds; ++round)
     for (int rank = 0; rank < RANKS; ++rank)
-      mpm::meet_for_maxima<<<1, THREADS, 0, streams[rank]>>>(
+      mpm::exchange_maxima<<<1, THREADS, 0, streams[rank]>>>(
           places(rank), nullptr, numbers[rank].room(1) + round * count, count);
   wait();
   for (int round = 0; round < rounds; ++round)
@@ -76,13 +76,13 @@ TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
 
 /// Rank r sends r + 1 nodes to each other rank, two numbers for each, and sums the numbers that it
 /// receives.
-__global__ void give_and_take(MailPlaces mail, int round, MailPartners partners,
+__global__ void give_and_take(ExchangeBuffers buffers, int round, ExchangePartners partners,
                               unsigned long long *sum)
 {
-  mpm::meet_for_sums(
-      mail, partners, 2,
+  mpm::exchange_sums(
+      buffers, partners, 2,
       [&](int k, std::int64_t *place) {
-        place[0] = 1000 * mail.rank + k;
+        place[0] = 1000 * buffers.rank + k;
         place[1] = round;
       },
       [&](int, std::int64_t *place) {
@@ -98,7 +98,7 @@ TEST_F(RankMailTest, SumsAreThoseOfTheSentNumbers)
   std::fill_n(sum, RANKS, 0ull);
   for (int round = 1; round <= rounds; ++round)
     for (int rank = 0; rank < RANKS; ++rank) {
-      MailPartners partners = {};
+      ExchangePartners partners = {};
       int given = 0, taken = 0;
       for (int other = 0; other < RANKS; ++other)
         if (other != rank)
@@ -130,13 +130,13 @@ TEST_F(RankMailTest, CancelledRankSynchronisesLater)
   *halt = 1;
   for (int rank = 0; rank < RANKS; ++rank) {
     number[rank] = 10.0 + rank;
-    mpm::meet_for_maxima<<<1, THREADS, 0, streams[rank]>>>(places(rank), rank == 2 ? halt : nullptr,
+    mpm::exchange_maxima<<<1, THREADS, 0, streams[rank]>>>(places(rank), rank == 2 ? halt : nullptr,
                                                            number + rank, 1);
   }
   rve_test::check_cuda(cudaStreamSynchronize(streams[2]));
   EXPECT_EQ(number[2], 12.0);
   EXPECT_EQ(cudaStreamQuery(streams[0]), cudaErrorNotReady);
-  mpm::meet_for_maxima<<<1, THREADS, 0, streams[2]>>>(places(2), nullptr, number + 2, 1);
+  mpm::exchange_maxima<<<1, THREADS, 0, streams[2]>>>(places(2), nullptr, number + 2, 1);
   wait();
   for (int rank = 0; rank < RANKS; ++rank) EXPECT_EQ(number[rank], 12.0);
 }
@@ -146,9 +146,9 @@ TEST_F(RankMailTest, RanksThatHaveEndedDoNotBlockOthers)
   HostBuffer<double> numbers;
   double *number = numbers.room(1);
   *number = 1.0;
-  mpm::meet_for_maxima<<<1, THREADS, 0, streams[0]>>>(places(0), nullptr, number, 1);
+  mpm::exchange_maxima<<<1, THREADS, 0, streams[0]>>>(places(0), nullptr, number, 1);
   EXPECT_EQ(cudaStreamQuery(streams[0]), cudaErrorNotReady);
-  *static_cast<volatile std::uint64_t *>(MailPlaces::left(memory)) = 1;
+  *static_cast<volatile std::uint64_t *>(ExchangeBuffers::left(memory)) = 1;
   rve_test::check_cuda(cudaStreamSynchronize(streams[0]));
 }
 

@@ -57,7 +57,10 @@ namespace {
     }
 
     /// Collective, after all ranks have a machine.
-    void join_ranks(const Communication &communication) { mail_.open(communication, uuid_); }
+    void join_ranks(const Communication &communication)
+    {
+      exchange_of_gpus_.open(communication, uuid_);
+    }
 
     void begin(const StepInput<D> &input)
     {
@@ -124,8 +127,10 @@ namespace {
       view_.point_total = shared.point_total();
       view_.touched = shared.touched();
       // the result is the same on all ranks
-      devices_exchange_ = mail_.is_open() && view_.num_maxima() <= MailPlaces::MOST_MAXIMA &&
-          shared.most_given() * SUMS_OF_NODE<D> <= MailPlaces::buffer_length(mail_.places().ranks);
+      devices_exchange_ = exchange_of_gpus_.is_open() &&
+          view_.num_maxima() <= ExchangeBuffers::MOST_MAXIMA &&
+          shared.most_given() * SUMS_OF_NODE<D> <=
+              ExchangeBuffers::buffer_length(exchange_of_gpus_.places().ranks);
       if (view_.num_rigid > 0 && view_.shares_grid) {
         view_.num_lower = shared.num_lower();
         view_.lower_touched = send(lower_touched_, shared.lower_touched(), shared.num_lower());
@@ -168,7 +173,8 @@ namespace {
     void wait_for_findings()
     {
       asked_.wait("a step of the material point method");
-      if (mail_.is_left()) throw std::runtime_error("another rank has failed in this step");
+      if (exchange_of_gpus_.is_left())
+        throw std::runtime_error("another rank has failed in this step");
       is_ahead_ = motion_is_ahead_ = true;
       if (view_.num_rigid > 0) {
         static_assert(std::is_trivially_copyable_v<RigidBodyStep<D>>);
@@ -205,8 +211,8 @@ namespace {
       if (communication.ranks == 1 || count == 0) return;
       double *on_device = findings_.maxima + first;
       if (devices_exchange_) {
-        passes_.add(meet_for_maxima<double>, 1, MAIL_BLOCK, mail_.places(), findings_.halt,
-                    on_device, count);
+        passes_.add(exchange_maxima<double>, 1, EXCHANGE_BLOCK, exchange_of_gpus_.places(),
+                    findings_.halt, on_device, count);
         return;
       }
       submit();
@@ -223,16 +229,16 @@ namespace {
       MoveSums<D> taken = given;
       taken.nodes = taken_on_device_;
       taken.packs = false;
-      MailPartners partners = {};
+      ExchangePartners partners = {};
       int given_end = 0, taken_end = 0;
       for (const Neighbour &other : shared.neighbours())
         partners.partner[partners.count++] = {other.rank,
                                               given_end += static_cast<int>(other.given),
                                               taken_end += static_cast<int>(other.taken)};
-      passes_.add(exchange_node_sums<D>, 1, MAIL_BLOCK, mail_.places(), partners, given, taken,
-                  findings_);
+      passes_.add(exchange_node_sums<D>, 1, EXCHANGE_BLOCK, exchange_of_gpus_.places(), partners,
+                  given, taken, findings_);
     }
-    void leave_ranks() { mail_.leave(); }
+    void leave_ranks() { exchange_of_gpus_.leave(); }
 
     const int *given_nodes() const { return given_on_device_; }
     const int *taken_nodes() const { return taken_on_device_; }
@@ -313,7 +319,7 @@ namespace {
     double transfer_time() const { return transfer_seconds_; }
     std::string description() const
     {
-      return name_ + (mail_.is_open() ? ", ranks exchange sums on their GPUs" : "");
+      return name_ + (exchange_of_gpus_.is_open() ? ", ranks exchange sums on their GPUs" : "");
     }
 
    private:
@@ -489,7 +495,7 @@ namespace {
     HostBuffer<std::int64_t> exchange_;
     HostBuffer<double> shared_maxima_;
     cudaUUID_t uuid_ = {};
-    RankMail mail_;
+    RankExchange exchange_of_gpus_;
     bool devices_exchange_ = false;
 
     // points

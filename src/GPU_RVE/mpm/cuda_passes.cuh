@@ -4,7 +4,7 @@
 #pragma once
 
 #include "cuda/early_launch.cuh"
-#include "mpm/cuda_rank_mail.cuh"
+#include "mpm/cuda_rank_exchange.cuh"
 #include "mpm/exchange_passes.h"
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 namespace mpm {
 
 constexpr int BLOCK = 128;    // threads; a few thousand points do not fill a device
-constexpr int MAIL_BLOCK = 512;
-static_assert(MAIL_BLOCK >= MailPlaces::MOST_MAXIMA, "each maximum needs a thread");
+constexpr int EXCHANGE_BLOCK = 512;
+static_assert(EXCHANGE_BLOCK >= ExchangeBuffers::MOST_MAXIMA, "each maximum needs a thread");
 
 /// Sums on nodes to which all threads add.
 struct SharedSums {
@@ -159,9 +159,9 @@ __global__ void __launch_bounds__(BLOCK)
 
 /// Exchanges the sums of shared nodes with all neighbours, in one block.
 template <int D>
-__global__ void __launch_bounds__(MAIL_BLOCK)
-    exchange_node_sums(MailPlaces mail, MailPartners partners, MoveSums<D> given, MoveSums<D> taken,
-                       Findings findings)
+__global__ void __launch_bounds__(EXCHANGE_BLOCK)
+    exchange_node_sums(ExchangeBuffers buffers, ExchangePartners partners, MoveSums<D> given,
+                       MoveSums<D> taken, Findings findings)
 {
   rve::follow();
   if (findings.halt && *findings.halt > 0) return;
@@ -171,8 +171,8 @@ __global__ void __launch_bounds__(MAIL_BLOCK)
     sums.buffer = place;
     sums(0, tally);
   };
-  meet_for_sums(
-      mail, partners, given.width(), [&](int k, std::int64_t *place) { move(given, k, place); },
+  exchange_sums(
+      buffers, partners, given.width(), [&](int k, std::int64_t *place) { move(given, k, place); },
       [&](int k, std::int64_t *place) { move(taken, k, place); });
 }
 

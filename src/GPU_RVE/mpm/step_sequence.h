@@ -201,7 +201,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
   /// True if two bodies may hold the same node after a time `dt` [time] of motion from the
   /// positions that this step has found. Contacts of a plate reach less than a cell beyond its box.
   /// If any body can turn, positions are not considered.
-  bool bodies_can_meet(double dt)
+  bool bodies_can_touch(double dt)
   {
     const StepView<D> &view = machine_.view();
     if (view.num_rigid > 0) return view.has_several_bodies();
@@ -262,7 +262,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
     share_maxima(0, machine_.view().num_maxima());
     if (!machine_.is_synchronous()) return;
     check_all();
-    machine_.divide_nodes(bodies_can_meet(0.0));
+    machine_.divide_nodes(bodies_can_touch(0.0));
   }
 
   void find_forces()
@@ -324,7 +324,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
     check_all();
     if (!machine_.is_synchronous()) {
       half_boxes_ = machine_.maxima()[BoxBound];
-      divides_nodes_ = bodies_can_meet(machine_.view().dt);
+      divides_nodes_ = bodies_can_touch(machine_.view().dt);
     }
     if (is_planned && update.launch()) {
       machine_.expect_device_stresses();

@@ -23,7 +23,7 @@ namespace mpm {
 /// Layout of the shared memory, for kernels. Rounds of exchange have the same numbers on all ranks.
 /// Each round waits for all ranks, so the numbers of a round are read before any rank writes those
 /// of the next round but one. Two buffers for each purpose therefore suffice.
-struct MailPlaces {
+struct ExchangeBuffers {
   static constexpr int MOST_RANKS = 16, MOST_MAXIMA = 256;
 
   char *memory;
@@ -96,44 +96,44 @@ struct MailPlaces {
 
 /// Computes maxima over all ranks in place. A halted kernel has no round; its repetition has one.
 template <class Number>
-__global__ void meet_for_maxima(MailPlaces mail, const std::int32_t *halt, Number *maxima,
+__global__ void exchange_maxima(ExchangeBuffers buffers, const std::int32_t *halt, Number *maxima,
                                 int count)
 {
   rve::follow();
   if (halt && *halt > 0) return;
-  const std::uint64_t round = mail.begin_round();
+  const std::uint64_t round = buffers.begin_round();
   const int k = threadIdx.x;
-  if (k < count) mail.maxima(mail.rank, round)[k] = maxima[k];
-  mail.synchronise(round);
+  if (k < count) buffers.maxima(buffers.rank, round)[k] = maxima[k];
+  buffers.synchronise(round);
   if (k >= count) return;
   Number most = maxima[k];
-  for (int other = 0; other < mail.ranks; ++other) {
-    const Number theirs = mail.maxima(other, round)[k];
+  for (int other = 0; other < buffers.ranks; ++other) {
+    const Number theirs = buffers.maxima(other, round)[k];
     if (theirs > most) most = theirs;
   }
   maxima[k] = most;
 }
 
 /// Another rank, and the ends of its sums in the lists of given and taken nodes.
-struct MailPartner {
+struct ExchangePartner {
   int rank, given_end, taken_end;
 };
-struct MailPartners {
+struct ExchangePartners {
   int count;
-  MailPartner partner[MailPlaces::MOST_RANKS];
+  ExchangePartner partner[ExchangeBuffers::MOST_RANKS];
 };
 
 /// Exchanges sums of nodes, with `width` integers per node. give(k, place) writes the sums of the
 /// k-th given node to `place`, and take(k, place) adds the sums of the k-th taken node from
 /// `place`.
 template <class Give, class Take>
-__device__ void meet_for_sums(const MailPlaces &mail, const MailPartners &partners,
+__device__ void exchange_sums(const ExchangeBuffers &buffers, const ExchangePartners &partners,
                               std::size_t width, const Give &give, const Take &take)
 {
-  const std::uint64_t round = mail.begin_round();
-  const auto each_node = [&](int MailPartner::*end, const auto &buffer_of, const auto &act) {
+  const std::uint64_t round = buffers.begin_round();
+  const auto each_node = [&](int ExchangePartner::*end, const auto &buffer_of, const auto &act) {
     for (int n = 0, first = 0; n < partners.count; ++n) {
-      const MailPartner &other = partners.partner[n];
+      const ExchangePartner &other = partners.partner[n];
       std::int64_t *buffer = buffer_of(other.rank);
       for (int k = first + threadIdx.x; k < other.*end; k += blockDim.x)
         act(k, buffer + (k - first) * width);
@@ -141,22 +141,22 @@ __device__ void meet_for_sums(const MailPlaces &mail, const MailPartners &partne
     }
   };
   each_node(
-      &MailPartner::given_end, [&](int to) { return mail.exchange_buffer(mail.rank, to, round); },
-      give);
-  mail.synchronise(round);
+      &ExchangePartner::given_end,
+      [&](int to) { return buffers.exchange_buffer(buffers.rank, to, round); }, give);
+  buffers.synchronise(round);
   each_node(
-      &MailPartner::taken_end,
-      [&](int from) { return mail.exchange_buffer(from, mail.rank, round); }, take);
+      &ExchangePartner::taken_end,
+      [&](int from) { return buffers.exchange_buffer(from, buffers.rank, round); }, take);
 }
 
 /// Shared memory of this rank for exchanges. It is open if all ranks are on one computer and each
 /// has its own GPU.
-class RankMail {
+class RankExchange {
  public:
-  RankMail() = default;
-  RankMail(const RankMail &) = delete;
-  RankMail &operator=(const RankMail &) = delete;
-  ~RankMail()
+  RankExchange() = default;
+  RankExchange(const RankExchange &) = delete;
+  RankExchange &operator=(const RankExchange &) = delete;
+  ~RankExchange()
   {
     if (places_.memory) cudaHostUnregister(memory_.get());
   }
@@ -169,8 +169,8 @@ class RankMail {
     std::memcpy(&name, &device, sizeof(name));
     if (!each_rank_has_its_device(communication, name)) return;
     const int ranks = communication.ranks;
-    if (ranks == 1 || ranks > MailPlaces::MOST_RANKS) return;
-    const std::size_t size = MailPlaces::size(ranks);
+    if (ranks == 1 || ranks > ExchangeBuffers::MOST_RANKS) return;
+    const std::size_t size = ExchangeBuffers::size(ranks);
     memory_ = communication.shared_memory(size);
     if (!memory_) return;
     const bool is_registered =
@@ -194,16 +194,16 @@ class RankMail {
     if (is_open()) *flag_of_leaving() = 1;
   }
   bool is_left() const { return is_open() && *flag_of_leaving() > 0; }
-  const MailPlaces &places() const { return places_; }
+  const ExchangeBuffers &places() const { return places_; }
 
  private:
   volatile std::uint64_t *flag_of_leaving() const
   {
-    return MailPlaces::left(static_cast<char *>(memory_.get()));
+    return ExchangeBuffers::left(static_cast<char *>(memory_.get()));
   }
 
   std::shared_ptr<void> memory_;
-  MailPlaces places_ = {};
+  ExchangeBuffers places_ = {};
   rve::DeviceBuffer<std::uint64_t> rounds_;
 };
 
