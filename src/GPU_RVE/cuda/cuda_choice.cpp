@@ -32,14 +32,14 @@ namespace {
     return text.empty() ? "none" : text;
   }
 
-  std::string name_of(const CudaCard &card)
+  std::string name_of(const GpuProperties &gpu)
   {
-    return card.name + " (compute capability " + capability_text(card.capability) + ")";
+    return gpu.name + " (compute capability " + capability_text(gpu.capability) + ")";
   }
 
-  std::string how_to_build(const CudaCard &card)
+  std::string how_to_build(const GpuProperties &gpu)
   {
-    return "build it with cmake -D CMAKE_CUDA_ARCHITECTURES=" + std::to_string(card.capability);
+    return "build it with cmake -D CMAKE_CUDA_ARCHITECTURES=" + std::to_string(gpu.capability);
   }
 
 }    // namespace
@@ -66,36 +66,37 @@ std::vector<CudaArchitecture> cuda_architectures(const std::string &list)
   return architectures;
 }
 
-CardCode code_for(int capability, const std::vector<CudaArchitecture> &architectures)
+GpuCode code_for(int capability, const std::vector<CudaArchitecture> &architectures)
 {
-  CardCode best = CardCode::None;
+  GpuCode best = GpuCode::None;
   for (const CudaArchitecture &has : architectures) {
     if (has.number > capability || (has.only && has.number != capability)) continue;
     const bool same_generation = has.number / 10 == capability / 10;
-    if (has.binary && same_generation) best = CardCode::Binary;
-    if (has.ptx && (same_generation || !has.family)) best = std::max(best, CardCode::Ptx);
+    if (has.binary && same_generation) best = GpuCode::Binary;
+    if (has.ptx && (same_generation || !has.family)) best = std::max(best, GpuCode::Ptx);
   }
   return best;
 }
 
-std::string card_obstacle(const CudaCard &card, const std::vector<CudaArchitecture> &architectures)
+std::string gpu_obstacle(const GpuProperties &gpu,
+                         const std::vector<CudaArchitecture> &architectures)
 {
-  if (card.capability < kOldestCapability)
-    return "the " + name_of(card) + " is too old: GPU_RVE needs compute capability " +
+  if (gpu.capability < kOldestCapability)
+    return "the " + name_of(gpu) + " is too old: GPU_RVE needs compute capability " +
         capability_text(kOldestCapability) + " (A100, GeForce RTX 30) or newer";
-  if (code_for(card.capability, architectures) != CardCode::None) return "";
-  return "this program has no code for the " + name_of(card) + ", only for " +
-      text_of(architectures) + "; " + how_to_build(card);
+  if (code_for(gpu.capability, architectures) != GpuCode::None) return "";
+  return "this program has no code for the " + name_of(gpu) + ", only for " +
+      text_of(architectures) + "; " + how_to_build(gpu);
 }
 
-std::string loading_obstacle(const CudaCard &card, CardCode code, const std::string &words)
+std::string loading_obstacle(const GpuProperties &gpu, GpuCode code, const std::string &words)
 {
-  std::string text = "the " + name_of(card) + " cannot be used (" + words + ")";
-  if (code == CardCode::Ptx)
+  std::string text = "the " + name_of(gpu) + " cannot be used (" + words + ")";
+  if (code == GpuCode::Ptx)
     text +=
         "; this program has only PTX for it, which the driver must compile: if it is too old for "
         "that, update it, or " +
-        how_to_build(card);
+        how_to_build(gpu);
   return text;
 }
 
@@ -120,7 +121,7 @@ std::string driver_obstacle(DriverError driver_error, int driver_version, int ru
   }
 }
 
-CudaChoice choose_card(const std::vector<std::string> &obstacles, int local_rank)
+CudaChoice choose_gpu(const std::vector<std::string> &obstacles, int local_rank)
 {
   std::vector<int> usable;
   CudaChoice choice;

@@ -12,7 +12,7 @@ namespace rve {
 /// Oldest compute capability of the kernels: 8.0, whose warps add integers by one instruction.
 constexpr int kOldestCapability = 80;
 
-struct CudaCard {
+struct GpuProperties {
   std::string name;
   int capability = 0;    ///< 10 major + minor
 };
@@ -30,17 +30,18 @@ struct CudaArchitecture {
 /// ignored.
 std::vector<CudaArchitecture> cuda_architectures(const std::string &list);
 
-enum class CardCode { None, Ptx, Binary };
+enum class GpuCode { None, Ptx, Binary };
 
 /// Returns the kind of code that a GPU runs of a program with these architectures.
-CardCode code_for(int capability, const std::vector<CudaArchitecture> &architectures);
+GpuCode code_for(int capability, const std::vector<CudaArchitecture> &architectures);
 
 /// Returns the reason why the GPU cannot run the program, with a remedy; empty if it can.
-std::string card_obstacle(const CudaCard &card, const std::vector<CudaArchitecture> &architectures);
+std::string gpu_obstacle(const GpuProperties &gpu,
+                         const std::vector<CudaArchitecture> &architectures);
 
 /// Returns the reason for a GPU that has code by these lists but could not load it, with the
 /// message of CUDA in `words`. With PTX its driver may be too old.
-std::string loading_obstacle(const CudaCard &card, CardCode code, const std::string &words);
+std::string loading_obstacle(const GpuProperties &gpu, GpuCode code, const std::string &words);
 
 /// Result of CUDA's search for devices.
 enum class DriverError { NoDriver, OldDriver, NoDevice, Other };
@@ -57,6 +58,6 @@ struct CudaChoice {
 
 /// Returns a device for a rank. `obstacles` has a text for each GPU, empty if it is usable; the
 /// ranks of a machine take usable ones in turn.
-CudaChoice choose_card(const std::vector<std::string> &obstacles, int local_rank);
+CudaChoice choose_gpu(const std::vector<std::string> &obstacles, int local_rank);
 
 }    // namespace rve

@@ -16,7 +16,7 @@ namespace {
     return architectures;
   }
 
-  CudaCard card_of(int number)
+  GpuProperties gpu_of(int number)
   {
     cudaDeviceProp properties;
     check_cuda(cudaGetDeviceProperties(&properties, number), "device properties");
@@ -31,8 +31,8 @@ namespace {
     if (error == cudaSuccess) error = cudaFuncGetAttributes(&attributes, kernel);
     if (error == cudaSuccess) return "";
     cudaGetLastError();    // clears the error
-    const CudaCard card = card_of(number);
-    return loading_obstacle(card, code_for(card.capability, compiled_architectures()),
+    const GpuProperties gpu = gpu_of(number);
+    return loading_obstacle(gpu, code_for(gpu.capability, compiled_architectures()),
                             cudaGetErrorString(error));
   }
 
@@ -57,13 +57,13 @@ CudaDevice find_cuda_device(int local_rank, const void *kernel)
   }
   std::vector<std::string> obstacles;
   for (int number = 0; number < count; ++number)
-    obstacles.push_back(card_obstacle(card_of(number), compiled_architectures()));
-  const CudaChoice choice = choose_card(obstacles, local_rank);
+    obstacles.push_back(gpu_obstacle(gpu_of(number), compiled_architectures()));
+  const CudaChoice choice = choose_gpu(obstacles, local_rank);
   CudaDevice device{choice.number, choice.obstacle};
   if (device.obstacle.empty()) device.obstacle = find_loading_obstacle(device.number, kernel);
   if (device.obstacle.empty())
     device.compiles =
-        code_for(card_of(device.number).capability, compiled_architectures()) == CardCode::Ptx;
+        code_for(gpu_of(device.number).capability, compiled_architectures()) == GpuCode::Ptx;
   return device;
 }
 
