@@ -263,8 +263,8 @@ TEST(HertzImpact, BalancesItsEnergyWithEveryDamping)
           if (is_sliding || damping.value > 0.0) { EXPECT_GT(lost, 0.01 * kinetic_energy(before)); }
           // The dissipation by friction is negative if the contact releases more energy than it
           // takes while it grows and shrinks.
-          const double heat = found.energy.friction + found.energy.viscous;
-          return std::fabs(lost - heat) / kinetic_energy(before);
+          const double dissipation = found.energy.friction + found.energy.viscous;
+          return std::fabs(lost - dissipation) / kinetic_energy(before);
         };
         // The residual is a sum over steps and of first order in the step.
         const double coarse = residual(1000), fine = residual(8000);

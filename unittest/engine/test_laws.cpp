@@ -304,7 +304,7 @@ void expect_that_energy_is_balanced(bool dissipates,
   Vec<double, D> x = along_x<double, D>(2.0 * RADIUS - 8e-5);
   double supplied = 0.0, before = 0.0, at_start = 0.0;
   double elastic = 0.0;
-  Dissipation heat{0.0, 0.0};
+  Dissipation dissipation{0.0, 0.0};
   for (int k = 0; k <= STEPS; ++k) {
     const double t = static_cast<double>(k) / STEPS;
     j.velocity[0] = Real(-0.02 * std::cos(2.0 * kPi * t));
@@ -332,11 +332,11 @@ void expect_that_energy_is_balanced(bool dissipates,
       at_start = elastic;
     else {
       supplied += 0.5 * (before + power) * DT;
-      law.dissipate(contact, force, Real(DT), heat);
+      law.dissipate(contact, force, Real(DT), dissipation);
     }
     before = power;
   }
-  const double lost = heat.friction + heat.viscous;
+  const double lost = dissipation.friction + dissipation.viscous;
   EXPECT_NEAR(supplied, elastic - at_start + lost, 1e-3 * (lost + elastic));
   if (dissipates)
     EXPECT_GT(lost, elastic);

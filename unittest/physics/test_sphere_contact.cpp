@@ -348,7 +348,7 @@ TYPED_TEST(VectorSpringOf, DissipatesTheWorkThatItDoesNotStore)
   using Spring = typename TypeParam::Spring;
   Random random(9);
   Vec<Spring, 3> h = Vec<Spring, 3>::zero();
-  double work = 0.0, heat = 0.0;
+  double work = 0.0, dissipation = 0.0;
   const int steps = 20000;
   Vec<Real, 3> velocity = Vec<Real, 3>::zero();
   for (int k = 0; k < steps; ++k) {
@@ -357,14 +357,14 @@ TYPED_TEST(VectorSpringOf, DissipatesTheWorkThatItDoesNotStore)
     const auto result = this->spring.advance(h, velocity, Real(NORMAL_FORCE), Real(DT));
     const Vector mean = 0.5 * (h.template as<double>() + result.spring.template as<double>());
     work += DT * dot(mean, velocity.template as<double>());
-    heat +=
+    dissipation +=
         dot(result.spring.template as<double>(), result.slipped.template as<double>()) / STIFFNESS;
     h = result.spring;
   }
 
   // The force at the end of a step replaces its mean: a step is 1 % of the limit.
-  EXPECT_GT(heat, 10.0 * energy_of_spring(h, this->spring.stiffness));
-  EXPECT_NEAR(work, heat + energy_of_spring(h, this->spring.stiffness), 0.01 * work);
+  EXPECT_GT(dissipation, 10.0 * energy_of_spring(h, this->spring.stiffness));
+  EXPECT_NEAR(work, dissipation + energy_of_spring(h, this->spring.stiffness), 0.01 * work);
 }
 
 TYPED_TEST(VectorSpringOf, DashpotActsBesideTheSpringUnderTheSameLimit)
