@@ -283,7 +283,7 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
                              const std::vector<DriveOf<D>> &drives, Answer kind)
 {
   const int count = static_cast<int>(rves.size());
-  DriveRecord<D> *records = room_for_drives(count);
+  DriveRecord<D> *records = drive_buffer(count);
   call.rves = &rves;
   call.drives = records;
   costs.resize(count);
@@ -565,7 +565,7 @@ Request *BatchEngine<D>::begin(const std::vector<int> &rves, IncrementCallOf<D> 
   const int count = static_cast<int>(rves.size());
   if (count == 0) return &increment_request;
   Call call;
-  DriveRecord<D> *records = room_for_drives(count);
+  DriveRecord<D> *records = drive_buffer(count);
   call.rves = &rves;
   call.drives = records;
   costs.resize(count);

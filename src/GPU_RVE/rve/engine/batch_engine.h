@@ -70,7 +70,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// Run of the block program for some RVEs.
   struct Call : CallShape {
     const std::vector<int> *rves = nullptr;     ///< numbers of the RVEs
-    const DriveRecord<D> *drives = nullptr;     ///< memory from room_for_drives()
+    const DriveRecord<D> *drives = nullptr;     ///< memory from drive_buffer()
     std::vector<SteeringRecord<D>> steering;    ///< one per RVE, or none; they point at `modes`
     std::vector<SteeredModes<D>> modes;         ///< one per RVE, or none
     const std::vector<int> *order =
@@ -83,7 +83,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
 
   /// Returns write-only memory for the prescribed motions of the next launch. Its former contents
   /// may be lost.
-  virtual DriveRecord<D> *room_for_drives(std::size_t count) = 0;
+  virtual DriveRecord<D> *drive_buffer(std::size_t count) = 0;
   /// Answers of a call, one per RVE, and the requested details. They are valid until the next call.
   struct Answers {
     const AnswerRecord<D> *answers = nullptr;

@@ -323,7 +323,7 @@ namespace {
       launch_turns({turn_buffer.send(count), static_cast<int>(count), nullptr, nullptr});
     }
 
-    DriveRecord<D> *room_for_drives(std::size_t count) override
+    DriveRecord<D> *drive_buffer(std::size_t count) override
     {
       use_device();
       return drives.room(count);

@@ -142,7 +142,7 @@ namespace {
         turn_device_state(options.format, device_states[rves[k]], rotations[k], memory_layout);
     }
 
-    DriveRecord<D> *room_for_drives(std::size_t count) override
+    DriveRecord<D> *drive_buffer(std::size_t count) override
     {
       drives.resize(count);
       return drives.data();
