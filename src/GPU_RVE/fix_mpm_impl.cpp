@@ -472,7 +472,7 @@ template <int D> double FixMpm::ImplOf<D>::bytes() const
 
 template <int D> void FixMpm::ImplOf<D>::grow_arrays(int nmax)
 {
-  if (solver) solver->settle();    // pending stresses would be written to the old arrays
+  if (solver) solver->synchronise();    // pending stresses would be written to the old arrays
   Fields::resize_fields(nmax);
   rows.resize((std::size_t) nmax * layout.width());
   memory->grow(output, nmax, fix->size_peratom_cols, "fix mpm:output");

@@ -378,10 +378,10 @@ double deceleration_on_plane(double friction, double slope, double speed, bool s
   MpmSolver<D> solver(set.options);
   solver.set_models({&set.law});
 
-  const int settle = 100, steps = 300;
+  const int synchronise = 100, steps = 300;
   double start = 0.0;
-  for (int step = 0; step < settle + steps; ++step) {
-    if (step == settle) start = solver.rigid_bodies().rates(0)[0];
+  for (int step = 0; step < synchronise + steps; ++step) {
+    if (step == synchronise) start = solver.rigid_bodies().rates(0)[0];
     solver.step(set.scene.view(), {}, TIME_STEP);
     const Vec<D> force = solver.body_reaction(0);
     if (slides && friction > 0.0) {

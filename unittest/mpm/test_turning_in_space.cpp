@@ -96,10 +96,10 @@ struct BlockOnInclinedBody {
     mpm::LinearElastic<3> law(YOUNG, 0.3);
     MpmSolver<3> solver(options);
     solver.set_models({&law});
-    const int settle = 100, steps = 200;
+    const int synchronise = 100, steps = 200;
     Vec3 start = Vec3::zero();
-    for (int step = 0; step < settle + steps; ++step) {
-      if (step == settle) start = solver.totals(scene.view()).momentum;
+    for (int step = 0; step < synchronise + steps; ++step) {
+      if (step == synchronise) start = solver.totals(scene.view()).momentum;
       solver.step(scene.view(), {}, TIME_STEP);
     }
     const mpm::Totals<3> end = solver.totals(scene.view());
@@ -161,10 +161,10 @@ Vec3 acceleration_on_layer(BodyForm form, double friction, double slope, const V
     const double *rates = solver.rigid_bodies().rates(0);
     return Vec3{{rates[0], rates[1], rates[2]}};
   };
-  const int settle = 100, steps = 200;
+  const int synchronise = 100, steps = 200;
   Vec3 start = Vec3::zero();
-  for (int step = 0; step < settle + steps; ++step) {
-    if (step == settle) start = velocity();
+  for (int step = 0; step < synchronise + steps; ++step) {
+    if (step == synchronise) start = velocity();
     solver.step(set_up.scene.view(), {}, TIME_STEP);
   }
   return (1.0 / (steps * TIME_STEP)) * (velocity() - start);
@@ -560,13 +560,13 @@ struct BallOnLayer {
     solver.set_models({&law});
     solver.rigid_bodies().set_record(0, damped.rigid_bodies().record(0).data());
     pull(std::sin(slope));
-    const int settle = 100, steps = 300;
+    const int synchronise = 100, steps = 300;
     double sum = 0.0, before[2] = {};
     const double *rates = nullptr;
-    for (int step = 0; step < settle + steps; ++step) {
+    for (int step = 0; step < synchronise + steps; ++step) {
       solver.step(scene.view(), {}, TIME_STEP);
       rates = solver.rigid_bodies().rates(0);
-      if (step < settle) {
+      if (step < synchronise) {
         before[0] = rates[0];
         before[1] = rates[4];
       } else {

@@ -266,7 +266,7 @@ template <int D> void MpmSolver<D>::check_points(const PointView<D> &points) con
                       first);
 }
 
-template <int D> void MpmSolver<D>::settle() const
+template <int D> void MpmSolver<D>::synchronise() const
 {
   if (stresses_.finish() == rve::StressesAre::OnHost) runner_->stresses_changed();
 }

@@ -113,12 +113,12 @@ template <int D> class MpmSolver {
   /// volumes, and waits for stresses.
   void fetch(const PointView<D> &points) const
   {
-    settle();
+    synchronise();
     runner_->fetch(points);
   }
   /// Waits for stresses that a device computes, since a step does not. It must precede reading
   /// stresses of the points between steps, unless fetch() is called. Not collective.
-  void settle() const;
+  void synchronise() const;
   /// Announces that the caller has changed, or will change before the next call, the arrays of the
   /// points, which must be up to date. Positions, velocities, body forces, models and rigid bodies
   /// may change without announcement.
