@@ -119,7 +119,7 @@ struct Settings {
 using Kind = macro::TangentKind;
 
 const ScriptKeyword<Settings> KEYWORDS[] = {
-    {"fix", "ID", [](ScriptWords &words, Settings &s) { s.fix_id = words.next(); }},
+    {"fix", "ID", [](ScriptArguments &words, Settings &s) { s.fix_id = words.next(); }},
     {"kind", "elastic | loading",
      into(one_of<Kind>({{"elastic", Kind::Elastic}, {"loading", Kind::Loading}}), &Settings::kind)},
     {"format", "fast | mixed | double | single",
@@ -170,7 +170,7 @@ ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
     Compute(lmp, narg, arg), impl(std::make_unique<Impl>())
 {
   const std::string who = fmt::format("{} {}", STYLE, id);
-  ScriptWords words(lmp, who, narg, arg, 3);
+  ScriptArguments words(lmp, who, narg, arg, 3);
   words.set_keywords(names_of(KEYWORDS));
   while (const Quantity *quantity = find_column(words.peek(), QUANTITIES)) {
     words.next();

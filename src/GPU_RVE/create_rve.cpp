@@ -19,7 +19,7 @@
 #include "error.h"
 #include "lammps/on_rank_zero.h"
 #include "lammps/rve_settings.h"
-#include "lammps/script_words.h"
+#include "lammps/script_arguments.h"
 #include "lammps/unit_styles.h"
 #include "rve/core/error.h"
 #include "rve/engine/files.h"
@@ -86,7 +86,7 @@ struct PackingRequest {
   }
 };
 
-const auto several_numbers = std::mem_fn(&ScriptWords::numbers);
+const auto several_numbers = std::mem_fn(&ScriptArguments::numbers);
 
 using Recipe = rve::PackingRecipe;
 
@@ -95,16 +95,16 @@ const ScriptKeyword<PackingRequest> KEYWORDS[] = {
      into(one_of<int>({{"disk", 2}, {"sphere", 3}}), &PackingRequest::dimension)},
     {"grains", "N", into(integer(INT_MIN), &PackingRequest::recipe, &Recipe::num_grains)},
     {"seed", "N",
-     [](ScriptWords &words, PackingRequest &request) {
+     [](ScriptArguments &words, PackingRequest &request) {
        request.recipe.seed = words.whole("", 0, MAXBIGINT);
      }},
     {"seeds", "first N",
-     [](ScriptWords &words, PackingRequest &request) {
+     [](ScriptArguments &words, PackingRequest &request) {
        request.recipe.seed = words.whole("first", 0, MAXBIGINT);
        request.num_seeds = words.integer("number", 1);
      }},
     {"radius", "uniform lo hi",
-     [](ScriptWords &words, PackingRequest &request) {
+     [](ScriptArguments &words, PackingRequest &request) {
        if (!words.take("uniform"))
          words.refuse(fmt::format("radius is '{}'; it must be uniform lo hi", words.next()));
        request.recipe.radius_min = words.number("lo");
@@ -112,7 +112,7 @@ const ScriptKeyword<PackingRequest> KEYWORDS[] = {
      }},
     {"pressure", "value ...", into(several_numbers, &PackingRequest::pressures)},
     {"k0", "value | rest",
-     [](ScriptWords &words, PackingRequest &request) {
+     [](ScriptArguments &words, PackingRequest &request) {
        request.recipe.at_rest = words.take("rest");
        if (!request.recipe.at_rest) request.recipe.k0 = words.number();
      }},
@@ -123,7 +123,7 @@ const ScriptKeyword<PackingRequest> KEYWORDS[] = {
     {"damping_prep", "value",
      into(any_number, &PackingRequest::recipe, &Recipe::preparation_damping)},
     {"tolerance", "value",
-     [](ScriptWords &words, PackingRequest &request) {
+     [](ScriptArguments &words, PackingRequest &request) {
        request.recipe.stress_tolerance = request.recipe.unbalanced_tolerance = words.number();
      }},
     {"format", "fast | mixed | double | single",
@@ -137,10 +137,10 @@ const ScriptKeyword<PackingRequest> KEYWORDS[] = {
 PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
 {
   Error *error = lmp->error;
-  ScriptWords words(lmp, "create_rve", narg, arg, 0);
+  ScriptArguments words(lmp, "create_rve", narg, arg, 0);
   PackingRequest request;
   rve::PackingRecipe &recipe = request.recipe;
-  MaterialWords material;
+  MaterialArguments material;
   request.path = words.next("file");
   words.set_keywords(material_keywords());
   words.add_keywords(names_of(KEYWORDS));

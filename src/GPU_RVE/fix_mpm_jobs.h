@@ -53,7 +53,7 @@ template <int D> struct MpmSetup {
   void change_models(const std::vector<MpmModel<D>> &wanted, const std::string &when);
   /// Applies the arguments `words` of a fix_modify of the run that wrote the restart file, whose
   /// definitions are `then`. If this run defines the model otherwise, it only warns.
-  void continue_modification(const MpmWords &then, const std::string &words);
+  void continue_modification(const MpmArguments &then, const std::string &words);
 
   /// Returns the fixes whose RVEs are models. Each is listed once, although models may share one.
   std::vector<FixRve *> sources() const

@@ -135,7 +135,8 @@ template <int D> MpmRestartHead<D> MpmRestartHead<D>::read(LAMMPS *lmp, const ch
 template struct LAMMPS_NS::MpmRestartHead<2>;
 template struct LAMMPS_NS::MpmRestartHead<3>;
 
-std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points)
+std::string LAMMPS_NS::mpm_differences(const MpmArguments &then, const MpmArguments &now,
+                                       bool of_points)
 {
   // true for keywords without influence on results
   const auto is_irrelevant = [](const std::string &about) {
@@ -147,7 +148,7 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
         utils::strmatch(about, "^\\S+ \\S+ density$");    // density of a model or body
   };
   // returns the values of a keyword; those of several loads on the same points are joined
-  const auto values_of = [](const MpmWords &words, const std::string &about) {
+  const auto values_of = [](const MpmArguments &words, const std::string &about) {
     std::string all;
     for (const auto &[other, values] : words)
       if (other == about) all += (all.empty() ? "" : ", ") + values;
@@ -161,7 +162,7 @@ std::string LAMMPS_NS::mpm_differences(const MpmWords &then, const MpmWords &now
     });
   };
   std::vector<std::string> keys;
-  for (const MpmWords *words : {&then, &now})
+  for (const MpmArguments *words : {&then, &now})
     for (const auto &one : *words)
       if (std::find(keys.begin(), keys.end(), one.first) == keys.end()) keys.push_back(one.first);
   std::vector<std::string> changes;

@@ -32,8 +32,8 @@ template <int D> struct MpmRestartHead {
   };
   double step = 0.0;
   std::vector<Body> bodies;
-  MpmWords words;    ///< keywords and values of the script
-  MpmWords laws;     ///< words of laws and the names of their state variables
+  MpmArguments words;    ///< keywords and values of the script
+  MpmArguments laws;     ///< words of laws and the names of their state variables
   std::vector<std::string> modifications;    ///< arguments of fix_modify, one text for each model
 
   /// Writes the size in bytes and the head.
@@ -45,6 +45,6 @@ template <int D> struct MpmRestartHead {
 /// Returns the keywords with other values in `now` than in `then`, as in "damping 0.05 -> 0, ...",
 /// or "". `of_points` chooses the keywords whose values existing points keep (volume, density,
 /// stress), or else the other ones. Keywords without influence on results are omitted.
-std::string mpm_differences(const MpmWords &then, const MpmWords &now, bool of_points);
+std::string mpm_differences(const MpmArguments &then, const MpmArguments &now, bool of_points);
 
 }    // namespace LAMMPS_NS

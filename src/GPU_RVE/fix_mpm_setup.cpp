@@ -62,17 +62,17 @@ void MpmSetup<D>::change_models(const std::vector<MpmModel<D>> &wanted, const st
 }
 
 template <int D>
-void MpmSetup<D>::continue_modification(const MpmWords &then, const std::string &words)
+void MpmSetup<D>::continue_modification(const MpmArguments &then, const std::string &words)
 {
   std::vector<std::string> list = utils::split_words(words);
   const std::string about = "model " + list.at(1);
-  const auto of_model = [&](const MpmWords &all) {
-    MpmWords one;
+  const auto of_model = [&](const MpmArguments &all) {
+    MpmArguments one;
     for (const auto &entry : all)
       if (entry.first == about) one.push_back(entry);
     return one;
   };
-  const MpmWords now = of_model(settings.words);
+  const MpmArguments now = of_model(settings.words);
   if (now.empty() || !mpm_differences(of_model(then), now, false).empty()) {
     if (lmp->comm->me == 0)
       lmp->error->warning(

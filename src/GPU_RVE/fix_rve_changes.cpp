@@ -159,7 +159,7 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
       (is_auto ? rves.settings.dt_fraction != head.dt_fraction : rves.settings.dt != head.dt);
   rves.dt = time_step.is_old ? rves.settings.dt : head.dt;
 
-  MaterialWords kept;
+  MaterialArguments kept;
   const auto contact = account.find("contact");
   if (contact != account.end() && !rves.settings.material.law)
     rves.settings.material.law = kept.law = rve::contact_law_of(contact->second);
@@ -203,7 +203,7 @@ template <int D> void RveChanges<D>::adopt_restart()
 }
 
 template <int D>
-std::vector<std::string> RveChanges<D>::change_materials(const MaterialWords &words,
+std::vector<std::string> RveChanges<D>::change_materials(const MaterialArguments &words,
                                                          double mass_scaling_before)
 {
   const double mass_scaling = rves.settings.mass_scaling.value_or(1.0);
@@ -299,7 +299,7 @@ template <int D> void RveChanges<D>::modify(int narg, char **arg)
 
 template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
 {
-  const MaterialWords words = wanted.material;
+  const MaterialArguments words = wanted.material;
   const double scaling_before = rves.settings.mass_scaling.value_or(1.0);
   const double scaling = wanted.mass_scaling.value_or(scaling_before);
   const bool dt_given = wanted.dt_given;

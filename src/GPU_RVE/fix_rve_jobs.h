@@ -182,7 +182,8 @@ template <int D> class RveChanges : protected Pointers {
   /// Changes the settings, materials and paths. Changes made before an error are not undone.
   void apply(FixRveSettings wanted);
   /// Changes the materials of existing RVEs. Returns a text for each parameter that changed.
-  std::vector<std::string> change_materials(const MaterialWords &words, double mass_scaling_before);
+  std::vector<std::string> change_materials(const MaterialArguments &words,
+                                            double mass_scaling_before);
 
   AttachedRves<D> &rves;
   RveTimeStep<D> &time_step;

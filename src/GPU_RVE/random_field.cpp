@@ -23,7 +23,7 @@
 #include "field/marginal.h"
 #include "lammps/collective_error.h"
 #include "lammps/on_rank_zero.h"
-#include "lammps/script_words.h"
+#include "lammps/script_arguments.h"
 
 #include <algorithm>
 #include <cmath>
@@ -66,13 +66,13 @@ double *find_property(LAMMPS *lmp, const std::string &word)
   return lmp->atom->dvector[index];
 }
 
-field::Vec read_pair(ScriptWords &words, const char *first, const char *second)
+field::Vec read_pair(ScriptArguments &words, const char *first, const char *second)
 {
   const double value = words.number(first);
   return {value, words.number(second)};
 }
 
-void read_covariance(ScriptWords &words, FieldRequest &request)
+void read_covariance(ScriptArguments &words, FieldRequest &request)
 {
   field::Covariance &covariance = request.covariance;
   if (words.take("exponential"))
@@ -86,7 +86,7 @@ void read_covariance(ScriptWords &words, FieldRequest &request)
                              words.next()));
 }
 
-void read_marginal(ScriptWords &words, FieldRequest &request)
+void read_marginal(ScriptArguments &words, FieldRequest &request)
 {
   field::Marginal &marginal = request.marginal;
   if (words.take("normal")) {
@@ -110,12 +110,12 @@ void read_marginal(ScriptWords &words, FieldRequest &request)
 
 auto pair_of(const char *first, const char *second)
 {
-  return [=](ScriptWords &words) { return read_pair(words, first, second); };
+  return [=](ScriptArguments &words) { return read_pair(words, first, second); };
 }
 
 auto whole(long long least)
 {
-  return [=](ScriptWords &words) { return words.whole("", least, MAXBIGINT); };
+  return [=](ScriptArguments &words) { return words.whole("", least, MAXBIGINT); };
 }
 
 using Kind = field::InterpolationKind;
@@ -127,7 +127,7 @@ const ScriptKeyword<FieldRequest> KEYWORDS[] = {
     {"angle", "degrees", into(any_number, &FieldRequest::angle)},
     {"spacing", "dx dy", into(pair_of("dx", "dy"), &FieldRequest::spacing)},
     {"domain", "xlo xhi ylo yhi",
-     [](ScriptWords &words, FieldRequest &request) {
+     [](ScriptArguments &words, FieldRequest &request) {
        const field::Vec x = read_pair(words, "xlo", "xhi"), y = read_pair(words, "ylo", "yhi");
        request.lo = {x[0], y[0]};
        request.hi = {x[1], y[1]};
@@ -139,7 +139,7 @@ const ScriptKeyword<FieldRequest> KEYWORDS[] = {
      into(one_of<Kind>({{"linear", Kind::Linear}, {"nearest", Kind::Nearest}}),
           &FieldRequest::interpolation)},
     {"bounds", "lo hi",
-     [](ScriptWords &words, FieldRequest &request) {
+     [](ScriptArguments &words, FieldRequest &request) {
        const field::Vec bounds = read_pair(words, "lo", "hi");
        request.bounds = field::Interval(bounds[0], bounds[1]);
      }},
@@ -149,7 +149,7 @@ const ScriptKeyword<FieldRequest> KEYWORDS[] = {
 FieldRequest parse(LAMMPS *lmp, int narg, char **arg)
 {
   Error *error = lmp->error;
-  ScriptWords words(lmp, "random_field", narg, arg, 0);
+  ScriptArguments words(lmp, "random_field", narg, arg, 0);
   FieldRequest request;
   request.groupbit = words.groupbit("group");
   request.name = words.next("property");

@@ -165,7 +165,7 @@ template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
 }
 
 template <int D>
-void RvePackingsOf<D>::change(const MaterialWords &words, double mass_scaling,
+void RvePackingsOf<D>::change(const MaterialArguments &words, double mass_scaling,
                               double mass_scaling_before)
 {
   images.clear();

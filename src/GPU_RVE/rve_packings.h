@@ -43,7 +43,7 @@ template <int D> class RvePackingsOf {
   /// Returns a checksum of the packings as read, before the script changed their material.
   std::uint64_t identity() const { return checksum; }
   /// Changes the material of RVEs that will be made. Throws InputError if a value is out of range.
-  void change(const MaterialWords &words, double mass_scaling, double mass_scaling_before);
+  void change(const MaterialArguments &words, double mass_scaling, double mass_scaling_before);
 
   /// Returns the initial states of the RVEs of these local atoms of the group; collective. They
   /// depend on atom IDs and settings, not on the number of ranks. The pointers are valid until the

@@ -18,7 +18,7 @@
 #include "error.h"
 #include "lammps/collective_error.h"
 #include "lammps/rve_columns.h"
-#include "lammps/script_words.h"
+#include "lammps/script_arguments.h"
 #include "modify.h"
 #include "rve/engine/packing_io.h"
 
@@ -36,10 +36,11 @@ struct FileRequest {
 
 const ScriptKeyword<FileRequest> KEYWORDS[] = {
     {"atom", "ID",
-     [](ScriptWords &words, FileRequest &request) {
+     [](ScriptArguments &words, FileRequest &request) {
        request.id = words.whole("ID", 1, MAXTAGINT);
      }},
-    {"file", "path", [](ScriptWords &words, FileRequest &request) { request.path = words.next(); }},
+    {"file", "path",
+     [](ScriptArguments &words, FileRequest &request) { request.path = words.next(); }},
     {"format", "rve | lammps",
      into(one_of<bool>({{"rve", true}, {"lammps", false}}), &FileRequest::native)}};
 
@@ -48,7 +49,7 @@ const ScriptKeyword<FileRequest> KEYWORDS[] = {
 /// Syntax: write_rve fix-ID atom ID file path [format lammps|rve]
 void WriteRve::command(int narg, char **arg)
 {
-  ScriptWords words(lmp, "write_rve", narg, arg, 0);
+  ScriptArguments words(lmp, "write_rve", narg, arg, 0);
   const std::string fix_id = words.next("fix ID");
   auto *fix = dynamic_cast<FixRve *>(modify->get_fix_by_id(fix_id));
   if (!fix) error->all(FLERR, "write_rve: there is no fix {} of style rve", fix_id);

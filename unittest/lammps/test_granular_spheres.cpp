@@ -11,7 +11,7 @@
 //   own, and changes sign if the limit decreases while the grains twist back.
 
 #include "grains_script.h"
-#include "lammps/material_words.h"
+#include "lammps/material_arguments.h"
 #include "rve/engine/contact_laws.h"
 #include "rve/engine/contact_model.h"
 #include "support/random.h"
@@ -113,10 +113,10 @@ class GranularScript : public Script {
     for (std::string word; stream >> word;) list.push_back(word);
     std::vector<char *> argv;
     for (std::string &word : list) argv.push_back(word.data());
-    LAMMPS_NS::ScriptWords words(lmp.get(), "fix rve", static_cast<int>(argv.size()), argv.data(),
-                                 0);
+    LAMMPS_NS::ScriptArguments words(lmp.get(), "fix rve", static_cast<int>(argv.size()),
+                                     argv.data(), 0);
     words.set_keywords(LAMMPS_NS::material_keywords());
-    LAMMPS_NS::MaterialWords given;
+    LAMMPS_NS::MaterialArguments given;
     while (words.next_keyword()) EXPECT_TRUE(given.read(words));
     Material material;
     given.apply(material);

@@ -30,7 +30,7 @@ template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
   return arguments;
 }
 
-template <int D> void read_parameters(ScriptWords &words, MpmModel<D> &model)
+template <int D> void read_parameters(ScriptArguments &words, MpmModel<D> &model)
 {
   const mpm::LawEntry<D> &entry = entry_of(model);
   model.arguments.clear();
@@ -41,7 +41,8 @@ template <int D> void read_parameters(ScriptWords &words, MpmModel<D> &model)
 }
 
 /// Reads the group of fix_modify and returns its model. A model of RVEs is an error.
-template <int D> MpmModel<D> &model_to_modify(ScriptWords &words, std::vector<MpmModel<D>> &models)
+template <int D>
+MpmModel<D> &model_to_modify(ScriptArguments &words, std::vector<MpmModel<D>> &models)
 {
   const std::string group = words.next("group");
   words.about(words.keyword() + " " + group);
@@ -60,7 +61,7 @@ template <int D> MpmModel<D> &model_to_modify(ScriptWords &words, std::vector<Mp
                            rve::did_you_mean(group, groups, "its models are those of")));
 }
 
-template <int D> void modify_model(ScriptWords &words, std::vector<MpmModel<D>> &models)
+template <int D> void modify_model(ScriptArguments &words, std::vector<MpmModel<D>> &models)
 {
   MpmModel<D> &model = model_to_modify(words, models);
   const std::string law = words.next("law");
@@ -77,7 +78,7 @@ template <int D> void modify_model(ScriptWords &words, std::vector<MpmModel<D>> 
 // Limits of the factor of *strength_reduction*. Usual factors of safety are near 1.
 constexpr double LEAST_REDUCTION = 0.01, MOST_REDUCTION = 100.0;
 
-template <int D> void modify_strength(ScriptWords &words, std::vector<MpmModel<D>> &models)
+template <int D> void modify_strength(ScriptArguments &words, std::vector<MpmModel<D>> &models)
 {
   MpmModel<D> &model = model_to_modify(words, models);
   if (!entry_of(model).reduce_strength)
@@ -98,7 +99,7 @@ const ScriptKeyword<std::vector<MpmModel<D>>> KEYWORDS_OF_MODIFY[] = {
 
 }    // namespace
 
-template <int D> MpmModel<D> MpmModel<D>::read(ScriptWords &words)
+template <int D> MpmModel<D> MpmModel<D>::read(ScriptArguments &words)
 {
   std::string form = "group-ID rve fix-ID";    // or a law of the table
   rve::Words choices = {"rve"};
@@ -124,7 +125,7 @@ template <int D>
 std::vector<MpmModel<D>> MpmModel<D>::modified(LAMMPS *lmp, std::vector<MpmModel> models, int narg,
                                                char **arg)
 {
-  ScriptWords words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
+  ScriptArguments words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
   words.limit_numbers(LARGEST_MPM_NUMBER);
   words.set_keywords(names_of(KEYWORDS_OF_MODIFY<D>));
   collectively(lmp, "Fix_modify of fix mpm", [&] {

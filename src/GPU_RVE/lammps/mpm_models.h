@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "lammps/script_words.h"
+#include "lammps/script_arguments.h"
 #include "mpm/constitutive.h"
 
 #include <memory>
@@ -32,7 +32,7 @@ template <int D> struct MpmModel {
   std::optional<double> density;
 
   /// Reads the values of the keyword *model*. An error ends in error->all.
-  static MpmModel read(ScriptWords &words);
+  static MpmModel read(ScriptArguments &words);
   /// Returns `models` with the changes of `fix_modify ID ...`. An error ends in error->all.
   static std::vector<MpmModel> modified(LAMMPS *lmp, std::vector<MpmModel> models, int narg,
                                         char **arg);

@@ -58,12 +58,12 @@ template <int D> double volume_of_cell(const mpm::SolverOptions<D> &options)
   return D == 2 ? h * h : h * h * h;
 }
 
-template <int D> mpm::Face read_side(ScriptWords &words)
+template <int D> mpm::Face read_side(ScriptArguments &words)
 {
   return static_cast<mpm::Face>(words.choice("", rve::Words(SIDES, SIDES + mpm::FACES<D>)));
 }
 
-template <int D> void read_boundary(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_boundary(ScriptArguments &words, ParseState<D> &state)
 {
   const std::string side = words.peek();
   const int index = (int) read_side<D>(words);
@@ -93,14 +93,14 @@ template <int D> void read_boundary(ScriptWords &words, ParseState<D> &state)
                              what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
 }
 
-template <int D> void read_model(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_model(ScriptArguments &words, ParseState<D> &state)
 {
   state.settings.models.push_back(MpmModel<D>::read(words));
   state.density_owner = "model " + state.settings.models.back().group;
   state.density = &state.settings.models.back().density;
 }
 
-template <int D> void read_density(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_density(ScriptArguments &words, ParseState<D> &state)
 {
   const std::string subject = state.density ? state.density_owner + " density" : "density";
   words.about(subject);
@@ -119,7 +119,7 @@ template <int D> void read_density(ScriptWords &words, ParseState<D> &state)
 
 /// Applies the density of the script to all points if it is the only one, whatever its position in
 /// the script. Returns its subject, or "" if there are several densities or none.
-template <int D> std::string share_density(const ScriptWords &words, MpmSettings<D> &settings)
+template <int D> std::string share_density(const ScriptArguments &words, MpmSettings<D> &settings)
 {
   std::string subject;
   for (const auto &given : words.given()) {
@@ -140,7 +140,7 @@ template <int D> std::string share_density(const ScriptWords &words, MpmSettings
 
 /// Reads *volume*, the volume of a point (in the plane its area), or the equivalent
 /// *points_per_cell*.
-template <int D> void read_volume(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_volume(ScriptArguments &words, ParseState<D> &state)
 {
   const bool is_share = words.keyword() == "points_per_cell";
   words.about("volume");
@@ -166,7 +166,7 @@ template <int D> constexpr const char *rigid_form()
 
 /// Reads a prescribed rate, or the word *free*.
 template <int D>
-void read_rate(ScriptWords &words, ParseState<D> &state, int freedom, const char *part)
+void read_rate(ScriptArguments &words, ParseState<D> &state, int freedom, const char *part)
 {
   if (words.take("free")) {
     state.options.rigid_bodies.back().free |= 1 << freedom;
@@ -176,7 +176,7 @@ void read_rate(ScriptWords &words, ParseState<D> &state, int freedom, const char
   }
 }
 
-template <int D> void read_rigid(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_rigid(ScriptArguments &words, ParseState<D> &state)
 {
   MpmRigidBody<D> body;
   body.group = words.peek();
@@ -220,7 +220,7 @@ template <int D> void read_rigid(ScriptWords &words, ParseState<D> &state)
 }
 
 /// Returns the options of the last body. A keyword before the first body is an error.
-template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, ParseState<D> &state)
+template <int D> mpm::RigidBodyOptions &body_before(ScriptArguments &words, ParseState<D> &state)
 {
   if (state.options.rigid_bodies.empty())
     words.refuse(words.keyword() + " must follow a rigid body");
@@ -228,12 +228,12 @@ template <int D> mpm::RigidBodyOptions &body_before(ScriptWords &words, ParseSta
   return state.options.rigid_bodies.back();
 }
 
-template <int D> void read_separation(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_separation(ScriptArguments &words, ParseState<D> &state)
 {
   body_before(words, state).separation = words.logical();
 }
 
-template <int D> void read_body_form(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_body_form(ScriptArguments &words, ParseState<D> &state)
 {
   mpm::RigidBodyOptions &body = body_before(words, state);
   using Form = mpm::BodyForm;
@@ -260,7 +260,7 @@ template <int D> void read_body_form(ScriptWords &words, ParseState<D> &state)
   }
 }
 
-template <int D> void read_spin(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_spin(ScriptArguments &words, ParseState<D> &state)
 {
   body_before(words, state);
   state.needs_form.back() = "spin";
@@ -268,7 +268,7 @@ template <int D> void read_spin(ScriptWords &words, ParseState<D> &state)
     read_rate(words, state, k, D == 2 ? SPINS[2] : SPINS[k - D]);
 }
 
-template <int D> void read_pivot(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_pivot(ScriptArguments &words, ParseState<D> &state)
 {
   mpm::RigidBodyOptions &body = body_before(words, state);
   state.needs_form.back() = "pivot";
@@ -277,7 +277,7 @@ template <int D> void read_pivot(ScriptWords &words, ParseState<D> &state)
 }
 
 /// Reads the rotation vector of a body in degrees. The options have it in radian.
-template <int D> void read_turned(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_turned(ScriptArguments &words, ParseState<D> &state)
 {
   constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
   mpm::RigidBodyOptions &body = body_before(words, state);
@@ -306,14 +306,14 @@ template <int D> void check_forms(LAMMPS *lmp, const ParseState<D> &state)
   }
 }
 
-template <int D> void read_round(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_round(ScriptArguments &words, ParseState<D> &state)
 {
   body_before(words, state).round = words.logical();
   state.needs_face.back() = "round";
 }
 
 /// Reads *traction* or *pressure*. Several loads may act on the same points.
-template <int D> void read_load(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_load(ScriptArguments &words, ParseState<D> &state)
 {
   const std::string keyword = words.keyword();
   MpmTraction<D> load;
@@ -333,7 +333,7 @@ template <int D> void read_load(ScriptWords &words, ParseState<D> &state)
   state.owner = fmt::format("{} {} number {}", keyword, load.id, state.settings.tractions.size());
 }
 
-template <int D> void read_face(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_face(ScriptArguments &words, ParseState<D> &state)
 {
   if (!state.face) words.refuse("face must follow a traction, a pressure or a rigid body");
   words.about(state.owner + " face");
@@ -343,7 +343,7 @@ template <int D> void read_face(ScriptWords &words, ParseState<D> &state)
 }
 
 /// Reads the components of *stress* in the order of LAMMPS.
-template <int D> void read_stress(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_stress(ScriptArguments &words, ParseState<D> &state)
 {
   mpm::Tensor<D> &stress = state.settings.initial_stress;
   constexpr const char *names[] = {"sxx", "syy", "szz"};
@@ -358,7 +358,7 @@ constexpr const char *IN_SITU_FORM = "gravity g k0 value | rest [surcharge q] [s
                                      "[tolerance stress]";
 
 /// Reads *insitu*. Its atom-style variables are evaluated later, when points are made.
-template <int D> void read_in_situ(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_in_situ(ScriptArguments &words, ParseState<D> &state)
 {
   MpmInSitu<D> &s = state.settings.in_situ;
   s.given = true;
@@ -399,7 +399,7 @@ template <int D> void read_in_situ(ScriptWords &words, ParseState<D> &state)
         "insitu needs gravity and k0, or stress alone; it must read: insitu {}", IN_SITU_FORM));
 }
 
-template <int D> void read_cfl(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_cfl(ScriptArguments &words, ParseState<D> &state)
 {
   MpmSettings<D> &s = state.settings;
   s.courant_warn = words.number("warn");
@@ -412,7 +412,7 @@ template <int D> void read_cfl(ScriptWords &words, ParseState<D> &state)
                              rve::number(s.courant_error)));
 }
 
-template <int D> void read_wave_speed(ScriptWords &words, ParseState<D> &state)
+template <int D> void read_wave_speed(ScriptArguments &words, ParseState<D> &state)
 {
   const bool measures = words.choice<bool>("", {{"bound", false}, {"tangent", true}});
   state.settings.wave_tests = measures ? words.integer("tangent", 1) : 0;
@@ -424,7 +424,7 @@ template <int D> void read_wave_speed(ScriptWords &words, ParseState<D> &state)
 template <int D, class Read, class T>
 auto option(const Read &read, T mpm::SolverOptions<D>::*member)
 {
-  return [=](ScriptWords &words, ParseState<D> &state) { state.options.*member = read(words); };
+  return [=](ScriptArguments &words, ParseState<D> &state) { state.options.*member = read(words); };
 }
 
 using mpm::Scheme;
@@ -435,7 +435,7 @@ using mpm::SolverOptions;
 template <int D>
 const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
     {"domain", D == 2 ? "xlo xhi ylo yhi" : "xlo xhi ylo yhi zlo zhi",
-     [](ScriptWords &words, ParseState<D> &state) {
+     [](ScriptArguments &words, ParseState<D> &state) {
        for (int a = 0; a < D; a++) {
          state.options.lo[a] = words.number(SIDES[2 * a]);
          state.options.hi[a] = words.number(SIDES[2 * a + 1]);
@@ -460,7 +460,7 @@ const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
      read_boundary<D>},
     {"model", "group-ID rve fix-ID | law ...", read_model<D>},
     {"column", "name",
-     [](ScriptWords &words, ParseState<D> &state) {
+     [](ScriptArguments &words, ParseState<D> &state) {
        state.settings.columns.emplace_back(words.next());
        words.about("column " + state.settings.columns.back());
      }},
@@ -484,7 +484,7 @@ const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
     {"cfl", "warn error", read_cfl<D>},
     {"wave_speed", "bound | tangent N [every M]", read_wave_speed<D>},
     {"progress", "seconds",
-     [](ScriptWords &words, ParseState<D> &state) {
+     [](ScriptArguments &words, ParseState<D> &state) {
        state.settings.progress_interval = read_progress(words);
      }},
     {"round", "yes | no", read_round<D>}};
@@ -493,7 +493,7 @@ const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
 
 template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, char **arg)
 {
-  ScriptWords words(lmp, "Fix mpm", narg, arg, 3);
+  ScriptArguments words(lmp, "Fix mpm", narg, arg, 3);
   words.limit_numbers(LARGEST_MPM_NUMBER);
   MpmSettings settings;
   mpm::SolverOptions<D> &options = settings.options;

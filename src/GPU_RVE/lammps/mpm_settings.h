@@ -57,7 +57,7 @@ template <int D> struct MpmInSitu {
 
 /// Subjects and values of the keywords of a script. The subject is the keyword, with an ID if the
 /// keyword may be given several times ("boundary xlo").
-using MpmWords = std::vector<std::pair<std::string, std::string>>;
+using MpmArguments = std::vector<std::pair<std::string, std::string>>;
 
 /// Parsed arguments of a fix mpm in D dimensions.
 template <int D> struct MpmSettings {
@@ -79,7 +79,7 @@ template <int D> struct MpmSettings {
   int wave_every = 0;    ///< steps between measurements of the wave speed; 0: only at the start
   /// Wall time between progress lines [seconds]. 0: no lines.
   double progress_interval = 60.0;
-  MpmWords words;
+  MpmArguments words;
 
   /// Parses `fix ID group mpm ...`. An error ends in error->all. Collective.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);

@@ -5,7 +5,7 @@
 #include "comm.h"
 #include "error.h"
 #include "lammps.h"
-#include "lammps/script_words.h"
+#include "lammps/script_arguments.h"
 #include "output.h"
 #include "platform.h"
 #include "rve/core/error.h"
@@ -105,7 +105,7 @@ std::string hours_minutes_seconds(double seconds)
 
 }    // namespace
 
-double LAMMPS_NS::read_progress(ScriptWords &words)
+double LAMMPS_NS::read_progress(ScriptArguments &words)
 {
   const double seconds = words.number();
   if (!(seconds >= 0.0))

@@ -13,7 +13,7 @@
 namespace LAMMPS_NS {
 
 class LAMMPS;
-class ScriptWords;
+class ScriptArguments;
 
 /// Progress of the runs of a style. Several styles may have an object in the same run. Results do
 /// not depend on it.
@@ -62,6 +62,6 @@ class Progress {
 };
 
 /// Reads the value of the keyword *progress*, the interval of lines [seconds].
-double read_progress(ScriptWords &words);
+double read_progress(ScriptArguments &words);
 
 }    // namespace LAMMPS_NS

@@ -7,7 +7,7 @@
 #include "error.h"
 #include "fix_rve_impl.h"
 #include "lammps.h"
-#include "lammps/script_words.h"
+#include "lammps/script_arguments.h"
 #include "macro/quantities.h"
 #include "rve/core/suggestion.h"
 
@@ -37,7 +37,7 @@ template <class Table>
 auto read_columns(LAMMPS *lmp, const std::string &style, const char *id, const char *kind,
                   const Table &table, int first, int narg, char **arg, std::string &fix_id)
 {
-  ScriptWords words(lmp, style + " " + id, narg, arg, first);
+  ScriptArguments words(lmp, style + " " + id, narg, arg, first);
   rve::Words names = names_of(table);
   names.emplace_back("fix");
   std::vector<decltype(find_column("", table))> columns;

@@ -64,8 +64,8 @@ rve::Words component_names(int dimension, bool symmetric)
   return names;
 }
 
-/// Reads at least one component of a tensor with its value. Errors name `part` as in ScriptWords.
-std::vector<TensorComponent> read_components(ScriptWords &words, const std::string &part,
+/// Reads at least one component of a tensor with its value. Errors name `part` as in ScriptArguments.
+std::vector<TensorComponent> read_components(ScriptArguments &words, const std::string &part,
                                              int dimension, bool symmetric)
 {
   const std::string what = words.keyword() + (part.empty() ? "" : " ") + part;
@@ -107,7 +107,7 @@ constexpr int MOST_SUBSTEPS = 100000;
 
 // ---- values of keywords ----
 
-void read_drive(ScriptWords &words, FixRveSettings &s)
+void read_drive(ScriptArguments &words, FixRveSettings &s)
 {
   s.driver = words.choice<RveDriver>("",
                                      {{"none", RveDriver::None},
@@ -136,8 +136,9 @@ std::string text_of_file(LAMMPS *lmp, const std::string &file)
 /// Parses loading paths and adds their variables to `s`. Returns the number of words that belong to
 /// the paths. In a script other keywords may follow, in a file no other words.
 template <int D>
-std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &path, bool in_script,
-                       std::shared_ptr<const macro::LoadPathsOf<D>> &result, PathSettings &s)
+std::size_t read_paths(ScriptArguments &words, const std::vector<macro::PathWord> &path,
+                       bool in_script, std::shared_ptr<const macro::LoadPathsOf<D>> &result,
+                       PathSettings &s)
 {
   std::size_t used = path.size();
   const auto read_file = [&](const std::string &file) { return text_of_file(words.owner(), file); };
@@ -150,7 +151,7 @@ std::size_t read_paths(ScriptWords &words, const std::vector<macro::PathWord> &p
   return used;
 }
 
-void read_path(ScriptWords &words, FixRveSettings &settings)
+void read_path(ScriptArguments &words, FixRveSettings &settings)
 {
   PathSettings &s = settings.path;
   s.of_disks.reset();
@@ -188,7 +189,7 @@ void read_path(ScriptWords &words, FixRveSettings &settings)
   s.text = utils::join_words(texts, " ");
 }
 
-void read_dt(ScriptWords &words, FixRveSettings &s)
+void read_dt(ScriptArguments &words, FixRveSettings &s)
 {
   s.dt_given = true;
   s.dt_auto = words.take("auto");
@@ -198,7 +199,7 @@ void read_dt(ScriptWords &words, FixRveSettings &s)
     s.dt_fraction = words.within("auto fraction", "[-]", 0.0, 1.0);
 }
 
-void read_substeps(ScriptWords &words, FixRveSettings &s)
+void read_substeps(ScriptArguments &words, FixRveSettings &s)
 {
   s.substeps = 0;
   s.macro_step.adaptive.reset();
@@ -218,7 +219,7 @@ constexpr rve::Choice<StressFrom> STRESS_CHOICES[] = {{"end", StressFrom::End},
                                                       {"average", StressFrom::Average},
                                                       {"regression", StressFrom::Regression}};
 
-void read_stress(ScriptWords &words, FixRveSettings &s)
+void read_stress(ScriptArguments &words, FixRveSettings &s)
 {
   s.macro_step.stress_from = words.choice("", STRESS_CHOICES);
   if (s.macro_step.stress_from == StressFrom::End) return;
@@ -227,7 +228,7 @@ void read_stress(ScriptWords &words, FixRveSettings &s)
 }
 
 /// Applies the values that doc/src/accuracy.rst recommends. Later keywords replace parts of them.
-void read_preset(ScriptWords &words, FixRveSettings &s)
+void read_preset(ScriptArguments &words, FixRveSettings &s)
 {
   if (!words.given().empty())
     words.refuse("preset must be the first keyword: those that follow replace parts of it");
@@ -245,7 +246,7 @@ void read_preset(ScriptWords &words, FixRveSettings &s)
   s.mass_scaling = preset.mass_scaling;
 }
 
-void read_dump(ScriptWords &words, FixRveSettings &s)
+void read_dump(ScriptArguments &words, FixRveSettings &s)
 {
   s.dump_atoms.clear();
   s.dump_interval = words.take("none") ? 0 : words.integer("interval", 1);
@@ -273,7 +274,7 @@ constexpr rve::Choice<RvePolicy> POLICIES[] = {
 const FixRveKeyword KEYWORDS[] = {
     {"drive", "none | mpm | velocity_gradient component rate ...", read_drive},
     {"servo", "none | component stress ...",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        s.stress_goal.clear();
        if (!words.take("none")) s.stress_goal = read_components(words, "", s.dimension, true);
      }},
@@ -281,7 +282,7 @@ const FixRveKeyword KEYWORDS[] = {
     {"servo_max_rate", "rate", into(positive("[1/time]"), &Settings::servo_max_rate)},
     {"path", "none | file ... | stage condition ...", read_path},
     {"path_variable", "v_name",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        s.path.number = words.value();
        s.path.number_given = true;
      }},
@@ -291,7 +292,7 @@ const FixRveKeyword KEYWORDS[] = {
     {"dt_check", "N", into(integer(0), &Settings::dt_check_interval)},
     {"substeps", "N | match | adaptive strain inertia [most]", read_substeps},
     {"quiescent", "none | strain",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        s.macro_step.quiescent_strain =
            words.take("none") ? 0.0 : words.within("strain", "[-]", 0.0, LARGEST_QUIESCENT_STRAIN);
      }},
@@ -299,7 +300,7 @@ const FixRveKeyword KEYWORDS[] = {
     {"mass_scaling", "factor", into(positive("[-]"), &Settings::mass_scaling)},
     {"policy", "stop | freeze | fresh", into(one_of(POLICIES), &Settings::policy)},
     {"copies", "N",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        s.macro_step.most_copies = words.integer("", 1);
        if (s.macro_step.most_copies & (s.macro_step.most_copies - 1))
          words.refuse(fmt::format("copies is {}; cells are doubled, so it must be a power of two: "
@@ -309,7 +310,7 @@ const FixRveKeyword KEYWORDS[] = {
     {"progress", "seconds", into(read_progress, &Settings::progress_interval)},
     {"dump", "none | N prefix atom-ID ...", read_dump},
     {"shadow", "N [refinement]",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        s.num_shadows = words.integer("", 1);
        if (words.starts_number()) s.macro_step.shadow_refinement = words.integer("refinement", 1);
      },
@@ -317,7 +318,7 @@ const FixRveKeyword KEYWORDS[] = {
     {"preset", "draft | standard | reference", read_preset,
      "it also sets the number format; give dt and mass_scaling one by one"},
     {"packings", "file ...",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        while (!words.empty() && !words.at_keyword()) s.packings.emplace_back(words.next());
      },
      OF_PACKING},
@@ -328,13 +329,13 @@ const FixRveKeyword KEYWORDS[] = {
     {"packing_stress", "stress", into(any_value, &Settings::choice, &PackingChoice::stress),
      OF_PACKING},
     {"packing_void_ratio", "e tolerance",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        s.choice.void_ratio = words.value();
        s.choice.tolerance = words.positive("tolerance", "[-]");
      },
      OF_PACKING},
     {"packing_image", "number | v_name | random seed",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        if (words.take("random"))
          s.choice.image_seed = words.integer("random seed", 0);
        else
@@ -348,7 +349,7 @@ const FixRveKeyword KEYWORDS[] = {
     {"device", "auto | cpu | cuda",
      into(one_of(rve::DEVICE_CHOICES), &Settings::options, &Options::device), OF_ENGINE},
     {"threads", "N",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        s.options.threads = words.integer("", 0);
        s.threads_given = true;
      },
@@ -358,7 +359,7 @@ const FixRveKeyword KEYWORDS[] = {
     {"arms", "contact | lammps", into(one_of(rve::ARM_CHOICES), &Settings::options, &Options::arms),
      OF_ENGINE},
     {"overlap_limit", "fraction",
-     [](ScriptWords &words, Settings &s) {
+     [](ScriptArguments &words, Settings &s) {
        s.options.overlap_limit = words.number();
        if (!(s.options.overlap_limit > 0.0 && s.options.overlap_limit < 1.0))
          words.refuse(fmt::format("overlap_limit is {} [radius]; it must be in (0, 1)",
@@ -421,7 +422,7 @@ void FixRveSettings::require_one_dimension(LAMMPS *lmp) const
 FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 {
   const std::string command = "fix rve";
-  ScriptWords words(lmp, command, narg, arg, 3);
+  ScriptArguments words(lmp, command, narg, arg, 3);
   FixRveSettings s;
   s.macro_step.most_copies = MOST_COPIES;
   s.packings.emplace_back(words.next("packing file"));
@@ -435,9 +436,9 @@ FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 FixRveSettings FixRveSettings::modified(LAMMPS *lmp, int narg, char **arg) const
 {
   const std::string command = "fix_modify of fix rve";
-  ScriptWords words(lmp, command, narg, arg, 0);
+  ScriptArguments words(lmp, command, narg, arg, 0);
   FixRveSettings s = *this;
-  s.material = MaterialWords();
+  s.material = MaterialArguments();
   s.mass_scaling.reset();
   s.dt_given = false;
   s.read(words, true);
@@ -445,7 +446,7 @@ FixRveSettings FixRveSettings::modified(LAMMPS *lmp, int narg, char **arg) const
   return s;
 }
 
-void FixRveSettings::read(ScriptWords &words, bool modifies)
+void FixRveSettings::read(ScriptArguments &words, bool modifies)
 {
   words.set_keywords(material_keywords());
   for (const FixRveKeyword &keyword : KEYWORDS)

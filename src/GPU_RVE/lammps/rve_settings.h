@@ -4,8 +4,8 @@
 
 #pragma once
 
-#include "lammps/material_words.h"
-#include "lammps/script_words.h"
+#include "lammps/material_arguments.h"
+#include "lammps/script_arguments.h"
 #include "macro/load_path.h"
 #include "macro/rve_points.h"
 #include "rve/core/error.h"
@@ -83,7 +83,7 @@ struct FixRveSettings {
   int dimension = 2;    ///< dimension of the packings: 2 for disks, 3 for spheres
   std::vector<std::string> packings;
   PackingChoice choice;
-  MaterialWords material;
+  MaterialArguments material;
 
   RveDriver driver = RveDriver::None;
   std::vector<TensorComponent> velocity_gradient;
@@ -128,7 +128,7 @@ struct FixRveSettings {
   std::map<std::string, std::string> account() const;
 
  private:
-  void read(ScriptWords &words, bool modifies);
+  void read(ScriptArguments &words, bool modifies);
   void require_one_dimension(LAMMPS *lmp) const;
   void check(LAMMPS *lmp, const std::string &command) const;
 };

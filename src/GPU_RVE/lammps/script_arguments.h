@@ -17,7 +17,7 @@
 namespace LAMMPS_NS {
 
 class LAMMPS;
-class ScriptWords;
+class ScriptArguments;
 
 /// A number of the script: constant, or an equal- or atom-style variable.
 struct ScriptValue {
@@ -48,7 +48,7 @@ struct ScriptValue {
 template <class Target> struct ScriptKeyword {
   const char *name;
   const char *values;    ///< form of the values; "..." at the end allows any number of them
-  std::function<void(ScriptWords &, Target &)> read;
+  std::function<void(ScriptArguments &, Target &)> read;
 };
 
 /// Returns the word of `value`, which must be among `choices`.
@@ -70,10 +70,10 @@ template <class Table> rve::Words names_of(const Table &table)
 
 /// A cursor over the words of a command. Errors end in error->all. They name a value by its keyword
 /// and its `part`, as in "stress samples".
-class ScriptWords {
+class ScriptArguments {
  public:
   /// Errors begin with `command`. The words begin at arg[begin].
-  ScriptWords(LAMMPS *lmp, std::string command, int narg, char **arg, int begin);
+  ScriptArguments(LAMMPS *lmp, std::string command, int narg, char **arg, int begin);
 
   // ---- keywords ----
 
@@ -198,36 +198,36 @@ class ScriptWords {
 
 // ---- functions that read one value, for rows of tables ----
 
-inline double any_number(ScriptWords &words)
+inline double any_number(ScriptArguments &words)
 {
   return words.number();
 }
-inline ScriptValue any_value(ScriptWords &words)
+inline ScriptValue any_value(ScriptArguments &words)
 {
   return words.value();
 }
-inline bool yes_or_no(ScriptWords &words)
+inline bool yes_or_no(ScriptArguments &words)
 {
   return words.logical();
 }
 inline auto positive(const char *unit)
 {
-  return [=](ScriptWords &words) { return words.positive("", unit); };
+  return [=](ScriptArguments &words) { return words.positive("", unit); };
 }
 inline auto integer(int least)
 {
-  return [=](ScriptWords &words) { return words.integer("", least); };
+  return [=](ScriptArguments &words) { return words.integer("", least); };
 }
 template <class T, std::size_t N> auto one_of(const rve::Choice<T> (&choices)[N])
 {
-  return [choices](ScriptWords &words) { return words.choice("", choices); };
+  return [choices](ScriptArguments &words) { return words.choice("", choices); };
 }
 
 /// Returns the function of a row that stores the value of `read` in a member of the target, or in a
 /// member of that member: `members` is the chain of pointers to members.
 template <class Read, class... Members> auto into(const Read &read, Members... members)
 {
-  return [=](ScriptWords &words, auto &target) { (target.*....*members) = read(words); };
+  return [=](ScriptArguments &words, auto &target) { (target.*....*members) = read(words); };
 }
 
 }    // namespace LAMMPS_NS

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "lammps/script_words.h"
+#include "lammps/script_arguments.h"
 #include "rve/engine/state.h"
 
 #include <iterator>
@@ -16,11 +16,11 @@ namespace LAMMPS_NS {
 rve::Words material_keywords();
 
 /// Parameters of the material that a script gives. The others have no value.
-class MaterialWords {
+class MaterialArguments {
  public:
   /// Reads the values of the current keyword. Returns false if it is no keyword of the material.
   /// An error ends in error->all.
-  bool read(ScriptWords &words);
+  bool read(ScriptArguments &words);
 
   std::optional<double> &operator[](rve::MaterialMember member);
   const std::optional<double> &operator[](rve::MaterialMember member) const;
@@ -33,7 +33,7 @@ class MaterialWords {
   /// Returns true if any parameter or the contact law has a value.
   bool any() const;
   /// Overwrites values with those that `later` has.
-  void add(const MaterialWords &later);
+  void add(const MaterialArguments &later);
 
   /// Contact law of the keyword *contact*, which also gives all parameters of the contact.
   std::optional<rve::ContactLaw> law;
@@ -44,7 +44,7 @@ class MaterialWords {
 
 /// Applies `words` to a material whose inertia has the mass scaling `mass_scaling_before`, and
 /// gives it the inertia of `mass_scaling`. The mass depth carries the mass scaling.
-void change_material(rve::Material &material, const MaterialWords &words, double mass_scaling,
+void change_material(rve::Material &material, const MaterialArguments &words, double mass_scaling,
                      double mass_scaling_before);
 
 }    // namespace LAMMPS_NS

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "lammps/script_words.h"
+#include "lammps/script_arguments.h"
 
 #include "atom.h"
 #include "error.h"
@@ -57,14 +57,16 @@ void ScriptValue::evaluate(LAMMPS *lmp, int igroup, std::vector<double> &values)
     std::fill(values.begin(), values.end(), evaluate(lmp));
 }
 
-ScriptWords::ScriptWords(LAMMPS *_lmp, std::string _command, int _narg, char **_arg, int begin) :
-    lmp(_lmp), command(std::move(_command)), narg(_narg), arg(_arg), position(begin),
+ScriptArguments::ScriptArguments(LAMMPS *_lmp, std::string _command, int _narg, char **_arg,
+                                 int begin) :
+    lmp(_lmp),
+    command(std::move(_command)), narg(_narg), arg(_arg), position(begin),
     largest_number(std::numeric_limits<double>::infinity())
 {
 }
 
 // LAMMPS prints the command and marks the word that was read last.
-void ScriptWords::refuse(const std::string &message) const
+void ScriptArguments::refuse(const std::string &message) const
 {
   const Input *input = lmp->input;
   int marked = Error::NOPOINTER;
@@ -75,35 +77,35 @@ void ScriptWords::refuse(const std::string &message) const
 
 // Returns "stress samples" for the part "samples". A value before the keywords is named by its part
 // alone.
-std::string ScriptWords::label(const std::string &part) const
+std::string ScriptArguments::label(const std::string &part) const
 {
   return current.keyword + (current.keyword.empty() || part.empty() ? "" : " ") + part;
 }
 
-std::string ScriptWords::text_from(int begin) const
+std::string ScriptArguments::text_from(int begin) const
 {
   std::string text;
   for (int k = begin; k < position; ++k) text += (k > begin ? " " : "") + std::string(arg[k]);
   return text;
 }
 
-void ScriptWords::add_keywords(const rve::Words &keywords)
+void ScriptArguments::add_keywords(const rve::Words &keywords)
 {
   known.insert(known.end(), keywords.begin(), keywords.end());
 }
 
-bool ScriptWords::at_keyword() const
+bool ScriptArguments::at_keyword() const
 {
   return std::find(known.begin(), known.end(), peek()) != known.end();
 }
 
-bool ScriptWords::has(std::string_view keyword) const
+bool ScriptArguments::has(std::string_view keyword) const
 {
   return std::any_of(before.begin(), before.end(),
                      [&](const Given &given) { return given.keyword == keyword; });
 }
 
-void ScriptWords::about(const std::string &subject, bool may_repeat)
+void ScriptArguments::about(const std::string &subject, bool may_repeat)
 {
   current.subject = subject;
   current.may_repeat = may_repeat;
@@ -111,7 +113,7 @@ void ScriptWords::about(const std::string &subject, bool may_repeat)
 }
 
 // Adds the present keyword to those before it. A subject that is there already is an error.
-void ScriptWords::end_keyword()
+void ScriptArguments::end_keyword()
 {
   if (current.keyword.empty()) return;
   current.values = text_from(values_at);
@@ -126,7 +128,7 @@ void ScriptWords::end_keyword()
   current = Given();
 }
 
-bool ScriptWords::next_keyword()
+bool ScriptArguments::next_keyword()
 {
   end_keyword();
   if (empty()) return false;
@@ -143,38 +145,38 @@ bool ScriptWords::next_keyword()
   return true;
 }
 
-bool ScriptWords::take(const char *word)
+bool ScriptArguments::take(const char *word)
 {
   if (strcmp(peek(), word) != 0) return false;
   ++position;
   return true;
 }
 
-bool ScriptWords::starts_number() const
+bool ScriptArguments::starts_number() const
 {
   const char first_char = peek()[0];
   return first_char &&
       (isdigit(static_cast<unsigned char>(first_char)) || strchr("+-.", first_char));
 }
 
-const char *ScriptWords::next(const std::string &part)
+const char *ScriptArguments::next(const std::string &part)
 {
   if (!empty()) return arg[position++];
   refuse(fmt::format("{} has no value; the command ends there{}", label(part), form_in_words()));
 }
 
-std::string ScriptWords::form_in_words() const
+std::string ScriptArguments::form_in_words() const
 {
   if (current.keyword.empty()) return "";
   return fmt::format("; it must read: {} {}", current.keyword, current.form);
 }
 
-std::string ScriptWords::alternatives_in_words() const
+std::string ScriptArguments::alternatives_in_words() const
 {
   return current.form.find(" | ") == std::string::npos ? "" : form_in_words();
 }
 
-double ScriptWords::limited(const std::string &part, const char *word) const
+double ScriptArguments::limited(const std::string &part, const char *word) const
 {
   const double value = utils::numeric(FLERR, word, false, lmp);
   if (!(std::fabs(value) <= largest_number))
@@ -183,7 +185,7 @@ double ScriptWords::limited(const std::string &part, const char *word) const
   return value;
 }
 
-double ScriptWords::number(const std::string &part)
+double ScriptArguments::number(const std::string &part)
 {
   const char *word = next(part);
   if (!utils::is_double(word))
@@ -192,7 +194,7 @@ double ScriptWords::number(const std::string &part)
   return limited(part, word);
 }
 
-double ScriptWords::positive(const std::string &part, const char *unit)
+double ScriptArguments::positive(const std::string &part, const char *unit)
 {
   const double value = number(part);
   if (!std::isfinite(value) || value <= 0.0)
@@ -201,7 +203,7 @@ double ScriptWords::positive(const std::string &part, const char *unit)
   return value;
 }
 
-double ScriptWords::within(const std::string &part, const char *unit, double above, double most)
+double ScriptArguments::within(const std::string &part, const char *unit, double above, double most)
 {
   const double value = number(part);
   if (!(value > above && value <= most))
@@ -210,14 +212,14 @@ double ScriptWords::within(const std::string &part, const char *unit, double abo
   return value;
 }
 
-std::vector<double> ScriptWords::numbers()
+std::vector<double> ScriptArguments::numbers()
 {
   std::vector<double> list = {number()};
   while (utils::is_double(peek())) list.push_back(number());
   return list;
 }
 
-long long ScriptWords::whole(const std::string &part, long long least, long long most)
+long long ScriptArguments::whole(const std::string &part, long long least, long long most)
 {
   const char *word = next(part);
   if (!utils::is_integer(word))
@@ -231,12 +233,12 @@ long long ScriptWords::whole(const std::string &part, long long least, long long
   return value;
 }
 
-int ScriptWords::integer(const std::string &part, int least)
+int ScriptArguments::integer(const std::string &part, int least)
 {
   return static_cast<int>(whole(part, least, std::numeric_limits<int>::max()));
 }
 
-bool ScriptWords::logical(const std::string &part)
+bool ScriptArguments::logical(const std::string &part)
 {
   return choice<bool>(part,
                       {{"yes", true},
@@ -247,7 +249,7 @@ bool ScriptWords::logical(const std::string &part)
                        {"false", false}});
 }
 
-ScriptValue ScriptWords::value(const std::string &part)
+ScriptValue ScriptArguments::value(const std::string &part)
 {
   const char *word = next(part);
   ScriptValue value;
@@ -262,7 +264,7 @@ ScriptValue ScriptWords::value(const std::string &part)
   return value;
 }
 
-int ScriptWords::groupbit(const std::string &part)
+int ScriptArguments::groupbit(const std::string &part)
 {
   const char *word = next(part);
   const int found = lmp->group->find(word);
@@ -276,7 +278,7 @@ int ScriptWords::groupbit(const std::string &part)
   return lmp->group->bitmask[found];
 }
 
-int ScriptWords::choice(const std::string &part, const rve::Words &choices)
+int ScriptArguments::choice(const std::string &part, const rve::Words &choices)
 {
   const char *word = next(part);
   std::string allowed;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 
-#include "lammps/material_words.h"
+#include "lammps/material_arguments.h"
 
 #include "rve/core/error.h"
 #include "rve/core/pi.h"
@@ -20,25 +20,25 @@ namespace {
 /// Values of *contact*. Its syntax is that of pair_coeff of pair_style granular, after the types of
 /// atoms.
 struct Contact {
-  MaterialWords &material;
+  MaterialArguments &material;
   double eta_n = 0.0;    ///< damping of the normal model; its unit depends on the damping model
   std::optional<double> youngs = {};     ///< E of hertz/material and dmt [stress]
   std::optional<double> poisson = {};    ///< nu of hertz/material and dmt [-]
 };
 
-void read_hooke(ScriptWords &words, Contact &contact)
+void read_hooke(ScriptArguments &words, Contact &contact)
 {
   contact.material[&rve::Material::normal_stiffness] = words.number("hooke k_n");
   contact.eta_n = words.number("hooke eta_n");
 }
 
-void read_hertz(ScriptWords &words, Contact &contact)
+void read_hertz(ScriptArguments &words, Contact &contact)
 {
   contact.material[&rve::Material::hertz_stiffness] = words.number("hertz k_n");
   contact.eta_n = words.number("hertz eta_n");
 }
 
-void read_elastic_constants(ScriptWords &words, Contact &contact)
+void read_elastic_constants(ScriptArguments &words, Contact &contact)
 {
   contact.youngs = words.positive("E", "[stress]");
   contact.eta_n = words.number("eta_n");
@@ -51,7 +51,7 @@ void read_elastic_constants(ScriptWords &words, Contact &contact)
       4.0 / 3.0 * *contact.youngs / (2.0 * (1.0 - nu * nu));
 }
 
-void read_dmt(ScriptWords &words, Contact &contact)
+void read_dmt(ScriptArguments &words, Contact &contact)
 {
   read_elastic_constants(words, contact);
   contact.material[&rve::Material::surface_energy] = words.number("cohesion");
@@ -60,7 +60,7 @@ void read_dmt(ScriptWords &words, Contact &contact)
 struct NormalModel {
   const char *name;
   rve::ContactLaw law;
-  void (*read)(ScriptWords &, Contact &);
+  void (*read)(ScriptArguments &, Contact &);
 };
 
 constexpr NormalModel NORMAL_MODELS[] = {
@@ -71,7 +71,7 @@ constexpr NormalModel NORMAL_MODELS[] = {
 
 // ---- tangential models ----
 
-void read_linear_tangential(ScriptWords &words, Contact &contact)
+void read_linear_tangential(ScriptArguments &words, Contact &contact)
 {
   const bool has_spring = words.choice<bool>(
       "tangential model", {{"linear_history", true}, {"linear_nohistory", false}});
@@ -88,7 +88,7 @@ void read_linear_tangential(ScriptWords &words, Contact &contact)
   }
 }
 
-void read_mindlin(ScriptWords &words, Contact &contact)
+void read_mindlin(ScriptArguments &words, Contact &contact)
 {
   const double kept = words.choice<double>("tangential model",
                                            {{"mindlin", 1.0},
@@ -114,7 +114,7 @@ void read_mindlin(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::mindlin_displacement] = kept;
 }
 
-void read_tangential(ScriptWords &words, Contact &contact)
+void read_tangential(ScriptArguments &words, Contact &contact)
 {
   return *contact.material.law == rve::ContactLaw::Linear ? read_linear_tangential(words, contact)
                                                           : read_mindlin(words, contact);
@@ -124,7 +124,7 @@ void read_tangential(ScriptWords &words, Contact &contact)
 
 /// Returns c = -sqrt(5) ln e / sqrt(pi^2 + ln^2 e) [-]. A dashpot c sqrt(m k_n a) gives an impact
 /// the coefficient of restitution e.
-double damping_of_restitution(ScriptWords &words, double e)
+double damping_of_restitution(ScriptArguments &words, double e)
 {
   if (!(e > 0.0 && e <= 1.0))
     words.refuse(fmt::format("contact coefficient of restitution is {} [-]; it must lie in (0, 1]",
@@ -133,9 +133,9 @@ double damping_of_restitution(ScriptWords &words, double e)
   return std::sqrt(5.0) * std::fabs(log_e) / std::hypot(rve::kPi, log_e);
 }
 
-void read_damping(ScriptWords &words, Contact &contact)
+void read_damping(ScriptArguments &words, Contact &contact)
 {
-  MaterialWords &material = contact.material;
+  MaterialArguments &material = contact.material;
   if (*material.law == rve::ContactLaw::Linear) {
     words.choice<bool>("damping model", {{"velocity", true}});
     material[&rve::Material::normal_viscosity] = contact.eta_n;
@@ -155,7 +155,7 @@ void read_damping(ScriptWords &words, Contact &contact)
 }
 
 /// Applies the default of pair_style granular without a damping model, which is viscoelastic.
-void take_default_damping(ScriptWords &words, Contact &contact)
+void take_default_damping(ScriptArguments &words, Contact &contact)
 {
   if (*contact.material.law != rve::ContactLaw::Linear)
     contact.material[&rve::Material::viscoelastic_damping] = contact.eta_n;
@@ -168,7 +168,7 @@ void take_default_damping(ScriptWords &words, Contact &contact)
 
 // ---- rolling and twisting ----
 
-void read_rolling(ScriptWords &words, Contact &contact)
+void read_rolling(ScriptArguments &words, Contact &contact)
 {
   if (!words.choice<bool>("rolling model", {{"sds", true}, {"none", false}})) return;
   contact.material[&rve::Material::rolling_stiffness] = words.number("rolling k_roll");
@@ -176,7 +176,7 @@ void read_rolling(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::rolling_friction] = words.number("rolling mu_roll");
 }
 
-void read_twisting(ScriptWords &words, Contact &contact)
+void read_twisting(ScriptArguments &words, Contact &contact)
 {
   enum class Twisting { None, Sds, Marshall };
   const auto twisting = words.choice<Twisting>(
@@ -189,7 +189,7 @@ void read_twisting(ScriptWords &words, Contact &contact)
   contact.material[&rve::Material::twisting_friction] = words.number("twisting mu_twist");
 }
 
-void read_reach(ScriptWords &words, Contact &contact)
+void read_reach(ScriptArguments &words, Contact &contact)
 {
   if (*contact.material.law != rve::ContactLaw::Dmt)
     words.refuse(fmt::format("contact {} has no reach; only the attraction of dmt reaches beyond "
@@ -200,7 +200,7 @@ void read_reach(ScriptWords &words, Contact &contact)
 
 struct Part {
   const char *name;
-  void (*read)(ScriptWords &, Contact &);
+  void (*read)(ScriptArguments &, Contact &);
 };
 
 constexpr Part PARTS[] = {{"tangential", read_tangential},
@@ -210,7 +210,7 @@ constexpr Part PARTS[] = {{"tangential", read_tangential},
                           {"reach", read_reach}};
 
 /// Reads the values of *contact*. Parameters of contacts that it does not give become 0.
-void read_contact(ScriptWords &words, MaterialWords &material)
+void read_contact(ScriptArguments &words, MaterialArguments &material)
 {
   words.set_form(
       "hooke k_n eta_n tangential linear_history k_t x_gammat mu [damping velocity] "
@@ -264,7 +264,7 @@ rve::Words LAMMPS_NS::material_keywords()
   return words;
 }
 
-bool MaterialWords::read(ScriptWords &words)
+bool MaterialArguments::read(ScriptArguments &words)
 {
   const bool is_contact = words.keyword() == "contact";
   for (const auto &parameter : rve::MATERIAL_PARAMETERS) {
@@ -282,38 +282,38 @@ bool MaterialWords::read(ScriptWords &words)
   return is_contact;
 }
 
-const std::optional<double> &MaterialWords::operator[](rve::MaterialMember member) const
+const std::optional<double> &MaterialArguments::operator[](rve::MaterialMember member) const
 {
   std::size_t k = 0;
   while (rve::MATERIAL_PARAMETERS[k].member != member) ++k;
   return values[k];
 }
 
-std::optional<double> &MaterialWords::operator[](rve::MaterialMember member)
+std::optional<double> &MaterialArguments::operator[](rve::MaterialMember member)
 {
   return const_cast<std::optional<double> &>(std::as_const(*this)[member]);
 }
 
-bool MaterialWords::any() const
+bool MaterialArguments::any() const
 {
   return law.has_value() ||
       std::any_of(std::begin(values), std::end(values),
                   [](const auto &value) { return value.has_value(); });
 }
 
-void MaterialWords::add(const MaterialWords &later)
+void MaterialArguments::add(const MaterialArguments &later)
 {
   if (later.law) law = later.law;
   for (std::size_t k = 0; k < std::size(values); ++k)
     if (later.values[k]) values[k] = later.values[k];
 }
 
-void MaterialWords::apply(rve::Material &material) const
+void MaterialArguments::apply(rve::Material &material) const
 {
   if (law) material.law = *law;
   for (const auto &parameter : rve::MATERIAL_PARAMETERS)
     if ((*this)[parameter.member]) material.*parameter.member = *(*this)[parameter.member];
-  const MaterialWords &words = *this;
+  const MaterialArguments &words = *this;
   if (words[&rve::Material::rolling_friction].value_or(0.0) > 0.0 &&
       !words[&rve::Material::rolling_stiffness] && material.rolling_stiffness == 0.0) {
     rve::require(material.law == rve::ContactLaw::Linear, [&] {
@@ -326,7 +326,7 @@ void MaterialWords::apply(rve::Material &material) const
   }
 }
 
-void LAMMPS_NS::change_material(rve::Material &material, const MaterialWords &words,
+void LAMMPS_NS::change_material(rve::Material &material, const MaterialArguments &words,
                                 double mass_scaling, double mass_scaling_before)
 {
   words.apply(material);
