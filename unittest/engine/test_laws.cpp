@@ -350,15 +350,15 @@ void expect_that_energy_is_balanced(bool dissipates,
 template <class Law> void expect_that_the_stiffness_is_the_slope_of_the_force()
 {
   const Law law = law_of<Law>(all_that_contacts_have());
-  const ContactPlace whole{2.0 * RADIUS, RADIUS, RADIUS};
+  const ContactSite whole{2.0 * RADIUS, RADIUS, RADIUS};
   const ContactModuli most = law.stiffness(whole), most_viscous = law.viscosity(whole);
   for (const double share : {1e-4, 1e-2, 0.3}) {
-    const ContactPlace place{share * RADIUS, RADIUS, 0.6 * RADIUS};
-    const double step = 1e-4 * place.overlap;
-    ContactPlace before = place, after = place;
+    const ContactSite site{share * RADIUS, RADIUS, 0.6 * RADIUS};
+    const double step = 1e-4 * site.overlap;
+    ContactSite before = site, after = site;
     before.overlap -= step;
     after.overlap += step;
-    const ContactModuli stiffness = law.stiffness(place), viscosity = law.viscosity(place);
+    const ContactModuli stiffness = law.stiffness(site), viscosity = law.viscosity(site);
     const double slope = (law.spring_force(after) - law.spring_force(before)) / (2.0 * step);
     EXPECT_NEAR(stiffness.normal, slope, 1e-7 * slope);
     EXPECT_EQ(
@@ -386,15 +386,15 @@ template <class Law> void expect_that_moduli_are_those_of_small_motions()
   auto j = i;
   const auto contact =
       contact_geometry<Real>(along_x<typename Law::Numbers::Wide, D>(1.98 * RADIUS), 2.0 * RADIUS);
-  const ContactPlace place{contact.overlap, RADIUS, RADIUS};
+  const ContactSite site{contact.overlap, RADIUS, RADIUS};
   const typename Law::History none = typename Law::History();
   const auto none_moves = Tensor<Real, D>::zero();
   const auto at_rest = evaluate(law, contact, i, j, none_moves, none, Real(1e-6));
-  EXPECT_NEAR(at_rest.normal_force, law.spring_force(place), 1e-12 * law.spring_force(place));
+  EXPECT_NEAR(at_rest.normal_force, law.spring_force(site), 1e-12 * law.spring_force(site));
   EXPECT_EQ(magnitude(at_rest.tangential), 0.0);
 
   constexpr double DT = 1e-6;
-  const ContactModuli stiffness = law.stiffness(place), viscosity = law.viscosity(place);
+  const ContactModuli stiffness = law.stiffness(site), viscosity = law.viscosity(site);
   j.velocity[1] = 1e-3;
   auto across = evaluate(law, contact, i, j, none_moves, none, Real(DT)).tangential;
   const double expected = (stiffness.tangential * DT + viscosity.tangential) * 1e-3;

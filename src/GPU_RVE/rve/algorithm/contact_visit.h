@@ -9,8 +9,8 @@ namespace rve {
 inline namespace RVE_ISA {
 
   template <class Contact, class Numbers, int D>
-  RVE_INLINE ContactPlace place_of(const Contact &contact, const GrainView<Numbers, D> &i,
-                                   const GrainView<Numbers, D> &j)
+  RVE_INLINE ContactSite site_of(const Contact &contact, const GrainView<Numbers, D> &i,
+                                 const GrainView<Numbers, D> &j)
   {
     return {static_cast<double>(contact.overlap), static_cast<double>(i.radius),
             static_cast<double>(j.radius)};

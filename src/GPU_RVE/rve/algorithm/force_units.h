@@ -98,7 +98,7 @@ inline namespace RVE_ISA {
     static RVE_INLINE double force_at_overlap_limit(const PreparedCall<Config> &call)
     {
       const double largest = call.header.largest_radius;
-      const ContactPlace deep{call.batch.overlap_limit * largest, largest, largest};
+      const ContactSite deep{call.batch.overlap_limit * largest, largest, largest};
       return law_of_script<Config>(call).spring_force(deep) * call.units.per_force;
     }
 

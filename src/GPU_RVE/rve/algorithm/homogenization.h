@@ -67,16 +67,16 @@ inline namespace RVE_ISA {
   /// Adds the terms of a contact of disks for all strains.
   template <class Config, class Contact>
   RVE_INLINE void add_stiffness_of_disks(const StepConstants<Config> &step,
-                                         const StiffnessUnit &unit, const ContactPlace &place,
+                                         const StiffnessUnit &unit, const ContactSite &site,
                                          const Contact &contact, typename Config::History history,
                                          std::int64_t *sum)
   {
-    const ContactModuli moduli = step.law.stiffness(place);
+    const ContactModuli moduli = step.law.stiffness(site);
     const double nx = static_cast<double>(contact.normal[0]),
                  ny = static_cast<double>(contact.normal[1]);
     const double l = unit.per_unit * static_cast<double>(contact.distance);
     const double k_l = moduli.normal * static_cast<double>(contact.distance);
-    const double f_n = unit.bounded(step.law.spring_force(place));
+    const double f_n = unit.bounded(step.law.spring_force(site));
     const double f_t = unit.bounded(static_cast<double>(Config::Law::tangential_force(history)));
     const double turned = moduli.tangential * static_cast<double>(contact.distance) - f_n;
     // These are the components of the force on the first grain, with t = (-n_y, n_x).
@@ -97,14 +97,14 @@ inline namespace RVE_ISA {
   /// Adds the terms of a contact of spheres for one strain.
   template <class Config, class Contact>
   RVE_INLINE void add_stiffness_of_spheres(const StepConstants<Config> &step,
-                                           const StiffnessUnit &unit, const ContactPlace &place,
+                                           const StiffnessUnit &unit, const ContactSite &site,
                                            const Contact &contact, typename Config::History history,
                                            const Tensor<double, 3> &strain, std::int64_t *sum)
   {
-    const ContactModuli moduli = step.law.stiffness(place);
+    const ContactModuli moduli = step.law.stiffness(site);
     const auto n = contact.normal.template as<double>();
     const double l = static_cast<double>(contact.distance);
-    const double f_n = unit.bounded(step.law.spring_force(place));
+    const double f_n = unit.bounded(step.law.spring_force(site));
     auto f_t = in_numbers<double>(Config::Law::tangential_force(history));
     for (int a = 0; a < 3; ++a) f_t[a] = unit.bounded(f_t[a]);
     // The changes of the normal, dn = w, and of the branch follow from the strain alone: eps n =
@@ -138,7 +138,7 @@ inline namespace RVE_ISA {
             visit_contacts(call, step, i,
                            [&](int, int, const auto &one, const auto &other, const auto &contact,
                                typename Config::History history) {
-                             add_stiffness_of_disks(step, unit, place_of(contact, one, other),
+                             add_stiffness_of_disks(step, unit, site_of(contact, one, other),
                                                     contact, history, sum);
                            });
           });
@@ -156,7 +156,7 @@ inline namespace RVE_ISA {
               visit_contacts(call, step, i,
                              [&](int, int, const auto &one, const auto &other, const auto &contact,
                                  typename Config::History history) {
-                               add_stiffness_of_spheres(step, unit, place_of(contact, one, other),
+                               add_stiffness_of_spheres(step, unit, site_of(contact, one, other),
                                                         contact, history, strain, sum);
                              });
             });

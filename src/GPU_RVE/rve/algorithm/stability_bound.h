@@ -57,10 +57,9 @@ inline namespace RVE_ISA {
   /// spring whose pull decreases with its length raises no frequency and counts as zero.
   template <class Law>
   RVE_INLINE ContactModuli moduli_at(const Law &law, ModuliKind kind, double length,
-                                     const ContactPlace &place)
+                                     const ContactSite &site)
   {
-    const ContactPlace there{length * place.overlap, length * place.radius_i,
-                             length * place.radius_j};
+    const ContactSite there{length * site.overlap, length * site.radius_i, length * site.radius_j};
     ContactModuli moduli = kind == ModuliKind::Springs ? law.stiffness(there)
                                                        : law.viscosity(there);
     if constexpr (Law::has_reach) moduli.normal = larger(moduli.normal, 0.0);
@@ -88,9 +87,9 @@ inline namespace RVE_ISA {
     double largest;
     BoundArrays arrays;
 
-    RVE_INLINE ContactModuli relative_moduli(const ContactPlace &place) const
+    RVE_INLINE ContactModuli relative_moduli(const ContactSite &site) const
     {
-      const ContactModuli moduli = moduli_at(law, kind, call.units.length, place);
+      const ContactModuli moduli = moduli_at(law, kind, call.units.length, site);
       return {moduli.normal / largest, moduli.tangential / largest, moduli.rolling / largest,
               moduli.twisting / largest};
     }
@@ -124,7 +123,7 @@ inline namespace RVE_ISA {
                        [&](int first, int second, const auto &one, const auto &other,
                            const auto &contact, typename Config::History) {
                          add_contact(first, second, contact,
-                                     relative_moduli(place_of(contact, one, other)));
+                                     relative_moduli(site_of(contact, one, other)));
                        });
       });
     }

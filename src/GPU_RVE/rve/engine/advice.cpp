@@ -163,11 +163,11 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
                         "it must be compressed, or strained less"});
 
   const double radius = 0.5 * grain_size(result);
-  const ContactPlace place{2.0 * radius * overlap, radius, radius};
+  const ContactSite site{2.0 * radius * overlap, radius, radius};
   double spring_force = 0.0, tangential_stiffness = 0.0;
   with_law<D>(material, [&](const auto &law) {
-    spring_force = law.spring_force(place);
-    tangential_stiffness = law.stiffness(place).tangential;
+    spring_force = law.spring_force(site);
+    tangential_stiffness = law.stiffness(site).tangential;
   });
   if (is_fp32(format) && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
       tangential_stiffness > 0.0) {

@@ -71,8 +71,8 @@ template <int D = 2> double contact_strain(double pressure, const Material &mate
     while (law.spring_force({overlap, radius, radius}) < force) overlap *= 2.0;
     for (double before = std::numeric_limits<double>::infinity(); overlap < before;) {
       before = overlap;
-      const ContactPlace place{overlap, radius, radius};
-      overlap -= (law.spring_force(place) - force) / law.stiffness(place).normal;
+      const ContactSite site{overlap, radius, radius};
+      overlap -= (law.spring_force(site) - force) / law.stiffness(site).normal;
     }
     return overlap / diameter;
   });

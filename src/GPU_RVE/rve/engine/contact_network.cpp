@@ -72,7 +72,7 @@ template <int D> Vec<double, D> branch_vector(const RveStateOf<D> &state, int i,
   return state.cell * difference;
 }
 
-template <int D> ContactPlace place_of(const RveStateOf<D> &state, const TouchingPairOf<D> &contact)
+template <int D> ContactSite site_of(const RveStateOf<D> &state, const TouchingPairOf<D> &contact)
 {
   return {contact.overlap, state.radius[contact.first], state.radius[contact.second]};
 }
@@ -84,13 +84,13 @@ template <int D> void forget_absurd_force(RveStateOf<D> &state)
   // largest grains at an overlap as large as their radius.
   constexpr double SURPRISE = 1024.0;
   const double radius = *std::max_element(state.radius.begin(), state.radius.end());
-  const ContactPlace deepest{radius, radius, radius};
+  const ContactSite deepest{radius, radius, radius};
   double fastest = 0.0;
   for (const double component : state.velocity) fastest = std::max(fastest, std::fabs(component));
   double largest = with_law<D>(state.material, [&](const auto &law) {
     double of_springs = 0.0;
     for (const TouchingPairOf<D> &contact : find_contacts(state))
-      of_springs = std::max(of_springs, law.force_scale(place_of(state, contact)));
+      of_springs = std::max(of_springs, law.force_scale(site_of(state, contact)));
     if (of_springs == 0.0) of_springs = law.force_scale(deepest) / SURPRISE;
     return std::max(of_springs, 2.0 * law.viscosity(deepest).normal * fastest);
   });
@@ -171,17 +171,16 @@ template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveS
   contacts.reserve(geometries.size());
   with_law<D>(state.material, [&](const auto &law) {
     for (std::size_t k = 0; k < geometries.size(); ++k) {
-      const ContactPlace place = place_of(state, geometries[k]);
-      SpringContactOf<D> contact{geometries[k], {}, law.spring_force(place), springs[k], {}, 1.0};
-      if constexpr (D == 3 && law.has_rolling)
-        contact.springs.twisting *= law.twisting_share(place);
+      const ContactSite site = site_of(state, geometries[k]);
+      SpringContactOf<D> contact{geometries[k], {}, law.spring_force(site), springs[k], {}, 1.0};
+      if constexpr (D == 3 && law.has_rolling) contact.springs.twisting *= law.twisting_share(site);
       for (int a = 0; a < D; ++a)
         contact.image[a] = image_of_second(state.fractional[D * contact.geometry.first + a],
                                            state.fractional[D * contact.geometry.second + a]);
       const Vec<double, D> &n = contact.geometry.normal;
       contact.force_on_first =
           tangential_vector(contact.springs.tangential, n) - contact.normal_force * n;
-      const double limit = state.material.friction * law.limiting_force(place);
+      const double limit = state.material.friction * law.limiting_force(site);
       if (limit > 0.0) contact.mobilized_friction = length(contact.springs.tangential) / limit;
       contacts.push_back(contact);
     }
@@ -198,7 +197,7 @@ template <int D> Tensor<double, D> spring_stress(const RveStateOf<D> &state)
 }
 
 #define RVE_CONTACT_NETWORK(D)                                                                   \
-  template ContactPlace place_of(const RveStateOf<D> &, const TouchingPairOf<D> &);              \
+  template ContactSite site_of(const RveStateOf<D> &, const TouchingPairOf<D> &);                \
   template std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &);                  \
   template void forget_absurd_force(RveStateOf<D> &);                                            \
   template std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &,                        \

@@ -23,8 +23,7 @@ template <int D> struct TouchingPairOf {
 };
 using TouchingPair = TouchingPairOf<2>;
 
-template <int D>
-ContactPlace place_of(const RveStateOf<D> &state, const TouchingPairOf<D> &contact);
+template <int D> ContactSite site_of(const RveStateOf<D> &state, const TouchingPairOf<D> &contact);
 
 /// Returns all pairs of the state that act on each other, ordered by first, then second. The cost
 /// is O(N) where the cell is at least three contact distances wide, and O(N^2) below. Grains with

@@ -120,10 +120,10 @@ namespace {
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
     const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
                                                                 : state.order;
-    std::vector<int> place(n);    // index of a grain number
+    std::vector<int> site(n);    // index of a grain number
     for (int k = 0; k < n; ++k) {
       const int i = order[k];
-      place[i] = k;
+      site[i] = k;
       view.number[k] = i;
       for (int a = 0; a < D; ++a) {
         view.position[k][a] = narrow<Coordinate>(state.fractional[D * i + a]);
@@ -137,7 +137,7 @@ namespace {
       owned[k] = 0;
     }
     for (const PairOf<D> &pair : state.pairs) {
-      const int first = place[pair.first], second = place[pair.second];
+      const int first = site[pair.first], second = site[pair.second];
       if (owned[first] < Config::owned_pairs) {
         const int slot = owned[first]++ * n + first;
         view.partner[slot] = second;

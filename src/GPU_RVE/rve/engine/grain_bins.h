@@ -37,13 +37,13 @@ template <int D> class GrainBins {
     grains_.resize(bins);
   }
 
-  void add(const RveStateOf<D> &state, int i) { grains_[index(place(state, i))].push_back(i); }
+  void add(const RveStateOf<D> &state, int i) { grains_[index(site(state, i))].push_back(i); }
 
   /// Returns true if work(other) is true for a grain in the bin of grain i or in those around it.
   template <class Work> bool any_near(const RveStateOf<D> &state, int i, const Work &work) const
   {
     const int around = is_single_ ? 1 : D == 2 ? 9 : 27;
-    const Vec<int, D> here = place(state, i);
+    const Vec<int, D> here = site(state, i);
     for (int k = 0; k < around; ++k) {
       Vec<int, D> there = here;
       for (int a = 0, rest = k; a < D && !is_single_; ++a, rest /= 3) there[a] += rest % 3 - 1;
@@ -58,7 +58,7 @@ template <int D> class GrainBins {
   bool is_single_ = false;
   std::vector<std::vector<int>> grains_;
 
-  Vec<int, D> place(const RveStateOf<D> &state, int i) const
+  Vec<int, D> site(const RveStateOf<D> &state, int i) const
   {
     Vec<int, D> at;
     for (int a = 0; a < D; ++a)

@@ -44,8 +44,8 @@ namespace {
                 Kind kind, double coming_overlap = 0.0)
   {
     return with_law<D>(state.material, [&](const auto &law) {
-      const auto moduli_at = [law, kind](const ContactPlace &place) {
-        ContactModuli moduli = kind == Kind::Springs ? law.stiffness(place) : law.viscosity(place);
+      const auto moduli_at = [law, kind](const ContactSite &site) {
+        ContactModuli moduli = kind == Kind::Springs ? law.stiffness(site) : law.viscosity(site);
         // An attraction that decreases with the distance increases no frequency.
         moduli.normal = std::max(moduli.normal, 0.0);
         return moduli;
@@ -53,7 +53,7 @@ namespace {
       Moduli all;
       double overlap = coming_overlap;
       for (const TouchingPairOf<D> &contact : contacts) {
-        all.of_contact.push_back(moduli_at(place_of(state, contact)));
+        all.of_contact.push_back(moduli_at(site_of(state, contact)));
         overlap = std::max(overlap, contact.overlap);
       }
       if (overlap == 0.0)
@@ -201,7 +201,7 @@ namespace {
                            other = displacement(x, contacts[c].second);
         const auto &[of_one, of_other] = arms[c];
 
-        const Vec<double, 3> approach = other.place - one.place;
+        const Vec<double, 3> approach = other.site - one.site;
         const Vec<double, 3> surface = of_one.contact * one.turn + of_other.contact * other.turn;
         const double along = dot(approach, n);
         const Vec<double, 3> shear = (approach - along * n) - cross(surface, n);
@@ -228,7 +228,7 @@ namespace {
       double contact, rolling;
     };
     struct Displacement {
-      Vec<double, 3> place, turn;
+      Vec<double, 3> site, turn;
     };
 
     const std::vector<TouchingPairOf<3>> &contacts;

@@ -148,7 +148,7 @@ namespace {
                   "the mass" + whose + ", " + DimensionWords<D>::volume_of_grain +
                       " times density and mass depth,",
                   "[mass]", "between 1e-30 and 1e30");
-    const ContactPlace deep{radius, radius, radius};
+    const ContactSite deep{radius, radius, radius};
     double force;
     ContactModuli stiffness, viscosity;
     with_law<D>(material, [&](const auto &law) {

@@ -112,28 +112,28 @@ inline namespace RVE_ISA {
       return Hertz::elastic_energy(contact, force) - double(adhesion.attraction) * a * a - of_reach;
     }
 
-    RVE_INLINE double spring_force(const ContactPlace &place) const
+    RVE_INLINE double spring_force(const ContactSite &site) const
     {
-      return Hertz::spring_force(place) - pull_at(place);
+      return Hertz::spring_force(site) - pull_at(site);
     }
-    RVE_INLINE double force_scale(const ContactPlace &place) const
+    RVE_INLINE double force_scale(const ContactSite &site) const
     {
-      return Hertz::spring_force(place) + pull_at(place);
+      return Hertz::spring_force(site) + pull_at(site);
     }
     static RVE_INLINE Real limiting_force(const Force &force) { return force.limiting_force; }
-    RVE_INLINE double limiting_force(const ContactPlace &place) const
+    RVE_INLINE double limiting_force(const ContactSite &site) const
     {
-      return place.overlap > 0.0 ? force_scale(place) : 0.0;
+      return site.overlap > 0.0 ? force_scale(site) : 0.0;
     }
     /// An attraction that decreases with the distance has a negative stiffness.
-    RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
+    RVE_INLINE ContactModuli stiffness(const ContactSite &site) const
     {
-      if (place.overlap > 0.0 || !(adhesion.reach > Real(0))) return Hertz::stiffness(place);
-      return {-full_pull(place) * double(adhesion.per_reach), 0.0, 0.0};
+      if (site.overlap > 0.0 || !(adhesion.reach > Real(0))) return Hertz::stiffness(site);
+      return {-full_pull(site) * double(adhesion.per_reach), 0.0, 0.0};
     }
-    RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
+    RVE_INLINE ContactModuli viscosity(const ContactSite &site) const
     {
-      if (place.overlap > 0.0 || !(adhesion.reach > Real(0))) return Hertz::viscosity(place);
+      if (site.overlap > 0.0 || !(adhesion.reach > Real(0))) return Hertz::viscosity(site);
       return {0.0, 0.0, 0.0};
     }
 
@@ -143,14 +143,14 @@ inline namespace RVE_ISA {
     {
       return Number(1) + overlap * Number(adhesion.per_reach);
     }
-    RVE_INLINE double full_pull(const ContactPlace &place) const
+    RVE_INLINE double full_pull(const ContactSite &site) const
     {
-      return double(adhesion.attraction) * reduced(place.radius_i, place.radius_j);
+      return double(adhesion.attraction) * reduced(site.radius_i, site.radius_j);
     }
-    RVE_INLINE double pull_at(const ContactPlace &place) const
+    RVE_INLINE double pull_at(const ContactSite &site) const
     {
-      return place.overlap > 0.0 ? full_pull(place)
-                                 : larger(share_apart(place.overlap), 0.0) * full_pull(place);
+      return site.overlap > 0.0 ? full_pull(site)
+                                : larger(share_apart(site.overlap), 0.0) * full_pull(site);
     }
   };
 

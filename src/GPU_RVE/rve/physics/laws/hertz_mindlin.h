@@ -205,25 +205,22 @@ inline namespace RVE_ISA {
       return depth * std::sqrt(depth);
     }
 
-    RVE_INLINE double spring_force(const ContactPlace &place) const
+    RVE_INLINE double spring_force(const ContactSite &site) const
     {
-      return double(constants.normal_stiffness) * radius_at(place) * place.overlap;
+      return double(constants.normal_stiffness) * radius_at(site) * site.overlap;
     }
-    RVE_INLINE double force_scale(const ContactPlace &place) const { return spring_force(place); }
-    RVE_INLINE double limiting_force(const ContactPlace &place) const
-    {
-      return spring_force(place);
-    }
+    RVE_INLINE double force_scale(const ContactSite &site) const { return spring_force(site); }
+    RVE_INLINE double limiting_force(const ContactSite &site) const { return spring_force(site); }
     static RVE_INLINE Real limiting_force(const Force &force) { return force.limiting_force; }
-    RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
+    RVE_INLINE ContactModuli stiffness(const ContactSite &site) const
     {
-      const double a = radius_at(place);
+      const double a = radius_at(site);
       return {1.5 * double(constants.normal_stiffness) * a, slides() ? k_t() * a : 0.0, 0.0};
     }
-    RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
+    RVE_INLINE ContactModuli viscosity(const ContactSite &site) const
     {
       if constexpr (!Damped) return {0.0, 0.0, 0.0};
-      const double gamma = damping<double>(radius_at(place), place.radius_i, place.radius_j);
+      const double gamma = damping<double>(radius_at(site), site.radius_i, site.radius_j);
       return {gamma, slides() ? double(constants.tangential_damping) * gamma : 0.0, 0.0};
     }
     template <class Parameters>
@@ -234,9 +231,9 @@ inline namespace RVE_ISA {
     }
 
    protected:
-    RVE_INLINE double radius_at(const ContactPlace &place) const
+    RVE_INLINE double radius_at(const ContactSite &site) const
     {
-      return std::sqrt(reduced(place.radius_i, place.radius_j) * larger(place.overlap, 0.0));
+      return std::sqrt(reduced(site.radius_i, site.radius_j) * larger(site.overlap, 0.0));
     }
 
     RVE_INLINE bool slides() const { return constants.friction > 0; }

@@ -141,7 +141,7 @@ inline namespace RVE_ISA {
   };
 
   /// Overlap and radii of two grains, on which the moduli of a contact depend [length].
-  struct ContactPlace {
+  struct ContactSite {
     double overlap, radius_i, radius_j;
   };
 

@@ -85,21 +85,18 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void take(const Constants &given) { constants = given; }
 
-    RVE_INLINE double spring_force(const ContactPlace &place) const
+    RVE_INLINE double spring_force(const ContactSite &site) const
     {
-      return double(constants.normal_stiffness) * place.overlap;
+      return double(constants.normal_stiffness) * site.overlap;
     }
-    RVE_INLINE double force_scale(const ContactPlace &place) const { return spring_force(place); }
-    RVE_INLINE double limiting_force(const ContactPlace &place) const
-    {
-      return spring_force(place);
-    }
+    RVE_INLINE double force_scale(const ContactSite &site) const { return spring_force(site); }
+    RVE_INLINE double limiting_force(const ContactSite &site) const { return spring_force(site); }
     static RVE_INLINE Real limiting_force(const Force &force) { return force.normal_force; }
-    RVE_INLINE ContactModuli stiffness(const ContactPlace &) const
+    RVE_INLINE ContactModuli stiffness(const ContactSite &) const
     {
       return {double(constants.normal_stiffness), slides() ? double(shear().stiffness) : 0.0, 0.0};
     }
-    RVE_INLINE ContactModuli viscosity(const ContactPlace &) const
+    RVE_INLINE ContactModuli viscosity(const ContactSite &) const
     {
       if constexpr (!Damped) return {0.0, 0.0, 0.0};
       return {double(constants.normal_viscosity), slides() ? double(shear().viscosity) : 0.0, 0.0};

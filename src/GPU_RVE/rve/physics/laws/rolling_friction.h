@@ -74,10 +74,10 @@ inline namespace RVE_ISA {
 
     /// Returns the modulus over the squared reduced radius. `tangential` is k_t or gamma_t of the
     /// contact, `twisting` is k_q or gamma_q.
-    RVE_INLINE double modulus(double tangential, double twisting, const ContactPlace &place) const
+    RVE_INLINE double modulus(double tangential, double twisting, const ContactSite &site) const
     {
-      const double reduced_radius = reduced(place.radius_i, place.radius_j);
-      if (by_friction > Real(0)) return 0.5 * tangential * (place.overlap / reduced_radius);
+      const double reduced_radius = reduced(site.radius_i, site.radius_j);
+      if (by_friction > Real(0)) return 0.5 * tangential * (site.overlap / reduced_radius);
       return given.friction > Real(0) ? twisting / (reduced_radius * reduced_radius) : 0.0;
     }
 
@@ -213,20 +213,20 @@ inline namespace RVE_ISA {
       }
     }
 
-    RVE_INLINE void add_stiffness(const ContactPlace &place, ContactModuli &moduli) const
+    RVE_INLINE void add_stiffness(const ContactSite &site, ContactModuli &moduli) const
     {
       if (rolling.friction > Real(0)) moduli.rolling = double(rolling.stiffness);
       if constexpr (D == 3)
         moduli.twisting =
-            twisting.modulus(moduli.tangential, double(twisting.given.stiffness), place);
+            twisting.modulus(moduli.tangential, double(twisting.given.stiffness), site);
     }
     /// Adds viscosities to `dashpots`, which has the tangential one already.
-    RVE_INLINE void add_viscosity(const ContactPlace &place, ContactModuli &dashpots) const
+    RVE_INLINE void add_viscosity(const ContactSite &site, ContactModuli &dashpots) const
     {
       if (rolling.friction > Real(0)) dashpots.rolling = double(rolling.viscosity);
       if constexpr (D == 3)
         dashpots.twisting =
-            twisting.modulus(dashpots.tangential, double(twisting.given.viscosity), place);
+            twisting.modulus(dashpots.tangential, double(twisting.given.viscosity), site);
     }
 
     template <class Law, class Force>
@@ -392,16 +392,16 @@ inline namespace RVE_ISA {
       resistance.take(given);
     }
 
-    RVE_INLINE ContactModuli stiffness(const ContactPlace &place) const
+    RVE_INLINE ContactModuli stiffness(const ContactSite &site) const
     {
-      ContactModuli moduli = Contact::stiffness(place);
-      if (touches(place)) resistance.add_stiffness(place, moduli);
+      ContactModuli moduli = Contact::stiffness(site);
+      if (touches(site)) resistance.add_stiffness(site, moduli);
       return moduli;
     }
-    RVE_INLINE ContactModuli viscosity(const ContactPlace &place) const
+    RVE_INLINE ContactModuli viscosity(const ContactSite &site) const
     {
-      ContactModuli dashpots = Contact::viscosity(place);
-      if (touches(place)) resistance.add_viscosity(place, dashpots);
+      ContactModuli dashpots = Contact::viscosity(site);
+      if (touches(site)) resistance.add_viscosity(site, dashpots);
       return dashpots;
     }
 
@@ -448,18 +448,18 @@ inline namespace RVE_ISA {
     {
       return Contact::released(h.contact) + resistance.released(h.turning);
     }
-    RVE_INLINE double twisting_share(const ContactPlace &place) const
+    RVE_INLINE double twisting_share(const ContactSite &site) const
     {
       return resistance.twisting.by_friction > Real(0)
-          ? Contact::share_at(place.overlap / reduced(place.radius_i, place.radius_j))
+          ? Contact::share_at(site.overlap / reduced(site.radius_i, site.radius_j))
           : 1.0;
     }
 
    private:
     /// Returns whether the grains touch: only then they resist rotation.
-    static RVE_INLINE bool touches(const ContactPlace &place)
+    static RVE_INLINE bool touches(const ContactSite &site)
     {
-      return !Contact::has_reach || place.overlap > 0.0;
+      return !Contact::has_reach || site.overlap > 0.0;
     }
   };
 
