@@ -291,7 +291,7 @@ macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &a
     try {
       report = macro::bring_to_stress(*points, this->slots_of(atoms), goals, tolerance, dt);
     } catch (const macro::InSituError &problem) {
-      message = this->failure_context(atoms[problem.place()]) + ": " + problem.what();
+      message = this->failure_context(atoms[problem.index()]) + ": " + problem.what();
     }
   });
   error_if_any(lmp, message);

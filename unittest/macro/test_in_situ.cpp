@@ -263,7 +263,7 @@ TEST(InSitu, StressBeyondTheStrengthIsAnError)
         DT);
     FAIL() << "grains bear it";
   } catch (const macro::InSituError &problem) {
-    EXPECT_EQ(problem.place(), 1u);
+    EXPECT_EQ(problem.index(), 1u);
     EXPECT_NE(std::string(problem.what()).find("cannot be brought to the stress -1000 -20000 0 "),
               std::string::npos)
         << problem.what();

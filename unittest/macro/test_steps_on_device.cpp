@@ -107,9 +107,9 @@ template <int D> class Owner final : public RveOwner<D> {
   void finish() override
   {
     if (!points_.is_under_way()) return;
-    for (const int place : points_.finish()) {
+    for (const int index : points_.finish()) {
       ++failures;
-      increments_->take_stress(place, points_.stress((*atoms_)[place]));
+      increments_->take_stress(index, points_.stress((*atoms_)[index]));
     }
     if (on_device.is_running() && on_device.fetch() != rve::StressesAre::OnDevice)
       ++times_unfinished;

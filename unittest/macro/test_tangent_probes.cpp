@@ -102,7 +102,7 @@ template <int D> TangentOf<D> affine_tangent(const rve::AffineStiffnessOf<D> &st
       const Matrix<D> stress = stiffness(strain);
       for (int a = 0; a < D; ++a)
         for (int b = a; b < D; ++b)
-          tangent.component[TangentOf<D>::place(a, b)][TangentOf<D>::place(c, d)] =
+          tangent.component[TangentOf<D>::index(a, b)][TangentOf<D>::index(c, d)] =
               0.5 * (stress(a, b) + stress(b, a));
     }
   return tangent;

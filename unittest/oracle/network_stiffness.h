@@ -83,7 +83,7 @@ inline macro::TangentOf<2> network_stiffness(const rve::RveState &state)
 
   std::vector<std::vector<double>> stiffness(n, std::vector<double>(n, 0.0)),
       load(n, std::vector<double>(3, 0.0));
-  const auto place = [](const rve::SpringContact &contact, int k) {
+  const auto index = [](const rve::SpringContact &contact, int k) {
     return static_cast<std::size_t>(k < 3 ? 3 * contact.geometry.first + k
                                           : 3 * contact.geometry.second + k - 3);
   };
@@ -91,15 +91,15 @@ inline macro::TangentOf<2> network_stiffness(const rve::RveState &state)
     const auto add = [&](const ContactChange &change, double sign, auto &matrix,
                          std::size_t column) {
       for (int a = 0; a < 2; ++a) {
-        matrix[place(contact, a)][column] += sign * change.force[a];
-        matrix[place(contact, 3 + a)][column] -= sign * change.force[a];
-        matrix[place(contact, 2 + 3 * a)][column] += sign * change.torque[a];
+        matrix[index(contact, a)][column] += sign * change.force[a];
+        matrix[index(contact, 3 + a)][column] -= sign * change.force[a];
+        matrix[index(contact, 2 + 3 * a)][column] += sign * change.torque[a];
       }
     };
     for (int k = 0; k < 6; ++k) {
       double moved[6] = {};
       moved[k] = 1.0;
-      add(ContactChange(state, contact, Tensor2::zero(), moved), 1.0, stiffness, place(contact, k));
+      add(ContactChange(state, contact, Tensor2::zero(), moved), 1.0, stiffness, index(contact, k));
     }
     for (int e = 0; e < 3; ++e)
       add(ContactChange(state, contact, strains[e], still), -1.0, load, e);
@@ -115,7 +115,7 @@ inline macro::TangentOf<2> network_stiffness(const rve::RveState &state)
     Tensor2 change = Tensor2::zero();
     for (const rve::SpringContact &contact : contacts) {
       double of_pair[6];
-      for (int k = 0; k < 6; ++k) of_pair[k] = moved[place(contact, k)][e];
+      for (int k = 0; k < 6; ++k) of_pair[k] = moved[index(contact, k)][e];
       const ContactChange by(state, contact, strains[e], of_pair);
       const double *b = contact.geometry.branch.component, *f = contact.force_on_first.component;
       for (int a = 0; a < 2; ++a)

@@ -13,7 +13,7 @@ template <int D> using StrainOf = rve::Tensor<double, D>;
 template <int D, class F> void for_places(const F &f)
 {
   for (int a = 0; a < D; ++a)
-    for (int b = a; b < D; ++b) f(a, b, macro::TangentOf<D>::place(a, b));
+    for (int b = a; b < D; ++b) f(a, b, macro::TangentOf<D>::index(a, b));
 }
 
 /// Returns x_ij y_kl of symmetric tensors.

@@ -26,17 +26,17 @@ template <int D> struct RvePointsOf<D>::Fresh {
 
   /// Way to the stress of the failed RVE. An open RVE has no stress: its way ends after one call
   /// without a servo.
-  WayToStress<D> way(std::size_t place, double dt) const
+  WayToStress<D> way(std::size_t index, double dt) const
   {
     rve::DriveOf<D> drive;
     drive.substeps = FRESH_STEPS_AT_ONCE;
     drive.dt = dt;
-    if (is_open) return {place, renewal.slot, drive, HUGE_VAL, HUGE_VAL};
+    if (is_open) return {index, renewal.slot, drive, HUGE_VAL, HUGE_VAL};
     drive = WayToStress<D>::servo(StressGoal::of<D>(goal), FRESH_STEPS_AT_ONCE);
     drive.dt = dt;
     drive.servo_gain = gain;
     drive.servo_max_rate = FRESH_STRAIN_PER_STEP / dt;
-    return {place, renewal.slot, drive, FRESH_TOLERANCE * rve::norm(goal), FRESH_TOLERANCE};
+    return {index, renewal.slot, drive, FRESH_TOLERANCE * rve::norm(goal), FRESH_TOLERANCE};
   }
 };
 
@@ -82,7 +82,7 @@ void RvePointsOf<D>::bring_to_stress(std::vector<Fresh> &all, const std::vector<
       [&](const Way &way, std::size_t k) {
         if (results[k].status & rve::status::Fatal) return true;
         if (!way.is_at_rest(results[k]) && way.steps < MOST_FRESH_STEPS) return false;
-        end_fresh(all[way.place]);
+        end_fresh(all[way.index]);
         return true;
       });
 }

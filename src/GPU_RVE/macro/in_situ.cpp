@@ -138,7 +138,7 @@ namespace {
 
   /// Throws InSituError if a goal is a tension, which grains without cohesion do not bear.
   template <int D>
-  void check_compression(const StressGoal &goal, const rve::Material &material, std::size_t place)
+  void check_compression(const StressGoal &goal, const rve::Material &material, std::size_t index)
   {
     if (material.law == rve::ContactLaw::Dmt && material.surface_energy > 0.0) return;
     bool all_steered = true;
@@ -149,19 +149,19 @@ namespace {
     }
     if (all_steered) largest = rve::largest_eigenvalue(rve::leading_components<D>(goal.stress));
     if (largest < 0.0) return;
-    throw InSituError(place,
+    throw InSituError(index,
                       "the stress in situ is " + goal_in_words<D>(goal) + " [stress] " +
                           names<D>() + ", and its largest principal stress is " + number(largest) +
                           "; it must be below 0, because grains without cohesion bear "
                           "compression only");
   }
 
-  void check_tolerance(const StressGoal &goal, double tolerance, std::size_t place)
+  void check_tolerance(const StressGoal &goal, double tolerance, std::size_t index)
   {
     double largest = 0.0;
     for (const double x : goal.stress.component) largest = std::fmax(largest, std::fabs(x));
     if (tolerance >= LEAST_TOLERANCE * largest) return;
-    throw InSituError(place,
+    throw InSituError(index,
                       "the tolerance of the stress in situ is " + number(tolerance) +
                           " [stress]; it must be at least " + number(LEAST_TOLERANCE * largest) +
                           ", which is " + number(LEAST_TOLERANCE) +
@@ -373,7 +373,7 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
     for (std::size_t k = 0; k < some.size(); ++k) {
       const double share = SHARE_OF_BOUND *
           bound_ratio(points.material(some[k].slot), points.point(some[k].slot).result,
-                      goals[some[k].place]);
+                      goals[some[k].index]);
       calls.push_back(some[k].is_held ? rve::DriveOf<D>() : some[k].drive);
       calls.back().substeps = STEPS_PER_CALL;
       calls.back().dt = bounds[k] > 0.0 ? std::min(dt, share * bounds[k]) : dt;
@@ -387,8 +387,8 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
       const auto component = [&](int a, int b) {
         return number(0.5 * (result.stress(a, b) + result.stress(b, a)));
       };
-      throw InSituError(way.place,
-                        "cannot be brought to the stress " + goal_in_words<D>(goals[way.place]) +
+      throw InSituError(way.index,
+                        "cannot be brought to the stress " + goal_in_words<D>(goals[way.index]) +
                             " [stress] " + names<D>() + ": " + what + "; it has " +
                             components<D>(component) + " after " + std::to_string(way.steps) +
                             " DEM steps, and the unbalanced force ratio " +

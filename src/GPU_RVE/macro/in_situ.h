@@ -117,11 +117,11 @@ struct InSituReport {
 /// Error: an RVE cannot be brought to its stress. The message has the stress that it reached.
 class InSituError : public std::runtime_error {
  public:
-  InSituError(std::size_t place, const std::string &message) :
-      std::runtime_error(message), place_(place)
+  InSituError(std::size_t index, const std::string &message) :
+      std::runtime_error(message), place_(index)
   {
   }
-  std::size_t place() const { return place_; }    ///< index of the RVE in the call
+  std::size_t index() const { return place_; }    ///< index of the RVE in the call
 
  private:
   std::size_t place_;

@@ -51,13 +51,13 @@ class RveConstitutive<D, DimensionOfRves>::Increments final :
   {
   }
 
-  Matrix increment(int place) const override
+  Matrix increment(int index) const override
   {
-    return rve::in_plane_strain<DimensionOfRves>(increment_of_[atoms_[place]]);
+    return rve::in_plane_strain<DimensionOfRves>(increment_of_[atoms_[index]]);
   }
-  void take_stress(int place, const Matrix &stress) override
+  void take_stress(int index, const Matrix &stress) override
   {
-    stress_of_[atoms_[place]] = rve::leading_components<D>(stress);
+    stress_of_[atoms_[index]] = rve::leading_components<D>(stress);
   }
 
  private:

@@ -164,7 +164,7 @@ template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
   });
   any_stiffened.set(false);
   if (!updates_device) return;
-  const auto is_not_in_call = [](const rve::NewLimit &one) { return one.place < 0; };
+  const auto is_not_in_call = [](const rve::NewLimit &one) { return one.index < 0; };
   limits.erase(std::remove_if(limits.begin(), limits.end(), is_not_in_call), limits.end());
   engine->device_calls()->set_limits(limits);
 }

@@ -16,14 +16,14 @@ namespace {
   template <int D, class F> void for_places(const F &f)
   {
     for (int a = 0; a < D; ++a)
-      for (int b = a; b < D; ++b) f(a, b, TangentOf<D>::place(a, b));
+      for (int b = a; b < D; ++b) f(a, b, TangentOf<D>::index(a, b));
   }
 
   /// Factor of a row or column in Mandel's components, in which C_ijkl C_ijkl is the sum of
   /// squares.
-  template <int D> double weight(int place)
+  template <int D> double weight(int index)
   {
-    return place < D ? 1.0 : std::sqrt(2.0);
+    return index < D ? 1.0 : std::sqrt(2.0);
   }
 
   template <int D> rve::Vec<double, D> unit(const rve::Vec<double, D> &x)

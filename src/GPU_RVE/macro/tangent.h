@@ -41,14 +41,14 @@ template <int D> struct TangentOf {
   double component[size][size] = {};
 
   /// Index of the component ab among rows and columns.
-  static constexpr int place(int a, int b)
+  static constexpr int index(int a, int b)
   {
     if (a == b) return a;
     return a + b + (D == 2 ? 1 : 2);
   }
   double operator()(int i, int j, int k, int l) const
   {
-    return component[place(i, j)][place(k, l)];
+    return component[index(i, j)][index(k, l)];
   }
 
   /// C : strain for a symmetric strain [stress].

@@ -232,7 +232,7 @@ template <int D> void TangentProbesOf<D>::evaluate(Group &group) const
     const double per_strain = 0.5 / group.step / (k < D ? 1.0 : std::sqrt(2.0));
     for (int a = 0; a < D; ++a)
       for (int b = a; b < D; ++b)
-        answer.tangent.component[TangentOf<D>::place(a, b)][k] = per_strain * difference(a, b);
+        answer.tangent.component[TangentOf<D>::index(a, b)][k] = per_strain * difference(a, b);
     const double size = rve::norm(difference);
     if (is_elastic && size > 0.0)
       answer.nonlinearity =

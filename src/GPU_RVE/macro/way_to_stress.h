@@ -31,7 +31,7 @@ struct StressGoal {
 
 /// Way of one RVE to its goal.
 template <int D> struct WayToStress {
-  std::size_t place;          ///< index among the goals
+  std::size_t index;          ///< index among the goals
   int slot;                   ///< number in the engine
   rve::DriveOf<D> drive;      ///< drive of a call; without a servo the cell is held
   double tolerance;           ///< largest error of a steered component [stress]

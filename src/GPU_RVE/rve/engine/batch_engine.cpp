@@ -44,7 +44,7 @@ namespace {
 
   template <int D> auto drives_at(const std::vector<DriveOf<D>> &drives)
   {
-    return [&drives](std::size_t place) { return drives[place]; };
+    return [&drives](std::size_t index) { return drives[index]; };
   }
 
   BatchConstants to_constants(const Options &options)
@@ -670,7 +670,7 @@ void BatchEngine<D>::answer(const std::vector<int> &rves, IncrementCallOf<D> &ca
   const bool evaluations =
       std::any_of(again.begin(), again.end(), [this](int k) { return increments[k].is_evaluated; });
   const Answers last = repeat(
-      rves, [this](std::size_t place) { return increments[place].drive(); },
+      rves, [this](std::size_t index) { return increments[index].drive(); },
       {first.answers, nullptr}, evaluations ? Answer::Longest : Answer::Short);
   for (const int k : again) {
     const ResponseOf<D> one = to_response(last.answers[k]);

@@ -107,7 +107,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// Kind of the answer to a call.
   enum class Answer { Short, Long, Longest, TimeStep };
   /// Function that returns the prescribed motion at an index of a call.
-  using DriveAt = std::function<DriveOf<D>(std::size_t place)>;
+  using DriveAt = std::function<DriveOf<D>(std::size_t index)>;
   /// Repeats a call for the RVEs that need longer lists or a coarser force scale. Returns the final
   /// answers.
   Answers repeat(const std::vector<int> &rves, const DriveAt &drive_at, const Answers &first,

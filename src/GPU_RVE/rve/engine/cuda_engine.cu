@@ -155,13 +155,13 @@ namespace {
       int unfinished = found.unfinished;
       const bool host_helps = unfinished > 0;
       if (host_helps && unfinished <= kMostUnfinished) unfinished = repeat_some(unfinished);
-      const int *places = increments_of_call.stiffened;
-      stiffened_places.assign(places, places + std::min(found.stiffened, this->MOST_STIFFENED));
+      const int *indices = increments_of_call.stiffened;
+      stiffened_indices.assign(indices, indices + std::min(found.stiffened, this->MOST_STIFFENED));
       if (unfinished > 0) return StressesAre::OnHost;
       return host_helps ? StressesAre::OnDeviceByHost : StressesAre::OnDevice;
     }
 
-    const std::vector<int> &stiffened() const override { return stiffened_places; }
+    const std::vector<int> &stiffened() const override { return stiffened_indices; }
 
     const std::int32_t *needs_host() const override
     {
@@ -186,12 +186,12 @@ namespace {
                         quiescent_buffer.receive(count), caller);
     }
 
-    void deliver_one(int place, IncrementCallOf<D> &caller) override
+    void deliver_one(int index, IncrementCallOf<D> &caller) override
     {
       use_device();
-      const IncrementOf<D> increment = increment_of(bring(increments_of_call.drives + place));
-      const ResponseOf<D> response = this->to_response(bring(increments_of_call.answers + place));
-      caller.take(place, place + 1, &increment, &response);
+      const IncrementOf<D> increment = increment_of(bring(increments_of_call.drives + index));
+      const ResponseOf<D> response = this->to_response(bring(increments_of_call.answers + index));
+      caller.take(index, index + 1, &increment, &response);
     }
 
     void set_limits(const std::vector<NewLimit> &limits) override
@@ -489,19 +489,19 @@ namespace {
     int repeat_some(int count)
     {
       const IncrementLaunch<D> &launch = increments_of_call;
-      std::vector<int> places(launch.unfinished, launch.unfinished + count), rves;
-      std::sort(places.begin(), places.end());
+      std::vector<int> indices(launch.unfinished, launch.unfinished + count), rves;
+      std::sort(indices.begin(), indices.end());
       std::vector<AnswerRecord<D>> first;
       std::vector<DriveOf<D>> drives;
       std::vector<char> is_evaluated;
-      for (const int place : places) {
-        const AnswerRecord<D> answer = bring(launch.answers + place);
+      for (const int index : indices) {
+        const AnswerRecord<D> answer = bring(launch.answers + index);
         if (!must_repeat(answer)) continue;
         first.push_back(answer);
-        drives.push_back(increment_of(bring(launch.drives + place)).drive());
-        is_evaluated.push_back(launch.rest && bring(launch.detail_of + place) >= 0);
-        places[rves.size()] = place;
-        rves.push_back(device_call->rves[place]);
+        drives.push_back(increment_of(bring(launch.drives + index)).drive());
+        is_evaluated.push_back(launch.rest && bring(launch.detail_of + index) >= 0);
+        indices[rves.size()] = index;
+        rves.push_back(device_call->rves[index]);
       }
       const int repeats = static_cast<int>(rves.size());
       if (repeats == 0) return count;
@@ -514,7 +514,7 @@ namespace {
       int finished = 0;
       for (int m = 0; m < repeats; ++m) {
         if (!is_sound(last.answers[m])) continue;
-        RepeatedRecord<D> record = {places[m], is_evaluated[m], last.answers[m], {}};
+        RepeatedRecord<D> record = {indices[m], is_evaluated[m], last.answers[m], {}};
         if (is_evaluated[m]) record.details = last.details[m];
         records[finished++] = record;
       }
@@ -639,7 +639,7 @@ namespace {
     /// DEM steps of all RVEs in the last plan; 0 if that was another call.
     unsigned long long steps_before = 0;
     int plans_not_held = 0;    ///< last consecutive plans of this call without CallFindings::held
-    std::vector<int> stiffened_places;    ///< RVEs that exceeded their limits in the last call
+    std::vector<int> stiffened_indices;    ///< RVEs that exceeded their limits in the last call
     DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];
     DeviceBuffer<Rest> rest_buffer;

@@ -72,9 +72,9 @@ template <int D> struct IncrementLaunch {
 constexpr int kIncrementBlock = 128;
 
 template <int D>
-RVE_HD inline Tensor<double, D> increment_of_point(const IncrementLaunch<D> &launch, int place)
+RVE_HD inline Tensor<double, D> increment_of_point(const IncrementLaunch<D> &launch, int index)
 {
-  const std::size_t point = launch.point_of[place];
+  const std::size_t point = launch.point_of[index];
   if (launch.points.dimension == D)
     return load_tensor<D>(launch.points.increment + Space<D>::components * point);
   return in_plane_strain<D>(load_tensor<2>(launch.points.increment + Space<2>::components * point));
@@ -161,10 +161,10 @@ __global__ void __launch_bounds__(kCostClasses) order_increments(const Increment
 }
 
 template <int D>
-RVE_DEVICE void give_stress(const IncrementLaunch<D> &launch, int place,
+RVE_DEVICE void give_stress(const IncrementLaunch<D> &launch, int index,
                             const Tensor<double, D> &stress)
 {
-  const std::size_t point = launch.point_of[place];
+  const std::size_t point = launch.point_of[index];
   if (launch.points.dimension == D)
     store_tensor(stress, launch.points.stress + Space<D>::components * point);
   else
@@ -173,25 +173,25 @@ RVE_DEVICE void give_stress(const IncrementLaunch<D> &launch, int place,
 }
 
 /// Skips the DEM steps of a quiescent RVE. It keeps the answer to its last DEM steps.
-template <int D> RVE_DEVICE void defer(const IncrementLaunch<D> &launch, int place)
+template <int D> RVE_DEVICE void defer(const IncrementLaunch<D> &launch, int index)
 {
-  QuiescentStateOf<D> &quiescent = launch.quiescent_states[place];
-  quiescent.pending = load_tensor<D>(launch.drives[place].deformation);
-  launch.rest[place] = Rest::Quiescent;
-  launch.drives[place] = launch.drives_before[place];
-  launch.answers[place] = launch.answers_before[place];
-  give_stress(launch, place, quiescent.stress_after(quiescent.pending));
+  QuiescentStateOf<D> &quiescent = launch.quiescent_states[index];
+  quiescent.pending = load_tensor<D>(launch.drives[index].deformation);
+  launch.rest[index] = Rest::Quiescent;
+  launch.drives[index] = launch.drives_before[index];
+  launch.answers[index] = launch.answers_before[index];
+  give_stress(launch, index, quiescent.stress_after(quiescent.pending));
 }
 
 /// Returns the known rest of an RVE after DEM steps with this stress.
 template <int D>
-RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int place,
+RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int index,
                            const Tensor<double, D> &stress)
 {
-  const int mine = launch.detail_of[place];
+  const int mine = launch.detail_of[index];
   if (mine < 0) return Rest::Unknown;
   const EvaluationOf<D> evaluation = to_evaluation(launch.details[mine]);
-  launch.quiescent_states[place] = {Tensor<double, D>::identity(), stress, evaluation.stiffness,
+  launch.quiescent_states[index] = {Tensor<double, D>::identity(), stress, evaluation.stiffness,
                                     evaluation.mean_overlap};
   return evaluation.is_at_rest ? Rest::Rests : Rest::Moves;
 }
@@ -221,7 +221,7 @@ template <int D> RVE_DEVICE void take_answer(const IncrementLaunch<D> &launch, i
 __global__ inline void set_limits(const NewLimit *limits, int count, PlannedRve *planned)
 {
   const int m = blockIdx.x * blockDim.x + threadIdx.x;
-  if (m < count) planned[limits[m].place].limit = limits[m].limit;
+  if (m < count) planned[limits[m].index].limit = limits[m].limit;
 }
 
 template <int D>
@@ -237,7 +237,7 @@ __global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementL
 
 /// Answer of an RVE that has repeated its call.
 template <int D> struct RepeatedRecord {
-  int place, has_details;
+  int index, has_details;
   AnswerRecord<D> answer;
   DetailRecord<D> details;
 };
@@ -248,7 +248,7 @@ __global__ void take_repeated(const IncrementLaunch<D> launch, const RepeatedRec
 {
   const int m = blockIdx.x * blockDim.x + threadIdx.x;
   if (m >= count) return;
-  const int k = repeated[m].place;
+  const int k = repeated[m].index;
   launch.answers[k] = repeated[m].answer;
   if (repeated[m].has_details) launch.details[launch.detail_of[k]] = repeated[m].details;
   take_answer(launch, k);
@@ -262,7 +262,7 @@ __global__ void place_resting(const RestingRve<D> *resting, int count, Rest *res
 {
   const int m = blockIdx.x * blockDim.x + threadIdx.x;
   if (m >= count) return;
-  const int k = resting[m].place;
+  const int k = resting[m].index;
   rest[k] = resting[m].rest;
   quiescent_states[k] = resting[m].quiescent;
   drives[k].substeps = BEFORE_THE_CALL;

@@ -14,10 +14,10 @@ namespace rve {
 inline namespace RVE_ISA {
 
   template <class Config>
-  RVE_DEVICE PreparedCall<Config> &prepared_call(const LaunchRecord<Config::D> &launch, int place)
+  RVE_DEVICE PreparedCall<Config> &prepared_call(const LaunchRecord<Config::D> &launch, int index)
   {
     return *reinterpret_cast<PreparedCall<Config> *>(
-        launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size);
+        launch.prepared + static_cast<std::size_t>(index) * launch.prepared_size);
   }
 
   /// Unit of copies between kinds of memory.
@@ -46,9 +46,9 @@ inline namespace RVE_ISA {
                  : "memory");
   }
   /// Waits until the call at an index is prepared. One thread calls it before a barrier.
-  template <int D> RVE_DEVICE void wait_until_ready(const LaunchRecord<D> &launch, int place)
+  template <int D> RVE_DEVICE void wait_until_ready(const LaunchRecord<D> &launch, int index)
   {
-    const unsigned *const word = launch.ready + place / launch.prepared_together;
+    const unsigned *const word = launch.ready + index / launch.prepared_together;
     unsigned turn;
     do {
       asm volatile("ld.acquire.gpu.global.u32 %0, [%1];" : "=r"(turn) : "l"(word) : "memory");
@@ -138,18 +138,18 @@ inline namespace RVE_ISA {
   }
 
   /// Returns the index in the call of an entry of the queue; -1 after the last entry.
-  template <int D> RVE_DEVICE int place_of(const LaunchRecord<D> &launch, int entry)
+  template <int D> RVE_DEVICE int index_of(const LaunchRecord<D> &launch, int entry)
   {
     if (entry >= launch.launched) return -1;
     return launch.order ? launch.order[entry] : entry;
   }
 
   /// Returns the memory for the details of an RVE; null if none are requested.
-  template <int D> RVE_DEVICE DetailRecord<D> *detail_at(const LaunchRecord<D> &launch, int place)
+  template <int D> RVE_DEVICE DetailRecord<D> *detail_at(const LaunchRecord<D> &launch, int index)
   {
     if (!launch.details || !launch.detail_of)
-      return launch.details ? launch.details + place : nullptr;
-    const int mine = launch.detail_of[place];
+      return launch.details ? launch.details + index : nullptr;
+    const int mine = launch.detail_of[index];
     return mine < 0 ? nullptr : launch.details + mine;
   }
 
@@ -157,11 +157,11 @@ inline namespace RVE_ISA {
   template <class Config>
   RVE_DEVICE void prefetch_entry(const LaunchRecord<Config::D> &launch, int entry)
   {
-    const int place = place_of(launch, entry);
-    if (place < 0) return;
-    const RveHandle rve = launch.rves[place];
+    const int index = index_of(launch, entry);
+    if (index < 0) return;
+    const RveHandle rve = launch.rves[index];
     prefetch(rve.device_state, device_state_size<Config>(rve.num_grains, 0));
-    prefetch(launch.prepared + static_cast<std::size_t>(place) * launch.prepared_size,
+    prefetch(launch.prepared + static_cast<std::size_t>(index) * launch.prepared_size,
              launch.prepared_size);
   }
 
@@ -217,7 +217,7 @@ inline namespace RVE_ISA {
     extern __shared__ __align__(16) char on_chip[];
     __shared__ CallState<Config> call;
     __shared__ int entry, next_entry;    // entries of the queue
-    __shared__ int place;                // index of the entry in the call
+    __shared__ int index;                // index of the entry in the call
     __shared__ int grains_in_views;    // number of grains that the views of the block are made for
     using Block = BlockCuda<shape.items, shape.threads, Capacity>;
     static_assert(shape.lean == KernelTraits<Block, Config>::uniform_constants,
@@ -233,16 +233,16 @@ inline namespace RVE_ISA {
     for (;;) {
       block.once([&] {
         entry = next_entry;
-        place = place_of(launch, entry);
-        if (place >= launch.prepared_together) wait_until_ready(launch, place);
+        index = index_of(launch, entry);
+        if (index >= launch.prepared_together) wait_until_ready(launch, index);
       });
-      if (place < 0) {
+      if (index < 0) {
 #if __CUDA_ARCH__ >= 900
         cudaGridDependencySynchronize();    // later kernels run after both kernels
 #endif
         return;
       }
-      const auto *from = reinterpret_cast<const FourWords *>(&prepared_call<Config>(launch, place));
+      const auto *from = reinterpret_cast<const FourWords *>(&prepared_call<Config>(launch, index));
       auto *to = reinterpret_cast<FourWords *>(static_cast<PreparedCall<Config> *>(&call));
       block.for_each(
           static_cast<int>(launch.prepared_size / sizeof(FourWords)),
@@ -263,7 +263,7 @@ inline namespace RVE_ISA {
         });
       }
       RveKernel<Block, Config> variant(block, call, Capacity > 0 ? shared : call.shared);
-      variant.run(launch.answers[place], detail_at(launch, place));
+      variant.run(launch.answers[index], detail_at(launch, index));
     }
   }
 
@@ -329,22 +329,22 @@ inline namespace RVE_ISA {
                   "calls are prepared alike");
     VariantKernels kernels = {};
     auto &kernel = kernels.kernel;
-    const auto place = [&](Residency residency, const void *function) {
+    const auto index = [&](Residency residency, const void *function) {
       kernel[static_cast<int>(residency)] = function;
     };
     if constexpr (block_shape<Config>(Residency::Many).items > 0) {
-      place(Residency::Many, address_of(advance_many<variant, Numbers>));
+      index(Residency::Many, address_of(advance_many<variant, Numbers>));
       if constexpr (same_shape(block_shape<Config>(Residency::Few),
                                block_shape<Config>(Residency::Many)))
-        place(Residency::Few, address_of(advance_many<variant, Numbers>));
+        index(Residency::Few, address_of(advance_many<variant, Numbers>));
       else
-        place(Residency::Few, address_of(advance_few<variant, Numbers>));
+        index(Residency::Few, address_of(advance_few<variant, Numbers>));
     }
     if constexpr (block_shape<Config>(Residency::Large).items > 0)
-      place(Residency::Large, address_of(advance_large<variant, Numbers>));
+      index(Residency::Large, address_of(advance_large<variant, Numbers>));
     if constexpr (block_shape<Config>(Residency::Largest).items > 0)
-      place(Residency::Largest, address_of(advance_largest<variant, Numbers>));
-    place(Residency::Memory, address_of(advance_in_memory<variant, Numbers>));
+      index(Residency::Largest, address_of(advance_largest<variant, Numbers>));
+    index(Residency::Memory, address_of(advance_in_memory<variant, Numbers>));
     if constexpr (Traits::prepared_like == variant)
       kernels.prepare = address_of(prepare_calls<variant, Numbers>);
     return kernels;

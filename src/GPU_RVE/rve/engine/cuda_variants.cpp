@@ -112,8 +112,8 @@ std::optional<BlockShape> CudaVariants::shape(KernelVariant variant, Residency r
 
 const void *CudaVariants::advance(KernelVariant variant, Residency residency) const
 {
-  const int place = static_cast<int>(residency);
-  return of(variant).ahead ? of(variant).kernels.kernel[place] : compiled(ADVANCE[place], variant);
+  const int index = static_cast<int>(residency);
+  return of(variant).ahead ? of(variant).kernels.kernel[index] : compiled(ADVANCE[index], variant);
 }
 
 bool CudaVariants::is_at_hand(KernelVariant variant, Residency residency) const

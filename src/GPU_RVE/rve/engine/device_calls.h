@@ -23,7 +23,7 @@ struct PointsOnDevice {
 
 /// Known rest of an RVE at the beginning of a new call.
 template <int D> struct RestingRve {
-  int place = 0;    ///< index in the call
+  int index = 0;    ///< index in the call
   Rest rest = Rest::Unknown;
   QuiescentStateOf<D> quiescent;    ///< without a stiffness if the RVE moves
 };
@@ -46,7 +46,7 @@ template <int D> struct DeviceCallOf {
 
 /// New value of PlannedRve::limit.
 struct NewLimit {
-  std::int32_t place;
+  std::int32_t index;
   StiffeningLimit limit;
 };
 
@@ -66,7 +66,7 @@ template <int D> class DeviceCallsOf : public Request {
   /// IncrementCallOf::take_deferred(), its deferred increment.
   virtual void deliver(IncrementCallOf<D> &call) = 0;
   /// Delivers the result of one RVE, which must have finished.
-  virtual void deliver_one(int place, IncrementCallOf<D> &call) = 0;
+  virtual void deliver_one(int index, IncrementCallOf<D> &call) = 0;
   virtual void set_limits(const std::vector<NewLimit> &limits) = 0;
 };
 

@@ -177,9 +177,9 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
 constexpr int power_in(const char *unit, const char *quantity)
 {
   int sign = 1, power = 0;
-  for (const char *site = unit; *site != 0; ++site) {
-    if (*site == '/') sign = -1;
-    const char *behind = site, *letter = quantity;
+  for (const char *position = unit; *position != 0; ++position) {
+    if (*position == '/') sign = -1;
+    const char *behind = position, *letter = quantity;
     for (; *letter != 0 && *behind == *letter; ++letter) ++behind;
     if (*letter == 0) power += sign * (*behind == '^' ? behind[1] - '0' : 1);
   }
