@@ -312,13 +312,13 @@ struct VisitPlaces {
   template <class Block> RVE_HD void operator()(Block &block, char *) const
   {
     using Item = typename Block::Item;
-    block.for_empty_places(count, [&](Item i) { visits[i] += 1; });
-    block.template for_items<rve::Visit::Places>(count,
-                                                 [&](Item i) { visits[i] += i < count ? 2 : 1; });
-    const bool last =
-        block.template any_item<rve::Visit::Places>(count, [&](Item i) { return i == count - 1; });
+    block.for_empty_registers(count, [&](Item i) { visits[i] += 1; });
+    block.template for_items<rve::Visit::Registers>(
+        count, [&](Item i) { visits[i] += i < count ? 2 : 1; });
+    const bool last = block.template any_item<rve::Visit::Registers>(
+        count, [&](Item i) { return i == count - 1; });
     const bool before_all =
-        block.template any_item<rve::Visit::Places>(count, [&](Item i) { return i < 0; });
+        block.template any_item<rve::Visit::Registers>(count, [&](Item i) { return i < 0; });
     block.once([&] {
       found[0] = last ? 1 : 0;
       found[1] = before_all ? 1 : 0;

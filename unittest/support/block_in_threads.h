@@ -129,7 +129,7 @@ template <class Base> class InThreads : public Base {
   }
   // Threads with two items have no places without an item.
   template <rve::Visit = rve::Visit::Items, class F> bool any_item(int n, F f) { return any(n, f); }
-  template <class F> static void for_empty_places(int, F) {}
+  template <class F> static void for_empty_registers(int, F) {}
 
   template <int M, class F> rve::IntegerSums<M> sum_integers(int n, F f)
   {

@@ -50,13 +50,13 @@ class BlockInRegisters : public BlockSerial {
   using BlockSerial::for_items;
   template <Visit way = Visit::Items, class F> void for_items(int n, F f)
   {
-    for_each(way == Visit::Places ? CAPACITY : n, f);
+    for_each(way == Visit::Registers ? CAPACITY : n, f);
   }
   template <Visit way = Visit::Items, class F> bool any_item(int n, F f)
   {
-    return any(way == Visit::Places ? CAPACITY : n, f);
+    return any(way == Visit::Registers ? CAPACITY : n, f);
   }
-  template <class F> static void for_empty_places(int n, F f)
+  template <class F> static void for_empty_registers(int n, F f)
   {
     for (int i = n; i < CAPACITY; ++i) f(i);
   }
@@ -79,7 +79,7 @@ class BlockOfTwo : public BlockInRegisters {
  public:
   using BlockSerial::any_item;
   using BlockSerial::for_items;
-  template <class F> static void for_empty_places(int, F) {}
+  template <class F> static void for_empty_registers(int, F) {}
   template <class F> static void share_out(int i, int n, int count, F f)
   {
     const int threads = (n + 1) / 2;

@@ -112,7 +112,7 @@ template <int D> class Boundary {
 };
 
 /// Coordinates that differ by less are equal [cells]. The value is far above round-off.
-constexpr double SAME_PLACE = 1e-6;
+constexpr double POSITION_TOLERANCE = 1e-6;
 
 RVE_HD inline double clamped(double value, double low, double high)
 {

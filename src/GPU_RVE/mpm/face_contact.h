@@ -68,7 +68,7 @@ template <int D> struct FaceColumn {
     share[1] = outer_share;
     has_pair = true;
     for (int k = 0; k < 2; ++k) {
-      used[k] = share[k] > SAME_PLACE;
+      used[k] = share[k] > POSITION_TOLERANCE;
       has_pair = has_pair && (!used[k] || is_held(row[k]));
       node[k] = is_held(row[k]) ? node_at(grid, row[k]) : 0;
     }
@@ -89,7 +89,9 @@ template <int D> struct FaceColumn {
     int inside = used[0] ? row[0] + inwards : row[0];
     inside = inside < first_row ? first_row : inside > last_row ? last_row : inside;
     for (; is_held(inside); inside += inwards) {
-      if ((back - inside) * inwards < -SAME_PLACE || (inside - face) * inwards < -SAME_PLACE) break;
+      if ((back - inside) * inwards < -POSITION_TOLERANCE ||
+          (inside - face) * inwards < -POSITION_TOLERANCE)
+        break;
       const int n = node_at(step.grid, inside);
       if (step.mass[n] > 0.0) visit(inside, n);
     }
@@ -109,10 +111,12 @@ template <int D> struct FaceColumn {
       const double left = grid.scaled(state.lo[a], a);
       const double right = grid.scaled(state.hi[a], a);
       const double last_column = grid.cells(a) + 1;
-      if (place[a] < std::ceil(clamped(left - SAME_PLACE, -1.0, last_column + 1)) ||
-          place[a] > std::floor(clamped(right + SAME_PLACE, -2.0, last_column)))
+      if (place[a] < std::ceil(clamped(left - POSITION_TOLERANCE, -1.0, last_column + 1)) ||
+          place[a] > std::floor(clamped(right + POSITION_TOLERANCE, -2.0, last_column)))
         return false;
-      lateral[a] = place[a] < left + SAME_PLACE ? -1 : place[a] > right - SAME_PLACE ? 1 : 0;
+      lateral[a] = place[a] < left + POSITION_TOLERANCE ? -1
+          : place[a] > right - POSITION_TOLERANCE       ? 1
+                                                        : 0;
       is_lateral = is_lateral || lateral[a] != 0;
       if (lateral[a] != 0 && !is_round) weight /= 2;
       if (!is_round) continue;
@@ -122,7 +126,7 @@ template <int D> struct FaceColumn {
     }
     if (!is_round) return true;
     const double distance = std::sqrt(dot(from_axis, from_axis));
-    if (distance > radius + SAME_PLACE) return false;
+    if (distance > radius + POSITION_TOLERANCE) return false;
     is_lateral = distance > radius - 1.0 && distance > 0.0;
     if (is_lateral) from_axis = (1.0 / distance) * from_axis;
     return true;
@@ -179,8 +183,8 @@ template <int D> struct OpenFaces {
     for (int a = 0; a < D; ++a) {
       const double from_low = place[a] - grid.scaled(other.lo[a], a);
       const double from_high = grid.scaled(other.hi[a], a) - place[a];
-      if (!(from_low >= -SAME_PLACE && from_high >= -SAME_PLACE)) return 0;
-      on_face[a] = from_low < SAME_PLACE ? -1 : from_high < SAME_PLACE ? 1 : 0;
+      if (!(from_low >= -POSITION_TOLERANCE && from_high >= -POSITION_TOLERANCE)) return 0;
+      on_face[a] = from_low < POSITION_TOLERANCE ? -1 : from_high < POSITION_TOLERANCE ? 1 : 0;
     }
     return sectors(column, on_face);
   }

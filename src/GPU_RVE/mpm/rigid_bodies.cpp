@@ -66,7 +66,7 @@ namespace {
   double beyond_side(const SolverOptions<D> &options, const Vec<D> &centre, const Vec<D> &normal,
                      double distance)
   {
-    const double cell = options.cell_size, near = SAME_PLACE * cell;
+    const double cell = options.cell_size, near = POSITION_TOLERANCE * cell;
     for (int a = 0; a < D; ++a) {
       if (!(std::abs(normal[a]) > 1.0 - 1e-9)) continue;
       const double face = centre[a] + normal[a] * distance;

@@ -74,7 +74,7 @@ RVE_HD Tip find_tip(const Grid<D> &grid, const typename RigidShape<D>::Crossing 
   if (!shares_nodes || !(length > TIP)) return Tip::None;
   normal = (1.0 / length) * both;
   row = 0.5 * (crossing.place[0] + crossing.place[1]) / cell;
-  const double least = (LEAST_DEPTH - SAME_PLACE) * cell;
+  const double least = (LEAST_DEPTH - POSITION_TOLERANCE) * cell;
   const bool is_reachable = row > grid.first(axis) && row < grid.last(axis) &&
       !(crossing.depth[0] < least) && !(crossing.depth[1] < least);
   return is_reachable ? Tip::Reachable : Tip::OutOfReach;
@@ -91,7 +91,7 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
   place[axis] = 0;
   Vec<D> point;
   point[axis] = grid.lo(axis);
-  const double radius = body.shape.radius() + SAME_PLACE * cell;
+  const double radius = body.shape.radius() + POSITION_TOLERANCE * cell;
   for (int a = 0, rest = column; a < D; ++a) {
     if (a == axis) continue;
     place[a] = rest % grid.nodes(a) + grid.first(a);
@@ -100,7 +100,7 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
     if (!(std::abs(point[a] - body.shape.centre[a]) <= radius)) return;
   }
   typename RigidShape<D>::Crossing crossing;
-  if (!body.shape.cross(point, axis, SAME_PLACE * cell, crossing)) return;
+  if (!body.shape.cross(point, axis, POSITION_TOLERANCE * cell, crossing)) return;
 
   // nodes outside these rows have no mass
   const int first_row = grid.first(axis), last_row = grid.last(axis);
@@ -134,8 +134,8 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
       const int first = static_cast<int>(std::floor(row));
       double share = row - first;
       if (step.shape == ShapeFunction::Linear) share = share < 0.5 ? 0.0 : 1.0;
-      if (1.0 - share > SAME_PLACE) add_node(contact, first, 1.0 - share);
-      if (share > SAME_PLACE) add_node(contact, first + 1, share);
+      if (1.0 - share > POSITION_TOLERANCE) add_node(contact, first, 1.0 - share);
+      if (share > POSITION_TOLERANCE) add_node(contact, first + 1, share);
       visit(contact);
     }
     if (tip != Tip::None) return;
@@ -148,7 +148,7 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
     const int inner = static_cast<int>(end == 0 ? std::ceil(face) : std::floor(face));
     inside[end] = inner;
     if (!is_steepest(crossing.normal[end])) continue;
-    if (crossing.depth[end] < (LEAST_DEPTH - SAME_PLACE) * cell) {
+    if (crossing.depth[end] < (LEAST_DEPTH - POSITION_TOLERANCE) * cell) {
       inside[end] = inner + inwards;
       continue;
     }
@@ -158,7 +158,7 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
     RigidContact<D> contact = {0, {}, {}, 2 * axis + end, crossing.normal[end], Vec<D>::zero()};
     bool reachable = true;
     for (int k = 0; k < 2; ++k) {
-      if (!(share[k] > SAME_PLACE)) continue;
+      if (!(share[k] > POSITION_TOLERANCE)) continue;
       const int row = inner - k * inwards;
       if (row < first_row || row > last_row) {
         reachable = false;
@@ -233,7 +233,7 @@ template <int D> struct RigidContactMotion {
         : Vec<D>::zero();
     normal = freed(contact.normal);
     const double length = std::sqrt(dot(normal, normal));
-    if (!(length > SAME_PLACE)) return false;    // the body is cut by a symmetry plane
+    if (!(length > POSITION_TOLERANCE)) return false;    // the body is cut by a symmetry plane
     normal = (1.0 / length) * normal;
     return true;
   }

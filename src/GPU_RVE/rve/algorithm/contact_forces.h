@@ -90,7 +90,7 @@ inline namespace RVE_ISA {
           grains.keep_largest(i, sum.largest_force);
         });
       };
-      constexpr Visit way = Traits::disks_in_registers ? Visit::Places : Visit::Items;
+      constexpr Visit way = Traits::disks_in_registers ? Visit::Registers : Visit::Items;
       block.template for_items<way>(num_grains, visit);
     }
 

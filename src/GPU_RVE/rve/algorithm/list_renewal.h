@@ -24,7 +24,7 @@ inline namespace RVE_ISA {
     /// and plans the following steps again.
     static RVE_COLD void renew(Block block, CallState<Config> &call, int k)
     {
-      const SeenMotions<Config> motion = at_known_places<Block>(call.shared).motion;
+      const SeenMotions<Config> motion = at_known_addresses<Block>(call.shared).motion;
       // A motion by a quarter of the cell in one step is unstable.
       const Wide quarter_cell = static_cast<Wide>(0.25 / Config::fraction_unit);
       const Tensor<Wide, Config::D> to_fraction = call.planned(k).to_fraction;
@@ -77,7 +77,7 @@ inline namespace RVE_ISA {
         });
         return;
       }
-      const SharedView<Config> shared = at_known_places<Block>(call.shared);
+      const SharedView<Config> shared = at_known_addresses<Block>(call.shared);
       const WorkspaceView<Config> work = workspace_of(call, shared);
       const double reach = Config::Law::reach(call.header.material);
       const SearchGrid<Config::D> grid = call.list_grid;
@@ -135,7 +135,7 @@ inline namespace RVE_ISA {
     /// displacements, the lattice does not change.
     static RVE_COLD void reduce_lattice(Block block, CallState<Config> &call, int k)
     {
-      const SeenMotions<Config> motion = at_known_places<Block>(call.shared).motion;
+      const SeenMotions<Config> motion = at_known_addresses<Block>(call.shared).motion;
       for (int guard = 0; guard < 8; ++guard) {
         const auto change = lattice_step(call.list_cell);
         if (change.axis < 0) break;

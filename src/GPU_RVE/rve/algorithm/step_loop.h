@@ -230,9 +230,9 @@ inline namespace RVE_ISA {
       }
       int t = k - first;
       if constexpr (Traits::disks_in_registers) {
-        block.for_empty_places(
+        block.for_empty_registers(
             num_grains, [&](Item i) RVE_INLINE_LAMBDA { grains.set_resting_grain(shared, i); });
-        t = step_in_places(grains, t, end, n, moved, k > 1);
+        t = step_in_registers(grains, t, end, n, moved, k > 1);
       } else {
         for (bool kicks = k > 1;; kicks = true, ++t) {
           const PlanOf<Config> &plan = call.plan[t];
@@ -261,19 +261,20 @@ inline namespace RVE_ISA {
     /// branch is around pairs that do not touch, and all steps read the data of the call from
     /// registers: 3 % fewer instructions. Spheres have no such loop: their kernels would be too
     /// large for uniform registers.
-    RVE_INLINE int step_in_places(StepGrains &grains, int t, int end, int n, bool moved, bool kicks)
+    RVE_INLINE int step_in_registers(StepGrains &grains, int t, int end, int n, bool moved,
+                                     bool kicks)
     {
       const PlanOf<Config> *plan = call.plan + t;
       const auto law = call.law;
       const Real alpha = call.alpha;
       const int num_extra = call.num_extra;
       const PlainConstants held{n};
-      if (!moved && move<Visit::Places>(grains, *plan, alpha, n, kicks)) return ~t;
+      if (!moved && move<Visit::Registers>(grains, *plan, alpha, n, kicks)) return ~t;
       for (int left = end - t; left > 0; --left) {
         contact_forces<Wanted::Forces>(block, grains, shared, call, law, *plan, num_extra, held)
             .sum_forces();
         ++plan;
-        if (move<Visit::Places>(grains, *plan, alpha, n, true)) return ~(end - left + 1);
+        if (move<Visit::Registers>(grains, *plan, alpha, n, true)) return ~(end - left + 1);
       }
       return end;
     }

@@ -451,7 +451,7 @@ inline namespace RVE_ISA {
   /// Returns the view of a block, for rare code. Arrays at addresses on chip that are known at
   /// compile time get these addresses.
   template <class Block, class Config>
-  RVE_INLINE SharedView<Config> at_known_places(const SharedView<Config> &shared)
+  RVE_INLINE SharedView<Config> at_known_addresses(const SharedView<Config> &shared)
   {
     if constexpr (Block::kCapacity == 0) {
       return shared;

@@ -37,7 +37,7 @@
 //                           `const auto i` it may also get a PackItem, several items at a time.
 //                           for_items<way>, any_item<way>, reduce_items<M, Term, way>: by a Visit
 //   for_items(n, f, m, g)   and g(0) ... g(m - 1) at the same time
-//   for_empty_places(n, f)  f(i) in threads with registers for an item but without an item; no
+//   for_empty_registers(n, f)  f(i) in threads with registers for an item but without an item; no
 //                           barrier
 //   own_items(n, f)         as for_items, but f(item) does not access what other items access
 //                           before the next phase: no barrier
@@ -108,7 +108,7 @@ inline namespace RVE_ISA {
     {
       return any(n, f);
     }
-    template <class F> static RVE_INLINE void for_empty_places(int, F) {}
+    template <class F> static RVE_INLINE void for_empty_registers(int, F) {}
     template <class F> RVE_INLINE void own_items(int n, F f) { for_each(n, f); }
     template <int M, class Term, Visit = Visit::Items, class F, class Rest>
     RVE_INLINE void reduce_items(int n, F f, Rest rest, Reduction<M> &reduction)

@@ -68,12 +68,12 @@ inline namespace RVE_ISA {
     template <Visit way = Visit::Items, class F> RVE_DEVICE bool any_item(int n, F f)
     {
       // The result is a number if all threads take part, and a truth value in a branch.
-      std::conditional_t<way == Visit::Places, int, bool> mine = 0;
+      std::conditional_t<way == Visit::Registers, int, bool> mine = 0;
       visit_items<way>(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
       return __syncthreads_or(mine) != 0;
     }
 
-    template <class F> static RVE_DEVICE void for_empty_places(int n, F f)
+    template <class F> static RVE_DEVICE void for_empty_registers(int n, F f)
     {
       if constexpr (ItemsPerThread == 1) {
         const int i = threadIdx.x;
@@ -120,7 +120,7 @@ inline namespace RVE_ISA {
     {
       if constexpr (ItemsPerThread == 1) {
         const int i = threadIdx.x;
-        if (way == Visit::Places || i < n) f(i);
+        if (way == Visit::Registers || i < n) f(i);
       } else if constexpr (ItemsPerThread == 2 && way == Visit::InTurn) {
         const int first = threadIdx.x, second = 2 * blockDim.x - 1 - first;
         RVE_ROLLED

@@ -16,9 +16,9 @@ inline namespace RVE_ISA {
 
   /// Order in which a thread of a GPU visits its items in registers. A CPU has one order.
   enum class Visit {
-    Items,     ///< one after the other, each in its own registers
-    Places,    ///< also registers without an item, with a number from n on: no branch around items
-    InTurn     ///< one after the other by the same code, in the registers of the first item
+    Items,        ///< one after the other, each in its own registers
+    Registers,    ///< also registers without an item, with a number from n on: no branch around items
+    InTurn        ///< one after the other by the same code, in the registers of the first item
   };
 
   /// Items of an array without copies in registers: all functions of a resident array access the
