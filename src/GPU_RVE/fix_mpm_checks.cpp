@@ -95,7 +95,7 @@ void fill(const mpm::Grid<D> &grid, const mpm::PointView<D> &points, int i, doub
     cells.first[a] = std::max(0, (int) std::floor(low[a]));
     cells.end[a] = std::min(grid.cells(a), (int) std::floor(high[a]) + 1);
   }
-  cells.for_each([&](const mpm::Place<D> &cell) {
+  cells.for_each([&](const mpm::NodeIndex<D> &cell) {
     double share = 1.0;
     for (int a = D - 1; a >= 0; a--)
       share *= std::max(0.0, std::min(high[a], cell[a] + 1.0) - std::max(low[a], 1.0 * cell[a]));

@@ -69,7 +69,7 @@ template <int D> struct SceneOf : mpm::PointArrays<D> {
     mpm::NodeBox<D> boxes;
     for (int a = 0; a < D; ++a)
       boxes.end[a] = static_cast<int>(std::lround((hi[a] - lo[a]) / width));
-    boxes.for_each([&](const mpm::Place<D> &box) {
+    boxes.for_each([&](const mpm::NodeIndex<D> &box) {
       Vec place, half;
       for (int a = 0; a < D; ++a) {
         place[a] = lo[a] + (box[a] + 0.5) * width;

@@ -54,11 +54,11 @@ template <int D> void expect_linear_fields_are_reproduced()
         rest /= box.parts(a);
       }
       const mpm::Support<D> support = mpm::support_of(grid, box, part);
-      mpm::each_node<D>([&](const mpm::Place<D> &place) {
+      mpm::each_node<D>([&](const mpm::NodeIndex<D> &place) {
         const int node = support.node(place);
         ASSERT_GE(node, 0);
         ASSERT_LT(node, grid.node_count());
-        const mpm::Place<D> at = grid.place(node);
+        const mpm::NodeIndex<D> at = grid.place(node);
         Vec<D> x;
         for (int a = 0; a < D; ++a) x[a] = at[a] * CELL;
         sum += support.value(place) / count;
@@ -254,7 +254,7 @@ template <int D> void expect_forces_do_the_work_of_stresses()
     nodes.first[a] = -1;
     nodes.end[a] = grid.cells(a) + 2;
   }
-  const auto field = [&](const mpm::Place<D> &place) {
+  const auto field = [&](const mpm::NodeIndex<D> &place) {
     Vec<D> velocity;
     for (int a = 0; a < D; ++a) {
       const double x = place[a] * CELL - 0.6, y = place[(a + 1) % D] * CELL - 0.6;
@@ -262,7 +262,7 @@ template <int D> void expect_forces_do_the_work_of_stresses()
     }
     return velocity;
   };
-  nodes.for_each([&](const mpm::Place<D> &place) {
+  nodes.for_each([&](const mpm::NodeIndex<D> &place) {
     of_forces += dot(solver.node_force(place), field(place));
   });
 
@@ -271,7 +271,7 @@ template <int D> void expect_forces_do_the_work_of_stresses()
   std::vector<double> volume(grid.node_count(), 0.0), sum(grid.node_count(), 0.0);
   std::vector<mpm::Tensor<D>> gradient(scene.size());
   const auto cell_of = [&](int p) {
-    mpm::Place<D> place;
+    mpm::NodeIndex<D> place;
     for (int a = 0; a < D; ++a)
       place[a] = static_cast<int>(std::floor(scene.position[3 * p + a] / CELL));
     return grid.node(place);
@@ -280,7 +280,7 @@ template <int D> void expect_forces_do_the_work_of_stresses()
     const mpm::Support<D> support =
         mpm::support_of(grid, ShapeFunction::Gimp, &scene.position[3 * p], scene.half_size[p]);
     gradient[p] = mpm::Tensor<D>::zero();
-    mpm::each_node<D>([&](const mpm::Place<D> &at) {
+    mpm::each_node<D>([&](const mpm::NodeIndex<D> &at) {
       gradient[p] = gradient[p] + dyad(field(grid.place(support.node(at))), support.gradient(at));
     });
     volume[cell_of(p)] += scene.volume[p];

@@ -20,7 +20,7 @@ template <class Dimension> class Transfer : public testing::Test {
  protected:
   static constexpr int D = Dimension::value;
   using Vec = mpm::Vec<D>;
-  using Place = mpm::Place<D>;
+  using NodeIndex = mpm::NodeIndex<D>;
   using Support = mpm::Support<D>;
 
   static mpm::Grid<D> make_grid()
@@ -81,8 +81,8 @@ TYPED_TEST(Transfer, WeightsAreAPartitionOfUnityWithLinearCompleteness)
       mpm::Vec<D> place = mpm::Vec<D>::zero(), none = place;
       mpm::Tensor<D> identity = mpm::Tensor<D>::zero();
       int nodes = 0;
-      mpm::each_node<D>([&](const mpm::Place<D> &at) {
-        const mpm::Place<D> node = this->grid.place(all[p].node(at));
+      mpm::each_node<D>([&](const mpm::NodeIndex<D> &at) {
+        const mpm::NodeIndex<D> node = this->grid.place(all[p].node(at));
         mpm::Vec<D> x;
         for (int a = 0; a < D; ++a) x[a] = 0.5 * node[a];
         unity += all[p].value(at);
@@ -119,7 +119,8 @@ TYPED_TEST(Transfer, NodesHoldTheRoundedMassOfThePointsToTheLastBit)
           1.0 + 2.0 * std::sin(static_cast<double>(p)) * std::sin(static_cast<double>(p));
       mpm::scatter<1>(
           all[p], scale, mass,
-          [&](const mpm::Place<D> &place) { return mass * all[p].value(place); }, sums.data(), 0);
+          [&](const mpm::NodeIndex<D> &place) { return mass * all[p].value(place); }, sums.data(),
+          0);
       total += scale.integer(mass);
     }
 
@@ -139,7 +140,7 @@ TYPED_TEST(Transfer, InternalForcesOfAPointSumToZeroToTheLastBit)
 
         mpm::scatter<1>(
             support, scale, 0.0,
-            [&](const mpm::Place<D> &place) { return 3.7 * support.gradient(place)[a]; },
+            [&](const mpm::NodeIndex<D> &place) { return 3.7 * support.gradient(place)[a]; },
             sums.data(), 0);
 
         EXPECT_EQ(std::accumulate(sums.begin(), sums.end(), std::int64_t(0)), 0);
@@ -179,7 +180,7 @@ TYPED_TEST(Transfer, StorageIndicesOfNodesCountThemOnceLayerByLayer)
     all.first[a] = -1;
     all.end[a] = this->grid.cells(a) + 2;
   }
-  all.for_each([&](const mpm::Place<D> &place) {
+  all.for_each([&](const mpm::NodeIndex<D> &place) {
     ASSERT_EQ(this->grid.node(place), next);
     for (int a = 0; a < D; ++a) ASSERT_EQ(this->grid.place(next)[a], place[a]);
     ASSERT_EQ(next / this->grid.layer_size(), place[D - 1] + 1);

@@ -139,7 +139,7 @@ TEST_P(MotionInSpace, InternalForcesGiveTheNodesNeitherMomentumNorAngularMomentu
   Vec3 force = Vec3::zero(), moment = Vec3::zero();
   double size = 0.0;
   for (int n = 0; n < solver.grid().node_count(); ++n) {
-    const mpm::Place<3> place = solver.grid().place(n);
+    const mpm::NodeIndex<3> place = solver.grid().place(n);
     const Vec3 f = solver.node_force(place);
     force = force + f;
     moment = moment + cross(Vec3{{0.25 * place[0], 0.25 * place[1], 0.25 * place[2]}}, f);

@@ -144,7 +144,7 @@ Outcome run(const Analysis<D> &analysis, SceneOf<D> points, int steps,
     note(solver.damping_force());
     outcome.numbers.push_back(solver.max_unbalanced_force());
     const int column = static_cast<int>((MIDDLE + 0.5 - analysis.options.lo[0]) / CELL);
-    mpm::Place<D> place;
+    mpm::NodeIndex<D> place;
     for (int a = 0; a < D; ++a) place[a] = a == 0 ? column : 2;
     note(solver.node_force(place));
     outcome.numbers.push_back(solver.node_mass(place));

@@ -36,7 +36,7 @@ template <int D> std::vector<std::uint8_t> Boundary<D>::sides(const Grid<D> &par
     const int axis = axis_of(face);
     int bits = SideBits::across(axis);
     if (sides_[side] == SideKind::Fixed) bits |= SideBits::fixed_across(axis);
-    common(part.held(), nodes_of(face)).for_each([&](const Place<D> &place) {
+    common(part.held(), nodes_of(face)).for_each([&](const NodeIndex<D> &place) {
       std::uint8_t &of_node = of_nodes[part.node(place)];
       of_node = static_cast<std::uint8_t>(of_node | bits);
     });
@@ -52,7 +52,7 @@ template <int D> std::vector<AbsorbingNode<D>> Boundary<D>::absorbing(const Grid
     if (!dashpots.exist()) continue;
     const Face face = static_cast<Face>(side);
     const int axis = axis_of(face);
-    common(part.held(), nodes_of(face)).for_each([&](const Place<D> &place) {
+    common(part.held(), nodes_of(face)).for_each([&](const NodeIndex<D> &place) {
       const int node = part.node(place);
       AbsorbingNode<D> &at = found.try_emplace(node).first->second;
       at.node = node;

@@ -74,7 +74,7 @@ struct SideBits {
 
 /// A node of the whole grid with a value.
 template <int D, class T> struct NodeValue {
-  Place<D> place;
+  NodeIndex<D> place;
   T value;
 };
 

@@ -29,7 +29,7 @@ template <int D> struct FaceColumn {
   int normal;                 ///< axis of the column
   int inwards;                ///< step of the row index into the body
   double face, back;          ///< row coordinates of the two ends of the body
-  Place<D> place;             ///< place of the column; the component along `normal` is not used
+  NodeIndex<D> place;         ///< place of the column; the component along `normal` is not used
   int first_row, last_row;    ///< rows of the outermost nodes that are held
 
   // the inner and the outer node of the face, and the share of the force of each
@@ -78,7 +78,7 @@ template <int D> struct FaceColumn {
   RVE_HD bool is_held(int r) const { return r >= first_row && r <= last_row; }
   RVE_HD int node_at(const Grid<D> &grid, int r) const
   {
-    Place<D> at = place;
+    NodeIndex<D> at = place;
     at[normal] = r;
     return grid.node(at);
   }
@@ -101,7 +101,7 @@ template <int D> struct FaceColumn {
   RVE_HD bool find_place(const Grid<D> &grid, const RigidBodyState<D> &state,
                          const RigidBodyOptions &options, int column)
   {
-    place = Place<D>::zero();
+    place = NodeIndex<D>::zero();
     is_round = D == 3 && options.round;
     double radius = 1e9;
     for (int a = 0, rest = column; a < D; ++a) {
@@ -145,7 +145,7 @@ template <int D> struct OpenFaces {
   RVE_HD OpenFaces(const StepView<D> &step, const FaceColumn<D> &column, int row,
                    std::uint64_t plates)
   {
-    Place<D> place = column.place;
+    NodeIndex<D> place = column.place;
     place[column.normal] = row;
     int own = sectors(column, column.lateral), all = own;
     for (int b = 0; b < step.num_bodies; ++b)
@@ -177,7 +177,7 @@ template <int D> struct OpenFaces {
     return set;
   }
   static RVE_HD int covered(const Grid<D> &grid, const RigidBodyState<D> &other,
-                            const FaceColumn<D> &column, const Place<D> &place)
+                            const FaceColumn<D> &column, const NodeIndex<D> &place)
   {
     int on_face[D] = {};
     for (int a = 0; a < D; ++a) {

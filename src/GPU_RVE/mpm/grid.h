@@ -25,7 +25,7 @@ template <int D> using Tensor = rve::Tensor<double, D>;
 using Vec2 = Vec<2>;
 
 /// Index of a node along each axis.
-template <int D> using Place = rve::Vec<int, D>;
+template <int D> using NodeIndex = rve::Vec<int, D>;
 
 /// Sides of the grid and faces of the box of a point or body: low and high side of each axis.
 enum class Face { XLo, XHi, YLo, YHi, ZLo, ZHi };
@@ -48,8 +48,8 @@ template <int D> class Grid;
 
 /// A block of nodes of a grid, from `first` to before `end` along each axis.
 template <int D> struct NodeBox {
-  Place<D> first = Place<D>::zero();
-  Place<D> end = Place<D>::zero();
+  NodeIndex<D> first = NodeIndex<D>::zero();
+  NodeIndex<D> end = NodeIndex<D>::zero();
 
   bool is_empty() const
   {
@@ -57,7 +57,7 @@ template <int D> struct NodeBox {
       if (first[a] >= end[a]) return true;
     return false;
   }
-  RVE_HD bool contains(const Place<D> &place) const
+  RVE_HD bool contains(const NodeIndex<D> &place) const
   {
     for (int a = 0; a < D; ++a)
       if (place[a] < first[a] || place[a] >= end[a]) return false;
@@ -77,7 +77,7 @@ template <int D> struct NodeBox {
   template <class Visit> void for_each(const Visit &visit) const
   {
     if (is_empty()) return;
-    Place<D> place = first;
+    NodeIndex<D> place = first;
     for (int a = 0; a < D;) {
       visit(place);
       for (a = 0; a < D && ++place[a] == end[a]; ++a) place[a] = first[a];
@@ -171,16 +171,16 @@ template <int D> class Grid {
 
   /// Returns the storage index of a node that is held, by its place: from -1 to cells + 1 along
   /// each axis.
-  RVE_HD int node(const Place<D> &place) const
+  RVE_HD int node(const NodeIndex<D> &place) const
   {
     int index = place[D - 1] - first_[D - 1];
     for (int a = D - 2; a >= 0; --a) index = index * nodes(a) + (place[a] - first_[a]);
     return index;
   }
   /// Returns the place of the node with this storage index.
-  RVE_HD Place<D> place(int node) const
+  RVE_HD NodeIndex<D> place(int node) const
   {
-    Place<D> place;
+    NodeIndex<D> place;
     for (int a = 0; a < D - 1; ++a) {
       place[a] = node % nodes(a) + first_[a];
       node /= nodes(a);
@@ -209,15 +209,15 @@ template <int D> class Grid {
   int layer_size() const { return stride(D - 1); }
 
   /// Returns the index of a place among all() nodes, in the order of storage.
-  std::int64_t id(const Place<D> &place) const
+  std::int64_t id(const NodeIndex<D> &place) const
   {
     std::int64_t id = 0;
     for (int a = D - 1; a >= 0; --a) id = id * (cells_[a] + 3) + (place[a] + 1);
     return id;
   }
-  Place<D> place_of_id(std::int64_t id) const
+  NodeIndex<D> place_of_id(std::int64_t id) const
   {
-    Place<D> place;
+    NodeIndex<D> place;
     for (int a = 0; a < D; ++a) {
       place[a] = static_cast<int>(id % (cells_[a] + 3)) - 1;
       id /= cells_[a] + 3;

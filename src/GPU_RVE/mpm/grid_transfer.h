@@ -21,15 +21,15 @@ template <int D> struct Support {
   AxisWeights axis[D];
   double per_cell;    ///< 1 / cell size [1/length]
 
-  RVE_INLINE int node(const Place<D> &place) const
+  RVE_INLINE int node(const NodeIndex<D> &place) const
   {
     return node(place, std::make_index_sequence<D - 1>());
   }
-  RVE_INLINE double value(const Place<D> &place) const
+  RVE_INLINE double value(const NodeIndex<D> &place) const
   {
     return value(place, std::make_index_sequence<D>());
   }
-  RVE_INLINE Vec<D> gradient(const Place<D> &place) const
+  RVE_INLINE Vec<D> gradient(const NodeIndex<D> &place) const
   {
     Vec<D> gradient;
     for (int c = 0; c < D; ++c) {
@@ -40,9 +40,9 @@ template <int D> struct Support {
     }
     return gradient;
   }
-  RVE_HD Place<D> heaviest() const
+  RVE_HD NodeIndex<D> heaviest() const
   {
-    Place<D> place;
+    NodeIndex<D> place;
     for (int a = 0; a < D; ++a) place[a] = axis[a].heaviest();
     return place;
   }
@@ -50,7 +50,7 @@ template <int D> struct Support {
   /// Sets all members that follow from the grid and the weights of the axes.
   RVE_HD void locate(const Grid<D> &grid)
   {
-    Place<D> first;
+    NodeIndex<D> first;
     for (int a = 0; a < D; ++a) first[a] = axis[a].first;
     first_node = grid.node(first);
     for (int a = 1; a < D; ++a) stride[a - 1] = grid.stride(a);
@@ -61,12 +61,12 @@ template <int D> struct Support {
   // index sequences replace loops, since device compilers would not unroll loops within those over
   // nodes
   template <std::size_t... A>
-  RVE_INLINE int node(const Place<D> &place, std::index_sequence<A...>) const
+  RVE_INLINE int node(const NodeIndex<D> &place, std::index_sequence<A...>) const
   {
     return (first_node + ... + (place[A + 1] * stride[A])) + place[0];
   }
   template <std::size_t... A>
-  RVE_INLINE double value(const Place<D> &place, std::index_sequence<A...>) const
+  RVE_INLINE double value(const NodeIndex<D> &place, std::index_sequence<A...>) const
   {
     return (... * axis[A].value[place[A]]);
   }
@@ -79,11 +79,11 @@ template <int D, class Visit> RVE_INLINE void each_node(const Visit &visit)
   static_assert(D == 2 || D == 3, "each dimension needs its own loops");
   if constexpr (D == 2) {
     for (int b = 0; b < 3; ++b)
-      for (int a = 0; a < 3; ++a) visit(Place<D>{{a, b}});
+      for (int a = 0; a < 3; ++a) visit(NodeIndex<D>{{a, b}});
   } else {
     for (int c = 0; c < 3; ++c)
       for (int b = 0; b < 3; ++b)
-        for (int a = 0; a < 3; ++a) visit(Place<D>{{a, b, c}});
+        for (int a = 0; a < 3; ++a) visit(NodeIndex<D>{{a, b, c}});
   }
 }
 
@@ -176,7 +176,7 @@ RVE_HD void scatter_integer(const Support<D> &support, const rve::FixedScale &sc
                             std::int64_t left, const Share &share, Sums sums, int c)
 {
   const int heaviest = support.node(support.heaviest());
-  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
+  each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
     const int node = support.node(place);
     if (node == heaviest) return;
     const std::int64_t part = scale.integer(share(place));
@@ -199,7 +199,7 @@ template <int D, class Field>
 RVE_HD Vec<D> interpolate(const Support<D> &support, const Field &field)
 {
   Vec<D> sum = Vec<D>::zero();
-  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
+  each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
     sum = sum + support.value(place) * field[support.node(place)];
   });
   return sum;
@@ -210,7 +210,7 @@ template <int D, class Field>
 RVE_HD Tensor<D> interpolate_gradient(const Support<D> &support, const Field &field)
 {
   Tensor<D> sum = Tensor<D>::zero();
-  each_node<D>([&](const Place<D> &place) RVE_INLINE_LAMBDA {
+  each_node<D>([&](const NodeIndex<D> &place) RVE_INLINE_LAMBDA {
     sum = sum + dyad(field[support.node(place)], support.gradient(place));
   });
   return sum;

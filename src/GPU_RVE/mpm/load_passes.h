@@ -112,8 +112,8 @@ template <int D> struct ScatterLoad : LoadPass<D> {
         const double force = whole[c] * share;
         scatter<width_of<D>(VectorSums)>(
             support, scale, force,
-            [&](const Place<D> &place) { return force * support.value(place); }, sums[VectorSums],
-            c);
+            [&](const NodeIndex<D> &place) { return force * support.value(place); },
+            sums[VectorSums], c);
       }
     });
   }

@@ -104,8 +104,8 @@ template <int D> class MpmSolver {
 
   const Grid<D> &grid() const { return grid_; }
   /// Internal plus external force on a node in the last step or evaluation [force].
-  Vec<D> node_force(const Place<D> &place) const { return runner_->node_force(place); }
-  double node_mass(const Place<D> &place) const { return runner_->node_mass(place); }
+  Vec<D> node_force(const NodeIndex<D> &place) const { return runner_->node_force(place); }
+  double node_mass(const NodeIndex<D> &place) const { return runner_->node_mass(place); }
   /// Number of nodes of the grid that this rank held in the last step or evaluation.
   int held_nodes() const { return runner_->held_nodes(); }
 

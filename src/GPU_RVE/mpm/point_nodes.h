@@ -56,7 +56,7 @@ RVE_HD void give(const Support<D> &support, const BoxPart<D> &part, const rve::F
   const double value = whole * part.share();
   scatter_integer<width_of<D>(KIND)>(
       support, scale, part.integer(scale, whole),
-      [&](const Place<D> &place) { return value * support.value(place); }, sums, c);
+      [&](const NodeIndex<D> &place) { return value * support.value(place); }, sums, c);
 }
 
 /// Returns Σ_I N_I(x_p) field_I.
@@ -104,7 +104,7 @@ RVE_HD void each_cell(const StepView<D> &step, int p, const Visit &visit)
     total *= count[a];
   }
   for (int k = 0; k < total; ++k) {
-    Place<D> cell;
+    NodeIndex<D> cell;
     double weight = 1.0;
     for (int a = 0, rest = k; a < D; ++a) {
       cell[a] = first[a] + rest % count[a];

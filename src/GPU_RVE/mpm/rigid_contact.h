@@ -87,7 +87,7 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
 {
   const Grid<D> &grid = step.grid;
   const double cell = grid.cell_size();
-  Place<D> place;
+  NodeIndex<D> place;
   place[axis] = 0;
   Vec<D> point;
   point[axis] = grid.lo(axis);

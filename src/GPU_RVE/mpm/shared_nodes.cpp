@@ -171,7 +171,7 @@ template <int D> void SharedNodes<D>::list_nodes()
   neighbours_.clear();
   const auto add = [&](const NodeBox<D> &box, std::vector<int> &list) {
     const std::size_t before = list.size();
-    box.for_each([&](const Place<D> &place) { list.push_back(part_.node(place)); });
+    box.for_each([&](const NodeIndex<D> &place) { list.push_back(part_.node(place)); });
     return list.size() - before;
   };
   for (int rank = 0; rank < communication_.ranks; ++rank) {
@@ -195,7 +195,7 @@ template <int D> double SharedNodes<D>::most_given() const
   return most;
 }
 
-template <int D> bool SharedNodes<D>::is_first_to_touch(const Place<D> &place) const
+template <int D> bool SharedNodes<D>::is_first_to_touch(const NodeIndex<D> &place) const
 {
   return std::none_of(touched_.begin(), touched_.begin() + communication_.rank,
                       [&](const NodeBox<D> &lower) { return lower.contains(place); });

@@ -89,7 +89,7 @@ template <int D> class SharedNodes {
   template <class T>
   std::vector<NodeValue<D, T>> everywhere(const T *own, const NodeBox<D> &where) const;
   /// Returns the value of one node, or zero bits if no rank touches it. Collective.
-  template <class T> T at(const T *own, const Place<D> &place) const
+  template <class T> T at(const T *own, const NodeIndex<D> &place) const
   {
     NodeBox<D> box = {place, place};
     for (int a = 0; a < D; ++a) ++box.end[a];
@@ -113,7 +113,7 @@ template <int D> class SharedNodes {
   void require_capacity() const;
   void choose_part();
   void list_nodes();
-  bool is_first_to_touch(const Place<D> &place) const;
+  bool is_first_to_touch(const NodeIndex<D> &place) const;
 
   Grid<D> grid_;    ///< the whole grid
   Communication communication_;
@@ -137,7 +137,7 @@ std::vector<NodeValue<D, T>> SharedNodes<D>::everywhere(const T *own, const Node
   // the first rank that touches a node gives its value, unless all bits are zero
   const T zero{};
   std::vector<NodeValue<D, T>> given;
-  common(touched(), where).for_each([&](const Place<D> &place) {
+  common(touched(), where).for_each([&](const NodeIndex<D> &place) {
     const T &value = own[part_.node(place)];
     if (std::memcmp(&value, &zero, sizeof(T)) != 0 && is_first_to_touch(place))
       given.push_back({place, value});

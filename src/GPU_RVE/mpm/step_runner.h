@@ -55,8 +55,8 @@ template <int D> class StepRunner {
   virtual Vec<D> side_reaction(Face side) = 0;
   virtual Vec<D> damping_force() = 0;
   virtual double max_unbalanced_force() = 0;
-  virtual Vec<D> node_force(const Place<D> &place) = 0;
-  virtual double node_mass(const Place<D> &place) = 0;
+  virtual Vec<D> node_force(const NodeIndex<D> &place) = 0;
+  virtual double node_mass(const NodeIndex<D> &place) = 0;
 
   /// Number of nodes of the grid that this rank holds.
   virtual int held_nodes() const = 0;

@@ -132,11 +132,11 @@ template <int D, template <int> class Machine> class StepSequence final : public
     return per_time(sum);
   }
   double max_unbalanced_force() override { return machine_.unbalanced(); }
-  Vec<D> node_force(const Place<D> &place) override
+  Vec<D> node_force(const NodeIndex<D> &place) override
   {
     return shared_.at(machine_.of_nodes(machine_.view().force), place);
   }
-  double node_mass(const Place<D> &place) override
+  double node_mass(const NodeIndex<D> &place) override
   {
     return shared_.at(machine_.of_nodes(machine_.view().mass), place);
   }

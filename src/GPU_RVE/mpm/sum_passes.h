@@ -69,7 +69,7 @@ template <int D> struct Force {
         // Σ∇N = 0, so the shares of the internal force add up to exactly 0
         scatter_integer<width_of<D>(KIND)>(
             support, scale, 0,
-            [&](const Place<D> &place) {
+            [&](const NodeIndex<D> &place) {
               const Vec<D> gradient = support.gradient(place);
               double force = stress_volume(c, 0) * gradient[0];
               for (int a = 1; a < D; ++a) force += stress_volume(c, a) * gradient[a];
