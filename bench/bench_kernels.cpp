@@ -5,8 +5,8 @@
 //   bench_kernels [--capability 90] [--program Rolling] [--format mixed] [--kernel advance_many]
 //                 [--relaxed] [--keep FOLDER] [--cache FOLDER]
 //
-// The default is all programs of rve/engine/kernel_variants.h, all formats and all kernels. --keep writes
-// code and text (PTX) to files, which bench/compare_kernels.py compares with those of nvcc. --cache
+// The default is all variants of rve/engine/kernel_variants.h, all formats and all kernels. --keep
+// writes code and text (PTX) to files, which bench/compare_kernels.py compares with those of nvcc. --cache
 // stores kernels as a run does (GPU_RVE_KERNEL_CACHE), for a machine whose time is expensive.
 
 #include "rve/core/wall_time.h"

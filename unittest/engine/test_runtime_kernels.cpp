@@ -125,10 +125,9 @@ TEST_F(RuntimeKernels, AreCompiledOnceAndFoundTheNextTime)
   KernelCache cache(folder);
   const DeviceCode first = compile(SMALL, 90, cache);
   ASSERT_EQ(log.size(), 1u);
-  EXPECT_EQ(
-      log[0].find(
-          "compiled rve::prepare_calls<rve::KernelVariant::General, rve::FastNumbers> for sm_90 in "),
-      0u)
+  EXPECT_EQ(log[0].find("compiled rve::prepare_calls<rve::KernelVariant::General, "
+                        "rve::FastNumbers> for sm_90 in "),
+            0u)
       << log[0];
   EXPECT_EQ(first.code.substr(1, 3), "ELF");
 
@@ -176,8 +175,9 @@ TEST_F(RuntimeKernels, LogTheCompilationToTheCaller)
     // The kernel cannot be loaded without a GPU or on an older one.
   }
   ASSERT_FALSE(log.empty());
-  EXPECT_EQ(
-      log.back().find("compiled rve::prepare_calls<rve::KernelVariant::General, rve::MixedNumbers>"), 0u)
+  EXPECT_EQ(log.back().find(
+                "compiled rve::prepare_calls<rve::KernelVariant::General, rve::MixedNumbers>"),
+            0u)
       << log.back();
 }
 
@@ -187,9 +187,9 @@ TEST_F(RuntimeKernels, MissingKernelsReportTheMessageOfTheCompiler)
   const std::string message = message_of<std::runtime_error>([&] {
     compile({"advance_nobody", KernelVariant::Plain, Format::Fast, Arithmetic::Strict}, 90, none);
   });
-  EXPECT_NE(
-      message.find("cannot compile rve::advance_nobody<rve::KernelVariant::Plain, rve::FastNumbers>"),
-      std::string::npos)
+  EXPECT_NE(message.find(
+                "cannot compile rve::advance_nobody<rve::KernelVariant::Plain, rve::FastNumbers>"),
+            std::string::npos)
       << message;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Errors of input and of a run: an exception names the value, its position, and the allowed range.
 
-#include "scene.h"
 #include "mpm/mohr_coulomb.h"
+#include "scene.h"
 #include "support/messages.h"
 
 #include <gtest/gtest.h>

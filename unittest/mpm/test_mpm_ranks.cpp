@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Bits do not depend on the number of ranks and threads and the order of the points.
 
-#include "scene.h"
 #include "mpm/rank_devices.h"
+#include "scene.h"
 
 #include <algorithm>
 #include <array>

@@ -64,7 +64,8 @@ rve::Words component_names(int dimension, bool symmetric)
   return names;
 }
 
-/// Reads at least one component of a tensor with its value. Errors name `part` as in ScriptArguments.
+/// Reads at least one component of a tensor with its value. Errors name `part` as those of
+/// ScriptArguments.
 std::vector<TensorComponent> read_components(ScriptArguments &words, const std::string &part,
                                              int dimension, bool symmetric)
 {

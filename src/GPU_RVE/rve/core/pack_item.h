@@ -16,9 +16,12 @@ inline namespace RVE_ISA {
 
   /// Order in which a thread of a GPU visits its items in registers. A CPU has one order.
   enum class Visit {
-    Items,        ///< one after the other, each in its own registers
-    Registers,    ///< also registers without an item, with a number from n on: no branch around items
-    InTurn        ///< one after the other by the same code, in the registers of the first item
+    /// one after the other, each in its own registers
+    Items,
+    /// also registers without an item, with a number from n on: no branch around items
+    Registers,
+    /// one after the other by the same code, in the registers of the first item
+    InTurn
   };
 
   /// Items of an array without copies in registers: all functions of a resident array access the

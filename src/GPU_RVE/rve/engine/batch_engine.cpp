@@ -681,18 +681,16 @@ void BatchEngine<D>::answer(const std::vector<int> &rves, IncrementCallOf<D> &ca
 }
 
 template <int D>
-void BatchEngine<D>::report_rest(int count, const Rest *rest,
-                                 const QuiescentStateOf<D> *quiescent_states,
+void BatchEngine<D>::report_rest(int count, const Rest *rest, const QuiescentStateOf<D> *states,
                                  IncrementCallOf<D> &caller) const
 {
   const LightWork work(count, helpers(options));
 #pragma omp parallel for num_threads(work.team)
   for (int k = 0; k < count; ++k) {
     if (rest[k] == Rest::Unknown) continue;
-    const QuiescentStateOf<D> &quiescent = quiescent_states[k];
-    caller.take_evaluation(
-        k, {may_stay_quiescent(rest[k]), quiescent.mean_overlap, quiescent.stiffness});
-    if (has_deferred(rest[k])) caller.take_deferred(k, quiescent.pending);
+    const QuiescentStateOf<D> &state = states[k];
+    caller.take_evaluation(k, {may_stay_quiescent(rest[k]), state.mean_overlap, state.stiffness});
+    if (has_deferred(rest[k])) caller.take_deferred(k, state.pending);
   }
 }
 

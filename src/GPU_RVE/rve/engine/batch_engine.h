@@ -117,7 +117,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// are any, and from repeated calls.
   void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
   /// Reports what is known about the rest of the RVEs of such a call, after answer().
-  void report_rest(int count, const Rest *rest, const QuiescentStateOf<D> *quiescent_states,
+  void report_rest(int count, const Rest *rest, const QuiescentStateOf<D> *states,
                    IncrementCallOf<D> &caller) const;
   /// Returns a call by increments that are in device memory. `largest` is the number of grains of
   /// the largest RVE, `longest` the largest number of DEM steps, `steps` their sum, `num_details`
