@@ -1,22 +1,28 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
 # Material points carry their RVEs from rank to rank and through restart files, bit for bit:
-#   one process on 1 rank, uninterrupted   =   `ranks before`, stopped, and a new process on `ranks after`,
-# after points have migrated, with sheared contacts, in the middle of a list's life. The states of the RVEs and everything the points
-# carry are compared byte by byte. Scenes:
-#   shear     fix rve alone: each RVE under its own velocity gradient, its atom flying across the rank borders
+#   one process on 1 rank, uninterrupted   =   `ranks before`, stopped, and a new process on `ranks
+#   after`, after points have migrated, with sheared contacts, in the middle of a list's life. The
+#   states of the RVEs and everything the points carry are compared byte by byte. Scenes:
+#   shear     fix rve alone: each RVE under its own velocity gradient, its atom flying across the
+#   rank borders
 #   rolling   the same with rolling resistance: histories have a rolling force, too
-#   spheres   the same in dimension 3, of spheres that resist rolling and twisting: histories are vectors, and a moment
+#   spheres   the same in dimension 3, of spheres that resist rolling and twisting: histories are
+#   vectors, and a moment
 #   footing   fix mpm with fix rve: a plate pressed into 4 x 4 points
-#   knobs     the shear scene, slower, with all that may stand between a macro step and DEM steps: RVEs asleep at the stop, and shadows.
+#   knobs     the shear scene, slower, with all that may stand between a macro step and DEM steps:
+#   RVEs asleep at the stop, and shadows.
 #             It has no controls: a packing file has no sleep
-#   narrow    cells that are stretched until they are too narrow, and continued by copies side by side, some before the stop, some after. Without
-#             controls: a packing file does not say what is a copy
-# Controls: a run from the RVEs at the stop as packing files gives the same grains and contacts too, some in another order, because its
-# lists begin at the stop and those of the others did not. The same run with the tangential forces, or with the rolling forces, set to
-# zero does not: so a lost history would be seen.
+#   narrow    cells that are stretched until they are too narrow, and continued by copies side by
+#   side, some before the stop, some after. Without
+#             controls: a packing file does not say what is a copy Controls: a run from the RVEs at
+#             the stop as packing files gives the same grains and contacts too, some in another
+#             order, because its lists begin at the stop and those of the others did not. The same
+#             run with the tangential forces, or with the rolling forces, set to zero does not: so a
+#             lost history would be seen.
 #
-#   restart_ranks.sh shear|rolling|spheres|footing|knobs|narrow <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
+#   restart_ranks.sh shear|rolling|spheres|footing|knobs|narrow <lmp> <packing> <ranks before>
+#   <ranks after> <mpiexec and its options...>
 set -eu
 scene=$1 lmp=$2 packing=$3 before=$4 after=$5
 shift 5
@@ -35,8 +41,9 @@ END
   packing=$work/small.rve
 }
 
-# A scene: in.setup makes the atoms; in.settings is what a restart file does not keep; fixes <ID of fix rve> <its packing, or several>;
-# the atoms with RVEs; the steps of the stop and the end; what fix mpm gives, if there is one
+# A scene: in.setup makes the atoms; in.settings is what a restart file does not keep; fixes <ID of
+# fix rve> <its packing, or several>; the atoms with RVEs; the steps of the stop and the end; what
+# fix mpm gives, if there is one
 histories=3    # columns of the contacts in a packing file
 turning=4      # those that are the opposite seen from the other grain
 dimension=2
@@ -85,10 +92,11 @@ END
       echo "  stress regression 3 2 mass_scaling 2 shadow 3 2"
     fi
   }
+  # two components of the tangential force, one of the rolling force, the twisting moment
   atoms=$(seq 4) stop=20 end=40 columns="" vector=""
   [ "$scene" = rolling ] && histories="3 4"
   if [ "$scene" = spheres ]; then
-    histories="3 5 7 10"    # two components of the tangential force, one of the rolling force, the twisting moment
+    histories="3 5 7 10"
     turning="3 4 5"
     small_packing "shape sphere grains 80"
   fi
@@ -100,7 +108,8 @@ END
   [ "$scene" = knobs ] && vector='$(f_RVE[11]:%.17g) $(f_RVE[12]:%.17g) $(f_RVE[13]:%.17g) $(f_RVE[14]:%.0f)'
   ;;
 footing)
-  # the border between two ranks is just below the upper row of points, and the plate pushes them across it
+  # the border between two ranks is just below the upper row of points, and the plate pushes them
+  # across it
   cat > in.setup << END
 units si
 dimension 2
@@ -139,7 +148,8 @@ END
 *) echo "the scene must be shear, rolling, spheres, footing, knobs or narrow, got $scene"; exit 1 ;;
 esac
 
-# write <name> <ID of fix rve>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
+# write <name> <ID of fix rve>: all that is compared. 17 digits are all bits of a double; counts are
+# DEM steps and rebuilds of lists
 write() {
   for id in $atoms; do echo "write_rve $2 atom $id file $1.$id.rve format rve"; done
   echo "write_dump all custom $1.points id x y vx vy $columns modify sort id format float %.17g"
@@ -200,7 +210,8 @@ if [ "$scene" = knobs ]; then
 fi
 [ "$(awk '{print $2}' stop.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat stop.counts; exit 1; }
 
-# the controls. Of disks the tangential force is the same seen from both grains, the rolling force changes its sign; of spheres it is the other way round
+# the controls. Of disks the tangential force is the same seen from both grains, the rolling force
+# changes its sign; of spheres it is the other way round
 in_order() {
   awk -v turning="$turning" 'function other(x) {return x ~ /^-/ ? substr(x, 2) : x == "0" ? x : "-" x}
     BEGIN {columns = split(turning, column)} /^contacts/ {on = 1; next} /^(checksum|end)/ {next}

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# More threads than any machine has, as OMP_NUM_THREADS gives them where no keyword does, end in a message before one of them is made.
+# More threads than any machine has, as OMP_NUM_THREADS gives them where no keyword does, end in a
+# message before one of them is made.
 #
 #   threads_limit.sh <lmp> <packing>
 set -eu

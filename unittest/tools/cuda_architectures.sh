@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The cards of the machine and what the kernels are compiled for:  sh cuda_architectures.sh <source folder> [cmake]
-# A machine's driver is played by scripts.
+# The cards of the machine and what the kernels are compiled for:  sh cuda_architectures.sh <source
+# folder> [cmake] A machine's driver is played by scripts.
 set -eu
 source=$1
 cmake=${2:-cmake}
@@ -44,7 +44,8 @@ refused "native, but nvidia-smi shows no card" ASKED native KNOWN 75 80 90
 refused "is 'sm_90'; it must be native, all, all-major, or a list of numbers" ASKED sm_90 KNOWN 75 80 90
 refused "use CUDA 11.8 or newer" KNOWN 50 75
 
-# what the set-up scripts build, on machines whose packages are all there and whose cmake tells what it is asked
+# what the set-up scripts build, on machines whose packages are all there and whose cmake tells what
+# it is asked
 printf '#!/bin/sh\necho install ok installed\n' > "$work/dpkg-query"
 printf '#!/bin/sh\necho "cmake $*"\n' > "$work/cmake"
 printf '#!/bin/sh\n' > "$work/nvcc"

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# tools/get_lammps.sh with an archive that is a stub: paths with blanks, and which unpacked trees are trusted.
+# tools/get_lammps.sh with an archive that is a stub: paths with blanks, and which unpacked trees
+# are trusted.
 #
 #   sh get_lammps.sh <repository>
 set -eu
@@ -21,7 +22,8 @@ touch "$work/keyring"
 sed -e "s/^sha256=.*/sha256=$sum/" -e "s|^keyring=.*|keyring='$work/keyring'|" "$repository/tools/get_lammps.sh" > "$work/get_lammps.sh"
 grep -q "^sha256=$sum" "$work/get_lammps.sh" || fail "the script has no line sha256="
 
-# apt: says where sources are listed; notes its calls; gives the tarball if the folders it is told are there
+# apt: says where sources are listed; notes its calls; gives the tarball if the folders it is told
+# are there
 echo "deb http://archive.example/debian stable main" > "$work/sources.list"
 cat > "$work/bin/apt-config" <<END
 #!/bin/sh

@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# LAMMPS scripts of the repository redefine no string variable from itself in quotes: LAMMPS of 2026 forgets the variable before it reads
-# the new text ("Substitution for illegal variable"). Without quotes the name is replaced before.
+# LAMMPS scripts of the repository redefine no string variable from itself in quotes: LAMMPS of 2026
+# forgets the variable before it reads the new text ("Substitution for illegal variable"). Without
+# quotes the name is replaced before.
 #
 #   sh string_variables.sh <repository>
 set -eu
