@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# An example in space or between plates, small: its physics, as the script that draws it sees it.
+# A small example in space or between plates: its physics, by the script that draws it.
 #
 #   specimens.sh biaxial_specimen|triaxial_specimen|footing_3d <lmp> <python with numpy> <examples>
 set -eu
@@ -13,7 +13,7 @@ cd "$work"
 run() { "$lmp" -in "$folder/in.$example" -var device cpu "$@" > run.out 2>&1 || { tail -20 run.out; exit 1; }; }
 check() { "$python" "$folder/plot_$example.py" --check "$@"; }
 
-# whose band crosses the specimen
+# the elements whose band crosses the specimen
 case $example in
   biaxial_specimen)
     run -var grains 100 -var packings 4 -var strain 0.04 -var seed 301
