@@ -13,9 +13,9 @@ cd "$work"
 run() { "$lmp" -in "$folder/in.$example" -var device cpu "$@" > run.out 2>&1 || { tail -20 run.out; exit 1; }; }
 check() { "$python" "$folder/plot_$example.py" --check "$@"; }
 
-# the elements whose band crosses the specimen
 case $example in
   biaxial_specimen)
+    # With these settings a band crosses the specimen.
     run -var grains 100 -var packings 4 -var strain 0.04 -var seed 301
     check smooth ;;
   triaxial_specimen)
