@@ -1,12 +1,13 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Check of the compiler's output: the texts (PTX) of CUDA objects with strict arithmetic leave nothing to the driver that compiles them at first
-# use. No operation may be contracted or made less precise, so the bits are those of the binaries. Run by .ci/run, when the CUDA code has changed,
-# and by tools/gpu_check.sh; needs no GPU. Objects with "relaxed" in their names are left out.
+# Checks that texts (PTX) of CUDA objects with strict arithmetic determine all bits: no operation
+# may be contracted or made less precise by the driver that compiles them at first use. Objects with
+# "relaxed" in their names are skipped. .ci/run runs the check if the CUDA code has changed, and
+# tools/gpu_check.sh runs it too. It needs no GPU.
 #
 #   sh bench/strict_text.sh <object>...
 #
-# 77, skipped, where there is no cuobjdump.
+# The exit status is 77 (skipped) without cuobjdump.
 set -eu
 fail() { echo "strict_text: $*"; exit 1; }
 cuobjdump=${CUOBJDUMP:-$(command -v cuobjdump || echo /usr/local/cuda/bin/cuobjdump)}

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Checks (or with --fix makes) the format of all C++ and CUDA code, by .clang-format and the clang-format of Debian 12: other versions
-# differ in details.
+# Checks (or with --fix makes) the format of all C++ and CUDA code by .clang-format and the
+# clang-format of Debian 12; other versions differ in details.
 set -eu
 cd "$(dirname "$0")/.."
 clang_format=$(command -v clang-format-14 || command -v clang-format)

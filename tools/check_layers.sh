@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Checks that the arrows between the rooms point down only (doc/ has the architecture), that threads of a GPU are spoken of only where
-# the blocks and the CUDA engine are, and that every header compiles alone.
+# Checks that folders include only lower ones (doc/ has the architecture), that only blocks and the
+# CUDA engine use GPU threads, and that every header compiles alone.
 set -u
 cd "$(dirname "$0")/../src/GPU_RVE" || exit 1
 failed=0
@@ -14,14 +14,14 @@ complain() {    # complain <what is wrong>; reads the offending lines
   failed=1
 }
 
-# room <folder> <rooms it may include>: every quoted include in the folder begins with one of them, so LAMMPS' headers, which are included
-# without a folder, are excluded as well
+# room <folder> <folders it may include>: every quoted include in the folder must begin with one of
+# them. Headers of LAMMPS, which are included without a folder, are thus excluded.
 room() {
   [ -d "$1" ] || return 0
   complain "$1 may include only: $2" <<END
 $(grep -rnE '^[[:space:]]*#[[:space:]]*include[[:space:]]*"' "$1" | grep -vE "\"($(echo "$2" | tr ' ' '|'))/")
 END
-  # <fix.h> would be LAMMPS as well
+  # <fix.h> would be a header of LAMMPS too
   complain "$1 knows nothing of LAMMPS" <<END
 $(grep -rnE 'LAMMPS_NS|#[[:space:]]*include[[:space:]]*<(lammps|fix|compute|atom|pointers|error|memory|domain|comm)\.h>' "$1")
 END
@@ -51,7 +51,7 @@ $(grep -rnE '\<(threadIdx|blockIdx|blockDim|gridDim|__syncthreads|__syncwarp|__s
   --include='*.h' --include='*.cpp' --include='*.cu' --include='*.cuh' | grep -vE '^\./(cuda/|rve/(block/|engine/[^:]*\.cuh?:)|mpm/cuda_[a-z_]*\.cuh?:)')
 END
 
-# what is written for AVX2 compiles for processors that have it
+# headers for AVX2 compile with flags for AVX2
 case $(uname -m) in x86_64 | amd64) isa=-march=x86-64-v3 ;; *) isa= ;; esac
 for header in $(find cuda rve mpm macro capi field -name '*.h' | sort); do
   complain "$header does not compile alone" <<END

@@ -1,11 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# What the CUDA code of programs and libraries is for, a line each: binaries (sm_90: compute capability 9.0) and texts that a driver
-# compiles at first use (compute_80: 8.0 and newer).
+# Lists the targets of CUDA code in programs and libraries, one per line: binaries (sm_90: compute
+# capability 9.0) and texts that a driver compiles at first use (compute_80: 8.0 and newer).
 #
 #   sh tools/cuda_code.sh build/cuda/bin/lmp
 #
-# Needs cuobjdump of the CUDA toolkit, on the PATH, in CUOBJDUMP, or in /usr/local/cuda/bin.
+# It needs cuobjdump of the CUDA toolkit, on the PATH, in CUOBJDUMP, or in /usr/local/cuda/bin.
 set -eu
 [ $# -gt 0 ] || { sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 2; }
 cuobjdump=${CUOBJDUMP:-$(command -v cuobjdump || echo /usr/local/cuda/bin/cuobjdump)}

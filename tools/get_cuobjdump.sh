@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Prints the path of cuobjdump, which has nvdisasm beside it: that of the CUDA toolkit or, where the toolkit came without it, that of the Python
-# package index, which is put into a virtual environment in build/cuobjdump.
+# Prints the path of cuobjdump with nvdisasm next to it: that of the CUDA toolkit or, if the toolkit
+# lacks it, that of the Python package index, which is installed in a virtual environment in
+# build/cuobjdump.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 for found in "${CUOBJDUMP:-}" "$(command -v cuobjdump || true)" /usr/local/cuda/bin/cuobjdump; do
@@ -11,7 +12,7 @@ folder=$root/build/cuobjdump
 program() { find "$folder" -name cuobjdump -type f 2>/dev/null | head -n 1; }
 if [ -z "$(program)" ] || [ ! -e "$(dirname "$(program)")/nvdisasm" ]; then
   . "$root/tools/packages.sh"
-  # Debian's own Python, which has the package for virtual environments
+  # Debian's own Python has the package for virtual environments.
   python=$(command -v /usr/bin/python3 || command -v python3)
   install_packages python3-venv >&2
   rm -rf "$folder"

@@ -1,12 +1,14 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Obtains the LAMMPS source this package is built and tested with, and prints the directory it lies in (last line of stdout).
+# Obtains the LAMMPS source with which this package is built and tested, and prints its folder (last
+# line of stdout).
 #
 #   sh tools/get_lammps.sh
 #
-# The source is Debian 13's source package of LAMMPS 4Feb2025, from the Debian archive that this machine's own apt configuration
-# names: no other host is contacted. Nothing of the system is touched (private package lists, no root needed).
-# A tree that is there already needs none of this: give it to CMake as -D LAMMPS_SOURCE_DIR=<tree>.
+# The source is Debian 13's source package of LAMMPS 4Feb2025, from the Debian archive of this
+# machine's apt configuration; the script contacts no other host. It does not change the system
+# (private package lists, no root needed). An existing tree can be given to CMake as -D
+# LAMMPS_SOURCE_DIR=<tree> instead.
 set -eu
 
 version=20250204+dfsg.1-2
@@ -21,7 +23,7 @@ tree=$cache/lammps-20250204
 say() { echo "get_lammps: $*" >&2; }
 die() { say "$*"; exit 1; }
 
-# What a whole tree says of itself in its stamp: the tarball that it is of, and the contents of its files. Written last.
+# The stamp of a complete tree has the tarball and the contents of its files. It is written last.
 stamp=.gpu_rve_stamp
 contents() {    # contents <tree>
   (cd "$1" && echo "$sha256" && find . -type f ! -path "./$stamp" -print0 | LC_ALL=C sort -z | xargs -0 sha256sum) | sha256sum
@@ -31,8 +33,9 @@ if [ -f "$tree/python/lammps/__init__.py" ] && [ -f "$tree/$stamp" ] && [ "$(cat
   exit 0
 fi
 
-# The first archive of the machine's apt configuration that carries a release proper (not security, updates or backports)
-# with component main. Both forms of configuration: deb822 (*.sources) and one-line (sources.list, *.list).
+# The first archive of the machine's apt configuration that has a release (without security, updates
+# and backports) with component main, in both forms of configuration: deb822 (*.sources) and
+# one-line (sources.list, *.list).
 archive_uri() {
   eval "$(apt-config shell parts Dir::Etc::sourceparts/d list Dir::Etc::sourcelist/f)"
   for file in "$parts"/*.sources; do
@@ -94,8 +97,9 @@ if ! checked "$cache/$tarball"; then
   mv "$work/$tarball" "$cache/$tarball"
 fi
 
-# Only what the build reads: the core, the packages that are switched on, the Python module, LAMMPS' licence and format file.
-# Unpacked beside its final place and moved there when complete, so that an interruption leaves nothing that looks whole.
+# Only the files that the build reads are unpacked: the core, the enabled packages, the Python
+# module, LAMMPS' licence and format file. They are unpacked next to their final place and moved
+# there when complete, so that an interruption leaves no incomplete tree.
 say "unpacking"
 mkdir "$work/tree"
 tar -xJf "$cache/$tarball" -C "$work/tree" --strip-components=1 --wildcards --no-wildcards-match-slash \
@@ -105,7 +109,7 @@ tar -xJf "$cache/$tarball" -C "$work/tree" --strip-components=1 --wildcards --no
 contents "$work/tree" > "$work/stamp"
 mv "$work/stamp" "$work/tree/$stamp"
 if [ -e "$tree" ]; then
-  # damaged, changed by somebody, of another tarball, or of a time without stamps or without the Python module
+  # The tree is damaged, changed, from another tarball, or without a stamp or the Python module.
   say "$tree is not what the tarball has: it becomes $tree.untrusted"
   rm -rf "$tree.untrusted"
   mv "$tree" "$tree.untrusted"

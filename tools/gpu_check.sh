@@ -1,12 +1,14 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Everything that must be seen on a machine with a GPU, in one call: builds (preset cuda), runs the tests of the CUDA engine with
-# GPU_RVE_REQUIRE_CUDA=1, the sanitizers, 50 steps of the footing on CPU and GPU compared bit for bit, the throughput of disks and of spheres, the
-# engine at the extremes of what it may be asked, and with suite full what the presets cost and the error against cost of the settings.
+# Runs all checks for a machine with a GPU: builds (preset cuda), runs the tests of the CUDA engine
+# with GPU_RVE_REQUIRE_CUDA=1 and the sanitizers, compares 50 steps of the footing on CPU and GPU
+# bit for bit, and measures the throughput of disks and spheres and the engine at the extremes.
+# Suite full also measures the costs of presets and the error against cost of the settings.
 #
 #   sh tools/gpu_check.sh                      builds here, results in bench/results
-#   sh tools/gpu_check.sh --bin DIR --out DIR  with programs built elsewhere; results go to DIR
-#   ... --suite NAME                           of the benchmark: quick (in less than a minute), full, memory, ... (doc/src/performance.rst)
+#   sh tools/gpu_check.sh --bin DIR --out DIR  uses existing programs; results go to DIR
+#   ... --suite NAME                           of the benchmark: quick (less than a minute),
+#                                              full, memory, ... (doc/src/performance.rst)
 set -u
 cd "$(dirname "$0")/.." || exit 1
 root=$PWD
@@ -39,20 +41,22 @@ done
 for test in engine_tests:test_backends engine_tests:test_rolling mpm_tests:test_mpm_backends; do
   [ -x "$bin/${test%:*}" ] && step "${test#*:}" "$bin/${test%:*}" "--file=${test#*:}" --gtest_brief=1
 done
-# what the compiler made of the kernels
-skips() { "$@"; status=$?; [ $status = 77 ] || return $status; }    # 77: there is no cuobjdump, or another compiler
+# checks of the compiled kernels
+# 77: there is no cuobjdump, or another compiler
+skips() { "$@"; status=$?; [ $status = 77 ] || return $status; }
 [ -x "$bin/bench_kernels" ] && step "uniform registers" skips sh bench/uniform_registers.sh "$bin/bench_kernels"
 if [ -d "$root/build/cuda" ] && [ "$bin" = "$root/build/cuda/bin" ]; then
   # shellcheck disable=SC2046  # a list of files
   step "strict texts" skips sh bench/strict_text.sh $(find "$root/build/cuda/src" -name '*.cu.o')
 fi
 
-# what the CPU engine computed when they were stored
+# golden bits, which the CPU engine computed
 [ -x "$bin/golden_bits" ] && step "golden bits" "$bin/golden_bits" --device cuda --file "$root/unittest/golden/golden_bits.txt"
 
-# a small batch with rebuilds, lists that overflow, lattice reduction and failures, in all formats, programs and kernels. The batch is shared out
-# among processes: most of the time a sanitizer rewrites kernels on a core of the host. Racecheck keeps the GPU itself busy, and processes
-# take turns there: one case after the other takes seven minutes in all, and ten processes at a time had not ended in five
+# The sanitizers run a small batch with rebuilds, lists that overflow, lattice reduction and
+# failures, in all formats, programs and kernels. Processes divide the batch, since a sanitizer
+# mostly rewrites kernels on a core of the host. Racecheck keeps the GPU busy, so its processes take
+# turns: seven minutes in all, while ten at a time had not ended in five.
 sanitize() { # sanitize <tool> <suite> <packing>
   case $1 in racecheck) parts=1 ;; *) parts=$((($(nproc) + 1) / 2)) ;; esac
   logs=$(mktemp -d) || return 1
@@ -69,7 +73,8 @@ sanitize() { # sanitize <tool> <suite> <packing>
   return $clean
 }
 if command -v compute-sanitizer >/dev/null; then
-  # what the threads of a block do together; what items of a phase do is watched on a CPU, too (preset host-tsan)
+  # Racecheck tests the threads of a block. The items of a phase are tested on a CPU too (preset
+  # host-tsan).
   for test in test_block_Cuda test_verlet_list_Cuda test_pair_ownership_Cuda; do
     step "compute-sanitizer racecheck, $test" compute-sanitizer --tool racecheck --error-exitcode 1 "$bin/$test" --gtest_brief=1
   done
@@ -83,7 +88,7 @@ else
   echo "gpu_check: no compute-sanitizer here"
 fi
 
-# 50 steps of the footing on both backends: positions, stresses and curve must be the same to the bit
+# 50 steps of the footing on both backends must give the same bits of positions, stresses and curve.
 footing() {
   work=$(mktemp -d) || return 1
   cp -r "$root/examples/footing" "$work/footing"
@@ -112,14 +117,16 @@ command -v ncu >/dev/null && step "profile" python3 bench/profile_pipes.py --bin
 command -v ncu >/dev/null && step "profile of spheres" python3 bench/profile_pipes.py --bin "$bin" --packing examples/packings/S1000.rve \
   --out "$out/profile-${gpu:-gpu}-spheres.json" &&
   step "roofline of spheres" python3 bench/roofline.py "$out/profile-${gpu:-gpu}-spheres.json" "$out/engine-${gpu:-gpu}-spheres-$suite.json"
-# all scenes of a number format as one batch (doc/src/stability.rst); the whole length takes ten times as long
+# All scenes of a number format are one batch (doc/src/stability.rst); the whole length takes ten
+# times as long.
 case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&
   step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent &&
   step "stability at the extremes, spheres" "$bin/extremes_report" "$out/extremes-spheres-${gpu:-gpu}.json" --shape sphere --device cuda --length $percent
 
-# what the presets cost with 9600 RVEs, and error against cost (doc/src/accuracy.rst), minutes; 49 copies of eight packings are three RVEs
-# for each of 132 multiprocessors, and of small packings of spheres there are eight
+# The costs of presets with 9600 RVEs and the error against cost (doc/src/accuracy.rst) take
+# minutes. 49 copies of eight packings are three RVEs for each of 132 multiprocessors, and eight for
+# small packings of spheres.
 if [ "$suite" = full ] && [ -x "$bin/bench_accuracy" ]; then
   step "cost of the presets" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-presets-${gpu:-gpu}.json" --device cuda --copies 1200 --presets
   step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 49

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-# install_packages <Debian package>... : installs those that are not there yet; to be read (`. tools/packages.sh`), not run.
-# On systems that are not Debian's kin it only names them.
+# install_packages <Debian package>... : installs missing packages. To be sourced (`.
+# tools/packages.sh`), not run. On systems without dpkg it only names them.
 install_packages() {
   command -v dpkg-query >/dev/null || { echo "== no dpkg here; taking it that these are there: $*"; return 0; }
   missing=""
@@ -11,7 +11,7 @@ install_packages() {
   echo "== installing:$missing"
   as_root=""
   [ "$(id -u)" = 0 ] || as_root=sudo
-  # one process at a time, as apt refuses a second one
+  # one process at a time, since apt refuses a second one
   (
     if command -v flock >/dev/null; then flock 9; fi
     $as_root apt-get -q update

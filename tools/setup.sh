@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-only
-# Set-up that footing.sh and test.sh share; read by them (`. tools/setup.sh`), not run.
-# Installs the Debian packages that are missing, obtains and builds LAMMPS (once, in a cache), and configures the build.
+# Set-up for footing.sh and test.sh, to be sourced (`. tools/setup.sh`), not run. Installs missing
+# Debian packages, obtains and builds LAMMPS (once, in a cache), and configures the build.
 #
-#   GPU_RVE_PRESET      the CMake preset: host, cuda, ...                    (default: cuda where there are nvcc and a card, else host)
-#   GPU_RVE_CACHE       where LAMMPS is kept                                 (default: gpu_rve in the user's cache folder)
-#   LAMMPS_SOURCE_DIR   a LAMMPS tree to build with, 4Feb2025 or newer       (default: tools/get_lammps.sh obtains 4Feb2025)
+#   GPU_RVE_PRESET      CMake preset: host, cuda, ... (default: cuda with nvcc and a GPU, else host)
+#   GPU_RVE_CACHE       folder of LAMMPS (default: gpu_rve in the user's cache folder)
+#   LAMMPS_SOURCE_DIR   a LAMMPS tree, 4Feb2025 or newer
+#                       (default: tools/get_lammps.sh obtains 4Feb2025)
 #   GPU_RVE_OPTIONS     further options of CMake, for example "-D GPU_RVE_TESTS=OFF"
 #
-# Takes: $stages, the number of stages of the script that reads it, whose first two are here.
-# Leaves: $root (the repository), $preset, $build (the build tree), and minutes(), which says how long work takes here.
+# Input: $stages, the number of stages of the calling script, the first two of which are here.
+# Output: $root (the repository), $preset, $build (the build tree), and minutes(), which prints how
+# long work takes on this machine.
 
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -25,7 +27,7 @@ say "1 of $stages: Debian packages"
 install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin libpng-dev libfftw3-dev libgtest-dev nlohmann-json3-dev \
   python3 python3-numpy python3-matplotlib python3-cffi
 
-# CUDA is often installed beside the PATH
+# CUDA is often installed outside of the PATH.
 if [ -z "${CUDACXX:-}" ] && ! command -v nvcc >/dev/null && [ -x /usr/local/cuda/bin/nvcc ]; then
   export CUDACXX=/usr/local/cuda/bin/nvcc
 fi

@@ -1,16 +1,18 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Tries the package with other releases of LAMMPS. For each tree: builds lmp, the plugin with a plain LAMMPS, and the tests that need LAMMPS;
-# runs a short form of every example in both and compares all files that they write with those of the reference, byte by byte, but for restart
-# files, and for pictures, which each release draws in its way; runs the tests with the labels lammps and golden. Prints a table; the exit
-# status is 0 only if all of it holds.
+# Tries the package with other releases of LAMMPS. For each tree the script builds lmp, the plugin
+# with a plain LAMMPS, and the tests that need LAMMPS. It runs a short form of every example in both
+# and compares all output files with those of the reference byte by byte, except restart files and
+# pictures, which depend on the release. Then it runs the tests with the labels lammps and golden.
+# It prints a table; the exit status is 0 only if everything agrees.
 #
 #   sh tools/try_lammps.sh <LAMMPS tree>...
 #   sh tools/try_lammps.sh --examples <LAMMPS tree>...     without the tests
-#   sh tools/try_lammps.sh                                 only the reference: the plugin against lmp
+#   sh tools/try_lammps.sh                                 only the reference: plugin against lmp
 #
-# The reference is the release that the package is developed with, LAMMPS 4Feb2025 (tools/get_lammps.sh), in build/host. A tree is built in
-# build/lammps-<release>, where `out` has what the examples wrote and said. Set-up as in footing.sh.
+# The reference is the release with which the package is developed, LAMMPS 4Feb2025
+# (tools/get_lammps.sh), in build/host. A tree is built in build/lammps-<release>, whose folder
+# `out` has output and logs of the examples. The set-up is that of footing.sh.
 set -eu
 with_tests=yes
 if [ "${1:-}" = --examples ]; then
@@ -20,7 +22,7 @@ fi
 given=$#
 for tree; do
   [ -f "$tree/src/version.h" ] || { echo "$tree is not a LAMMPS source tree: it has no src/version.h"; exit 2; }
-  set -- "$@" "$(cd "$tree" && pwd)"    # setup.sh goes to another folder
+  set -- "$@" "$(cd "$tree" && pwd)"    # setup.sh changes the folder
 done
 shift "$given"
 
@@ -30,9 +32,10 @@ stages=2    # of the set-up
 . "$(dirname "$0")/setup.sh"
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
 
-# name, folder and command of each run; `lmp` is the executable under trial, with its log and screen in files of their own.
-# A command may make several runs, which find each other's files. What LAMMPS' own pair style computes is not compared: its last digits
-# are those of the release; nor are the points of the plate in restart, whose mass is LAMMPS' sphere. Every script in.* of examples must
+# Lines have name, folder and command of each run; `lmp` is the tested executable, with its own log
+# and screen files. A command may make several runs, which find each other's files. Results of
+# LAMMPS' own pair style are not compared, since its last digits depend on the release, nor are the
+# points of the plate in restart, whose mass is LAMMPS' sphere. Every script in.* of examples must
 # be here.
 short_runs() {
   cat << 'END'
@@ -84,7 +87,8 @@ for script in $(cd examples && find . -name 'in.*' | sed 's|^\./||'); do
 done
 [ $unknown = 0 ] || exit 1
 
-# run_examples <build tree> <lmp or plugin>: into <build tree>/out/<lmp or plugin>/<name>; prints the names of those that failed
+# run_examples <build tree> <lmp or plugin>: into <build tree>/out/<lmp or plugin>/<name>; prints
+# the names of those that failed
 run_examples() {
   out=$1/out/$2
   executable=$1/bin/lmp
@@ -103,7 +107,7 @@ run_examples() {
     find "$out/$name" -name 'log.*' -type f ! -name log.screen ! -name log.said -delete
   done
 }
-# compare <folder of examples> <that of the reference>: names of those whose files differ
+# compare <folder of examples> <folder of the reference>: prints names of those whose files differ
 compare() {
   short_runs | while read -r name folder command; do
     diff -rq -x 'log.*' -x '*.restart*' -x '*.png' "$1/$name" "$2/$name" > "$1/$name.differences" 2>&1 || echo "$name"

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-only
-# For scripts that make a Python with modules of others, to be sourced:
+# Functions for scripts that make a Python environment, to be sourced.
 #
-#   venv_of <name> <modules> <packages> [--find] [modules without what they depend on]
-#       prints the interpreter of a virtual environment with these modules of the package index that this machine's pip knows, in the cache folder that
-#       get_lammps.sh uses. Makes it if it is not there, with these packages of the system; with --find it then prints nothing.
+#   venv_of <name> <modules> <packages> [--find] [modules without dependencies]
+#       prints the interpreter of a virtual environment with these modules of pip's package index,
+#       in the cache folder of get_lammps.sh. Makes it if it does not exist, with these packages
+#       of the system; with --find it then prints nothing.
 #
 # `root` is the folder of the repository.
 

@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# host.sh <repository> <modules> <script> <arguments...>: a test in Python, with the Python that has programs of others (tools/pictures_python.sh).
-# 77, skipped, where there is none or it lacks one of the modules ("oofem skfem").
+# host.sh <repository> <modules> <script> <arguments...>: runs a test in Python, with the Python of
+# tools/pictures_python.sh. The exit status is 77 (skipped) without it or one of the modules ("oofem
+# skfem").
 set -eu
 root=$1 modules=$2
 shift 2

@@ -1,19 +1,20 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The interface of librve stays what it was: every function in the record, of the present major version, is in the header as it was recorded, and every function
-# of the header is in the record, with the version that brought it.
+# Checks that the interface of librve is stable. Every function in the record of the present major
+# version must be in the header as recorded, and every function of the header must be in the record,
+# with the version that added it.
 #
 #   interface.sh <header> <record>
 #
-# A line of the record: version, prototype. A new function gets a line of its own, with the next minor version. A changed or removed one needs the next major
-# version, and a new record.
+# A line of the record has version and prototype. A new function gets its own line with the next
+# minor version. A changed or removed one needs the next major version and a new record.
 set -eu
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 version() { sed -n "s/^#define RVE_API_$1 //p" "$2"; }
 major=$(version MAJOR "$1")
 minor=$(version MINOR "$1")
-# prototypes on one line each, without comments, blanks as in ordinary text
+# Prototypes become one line each, without comments and with single blanks.
 sed 's,/\*.*\*/,,' "$1" | awk '/^RVE_API / { on = 1; text = "" } on { text = text " " $0 } on && /;/ { print text; on = 0 }' |
   sed -E 's/^ *RVE_API +//; s/;.*//; s/ +/ /g' | sort > "$work/declared"
 [ -s "$work/declared" ] || { echo "FAILED: no functions in $1"; exit 1; }

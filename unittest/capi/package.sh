@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# What pip makes of pyproject.toml, without compiling again: its configuration needs neither LAMMPS nor FFTW nor the tests' libraries, and what it installs, of
-# this build, works from its own folder.
+# Tests the package that pip makes from pyproject.toml, without another compilation: its
+# configuration needs neither LAMMPS nor FFTW nor the libraries of tests, and the installed files of
+# this build work from their own folder.
 #
 #   package.sh <cmake> <repository> <build tree>
 set -eu

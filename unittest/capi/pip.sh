@@ -1,15 +1,17 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# What the manual says of the Python package, as a user does it: a clean virtual environment, pip install of the repository, and then the command that tries the
-# package, the cells of a notebook, and types, with nothing of this build. The engine for CPUs alone: that of a GPU takes minutes.
+# Follows the manual's instructions for the Python package: a clean virtual environment, pip install
+# of the repository, the command that tests the package, the cells of a notebook, and types, without
+# files of this build. The engine is for CPUs only, since that of a GPU takes minutes.
 #
 #   pip.sh <repository> <C++ compiler> <C compiler> <GPU_RVE_BASELINE_KERNELS>
 #
-# 77, skipped, where a virtual environment or the package index cannot be had, unless GPU_RVE_REQUIRE_PICTURES=1; the kernels are compiled again unless a compiler
-# cache (CMAKE_CXX_COMPILER_LAUNCHER=ccache) has them.
+# The exit status is 77 (skipped) without a virtual environment or the package index, unless
+# GPU_RVE_REQUIRE_PICTURES=1. The kernels are compiled again unless a compiler cache
+# (CMAKE_CXX_COMPILER_LAUNCHER=ccache) has them.
 set -eu
 root=$1
-export CXX="$2" CC="$3"    # those of the tests, not those that Python was built with
+export CXX="$2" CC="$3"    # the compilers of the tests, not those of Python
 work=$(mktemp -d)
 trap 'rm -rf "$work" "$root/build/pip"' EXIT
 unset GPU_RVE_LIBRARY PYTHONPATH
@@ -24,10 +26,11 @@ cannot() {
 if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache > /dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
 /usr/bin/python3 -m venv "$work/venv" > "$work/log" 2>&1 || cannot "there is no virtual environment"
 python=$work/venv/bin/python
-# what comes over the network, before anything of the package can fail
+# Downloads come first, before the package can fail.
 "$python" -m pip install -q cffi numpy matplotlib "scikit-build-core>=0.10" > "$work/log" 2>&1 || cannot "the package index cannot be had"
 
-# with these flags and this folder the compiler is called as for the tests, so that the compiler cache has the kernels
+# These flags and this folder call the compiler as for the tests, so that the compiler cache has the
+# kernels.
 "$python" -m pip install -q --no-build-isolation --config-settings=cmake.define.GPU_RVE_CUDA=OFF --config-settings=cmake.define.GPU_RVE_WERROR=ON \
   --config-settings=cmake.define.GPU_RVE_BASELINE_KERNELS="$4" --config-settings=build-dir="$root/build/pip" "$root" > "$work/log" 2>&1 || {
   cat "$work/log"
@@ -53,7 +56,7 @@ cells = ["".join(cell["source"]) for cell in json.loads(notebook.read_text())["c
 assert cells
 os.chdir(notebook.parent)
 names = {}
-for cell in cells:    # what they print is held by test_notebooks.py
+for cell in cells:    # test_notebooks.py tests their output
     exec("\n".join(line for line in cell.splitlines() if not line.startswith("%")), names)
 print(len(cells), "cells of", notebook.name)
 END

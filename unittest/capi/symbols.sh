@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The symbols that a library defines for others are the functions of its header, all of them and no others.
+# Checks that a library exports exactly the functions of its header.
 #
 #   symbols.sh <library> <header>
 set -eu

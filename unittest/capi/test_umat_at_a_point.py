@@ -29,12 +29,13 @@ PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 ffi = cffi.FFI()
 ffi.cdef(
-    """void umat_(double *, double *, double *, double *, double *, double *, double *, double *, double *,
-    double *, const double *, const double *, const double *, const double *, const double *,
-    const double *, const double *, const double *, const char *, const int *, const int *,
-    const int *, const int *, const double *, const int *, const double *, const double *,
-    double *, const double *, const double *, const double *, const int *, const int *, const
-    int *, const int *, const int *, const int *);""")
+    """void umat_(
+        double *, double *, double *, double *, double *, double *, double *, double *, double *,
+        double *, const double *, const double *, const double *, const double *, const double *,
+        const double *, const double *, const double *, const char *, const int *, const int *,
+        const int *, const int *, const double *, const int *, const double *, const double *,
+        double *, const double *, const double *, const double *, const int *, const int *,
+        const int *, const int *, const int *, const int *);""")
 library = ffi.dlopen(UMAT)
 
 

@@ -1,9 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# `cmake --install` below a DESTDIR, and then, in another place than it was installed for: lmp with an example, the plugin in a plain LAMMPS,
-# the Python module, and a project that finds the CMake package.
+# Runs `cmake --install` with a DESTDIR and tests the result in another place than it was installed
+# for: lmp with an example, the plugin in a plain LAMMPS, the Python module, and a project that
+# finds the CMake package.
 #
-#   install.sh <cmake> <build tree> <folder to work in> <the project> <C++ compiler> <name of the folder of libraries> <lmp without the package> <python> <repository>
+#   install.sh <cmake> <build tree> <folder to work in> <the project> <C++ compiler>
+#              <name of the folder of libraries> <lmp without the package> <python> <repository>
 set -eu
 cmake=$1 build=$2 home=$3 consumer=$4 compiler=$5 lib=$6 lmp_plain=$7 python=$8 repository=$9
 fail() { echo "FAILED: $*"; exit 1; }

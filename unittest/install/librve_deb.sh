@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The Debian package of librve: made by cpack, unpacked by dpkg in an empty folder, and used there by a program in C.
+# Tests the Debian package of librve: cpack makes it, dpkg unpacks it in an empty folder, and a C
+# program uses it there.
 #
 #   librve_deb.sh <cmake> <cpack> <build tree> <folder to work in> <the project> <packing>
 set -eu
@@ -28,7 +29,7 @@ for file in usr/include/librve.h librve.so librve.so.1 pkgconfig/librve.pc; do
   grep -q "/$file\$\|/$file -> " files.txt || { cat files.txt; fail "there is no $file"; }
 done
 if grep -E 'bin/|lammps|gpurve' files.txt; then fail "these are no files of librve"; fi
-# a library for others has no names of this machine in it
+# The library must not contain paths of this machine.
 dpkg-deb -x "$package" unpacked
 if grep -rlE "$build" unpacked > found.txt; then fail "these know where they were built: $(cat found.txt)"; fi
 
@@ -37,7 +38,7 @@ root=$work/root
 mkdir -p "$root/var/lib/dpkg/info" "$root/var/lib/dpkg/updates"
 : > "$root/var/lib/dpkg/status"
 if [ "$(id -u)" = 0 ]; then
-  # to install it would run ldconfig, which is not in that folder, as what it depends on is not
+  # The package is not installed, since the folder has neither ldconfig nor the dependencies.
   dpkg --root="$root" --force-depends --unpack "$package" > dpkg.log 2>&1 || { cat dpkg.log; fail "dpkg --unpack"; }
   dpkg --root="$root" -L librve > files.txt
   grep -q '/librve.h$' files.txt || fail "dpkg does not know the files of librve"

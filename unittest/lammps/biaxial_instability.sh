@@ -1,7 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The map of instability of the biaxial specimen, small: no point has lost ellipticity at a third of the peak's strain, a quarter of them has at the peak, and the bands that may form
-# are inclined as between Roscoe's and Coulomb's angles: biaxial_instability.sh <lmp> <examples/biaxial_specimen> <tools> <python> <folder to write in>
+# The map of instability of a small biaxial specimen: no point has lost ellipticity at a third of
+# the peak's strain, a quarter of the points has at the peak, and possible bands are inclined
+# between Roscoe's and Coulomb's angles.
+#
+#   biaxial_instability.sh <lmp> <examples/biaxial_specimen> <tools> <python> <folder to write in>
 set -eu
 lmp=$1 example=$2 tools=$3 python=$4 folder=$5
 rm -rf "$folder"
@@ -12,9 +15,12 @@ cd "$folder"
 "$python" "$tools/plot_instability.py" --of "axial strain" - "axial stress" kPa > map
 cat map
 [ -s instability.png ]
-# axial strain, axial stress, points with a tangent, second-order work lost, ellipticity lost, four columns on the strain that follows, inclination; of 32 points. The two losses are
-# counted apart: by Hill (1958) ellipticity is not lost by more points than second-order work. 45 degrees are Roscoe's without dilation, 60 are Coulomb's with 30 degrees of friction.
-# The strain that follows is not asked for: as many of 32 points drawn at random strain 1.9 times as much as the others in one of a hundred draws, more than the lost ones do.
+# Columns: axial strain, axial stress, points with a tangent, second-order work lost, ellipticity
+# lost, four columns on the later strain, inclination; for 32 points. The two losses are counted
+# separately: by Hill (1958) ellipticity is not lost by more points than second-order work. Roscoe's
+# angle without dilation is 45 degrees, Coulomb's with 30 degrees of friction is 60. The later
+# strain is not tested: as many random points of 32 strain 1.9 times as much as the others in one of
+# a hundred draws, more than the lost ones.
 awk 'NR == 1 { next }
      $4 < $5 || $3 < 24 { print "row " NR - 1; bad = 1 }
      NR == 2 && $5 > 1 { print "lost too early"; bad = 1 }

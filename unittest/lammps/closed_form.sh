@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# An example on its coarse grid against its closed form: the line of its output with "closed form: ...; ratio: ...".
+# Compares an example on its coarse grid with its closed form, by the line "closed form: ...; ratio:
+# ..." of its output.
 #
 #   closed_form.sh <lmp> <input script> <least ratio> <largest ratio> <options of lmp...>
 set -eu

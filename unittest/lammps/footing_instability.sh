@@ -1,6 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The map of instability of the footing example, on a coarse grid: hardly a point has lost ellipticity early in the loading, and a quarter has at the peak: footing_instability.sh <lmp> <examples/footing> <tools> <python> <folder to write in>
+# The map of instability of the footing example on a coarse grid: hardly a point has lost
+# ellipticity early in the loading, and a quarter has at the peak.
+#
+#   footing_instability.sh <lmp> <examples/footing> <tools> <python> <folder to write in>
 set -eu
 lmp=$1 example=$2 tools=$3 python=$4 folder=$5
 rm -rf "$folder"
@@ -11,9 +14,12 @@ cd "$folder"
 "$python" "$tools/plot_instability.py" > map
 cat map
 [ -s instability.png ]
-# settlement, pressure, points with a tangent, second-order work lost, ellipticity lost, later strain over that of the others, by chance, by present strain, rank correlation; of
-# 16 points. The two losses are counted apart: by Hill (1958) ellipticity is not lost by more points than second-order work. Of so few points the later strain shows nothing: as many
-# drawn at random exceed 2.49 in one of a hundred draws, and the lost ones have 2.23. What is asked for is that the controls are there, positive numbers, where points are lost.
+# Columns: settlement, pressure, points with a tangent, second-order work lost, ellipticity lost,
+# later strain over that of the others, by chance, by present strain, rank correlation; for 16
+# points. The two losses are counted separately: by Hill (1958) ellipticity is not lost by more
+# points than second-order work. The later strain of so few points is not significant: as many
+# random points exceed 2.49 in one of a hundred draws, and the lost ones have 2.23. The test
+# requires positive controls where points are lost.
 awk 'NR == 1 { next }
      $4 < $5 || $3 < 12 { print "row " NR - 1; bad = 1 }
      NR == 2 && $5 > 1 { print "lost too early"; bad = 1 }

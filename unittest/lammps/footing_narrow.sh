@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# examples/footing with so few grains that the cell of a point beside the footing becomes too narrow: without copies the run ends there, with
-# copies it goes on, as it was until then and on two ranks to the same bits.
+# examples/footing with so few grains that the cell of a point next to the footing becomes too
+# narrow. Without copies the run ends there. With copies it continues, with the same earlier results
+# and the same bits on two ranks.
 #
 #   footing_narrow.sh <lmp> <in.footing> <mpiexec> <its flag for the number of ranks>
 set -eu
@@ -22,10 +23,11 @@ press 2 ranks "copies 2" || { tail -20 run.out; exit 1; }
 grep "has become too narrow at step $step; it goes on as 2 copies side by side, of 24 grains" log.with
 cmp curve.with curve.ranks
 cmp fields.with fields.ranks
-# the same until then; a line of the curve is written in each step, and the last one of a run that ends with an error may be missing
+# Earlier lines are the same. Each step writes a line of the curve, and the last line of a run that
+# ends with an error may be missing.
 before=$((step - 2))
 for run in without with; do head -n $before curve.$run > until.$run; done
 cmp until.without until.with
-# the reaction of so coarse a footing swings; its mean carries more than the surcharge of 20 kPa
+# The reaction of so coarse a footing oscillates; its mean exceeds the surcharge of 20 kPa.
 awk -v stop=$stop -v step="$step" '!/^#/ && NF == 3 {n++; if (n > step) {later++; sum += $2}} END {exit n >= stop && sum / later > 2e4 && sum / later < 4e5 ? 0 : 1}' curve.with ||
   { echo "the curve does not go on as it should:"; tail -40 curve.with; exit 1; }

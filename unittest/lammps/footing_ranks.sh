@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# examples/footing on several ranks: RVEs move with their points, also when `fix balance` shares them anew by what each has cost, and
-# curve and fields keep their bits. Full domain, four points in a cell, packings drawn point by point, DEM steps by strain, RVEs that sleep.
+# examples/footing on several ranks: RVEs migrate with their points, also when `fix balance`
+# redistributes them by cost, and curve and fields keep their bits. The scene has the full domain,
+# four points per cell, packings drawn for each point, DEM steps by strain, and quiescent RVEs.
 #
 #   footing_ranks.sh <lmp> <in.footing> <mpiexec> <its flag for the number of ranks>
 set -eu
@@ -16,7 +17,7 @@ for ranks in 1 2 4; do
   cmp curve.1 curve.$ranks
   cmp fields.1 fields.$ranks
 done
-# and that the points were shared anew: without that, the first line of the balance is 0
+# The points must have been redistributed; otherwise the first line of the balance is 0.
 grep '^Ranks: 4' log.4
 sed -n 's/^Ranks: 4.* cost \([0-9.]*\) before and \([0-9.]*\) after .*/\1 \2/p' log.4 | awk '{n++; moved = $1 > 1.05} END {exit n == 1 && moved ? 0 : 1}' ||
   { echo "the ranks were not balanced"; exit 1; }

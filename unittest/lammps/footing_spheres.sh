@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# examples/footing with grains of spheres in plane strain, and with disks, on a small ground: the pressure begins with the surcharge, bears several times
-# as much, and more with spheres, which cannot move out of the plane between others.
+# examples/footing with spheres in plane strain and with disks on a small ground: the pressure
+# begins with the surcharge and increases severalfold. It is larger with spheres, which cannot move
+# out of the plane between others.
 #
 #   footing_spheres.sh <lmp> <in.footing>
 set -eu

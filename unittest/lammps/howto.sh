@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The scripts that the how-to pages show run as they stand, with small packings where the page has a variable for them, and do what the pages say.
+# Runs the scripts of the how-to pages unchanged, with small packings if the page has a variable for
+# them, and checks the statements of the pages.
 #
 #   howto.sh <lmp> <examples/howto>
 set -eu
@@ -14,7 +15,7 @@ cd "$work"
 run() {
   "$lmp" -in "$@" > run.out 2>&1 || { tail -20 run.out; echo "FAILED: $*"; exit 1; }
 }
-# last <column>: of the last row of the last run
+# last <column>: prints the column of the last row of the last run
 last() { sed '/^Loop time/,$d' run.last | tail -1 | awk -v column="$1" '{print $column}'; }
 keep_last() { awk '/^ *(Step|v_|c_|f_)/ {rows = ""; inside = 1; next} /^Loop time/ {inside = 0} inside && /^ *[-0-9]/ {rows = rows $0 "\n"} END {printf "%s", rows}' run.out > run.last; }
 # within <value> <least> <largest> <what>
@@ -24,7 +25,8 @@ within() {
   echo "ok $4: $1"
 }
 
-# columns: step, F_yy, F_xy, sxx, syy, sxy, p, q/p, void ratio. Stress goals are held within 2 %, volumes exactly
+# Columns: step, F_yy, F_xy, sxx, syy, sxy, p, q/p, void ratio. Stress goals are held within 2 %,
+# volumes exactly.
 path() { run in.stress_paths -var path "$1"; keep_last; }
 path isotropic; within "$(last 7)" 294e3 306e3 "p of the isotropic path"
 path oedometer; within "$(last 5)" -720e3 -700e3 "syy of the oedometer"

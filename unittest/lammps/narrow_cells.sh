@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# examples/narrow_cells with two RVEs of each size: the small ones become copies side by side and go on, with the stress ratio and the density of
-# grains that flow. Copies that stay in step stand in rows by then: q/p of 0.9 at a void ratio below 0.13.
+# examples/narrow_cells with two RVEs of each size: the small ones become copies next to each other
+# and continue, with the stress ratio and the density of flowing grains. Copies that stay in step
+# would form rows with a q/p of 0.9 at a void ratio below 0.13.
 #
 #   narrow_cells.sh <lmp> <in.narrow_cells>
 set -eu

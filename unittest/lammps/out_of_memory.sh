@@ -1,8 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Ranks of a host share its memory: what they need is added up, and one error says how many RVEs would fit. With a third of the RVEs on
-# each of three ranks, a limit that is enough for any one of them is not enough for all; one that is a little more than what they
-# need lets them run, one that is a little less does not.
+# Ranks of a host share its memory: their needs are added, and one error names the number of RVEs
+# that would fit. With a third of the RVEs on each of three ranks, a limit that suffices for one
+# rank does not suffice for all. A limit slightly above the total lets them run, one slightly below
+# does not.
 #
 #   out_of_memory.sh <lmp> <packing> <mpiexec and its options...>
 set -eu
@@ -26,7 +27,7 @@ comm_modify cutoff 1.0
 fix grains all rve $packing device cpu threads 1 dt 1e-4
 run 1
 END
-# run <bytes> <mpiexec and its options...>: whether the run goes through; what it says is in many.out
+# run <bytes> <mpiexec and its options...>: succeeds if the run does; the output is in many.out
 run() {
   limit=$1; shift
   GPU_RVE_MEMORY_LIMIT=$limit "$@" 3 "$lmp" -in in.many -log none > many.out 2>&1
@@ -37,7 +38,7 @@ grep "ERROR: fix rve: 120 RVEs of 3 MPI ranks need .* RVEs would fit" many.out |
 needed=$(sed -n 's/.*MPI ranks need \([0-9.]*\) MB.*/\1/p' many.out | head -1)
 fit=$(sed -n 's/.* MB are free; \([0-9]*\) RVEs would fit.*/\1/p' many.out | head -1)
 [ "$fit" -gt 30 ] && [ "$fit" -lt 60 ] || { echo "$fit RVEs of about 40 kB are said to fit in 2 MB"; exit 1; }
-# MB are said with one decimal
+# Messages have MB with one decimal.
 bytes() { awk -v mb="$needed" -v more="$1" 'BEGIN {printf "%.0f", (mb + more) * 1048576}'; }
 if run "$(bytes -0.1)" "$@"; then echo "ran with less memory than the $needed MB it needs"; exit 1; fi
 run "$(bytes 0.1)" "$@" || { echo "not run with more memory than the $needed MB it needs:"; cat many.out; exit 1; }

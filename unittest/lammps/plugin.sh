@@ -1,9 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The plugin in a plain LAMMPS: by `plugin load`, and by LAMMPS_PLUGIN_PATH, where the styles survive `clear`. And
-# plugins that were built for another kind of LAMMPS, which end the run.
+# Tests the plugin in a plain LAMMPS: by `plugin load`, and by LAMMPS_PLUGIN_PATH, where the styles
+# survive `clear`. Plugins built for another kind of LAMMPS must end the run.
 #
-#   sh plugin.sh <lmp without the package> <gpurveplugin.so> <packing> <folder of the plugins for other LAMMPS>
+#   sh plugin.sh <lmp without the package> <gpurveplugin.so> <packing>
+#                <folder of the plugins for other LAMMPS>
 set -eu
 lmp=$1 plugin=$2 packing=$3 others=$4
 work=$(mktemp -d)
@@ -30,7 +31,7 @@ dump contacts all local 1 contacts.dump c_contacts[*]
 dump grains all rve/grain 1 grains.dump id x y radius
 run 1"
 
-# without the plugin the style must be unknown, or the test shows nothing
+# Without the plugin the style must be unknown; otherwise the test shows nothing.
 echo "$scene" > in.without
 if "$lmp" -in in.without -log none > out.without 2>&1; then echo "fix rve is known without the plugin"; exit 1; fi
 grep -q "Unrecognized fix style 'rve'" out.without
@@ -45,7 +46,7 @@ LAMMPS_PLUGIN_PATH=$(dirname "$plugin") "$lmp" -in in.path -log none > out.path 
 cmp loaded.rve path.rve
 for file in grains contacts; do [ -s $file.loaded ] && cmp $file.loaded $file.dump; done
 
-# refused <version|sizes|mpi> <what the error says>
+# refused <version|sizes|mpi> <expected error>
 refused() {
   echo "plugin load $others/other_$1_plugin.so" > in.other
   if "$lmp" -in in.other -log none > "out.$1" 2>&1; then cat "out.$1"; echo "a plugin for another LAMMPS was loaded ($1)"; exit 1; fi

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-only
-# A scene that several tests end before its end, to be read by them (. pressed_plate.sh): a plate pressed into 4 x 4 points with RVEs, by fix
-# mpm. Writes in.setup, the points, and in.fixes, all that a restart file does not have, into the present folder.
-# Wants: $packing, $speed of the plate [m/s], $thermo, $fix_words (more keywords of fix rve).
+# A scene that several tests interrupt, to be sourced (. pressed_plate.sh): fix mpm presses a plate
+# into 4 x 4 points with RVEs. Writes in.setup, the points, and in.fixes, all that a restart file
+# lacks, into the current folder. Input: $packing, $speed of the plate [m/s], $thermo, $fix_words
+# (more keywords of fix rve).
 
 cat > in.setup << END
 units si
@@ -30,7 +31,8 @@ fix soil all mpm 1.0 domain 0 4 0 6 model ground rve grains boundary xlo roller 
   damping 0.05 rigid plate vx 0 vy -$speed rough
 thermo $thermo
 END
-# write <name>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
+# write <name>: writes everything that is compared. 17 digits have all bits of a double; counts are
+# DEM steps and rebuilds of lists.
 write() {
   for id in $(seq 16); do echo "write_rve grains atom $id file $1.$id.rve format rve"; done
   echo "write_dump all custom $1.points id x y vx vy f_soil[*] modify sort id format float %.17g"

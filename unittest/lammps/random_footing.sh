@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# examples/random_footing, its first millimetres: the ground of a random field is the same for two ranks as for one, to the last bit; a
-# ground whose left half mirrors the right one pushes the footing to neither side, and one packing at all points does.
+# examples/random_footing, its first millimetres: the ground of a random field has the same bits on
+# one and two ranks. A ground whose left half mirrors the right one exerts no lateral force on the
+# footing; a ground with one packing at all points does.
 #
 #   random_footing.sh <lmp> <in.random_footing> <mpiexec> <its flag for the number of ranks>
 set -eu
@@ -24,5 +25,6 @@ side() {
 }
 for ground in single mirrored; do run "$ground" "$lmp" -var ground "$ground" -var format double -var stop 20; done
 echo "horizontal over vertical force: one packing $(side single), mirrored $(side mirrored)"
-# rounding, 1e-15 at the first step, grows with the chaos of the grains: to 1e-11 here, to 1e-3 in three times as many steps
+# Rounding errors of 1e-15 in the first step grow by the chaos of the grains: to 1e-11 here, and to
+# 1e-3 in three times as many steps.
 echo "$(side single) $(side mirrored)" | awk '{exit $1 > 1e-3 && $2 < 1e-9 ? 0 : 1}'

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# A run writes the same restart file whenever it is made: nothing in it is of the process, its memory or the time of day.
+# A repeated run writes the same restart file: it contains nothing of the process, its memory or the
+# time of day.
 #
 #   restart_bytes.sh <lmp>
 set -eu
@@ -22,7 +23,7 @@ create_atoms 1 single 2.5 0.5 0
 timestep 1e-3
 if "${shape} == disk" then "variable depth string 'thickness 0.075'" else "variable depth string ''"
 create_rve few.rve shape ${shape} grains 60 seed 5 radius uniform 0.004 0.005 kn 1e6 friction 0.5 damping 0.3 density 2650 pressure 2e4 ${depth}
-# one that is crushed and replaced, one under a servo, and a shadow
+# The RVEs include one that fails and is replaced, one with a servo, and one with a shadow.
 variable crush atom -400*(id==2)*(step==5)
 group second id 2
 fix g all rve few.rve drive velocity_gradient yy v_crush xy 0.1 dt 1e-5 policy fresh overlap_limit 0.1 shadow 1 energy yes device cpu threads 1

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# examples/restart: two halves, or the second one from a file in the middle of the first, are the same bits as one run; and none of them warns.
+# examples/restart: two halves of a run, also with the second one from an earlier restart file, have
+# the bits of one run, without warnings.
 #
 #   restart_example.sh <lmp> <folder examples>
 set -eu
@@ -24,17 +25,18 @@ run first -in in.press
 run second -in in.continue
 cmp points.whole points.continue
 cmp grains.whole.rve grains.continue.rve
-# beyond step 200; before it all of the first half
+# Steps after 200 are compared; the run from the earlier file also has all steps before.
 awk '$1 > 200' curve.whole > beyond.whole
 awk '$1 > 200' curve.continue > beyond.continue
 [ "$(wc -l < beyond.whole)" = 20 ] || { echo "the curve has no 20 lines beyond step 200"; exit 1; }
 cmp beyond.whole beyond.continue
 head -n "$(wc -l < curve.press)" curve.whole | cmp - curve.press
-# so are the files of step 400, behind LAMMPS' own head, which knows when time was set anew: records have no bytes that nobody sets
+# The files of step 400 are the same after LAMMPS' own head, which has the time of the last reset:
+# records have no unset bytes.
 tail -c +1001 whole.restart > behind.whole
 tail -c +1001 two.restart | cmp behind.whole -
 
-# in.press ends before its end: the files of the command restart are of steps 100 and 150
+# in.press ends early: the command restart writes files of steps 100 and 150.
 rm -f ./*.restart
 run killed -in in.press -var end 175 -var out killed
 run again -in in.continue -var from one.restart -var out again

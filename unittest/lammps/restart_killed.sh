@@ -1,10 +1,13 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# A run that is killed (SIGKILL, no time for a last word) goes on from its last complete restart file to the same bits:
-#   one run, uninterrupted, without restart files   =   the same run, killed a few times at random moments and continued.
-# LAMMPS writes a restart file in place, so the last one may be torn. Two files that take turns are safe, if a continued run begins with
-# the one that it has not read. Torn files, at several lengths, must be refused with a message; and a run with a torn newer file must
-# go on from the older one. The scene: pressed_plate.sh.
+# A killed run (SIGKILL) continues from its last complete restart file to the same bits: one
+# uninterrupted run without restart files equals the same run, killed a few times at random moments
+# and continued.
+#
+# LAMMPS writes a restart file in place, so the last one may be incomplete. Two alternating files
+# are safe if a continued run first writes the one that it has not read. Incomplete files of several
+# lengths must be refused with a message, and a run with an incomplete newer file must continue from
+# the older one. The scene is pressed_plate.sh.
 #
 #   restart_killed.sh <lmp> <packing> [seed of the moments; default: the time]
 set -eu
@@ -22,7 +25,8 @@ start=$(date +%s%N)
 "$lmp" -in in.whole -log whole.log > whole.out 2>&1 || { cat whole.out; exit 1; }
 span=$(( ($(date +%s%N) - start) / 1000000 ))
 
-# input <file to begin with, or "">: the run up to its end, with restart files that take turns, the one it begins with second
+# input <file to begin with, or "">: prints the run up to its end, with alternating restart files;
+# the one it begins with is the second
 input() {
   if [ -z "$1" ]; then cat in.setup; turns="one.restart two.restart"; else echo "read_restart $1"; fi
   [ "$1" = one.restart ] && turns="two.restart one.restart"
@@ -33,7 +37,7 @@ input() {
   write killed
 }
 
-# complete <file>: LAMMPS reads it; if not it must say why
+# complete <file>: succeeds if LAMMPS reads it; otherwise LAMMPS must give the reason
 complete() {
   echo "read_restart $1" > in.look
   "$lmp" -in in.look -log none > look.out 2>&1 && return 0
@@ -52,11 +56,11 @@ newest() {
 # moment <number>: seconds after the first restart file of a run
 moment() { awk -v seed="$seed" -v n="$1" -v span="$span" 'BEGIN {srand(seed + 7919 * n); rand(); printf "%.3f", 1e-3 * span * 0.5 * rand()}'; }
 
-# wrote_one: whether the present run has begun a restart file
+# wrote_one: succeeds if the present run has begun a restart file
 wrote_one() { [ -n "$(find . -name '*.restart' -newer begun)" ]; }
 
-# How long a program takes to begin says nothing of its run: the clock starts with the first restart file. The machine may be faster
-# than it was in the first run: then a shorter span, until each kill hits a run.
+# The start-up time of a program is unrelated to its run, so the clock starts with the first restart
+# file. If the machine is faster than in the first run, the span shrinks until each kill hits a run.
 kills=0 continued=0 tries=0 file=""
 while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$file" ]; do
   tries=$((tries + 1))
@@ -69,7 +73,7 @@ while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$file" ]; do
   sleep "$(moment $tries)"
   kill -KILL $process 2> /dev/null || true
   wait $process 2> /dev/null || true
-  if [ -f killed.counts ]; then    # it was faster
+  if [ -f killed.counts ]; then    # the run was faster
     rm -f killed.counts
     [ $continued -gt 0 ] && break
     rm -f one.restart two.restart
@@ -81,7 +85,7 @@ while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$file" ]; do
   file=$(newest)
 done
 
-# what a kill during the writing leaves: the newer file is torn, and the run goes on from the older one
+# A kill during writing leaves an incomplete newer file, and the run continues from the older one.
 newer=$(newest)
 older=$([ "$newer" = one.restart ] && echo two.restart || echo one.restart)
 size=$(wc -c < "$newer")

@@ -1,22 +1,29 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# Material points carry their RVEs from rank to rank and through restart files, bit for bit:
-#   one process on 1 rank, uninterrupted   =   `ranks before`, stopped, and a new process on `ranks after`,
-# after points have migrated, with sheared contacts, in the middle of a list's life. The states of the RVEs and everything the points
-# carry are compared byte by byte. Scenes:
-#   shear     fix rve alone: each RVE under its own velocity gradient, its atom flying across the rank borders
-#   rolling   the same with rolling resistance: histories have a rolling force, too
-#   spheres   the same in dimension 3, of spheres that resist rolling and twisting: histories are vectors, and a moment
-#   footing   fix mpm with fix rve: a plate pressed into 4 x 4 points
-#   knobs     the shear scene, slower, with all that may stand between a macro step and DEM steps: RVEs asleep at the stop, and shadows.
-#             It has no controls: a packing file has no sleep
-#   narrow    cells that are stretched until they are too narrow, and continued by copies side by side, some before the stop, some after. Without
-#             controls: a packing file does not say what is a copy
-# Controls: a run from the RVEs at the stop as packing files gives the same grains and contacts too, some in another order, because its
-# lists begin at the stop and those of the others did not. The same run with the tangential forces, or with the rolling forces, set to
-# zero does not: so a lost history would be seen.
+# Material points carry their RVEs between ranks and through restart files, bit for bit. One process
+# on 1 rank without interruption is compared with `ranks before`, stopped, and a new process on
+# `ranks after`, after points have migrated, with sheared contacts, while the list is neither new
+# nor due for a rebuild. States of RVEs and all data of points are compared byte by byte.
 #
-#   restart_ranks.sh shear|rolling|spheres|footing|knobs|narrow <lmp> <packing> <ranks before> <ranks after> <mpiexec and its options...>
+# Scenes:
+#   shear     fix rve alone: each RVE has its own velocity gradient, and its atom crosses rank
+#             borders
+#   rolling   shear with rolling resistance: histories have a rolling force too
+#   spheres   shear in dimension 3, with rolling and twisting resistance: histories are vectors
+#             and a moment
+#   footing   fix mpm with fix rve: a plate pressed into 4 x 4 points
+#   knobs     shear, slower, with all options between a macro step and DEM steps: RVEs that are
+#             quiescent at the stop, and shadows. It has no controls, since packing files do not
+#             store quiescence.
+#   narrow    cells that are stretched until they are too narrow and continue as copies next to
+#             each other, some before the stop, some after it. It has no controls, since packing
+#             files do not store copies.
+# Controls: A run from packing files of the RVEs at the stop gives the same grains and contacts,
+# some in another order, since its lists begin at the stop. The same run with tangential or rolling
+# forces set to zero does not, so that a lost history would be detected.
+#
+#   restart_ranks.sh shear|rolling|spheres|footing|knobs|narrow <lmp> <packing> <ranks before>
+#                    <ranks after> <mpiexec and its options...>
 set -eu
 scene=$1 lmp=$2 packing=$3 before=$4 after=$5
 shift 5
@@ -25,7 +32,7 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/restart_ranks.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 
-# small_packing <its keywords>: made here
+# small_packing <its keywords>: makes a packing
 small_packing() {
   cat > in.packing << END
 units si
@@ -35,10 +42,11 @@ END
   packing=$work/small.rve
 }
 
-# A scene: in.setup makes the atoms; in.settings is what a restart file does not keep; fixes <ID of fix rve> <its packing, or several>;
-# the atoms with RVEs; the steps of the stop and the end; what fix mpm gives, if there is one
+# A scene: in.setup makes the atoms; in.settings has the settings that a restart file does not
+# store; fixes <ID of fix rve> <its packings>; the atoms with RVEs; the steps of the stop and the
+# end; the output of fix mpm, if there is one.
 histories=3    # columns of the contacts in a packing file
-turning=4      # those that are the opposite seen from the other grain
+turning=4      # columns that change sign when seen from the other grain
 dimension=2
 [ "$scene" = spheres ] && dimension=3
 case $scene in
@@ -85,10 +93,11 @@ END
       echo "  stress regression 3 2 mass_scaling 2 shadow 3 2"
     fi
   }
+  # Columns: two components of the tangential force, one of the rolling force, the twisting moment.
   atoms=$(seq 4) stop=20 end=40 columns="" vector=""
   [ "$scene" = rolling ] && histories="3 4"
   if [ "$scene" = spheres ]; then
-    histories="3 5 7 10"    # two components of the tangential force, one of the rolling force, the twisting moment
+    histories="3 5 7 10"
     turning="3 4 5"
     small_packing "shape sphere grains 80"
   fi
@@ -96,11 +105,12 @@ END
     small_packing "grains 16 thickness 0.075"
     vector='$(f_RVE[17]:%.0f)'
   fi
-  # what shadows say, and the RVEs that are asleep
+  # output of shadows, and the number of quiescent RVEs
   [ "$scene" = knobs ] && vector='$(f_RVE[11]:%.17g) $(f_RVE[12]:%.17g) $(f_RVE[13]:%.17g) $(f_RVE[14]:%.0f)'
   ;;
 footing)
-  # the border between two ranks is just below the upper row of points, and the plate pushes them across it
+  # the border between two ranks is just below the upper row of points, and the plate pushes them
+  # across it
   cat > in.setup << END
 units si
 dimension 2
@@ -139,7 +149,8 @@ END
 *) echo "the scene must be shear, rolling, spheres, footing, knobs or narrow, got $scene"; exit 1 ;;
 esac
 
-# write <name> <ID of fix rve>: all that is compared. 17 digits are all bits of a double; counts are DEM steps and rebuilds of lists
+# write <name> <ID of fix rve>: writes everything that is compared. 17 digits have all bits of a
+# double; counts are DEM steps and rebuilds of lists.
 write() {
   for id in $atoms; do echo "write_rve $2 atom $id file $1.$id.rve format rve"; done
   echo "write_dump all custom $1.points id x y vx vy $columns modify sort id format float %.17g"
@@ -151,7 +162,7 @@ write() {
   echo "dump ranks all custom $stop ranks.* id c_rank"; echo "dump_modify ranks sort id"
   echo "run $stop"; write stop grains; echo "write_restart half.restart"; } > in.first
 { echo "read_restart half.restart"; cat in.settings; fixes grains "$packing"; echo "run $((end - stop))"; write second grains; } > in.second
-# fix rve finds its RVEs in a restart file by its ID: with another one it begins with its packings
+# fix rve finds its RVEs in a restart file by its ID; with another ID it begins with its packings.
 from_states() {
   echo "read_restart half.restart"
   cat in.settings
@@ -178,7 +189,7 @@ if [ "$before" -gt 1 ]; then
   if cmp -s moved.0 moved.$stop; then echo "no point has migrated"; cat ranks.$stop; exit 1; fi
 fi
 cmp whole.points second.points
-cmp whole.counts second.counts    # DEM steps and rebuilds too: the lists went on
+cmp whole.counts second.counts    # DEM steps and rebuilds too, since the lists continue
 for id in $atoms; do
   cmp whole.$id.rve second.$id.rve
   for column in $histories; do
@@ -200,7 +211,8 @@ if [ "$scene" = knobs ]; then
 fi
 [ "$(awk '{print $2}' stop.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat stop.counts; exit 1; }
 
-# the controls. Of disks the tangential force is the same seen from both grains, the rolling force changes its sign; of spheres it is the other way round
+# Controls. For disks the tangential force is the same seen from both grains and the rolling force
+# changes its sign; for spheres it is the opposite.
 in_order() {
   awk -v turning="$turning" 'function other(x) {return x ~ /^-/ ? substr(x, 2) : x == "0" ? x : "-" x}
     BEGIN {columns = split(turning, column)} /^contacts/ {on = 1; next} /^(checksum|end)/ {next}

@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# A batch system ends a run with SIGTERM: the log that somebody follows shows how far the run is, the run ends after its present step with
-# the restart file that the script asks for, and the continued run has the bits of an uninterrupted one. The scene: pressed_plate.sh.
+# A batch system ends a run with SIGTERM: the log shows the progress while the run continues, the
+# run ends after its present step with the restart file of the script, and the continued run has the
+# bits of an uninterrupted one. The scene is pressed_plate.sh.
 #
 #   signal_ends_run.sh <lmp> <packing>
 set -eu
@@ -19,7 +20,7 @@ end=400
 { cat in.setup in.fixes; echo "restart 10000 one.restart two.restart"; echo "run $end"; write unwanted; echo "print done file done"; } > in.ended
 "$lmp" -in in.ended -log ended.log > ended.out 2>&1 &
 process=$!
-# the line must be in the file while the run goes on: a log that is kept in a buffer shows it when all is over
+# The line must be in the file during the run; a buffered log would show it only at the end.
 while ! grep -q "^fix rve grains: step .* left" ended.log 2> /dev/null; do
   kill -0 $process 2> /dev/null || { echo "the run was over before its log showed a line of progress"; cat ended.out; exit 1; }
   sleep 0.005

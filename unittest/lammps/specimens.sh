@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# An example in space or between plates, small: its physics, as the script that draws it sees it.
+# A small example in space or between plates: its physics, by the script that draws it.
 #
 #   specimens.sh biaxial_specimen|triaxial_specimen|footing_3d <lmp> <python with numpy> <examples>
 set -eu
@@ -9,12 +9,14 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/$example.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 
-run() { "$lmp" -in "$folder/in.$example" -var device cpu "$@" > run.out 2>&1 || { tail -20 run.out; exit 1; }; }    # run <options of lmp...>
+# run <options of lmp...>
+run() { "$lmp" -in "$folder/in.$example" -var device cpu "$@" > run.out 2>&1 || { tail -20 run.out; exit 1; }; }
 check() { "$python" "$folder/plot_$example.py" --check "$@"; }
 
 case $example in
   biaxial_specimen)
-    run -var grains 100 -var packings 4 -var strain 0.04 -var seed 301    # whose band crosses the specimen
+    # With these settings a band crosses the specimen.
+    run -var grains 100 -var packings 4 -var strain 0.04 -var seed 301
     check smooth ;;
   triaxial_specimen)
     for plates in rough smooth; do run -var plates $plates -var grains 80 -var packings 2 -var strain 0.04 -var rate 0.8; done

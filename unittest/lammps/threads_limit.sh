@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# More threads than any machine has, as OMP_NUM_THREADS gives them where no keyword does, end in a message before one of them is made.
+# Too many threads in OMP_NUM_THREADS, which applies without a keyword, give an error before any
+# thread is created.
 #
 #   threads_limit.sh <lmp> <packing>
 set -eu
@@ -21,7 +22,7 @@ timestep 1e-3
 END
 recipe="grains 40 radius uniform 0.0025 0.005 kn 1e6 density 2650 thickness 0.075 pressure 1e5"
 
-# refused <line of a script>: OMP_NUM_THREADS=1025 is too much for it, and 2 are not
+# refused <line of a script>: expects an error for OMP_NUM_THREADS=1025 and none for 2
 refused() {
   { cat in.atom; echo "$1"; } > in.refused
   if OMP_NUM_THREADS=1025 "$lmp" -in in.refused -log none > refused.out 2>&1; then echo "runs with 1025 threads: $1"; exit 1; fi

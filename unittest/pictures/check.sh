@@ -1,6 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# check_<reader>.py with a Python that has its modules: check.sh <ovito, vtk, plots or lammps> <root of the project> <folder of the run>
+# Runs check_<reader>.py with a Python that has its modules.
+#
+#   check.sh <ovito, vtk, plots or lammps> <root of the project> <folder of the run>
 set -eu
 reader=$1 root=$2 folder=$3
 case $reader in

@@ -61,15 +61,17 @@ assert cmap == "RdBu_r" and norm.vmin == -2.0 and norm.vmax == 2.0
 
 # units give readable digits
 assert plot_fields.scale_and_label("q", np.array([10.0]))[1] == "deviatoric stress q [Pa]"
-assert plot_fields.scale_and_label("q", np.array([-3e6,
-                                                  0.0])) == (1e-6, "deviatoric stress q [MPa]")
+scaled = plot_fields.scale_and_label("q", np.array([-3e6, 0.0]))
+assert scaled == (1e-6, "deviatoric stress q [MPa]")
 assert plot_fields.scale_and_label("q", np.array([3e6]), "lj") == (1.0, "deviatoric stress q")
 
 # messages
 wrong = run("points.dump", "eps")
-assert wrong.returncode != 0 and "the dump has no column eps; it has id type" in wrong.stdout, wrong.stdout
+assert wrong.returncode != 0, wrong.stdout
+assert "the dump has no column eps; it has id type" in wrong.stdout, wrong.stdout
 wrong = run("points.dump", "q", "--frames", "7")
-assert wrong.returncode != 0 and "--frames 7: the dump has the steps 0 10 20 30 40" in wrong.stdout, wrong.stdout
+assert wrong.returncode != 0, wrong.stdout
+assert "--frames 7: the dump has the steps 0 10 20 30 40" in wrong.stdout, wrong.stdout
 wrong = run("out", "q")
 assert wrong.returncode != 0 and "out is no text dump of LAMMPS" in wrong.stdout, wrong.stdout
 print("pictures, frames and an animation")

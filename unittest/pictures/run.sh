@@ -1,6 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# examples/pictures, a short run, and an RVE of spheres: run.sh <lmp> <root of the project> <folder to write in>
+# Runs examples/pictures shortly, and an RVE of spheres.
+#
+#   run.sh <lmp> <root of the project> <folder to write in>
 set -eu
 lmp=$1 root=$2 folder=$3
 rm -rf "$folder"

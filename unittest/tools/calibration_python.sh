@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# calibration_python.sh <repository> <script> <words...>: a Python script with the Python that has GrainLearning and h5py. 77, skipped, where there is none.
+# calibration_python.sh <repository> <script> <words...>: runs a Python script with the Python of
+# GrainLearning and h5py. The exit status is 77 (skipped) without it.
 set -eu
 root=$1
 shift

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-only
-# What the kernels are compiled for, decided by cmake/CudaArchitectures.cmake: cmake -P cuda_architectures.cmake <source>
+# What the kernels are compiled for, decided by cmake/CudaArchitectures.cmake: cmake -P
+# cuda_architectures.cmake <source>
 cmake_policy(VERSION 3.25)
 get_filename_component(source "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
 include("${source}/cmake/CudaArchitectures.cmake")
@@ -29,5 +30,6 @@ expect("80" KNOWN 70 75 80 86)
 # the user's word
 expect("86;90-virtual" ASKED 86 90-virtual KNOWN ${cuda_13} CARDS 90)
 expect("90a" ASKED 90a KNOWN ${cuda_13})
-expect("80-real;86-real;87-real;88-real;89-real;90-real;100-real;103-real;110-real;120-real;121" ASKED all KNOWN ${cuda_13})
+expect("80-real;86-real;87-real;88-real;89-real;90-real;100-real;103-real;110-real;120-real;121"
+  ASKED all KNOWN ${cuda_13})
 expect("80-real;90-real;100-real;110-real;120" ASKED all-major KNOWN ${cuda_13})

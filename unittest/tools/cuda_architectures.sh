@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# The cards of the machine and what the kernels are compiled for:  sh cuda_architectures.sh <source folder> [cmake]
-# A machine's driver is played by scripts.
+# The default CUDA architectures for the GPUs of a machine, whose driver is simulated by scripts.
+#
+#   sh cuda_architectures.sh <source folder> [cmake]
 set -eu
 source=$1
 cmake=${2:-cmake}
@@ -9,7 +10,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 fail() { echo "cuda_architectures: $*"; exit 1; }
 
-# nvidia-smi of a machine with these lines
+# Simulates nvidia-smi with these lines of output.
 machine() {
   printf '#!/bin/sh\ncat <<END\n%s\nEND\n' "$1" > "$work/nvidia-smi"
   chmod +x "$work/nvidia-smi"
@@ -31,8 +32,8 @@ printf '#!/bin/sh\necho "NVIDIA-SMI has failed because it could not communicate 
 
 "$cmake" -P "$source/unittest/tools/cuda_architectures.cmake" || fail "wrong architectures"
 
-# refused, with a word
-refused() {    # refused <text that is said> <arguments of choose_cuda_architectures>
+# refused, with a message
+refused() {    # refused <message> <arguments of choose_cuda_architectures>
   text=$1
   shift
   printf 'cmake_policy(VERSION 3.25)\ninclude("%s/cmake/CudaArchitectures.cmake")\nchoose_cuda_architectures(list why %s)\n' "$source" "$*" > "$work/refused.cmake"
@@ -44,12 +45,13 @@ refused "native, but nvidia-smi shows no card" ASKED native KNOWN 75 80 90
 refused "is 'sm_90'; it must be native, all, all-major, or a list of numbers" ASKED sm_90 KNOWN 75 80 90
 refused "use CUDA 11.8 or newer" KNOWN 50 75
 
-# what the set-up scripts build, on machines whose packages are all there and whose cmake tells what it is asked
+# The set-up scripts choose the build on machines with all packages; cmake is a stub that prints its
+# arguments.
 printf '#!/bin/sh\necho install ok installed\n' > "$work/dpkg-query"
 printf '#!/bin/sh\necho "cmake $*"\n' > "$work/cmake"
 printf '#!/bin/sh\n' > "$work/nvcc"
 chmod +x "$work/dpkg-query" "$work/cmake" "$work/nvcc"
-sets_up() {    # sets_up <preset> <what the machine is>
+sets_up() {    # sets_up <preset> <description of the machine>
   said=$(env -u GPU_RVE_PRESET -u CUDACXX -u LAMMPS_SOURCE_DIR PATH="$work:$PATH" stages=4 sh -c '. "$1/tools/setup.sh"' "$source/tools/x.sh" "$source")
   echo "$said" | grep -qx "cmake --preset $1" || { echo "$said"; fail "$2: not preset $1"; }
 }

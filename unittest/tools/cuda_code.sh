@@ -1,8 +1,10 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# What the compiled files of the GPU engine have, as cuobjdump sees it:
-#   sh cuda_code.sh <source folder> <CUDA architectures, as CMake has them, separated by colons> <object>...
-# Each has code for exactly the architectures that the build asked for, and its text can be read. bench/strict_text.sh looks into the text.
+# Checks the compiled files of the GPU engine by cuobjdump. Each has code for exactly the
+# architectures of the build, and its text can be read. bench/strict_text.sh checks the text.
+#
+#   sh cuda_code.sh <source folder> <CUDA architectures in CMake's form, separated by colons>
+#                   <object>...
 set -eu
 source=$1 asked=$2
 shift 2

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# tools/get_lammps.sh with an archive that is a stub: paths with blanks, and which unpacked trees are trusted.
+# Tests tools/get_lammps.sh with a stub of an archive: paths with blanks, and the check of unpacked
+# trees.
 #
 #   sh get_lammps.sh <repository>
 set -eu
@@ -12,7 +13,7 @@ mkdir -p "$work/bin" "$work/parts" "$work/upstream/lammps-x/src/GRANULAR" "$work
   "$work/upstream/lammps-x/src/STUBS" "$work/upstream/lammps-x/cmake" "$work/upstream/lammps-x/python/lammps"
 fail() { echo "FAILED: $*"; exit 1; }
 
-# a tarball like that of LAMMPS, and a copy of the script that expects it
+# a tarball like that of LAMMPS, and a copy of the script with its checksum
 (cd "$work/upstream/lammps-x" && for file in LICENSE src/version.h src/modify.cpp src/.clang-format src/GRANULAR/a.h src/fmt/b.h src/PLUGIN/c.h \
   src/STUBS/d.h cmake/CMakeLists.txt python/lammps/__init__.py; do echo "$file" > "$file"; done)
 tar -cJf "$work/upstream/tarball" -C "$work/upstream" lammps-x
@@ -21,7 +22,8 @@ touch "$work/keyring"
 sed -e "s/^sha256=.*/sha256=$sum/" -e "s|^keyring=.*|keyring='$work/keyring'|" "$repository/tools/get_lammps.sh" > "$work/get_lammps.sh"
 grep -q "^sha256=$sum" "$work/get_lammps.sh" || fail "the script has no line sha256="
 
-# apt: says where sources are listed; notes its calls; gives the tarball if the folders it is told are there
+# Stub of apt: prints the files with sources, records its calls, and provides the tarball if the
+# given folders exist.
 echo "deb http://archive.example/debian stable main" > "$work/sources.list"
 cat > "$work/bin/apt-config" <<END
 #!/bin/sh
@@ -42,7 +44,7 @@ GPU_RVE_CACHE="$work/the cache"
 export GPU_RVE_CACHE
 tree="$GPU_RVE_CACHE/lammps-20250204"
 
-get() {    # get <what>: runs the script and expects a whole tree
+get() {    # get <name>: runs the script and expects a complete tree
   : > "$work/calls"
   answer=$(sh "$work/get_lammps.sh" 2> "$work/said") || { cat "$work/said"; fail "$1: the script ends with an error"; }
   [ "$answer" = "$tree" ] || fail "$1: the answer is '$answer'"

@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-2.0-only
-# LAMMPS scripts of the repository redefine no string variable from itself in quotes: LAMMPS of 2026 forgets the variable before it reads
-# the new text ("Substitution for illegal variable"). Without quotes the name is replaced before.
+# Checks that LAMMPS scripts of the repository redefine no string variable from itself in quotes.
+# LAMMPS of 2026 deletes the variable before it reads the new text ("Substitution for illegal
+# variable"); without quotes the name is replaced earlier.
 #
 #   sh string_variables.sh <repository>
 set -eu
@@ -10,7 +11,7 @@ found=$(mktemp)
 trap 'rm -f "$found"' EXIT
 search() { grep -nE "variable +([a-zA-Z_0-9]+) +(string|index) +[\"'][^\"']*[$]\{?\1\b" "$@" > "$found"; }
 
-# the search itself
+# test of the search itself
 printf 'variable a string "${b} ${a}"\n' > "$found.bad"
 printf 'variable a string ${a}_2\nvariable a string "${ab} ${b}"\n' > "$found.good"
 trap 'rm -f "$found" "$found.bad" "$found.good"' EXIT
