@@ -7,7 +7,8 @@
 //
 // The default is all variants of rve/engine/kernel_variants.h, all formats and all kernels. --keep
 // writes code and text (PTX) to files, which bench/compare_kernels.py compares with those of nvcc.
-// --cache stores kernels as a run does (GPU_RVE_KERNEL_CACHE), for a machine whose time is expensive.
+// --cache stores kernels as a run does (GPU_RVE_KERNEL_CACHE), for a machine whose time is
+// expensive.
 
 #include "rve/core/wall_time.h"
 #include "rve/engine/runtime_kernels.h"
