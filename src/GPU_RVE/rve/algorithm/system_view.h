@@ -284,7 +284,7 @@ inline namespace RVE_ISA {
   template <bool InMemory> struct PairWords {
   };
   template <> struct PairWords<true> {
-    std::int32_t *partner_word;    ///< (Scene::owned_pairs, N) as in PassingPairs
+    std::int32_t *partner_word;    ///< (Config::owned_pairs, N) as in PassingPairs
   };
 
   /// Data of the steps, on chip on a GPU.
@@ -301,12 +301,12 @@ inline namespace RVE_ISA {
     GrainResponseOf<Config> *response;
     /// In space only.
     Vec<typename Config::Leading::Coordinate, Config::D> *list_position;
-    std::int32_t *partner;    ///< (Scene::owned_pairs, N) own number: the slot is free
-    /// (Scene::owned_pairs, N) The negative own radius marks a free slot, which never touches. It
+    std::int32_t *partner;    ///< (Config::owned_pairs, N) own number: the slot is free
+    /// (Config::owned_pairs, N) The negative own radius marks a free slot, which never touches. It
     /// is not used if it is in registers.
     typename Config::Wide *partner_radius;
-    typename Config::History *history;    ///< (Scene::owned_pairs, N)
-    /// With streams_history or InMemory: (numbers of a History, Scene::owned_pairs, capacity)
+    typename Config::History *history;    ///< (Config::owned_pairs, N)
+    /// With streams_history or InMemory: (numbers of a History, Config::owned_pairs, capacity)
     /// history during steps.
     typename Config::Spring *passing;
     int capacity;    ///< in grains
@@ -514,7 +514,7 @@ inline namespace RVE_ISA {
     std::int32_t *accepted;          ///< (N) accepted grain plus an offset of the round
     std::int32_t *overloaded;        ///< (N) grains with too many pairs
     std::int32_t *num_overloaded;    ///< (2) their number in even rounds, and in odd ones
-    std::int32_t *received;          ///< (Scene::owned_pairs, N) grains that gave a pair
+    std::int32_t *received;          ///< (Config::owned_pairs, N) grains that gave a pair
     std::int32_t *excess_start;      ///< (N)
     std::int32_t *contact_count;     ///< (N)
     std::int32_t *number;            ///< (N) as in the stored state, for an RVE with a new list

@@ -28,7 +28,7 @@ template <KernelVariant variant> auto law_of_script(const Material &material)
 /// in `double` and in units of the script.
 template <int D = 2, class Work> auto with_law(const Material &material, const Work &work)
 {
-  return with_program<D>(richest_variant(material.law, D), [&](auto variant) {
+  return with_variant<D>(richest_variant(material.law, D), [&](auto variant) {
     return work(law_of_script<variant.prepared_like>(material));
   });
 }

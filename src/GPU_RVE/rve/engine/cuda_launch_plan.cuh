@@ -49,8 +49,8 @@ struct LaunchPlan {
 /// RVEs between the steps of all.
 class LaunchPlans {
  public:
-  LaunchPlans(const cudaDeviceProp &_device, const CudaVariants &_programs, int _block_size) :
-      device(_device), variants(_programs), chosen_block_size(_block_size)
+  LaunchPlans(const cudaDeviceProp &_device, const CudaVariants &_variants, int _block_size) :
+      device(_device), variants(_variants), chosen_block_size(_block_size)
   {
   }
 

@@ -37,7 +37,7 @@ template <int D> using TurnFunction = void (*)(TurnList<D>);
 
 template <int D, class Numbers> TurnFunction<D> turn_function(KernelVariant memory)
 {
-  return with_program<D>(memory, [](auto variant) -> TurnFunction<D> {
+  return with_variant<D>(memory, [](auto variant) -> TurnFunction<D> {
     return turn_rves<VariantConfig<decltype(variant)::prepared_like, Numbers>>;
   });
 }

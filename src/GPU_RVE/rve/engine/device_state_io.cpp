@@ -78,16 +78,17 @@ namespace {
       else
         ++num_extra;
 
-    DeviceState image;
-    image.num_grains = n;
-    image.extra_capacity = std::max(extra_capacity, num_extra);
-    image.bytes.assign(device_state_size<Config>(n, image.extra_capacity), 0);
-    const auto view = carve_device_state<Config>(image.bytes.data(), n, image.extra_capacity);
+    DeviceState device_state;
+    device_state.num_grains = n;
+    device_state.extra_capacity = std::max(extra_capacity, num_extra);
+    device_state.bytes.assign(device_state_size<Config>(n, device_state.extra_capacity), 0);
+    const auto view =
+        carve_device_state<Config>(device_state.bytes.data(), n, device_state.extra_capacity);
 
     StateHeader<D> &header = *view.header;
     header = StateHeader<D>();
     header.num_grains = n;
-    header.extra_capacity = image.extra_capacity;
+    header.extra_capacity = device_state.extra_capacity;
     header.list_valid = !state.list_fractional.empty();
     store_tensor(state.cell, header.cell);
     store_tensor(state.deformation, header.deformation);
@@ -149,15 +150,15 @@ namespace {
         ++header.num_extra;
       }
     }
-    return image;
+    return device_state;
   }
 
-  template <class Config> RveStateOf<Config::D> read(const DeviceState &image)
+  template <class Config> RveStateOf<Config::D> read(const DeviceState &device_state)
   {
     constexpr int D = Config::D, spins = Config::spins;
-    const int n = image.num_grains;
-    const auto view =
-        carve_device_state<Config>(const_cast<char *>(image.bytes.data()), n, image.extra_capacity);
+    const int n = device_state.num_grains;
+    const auto view = carve_device_state<Config>(const_cast<char *>(device_state.bytes.data()), n,
+                                                 device_state.extra_capacity);
     const StateHeader<D> &header = *view.header;
     RveStateOf<D> state;
     static_cast<MaterialNumbers &>(state.material) = header.material;
@@ -198,27 +199,28 @@ namespace {
     return state;
   }
 
-  template <class Config> void turn(DeviceState &image, const Tensor<double, Config::D> &rotation)
+  template <class Config>
+  void turn(DeviceState &device_state, const Tensor<double, Config::D> &rotation)
   {
     BlockSerial block;
-    turn_rigidly(
-        block,
-        carve_device_state<Config>(image.bytes.data(), image.num_grains, image.extra_capacity),
-        rotation);
+    turn_rigidly(block,
+                 carve_device_state<Config>(device_state.bytes.data(), device_state.num_grains,
+                                            device_state.extra_capacity),
+                 rotation);
   }
 
   /// Returns work(scene) of the variant that prepares calls of `memory`, in these numbers.
   template <int D, class Numbers, class Work>
   auto with_numbers(KernelVariant memory, const Work &work)
   {
-    return with_program<D>(memory, [&](auto variant) {
+    return with_variant<D>(memory, [&](auto variant) {
       return work(VariantConfig<variant.prepared_like, Numbers>());
     });
   }
 
   /// Returns work(scene) for the number format and memory layout of device states.
   template <int D, class Work>
-  auto with_scene(Format format, KernelVariant memory, const Work &work)
+  auto with_config(Format format, KernelVariant memory, const Work &work)
   {
     switch (format) {
       case Format::Fast:
@@ -248,29 +250,32 @@ template <int D>
 DeviceState build_device_state(Format format, const RveStateOf<D> &state, int extra_capacity,
                                KernelVariant memory)
 {
-  return with_scene<D>(format, memory,
-                       [&](auto scene) { return build<decltype(scene)>(state, extra_capacity); });
+  return with_config<D>(
+      format, memory, [&](auto config) { return build<decltype(config)>(state, extra_capacity); });
 }
 
 template <int D>
-RveStateOf<D> read_device_state(Format format, const DeviceState &image, KernelVariant memory)
+RveStateOf<D> read_device_state(Format format, const DeviceState &device_state,
+                                KernelVariant memory)
 {
-  return with_scene<D>(format, memory, [&](auto scene) { return read<decltype(scene)>(image); });
+  return with_config<D>(format, memory,
+                        [&](auto config) { return read<decltype(config)>(device_state); });
 }
 
 template <int D>
-void turn_device_state(Format format, DeviceState &image, const Tensor<double, D> &rotation,
+void turn_device_state(Format format, DeviceState &device_state, const Tensor<double, D> &rotation,
                        KernelVariant memory)
 {
-  with_scene<D>(format, memory, [&](auto scene) { turn<decltype(scene)>(image, rotation); });
+  with_config<D>(format, memory,
+                 [&](auto config) { turn<decltype(config)>(device_state, rotation); });
 }
 
 template <int D>
 std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity,
                                KernelVariant memory)
 {
-  return with_scene<D>(format, memory, [&](auto scene) {
-    return device_state_size<decltype(scene)>(num_grains, extra_capacity);
+  return with_config<D>(format, memory, [&](auto config) {
+    return device_state_size<decltype(config)>(num_grains, extra_capacity);
   });
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Device state of an RVE (algorithm/image.h): conversion from a state and back.
+// Device state of an RVE (algorithm/device_state.h): conversion from a state and back.
 
 #pragma once
 
@@ -13,14 +13,14 @@
 
 namespace rve {
 
-/// Device state (algorithm/image.h) in the number format of the engine.
+/// Device state (algorithm/device_state.h) in the number format of the engine.
 struct DeviceState {
   int num_grains = 0;
   int extra_capacity = 0;
   std::vector<char> bytes;
 };
 
-// `memory` is the kernel variant that defines the memory layout (engine/program_choice.h), the same
+// `memory` is the kernel variant that defines the memory layout (engine/variant_choice.h), the same
 // for all RVEs of an engine.
 
 /// Returns the device state. Its extra list holds at least `extra_capacity` pairs and all that the
@@ -30,10 +30,11 @@ DeviceState build_device_state(Format format, const RveStateOf<D> &state, int ex
                                KernelVariant memory);
 /// Returns the state of a device state, exactly.
 template <int D = 2>
-RveStateOf<D> read_device_state(Format format, const DeviceState &image, KernelVariant memory);
+RveStateOf<D> read_device_state(Format format, const DeviceState &device_state,
+                                KernelVariant memory);
 /// Turns an RVE rigidly.
 template <int D>
-void turn_device_state(Format format, DeviceState &image, const Tensor<double, D> &rotation,
+void turn_device_state(Format format, DeviceState &device_state, const Tensor<double, D> &rotation,
                        KernelVariant memory);
 template <int D>
 std::size_t device_state_bytes(Format format, int num_grains, int extra_capacity,

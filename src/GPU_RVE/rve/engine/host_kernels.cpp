@@ -80,7 +80,7 @@ inline namespace RVE_ISA {
                const BatchConstants &batch, const HostWorkspace &memory, KernelVariant variant,
                AnswerRecord<D> &answer, DetailRecord<D> *detail)
   {
-    with_program<D>(variant, [&](auto chosen) {
+    with_variant<D>(variant, [&](auto chosen) {
       using Config = VariantConfig<kWorker<chosen.value>, Numbers>;
       run_kernel<Config, Traversal<Config>>(device_state, drive, steering, batch, memory, answer,
                                             detail);
@@ -90,7 +90,7 @@ inline namespace RVE_ISA {
   template <int D, class Numbers>
   HostWorkspaceSizes workspace_sizes(int num_grains, int pair_capacity, KernelVariant variant)
   {
-    return with_program<D>(variant, [&](auto chosen) -> HostWorkspaceSizes {
+    return with_variant<D>(variant, [&](auto chosen) -> HostWorkspaceSizes {
       using Config = VariantConfig<kWorker<chosen.value>, Numbers>;
       return {shared_size<Config>(num_grains, false),
               workspace_size<Config>(num_grains, pair_capacity)};

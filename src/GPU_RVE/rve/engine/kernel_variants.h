@@ -11,12 +11,12 @@ namespace rve {
 ///
 /// law:      class of physics/laws, in a number format, with its contact law, friction,
 ///           dashpots and rolling resistance;
-/// books:    None, Servo, or All (algorithm/scene.h);
+/// books:    None, Servo, or All (algorithm/kernel_config.h);
 /// prepared: variant of the same contact law that prepares the calls. It has the same memory layout
 ///           of RVEs and all features of the variants that refer to it.
 ///
 /// The leanest variant comes first: a call uses the first one with its memory layout and features
-/// (engine/program_choice.h). Variants give the same bits for calls that need no more than the
+/// (engine/variant_choice.h). Variants give the same bits for calls that need no more than the
 /// lesser one has. Frictionless is for RVEs without friction and without tangential forces. The
 /// last variant of a contact law has rolling resistance, for spheres also resistance to twisting.
 ///

@@ -43,7 +43,7 @@ namespace {
   RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK
 
-  constexpr bool programs_that_prepare_have_all_of_the_others()
+  constexpr bool preparing_variants_have_all_features()
   {
     for (const VariantFeatures &one : TABLE) {
       const VariantFeatures &other = TABLE[static_cast<int>(one.memory)];
@@ -55,7 +55,7 @@ namespace {
     }
     return true;
   }
-  static_assert(programs_that_prepare_have_all_of_the_others(), "engine/programs.h says so");
+  static_assert(preparing_variants_have_all_features(), "engine/kernel_variants.h says so");
 
 }    // namespace
 

@@ -14,7 +14,7 @@ struct CallNeeds {
   bool dashpots = false;
   bool rescaling = false;    ///< rescaling of springs by a changed contact (has_rescaling of a law)
   bool servo = false;
-  bool has_bookkeeping = false;    ///< all bookkeeping of energy and stress (Books::All)
+  bool has_bookkeeping = false;    ///< all bookkeeping of energy and stress (Bookkept::All)
 };
 
 /// Features of a kernel variant.

@@ -27,28 +27,28 @@ inline namespace RVE_ISA {
   using VariantConfig = typename VariantTraits<variant>::template Config<Numbers>;
 
   /// Kernel variant as an argument of a generic function.
-  template <KernelVariant variant> struct ProgramConstant {
+  template <KernelVariant variant> struct VariantConstant {
     static constexpr KernelVariant value = variant;
     static constexpr KernelVariant prepared_like = VariantTraits<variant>::prepared_like;
   };
 
-  /// Returns work(ProgramConstant) for a kernel variant of RVEs of D dimensions.
-  template <int D, class Work> auto with_program(KernelVariant variant, const Work &work)
+  /// Returns work(VariantConstant) for a kernel variant of RVEs of D dimensions.
+  template <int D, class Work> auto with_variant(KernelVariant variant, const Work &work)
   {
 #define RVE_WITH_VARIANT(name, law, has_bookkeeping, prepared) \
   case KernelVariant::name:                                    \
-    return work(ProgramConstant<KernelVariant::name>());
+    return work(VariantConstant<KernelVariant::name>());
     if constexpr (D == 2) {
       switch (variant) {
         RVE_DISK_VARIANTS(RVE_WITH_VARIANT)
         default:
-          return work(ProgramConstant<KernelVariant::General>());
+          return work(VariantConstant<KernelVariant::General>());
       }
     } else {
       switch (variant) {
         RVE_SPHERE_VARIANTS(RVE_WITH_VARIANT)
         default:
-          return work(ProgramConstant<KernelVariant::Spheres>());
+          return work(VariantConstant<KernelVariant::Spheres>());
       }
     }
 #undef RVE_WITH_VARIANT

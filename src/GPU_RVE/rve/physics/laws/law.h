@@ -3,7 +3,7 @@
 //
 // A law is a struct in a number format, in the internal units of a call (algorithm/call_state.h).
 // It has parameters only: the history of a pair is an argument and a result. Kernels are compiled
-// for each law (engine/programs.h). A law has these members:
+// for each law (engine/kernel_variants.h). A law has these members:
 //
 //   Numbers                    number format; In<OtherNumbers> is the same law in another format,
 //                              for packs of grains

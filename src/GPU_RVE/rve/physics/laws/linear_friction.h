@@ -178,7 +178,7 @@ inline namespace RVE_ISA {
     RVE_INLINE bool slides() const { return Frictional && constants.friction > 0; }
   };
 
-  /// Laws of kernels (engine/programs.h).
+  /// Laws of kernels (engine/kernel_variants.h).
   template <class Numbers> using NormalSprings = LinearFrictionLaw<Numbers, false, false>;
   template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
   template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;
