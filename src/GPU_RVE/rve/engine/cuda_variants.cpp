@@ -25,7 +25,7 @@ namespace {
     return word && says_yes("GPU_RVE_KERNELS_AT_RUN_TIME", word);
   }
 
-  /// Returns the sizes of kernels of Lean, for RVEs with the memory layout of Scene.
+  /// Returns the sizes of kernels of Lean, for RVEs with the memory layout of Config.
   template <class Lean, class Config>
   KernelSizes kernel_sizes(Residency residency, int num_grains, int pair_capacity, int steps_ahead)
   {

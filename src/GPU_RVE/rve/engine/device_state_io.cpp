@@ -209,7 +209,7 @@ namespace {
                  rotation);
   }
 
-  /// Returns work(scene) of the variant that prepares calls of `memory`, in these numbers.
+  /// Returns work(config) of the variant that prepares calls of `memory`, in these numbers.
   template <int D, class Numbers, class Work>
   auto with_numbers(KernelVariant memory, const Work &work)
   {
@@ -218,7 +218,7 @@ namespace {
     });
   }
 
-  /// Returns work(scene) for the number format and memory layout of device states.
+  /// Returns work(config) for the number format and memory layout of device states.
   template <int D, class Work>
   auto with_config(Format format, KernelVariant memory, const Work &work)
   {

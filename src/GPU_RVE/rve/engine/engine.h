@@ -186,10 +186,10 @@ template <int D> class IncrementCallOf {
   virtual void take(int begin, int end, const IncrementOf<D> *increments,
                     const ResponseOf<D> *responses) = 0;
   /// Receives a diagnostic evaluation that the increment has requested, after a valid result.
-  virtual void take_evaluation(int /*place*/, const EvaluationOf<D> & /*look*/) {}
+  virtual void take_evaluation(int /*index*/, const EvaluationOf<D> & /*evaluation*/) {}
   /// Receives the deferred increment of an RVE that was quiescent and made no DEM steps
   /// (rve/engine/device_calls.h). Called after take_evaluation().
-  virtual void take_deferred(int /*place*/, const Tensor<double, D> & /*pending*/) {}
+  virtual void take_deferred(int /*index*/, const Tensor<double, D> & /*pending*/) {}
 };
 
 template <int D> class DeviceCallsOf;    // rve/engine/device_calls.h

@@ -62,8 +62,8 @@ inline namespace RVE_ISA {
     Begin::prepare(call, device_state, memory.pair_capacity);
     for (int t = 0; t < call.plan_last; ++t) Planning::plan_step(call, t, 1);
     Begin::set_views(call, header.num_grains, shared, memory.workspace, memory.pair_capacity);
-    RveKernel<Block, Config, typename Traversal::Grains> variant(block, call, shared);
-    variant.run(answer, detail);
+    RveKernel<Block, Config, typename Traversal::Grains> kernel(block, call, shared);
+    kernel.run(answer, detail);
   }
 
   /// Kernel variant that runs in place of another one: the general variant that prepares the same

@@ -7,11 +7,11 @@
 
 namespace rve {
 
-/// Lines are program(name, law, books, prepared):
+/// Lines are variant(name, law, kept, prepared):
 ///
 /// law:      class of physics/laws, in a number format, with its contact law, friction,
 ///           dashpots and rolling resistance;
-/// books:    None, Servo, or All (algorithm/kernel_config.h);
+/// kept:     None, Servo, or All (algorithm/kernel_config.h);
 /// prepared: variant of the same contact law that prepares the calls. It has the same memory layout
 ///           of RVEs and all features of the variants that refer to it.
 ///

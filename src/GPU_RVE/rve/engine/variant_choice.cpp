@@ -39,7 +39,7 @@ namespace {
 #define RVE_CHECK(name, law, has_bookkeeping, prepared)                                        \
   static_assert(std::is_same_v<VariantConfig<KernelVariant::name, MixedNumbers>::History,      \
                                VariantConfig<KernelVariant::prepared, MixedNumbers>::History>, \
-                "programs that are prepared alike have the same memory of an RVE");
+                "variants that are prepared alike have the same memory layout");
   RVE_KERNEL_VARIANTS(RVE_CHECK)
 #undef RVE_CHECK
 

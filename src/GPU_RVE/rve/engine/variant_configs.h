@@ -35,8 +35,8 @@ inline namespace RVE_ISA {
   /// Returns work(VariantConstant) for a kernel variant of RVEs of D dimensions.
   template <int D, class Work> auto with_variant(KernelVariant variant, const Work &work)
   {
-#define RVE_WITH_VARIANT(name, law, has_bookkeeping, prepared) \
-  case KernelVariant::name:                                    \
+#define RVE_WITH_VARIANT(name, law, kept, prepared) \
+  case KernelVariant::name:                         \
     return work(VariantConstant<KernelVariant::name>());
     if constexpr (D == 2) {
       switch (variant) {
