@@ -83,7 +83,7 @@ void FixMpm::init()
         "Fix mpm cannot be used with rerun: strains and stresses of points follow from their "
         "whole history, which positions in a dump do not have");
 
-  settle_without_pairs(lmp);
+  set_up_without_pairs(lmp);
   const bigint members = group->count(igroup);
   if (members == 0) error->all(FLERR, "Fix mpm: group '{}' has no atoms", group->names[igroup]);
   if (members != atom->natoms)

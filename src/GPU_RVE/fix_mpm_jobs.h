@@ -106,8 +106,8 @@ template <int D> class MpmLoads : protected Pointers {
   using Points = mpm::PointView<D>;
   using Vec = mpm::Vec<D>;
 
-  explicit MpmLoads(const MpmSetup<D> &_scene) :
-      Pointers(_scene.lmp), displacement(_scene.settings.bodies.size(), Vec::zero()), setup(_scene)
+  explicit MpmLoads(const MpmSetup<D> &_setup) :
+      Pointers(_setup.lmp), displacement(_setup.settings.bodies.size(), Vec::zero()), setup(_setup)
   {
   }
 
@@ -139,7 +139,7 @@ template <int D> class MpmWaves : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
 
-  explicit MpmWaves(const MpmSetup<D> &_scene) : Pointers(_scene.lmp), setup(_scene) {}
+  explicit MpmWaves(const MpmSetup<D> &_setup) : Pointers(_setup.lmp), setup(_setup) {}
 
   /// Returns the Courant number of the last check [-].
   double courant() const { return number; }
@@ -174,7 +174,7 @@ template <int D> class MpmChecks : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
 
-  explicit MpmChecks(const MpmSetup<D> &_scene) : Pointers(_scene.lmp), setup(_scene) {}
+  explicit MpmChecks(const MpmSetup<D> &_setup) : Pointers(_setup.lmp), setup(_setup) {}
 
   /// Stores number and positions of the points and the box at the end of a run.
   void keep_positions();
@@ -230,7 +230,7 @@ template <int D> class MpmGround : protected Pointers {
   using Atoms = std::vector<int>;
   using Goals = std::vector<macro::StressGoal>;
 
-  explicit MpmGround(const MpmSetup<D> &_scene) : Pointers(_scene.lmp), setup(_scene) {}
+  explicit MpmGround(const MpmSetup<D> &_setup) : Pointers(_setup.lmp), setup(_setup) {}
 
   /// The initial state of a new point.
   struct Start {
@@ -277,7 +277,7 @@ template <int D> class MpmTimes : protected Pointers {
  public:
   enum Part { RVE, MPM, TRANSFERS, PARTS };
 
-  explicit MpmTimes(const MpmSetup<D> &_scene) : Pointers(_scene.lmp), setup(_scene) {}
+  explicit MpmTimes(const MpmSetup<D> &_setup) : Pointers(_setup.lmp), setup(_setup) {}
 
   void begin_run() { std::fill_n(seconds, (int) PARTS, 0.0); }
   void begin_step() { begun = now(); }

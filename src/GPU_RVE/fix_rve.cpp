@@ -110,7 +110,7 @@ void FixRve::init()
                "through. Delete it before, or continue from a restart file",
                id);
   claim_integration();
-  settle_without_pairs(lmp);
+  set_up_without_pairs(lmp);
   impl->init();
 }
 

@@ -23,7 +23,7 @@ class LaunchListTest : public rve_test::BlockTest {
   {
     rve_test::BlockTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    number = room.reserve_zeros(1);
+    number = reserve.reserve_zeros(1);
     cudaDeviceProp device;
     rve_test::check_cuda(cudaGetDeviceProperties(&device, 0));
     cudaFuncAttributes attributes;
@@ -38,11 +38,11 @@ class LaunchListTest : public rve_test::BlockTest {
   void expect_all_done()
   {
     list.hand_over("a list of launches");
-    EXPECT_EQ(room.receive(1)[0], expected);
+    EXPECT_EQ(reserve.receive(1)[0], expected);
   }
 
   rve::LaunchList list;
-  rve::DeviceBuffer<long long> room;
+  rve::DeviceBuffer<long long> reserve;
   long long *number = nullptr;
   long long expected = 0;
 };

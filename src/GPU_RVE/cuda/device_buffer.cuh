@@ -40,7 +40,7 @@ template <class T> class HostBuffer {
  public:
   explicit HostBuffer(unsigned flags_in = cudaHostAllocDefault) : flags(flags_in) {}
 
-  T *room(std::size_t count)
+  T *reserve(std::size_t count)
   {
     if (count > capacity) {
       memory.reset();
@@ -91,26 +91,26 @@ template <class T> class DeviceBuffer {
   }
 
   /// Returns host memory for the values that send() uploads.
-  T *room(std::size_t count) { return staging.room(count); }
+  T *reserve(std::size_t count) { return staging.reserve(count); }
 
   T *send(std::size_t count)
   {
     T *to = reserve(count);
-    check_cuda(cudaMemcpyAsync(to, room(count), count * sizeof(T), cudaMemcpyHostToDevice),
+    check_cuda(cudaMemcpyAsync(to, reserve(count), count * sizeof(T), cudaMemcpyHostToDevice),
                "upload");
     return to;
   }
 
   T *upload(const std::vector<T> &values)
   {
-    std::memcpy(room(values.size()), values.data(), values.size() * sizeof(T));
+    std::memcpy(reserve(values.size()), values.data(), values.size() * sizeof(T));
     return send(values.size());
   }
 
   /// Waits for the launched kernels and returns the values, which are valid until the next room().
   const T *receive(std::size_t count)
   {
-    T *host = room(count);
+    T *host = reserve(count);
     if (count > 0)
       check_cuda(cudaMemcpy(host, memory.get(), count * sizeof(T), cudaMemcpyDeviceToHost),
                  "download");
@@ -121,7 +121,7 @@ template <class T> class DeviceBuffer {
   /// with its own stream alone, so the kernels that write the elements must have ended.
   const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
   {
-    T *host = room(first + count) + first;
+    T *host = reserve(first + count) + first;
     if (count == 0) return host;
     check_cuda(cudaMemcpyAsync(host, memory.get() + first, count * sizeof(T),
                                cudaMemcpyDeviceToHost, stream),

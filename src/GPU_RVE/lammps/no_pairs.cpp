@@ -10,7 +10,7 @@
 
 using namespace LAMMPS_NS;
 
-void LAMMPS_NS::settle_without_pairs(LAMMPS *lmp)
+void LAMMPS_NS::set_up_without_pairs(LAMMPS *lmp)
 {
   if (lmp->force->pair || lmp->force->bond) return;
   if (lmp->atom->userbinsize == 0.0) lmp->atom->sortfreq = 0;

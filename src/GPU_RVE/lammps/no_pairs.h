@@ -11,6 +11,6 @@ class LAMMPS;
 /// Switches the sorting of atoms off and sets the communication cutoff to the skin of the neighbor
 /// list, each unless the script sets it. LAMMPS would otherwise warn in every run. Does nothing
 /// with a pair style or a bond style. A fix calls this function in its init().
-void settle_without_pairs(LAMMPS *lmp);
+void set_up_without_pairs(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS
