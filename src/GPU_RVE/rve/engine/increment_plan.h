@@ -153,7 +153,8 @@ template <int D> struct IncrementPlan {
   Tensor<double, D> deformation, rotation;
 };
 
-/// Returns the plan of a macro step of an RVE. `quiescent` is read if the RVE has a deferred increment.
+/// Returns the plan of a macro step of an RVE. `quiescent` is read if the RVE has a deferred
+/// increment.
 /// Adaptive substeps need contacts with constant moduli.
 template <int D>
 RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const PlannedRve &rve, Rest rest,
