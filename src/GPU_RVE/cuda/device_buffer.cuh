@@ -107,7 +107,7 @@ template <class T> class DeviceBuffer {
     return send(values.size());
   }
 
-  /// Waits for the launched kernels and returns the values, which are valid until the next reserve().
+  /// Waits for the launched kernels and returns the values, valid until the next reserve().
   const T *receive(std::size_t count)
   {
     T *host = reserve(count);
@@ -117,7 +117,7 @@ template <class T> class DeviceBuffer {
     return host;
   }
 
-  /// Returns `count` elements from `first` on, within the size of the last reserve(). It synchronises
+  /// Returns `count` elements from `first` on, within the size of the last reserve(). Synchronises
   /// with its own stream alone, so the kernels that write the elements must have ended.
   const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
   {
