@@ -981,14 +981,6 @@ std::string short_gpu_name(const std::string &description)
   return name;
 }
 
-std::string cpu_name()
-{
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "CPU";
-}
-
 /// Sets the name of the machine and runs the device until its clock has risen, so that the first
 /// timed calls are not slower.
 template <int D> void meet_the_device(Bench<D> &bench)
@@ -1001,7 +993,7 @@ template <int D> void meet_the_device(Bench<D> &bench)
   const std::string description = batch.engine->description();
   const std::string device = description.substr(0, description.find(','));
   if (bench.arguments.cuda) bench.gpu = short_gpu_name(description);
-  bench.report.set_machine((bench.arguments.cuda ? device : cpu_name()) + ", " +
+  bench.report.set_machine((bench.arguments.cuda ? device : bench::processor_name()) + ", " +
                            std::to_string(bench.cores()) + " CPU threads");
   if (timed) measure(batch, 100, bench.arguments.seconds);
 }
