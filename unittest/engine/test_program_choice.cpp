@@ -41,7 +41,7 @@ TEST(ProgramChoice, IsTheSmallestProgramForTheNeedsOfACall)
 {
   struct {
     ContactModel contacts;
-    CallNeeds needs;    // friction, dashpots, rescaling, servo, all books
+    CallNeeds needs;    // friction, dashpots, rescaling, servo, energy
     Program expected;
   } const cases[] = {
       {LINEAR, {false, false, false, false, false}, Program::Frictionless},
