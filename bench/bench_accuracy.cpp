@@ -67,8 +67,7 @@ template <int D> constexpr double RATE = D == 2 ? 0.05 : 0.2;
 // of the first steps, so that both are amplified as much until curves part. The smaller one is for
 // slow scenes, where a displacement changes the stiffness as much as truncation does.
 constexpr double DISPLACEMENT = 1e-3, DISPLACEMENT_SLOW = 1e-5;
-// Number of twins in addition to the undisplaced run. The first pair that parts ends the
-// comparison.
+// Number of displaced twins; the comparison ends when the first pair of runs parts.
 constexpr int NUM_TWINS = 5;
 
 // Deviation of a twin over the pressure at which the curves count as parted. It is a fifth of

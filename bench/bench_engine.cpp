@@ -173,7 +173,7 @@ template <int D> struct Batch {
   }
 
   /// Returns the long answer of the first RVE without a step.
-  rve::ResultOf<D> look() const
+  rve::ResultOf<D> evaluate() const
   {
     std::vector<rve::ResultOf<D>> results;
     engine->advance({rves[0]}, {rve::DriveOf<D>()}, results);
@@ -236,7 +236,7 @@ Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &of_a
   std::vector<Answer<D>> answers;
   time_calls(*batch.engine, rves, drives, 1, answers);
   const double estimate = time_calls(*batch.engine, rves, drives, 1, answers);
-  const rve::Counters before = batch.look().counters;
+  const rve::Counters before = batch.evaluate().counters;
   Measured measured;
   measured.calls = calls_in_repeat(seconds, estimate, batch.shearing.strain_of(longest));
   const double steps_of_repeat = static_cast<double>(steps) * measured.calls;
@@ -252,7 +252,7 @@ Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &of_a
   std::sort(rates.begin(), rates.end());
   measured.median = rates[REPEATS / 2];
   measured.best = rates.back();
-  const rve::ResultOf<D> after = batch.look();
+  const rve::ResultOf<D> after = batch.evaluate();
   measured.rebuilds = 1000.0 * static_cast<double>(after.counters.rebuilds - before.rebuilds) /
       std::max(1.0, static_cast<double>(after.counters.steps - before.steps));
   measured.pressure = after.mean_stress();
@@ -433,7 +433,7 @@ template <int D> Measured measure_one_by_one(const Batch<D> &batch, int substeps
   std::sort(rates.begin() + 1, rates.end());
   measured.median = rates[1 + REPEATS / 2];
   measured.best = rates.back();
-  const rve::ResultOf<D> after = batch.look();
+  const rve::ResultOf<D> after = batch.evaluate();
   measured.rebuilds = 1000.0 * static_cast<double>(after.counters.rebuilds) /
       static_cast<double>(after.counters.steps);
   measured.pressure = after.mean_stress();
@@ -624,7 +624,7 @@ template <int D> rve::DriveOf<D> servo_drive(const rve::RveStateOf<D> &packing, 
   rve::DriveOf<D> drive = shearing.drive(substeps);
   drive.velocity_gradient(0, 1) = shearing.rate;
   drive.controlled[1][1] = true;
-  drive.stress_goal = bench::look_at(packing).stress;
+  drive.stress_goal = bench::evaluate(packing).stress;
   drive.servo_gain = rve::default_servo_gain(packing);
   return drive;
 }
@@ -981,17 +981,9 @@ std::string short_gpu_name(const std::string &description)
   return name;
 }
 
-std::string cpu_name()
-{
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "CPU";
-}
-
 /// Sets the name of the machine and runs the device until its clock has risen, so that the first
 /// timed calls are not slower.
-template <int D> void meet_the_device(Bench<D> &bench)
+template <int D> void start_device(Bench<D> &bench)
 {
   const std::string &suite = bench.arguments.suite;
   const bool timed = suite != "sanitize" && suite != "races" && suite != "profile";
@@ -1001,7 +993,7 @@ template <int D> void meet_the_device(Bench<D> &bench)
   const std::string description = batch.engine->description();
   const std::string device = description.substr(0, description.find(','));
   if (bench.arguments.cuda) bench.gpu = short_gpu_name(description);
-  bench.report.set_machine((bench.arguments.cuda ? device : cpu_name()) + ", " +
+  bench.report.set_machine((bench.arguments.cuda ? device : bench::processor_name()) + ", " +
                            std::to_string(bench.cores()) + " CPU threads");
   if (timed) measure(batch, 100, bench.arguments.seconds);
 }
@@ -1011,7 +1003,7 @@ template <int D> int run(const Arguments &arguments, const Report &report)
   Bench<D> bench{arguments, rve::read_packing<D>(arguments.packing), report, ""};
   // The number of threads is that of LAMMPS with a GPU (RankResources::threads_beside_gpu).
   if (arguments.cuda) rve::most_in_a_team() = std::max(1, bench.cores() / 2);
-  meet_the_device(bench);
+  start_device(bench);
   int failed = 0;
   for (const Experiment<D> experiment : suites<D>().at(arguments.suite)) {
     try {

@@ -20,7 +20,6 @@
 #include <complex>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -182,14 +181,6 @@ template <class Work> double seconds(const Work &work)
   return best;
 }
 
-std::string processor()
-{
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);)
-    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
-  return "unknown processor";
-}
-
 }    // namespace
 
 int main(int argc, char **argv)
@@ -207,7 +198,7 @@ int main(int argc, char **argv)
 
   bench::Report report(argc, argv, argv[1]);
   if (me == 0) report.add_rows_of_file();
-  report.set_machine(processor());
+  report.set_machine(bench::processor_name());
   report.set_command("bench_field, and mpirun -np 2 bench_field");
   const auto record = [&](int nodes, const std::string &covariance, const char *way, double time) {
     if (me) return;

@@ -17,7 +17,7 @@
 namespace bench {
 
 /// Returns the result of a call without steps, which has the stress of the state.
-template <int D> rve::ResultOf<D> look_at(const rve::RveStateOf<D> &state)
+template <int D> rve::ResultOf<D> evaluate(const rve::RveStateOf<D> &state)
 {
   rve::Options options;
   options.contacts = rve::contacts_of(state);
@@ -51,7 +51,7 @@ template <int D> rve::RveStateOf<D> with_hertz_contacts(rve::RveStateOf<D> state
                "a packing of the linear law is needed to make one of Hertz' law of it, got " +
                    std::string(word_of(state.material.law)));
   const double radius = mean_radius(state);
-  const double overlap = look_at(state).mean_overlap * 2.0 * radius;
+  const double overlap = evaluate(state).mean_overlap * 2.0 * radius;
   const double contact_radius = std::sqrt(0.5 * radius * overlap);    // sqrt(R* delta)
   rve::Material &material = state.material;
   material.law = rve::ContactLaw::Hertz;
@@ -121,7 +121,7 @@ template <int D> rve::RveStateOf<D> prepared_like(const rve::RveStateOf<D> &mode
 {
   rve::PackingRecipe recipe;
   recipe.material = model.material;
-  recipe.pressure = look_at(model).mean_stress();
+  recipe.pressure = evaluate(model).mean_stress();
   recipe.num_grains = num_grains;
   recipe.radius_min = *std::min_element(model.radius.begin(), model.radius.end());
   recipe.radius_max = *std::max_element(model.radius.begin(), model.radius.end());

@@ -19,6 +19,15 @@
 
 namespace bench {
 
+/// Returns the name of the processor; "CPU" if /proc/cpuinfo does not have it.
+inline std::string processor_name()
+{
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  return "CPU";
+}
+
 class Report {
  public:
   Report(int argc, char **argv, std::string path_in) : path(std::move(path_in))

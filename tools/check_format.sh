@@ -10,5 +10,6 @@ mode="--dry-run -Werror"
 folders=src
 for folder in unittest bench; do [ -d "$folder" ] && folders="$folders $folder"; done
 # shellcheck disable=SC2086  # lists of words
-find $folders \( -name '*.h' -o -name '*.cpp' -o -name '*.cu' -o -name '*.cuh' \) -print0 | xargs -0 -r "$clang_format" --style=file $mode
+find $folders \( -name '*.h' -o -name '*.cpp' -o -name '*.cu' -o -name '*.cuh' \) -print0 |
+  xargs -0 -r "$clang_format" --style=file $mode
 echo "check_format: in order"

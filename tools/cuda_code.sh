@@ -9,7 +9,9 @@
 set -eu
 [ $# -gt 0 ] || { sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 2; }
 cuobjdump=${CUOBJDUMP:-$(command -v cuobjdump || echo /usr/local/cuda/bin/cuobjdump)}
-[ -x "$cuobjdump" ] || { echo "cuda_code: there is no cuobjdump on the PATH, in CUOBJDUMP or in /usr/local/cuda/bin" >&2; exit 1; }
+[ -x "$cuobjdump" ] ||
+  { echo "cuda_code: there is no cuobjdump on the PATH, in CUOBJDUMP or in /usr/local/cuda/bin" \
+    >&2; exit 1; }
 for file; do
   [ -f "$file" ] || { echo "cuda_code: there is no $file" >&2; exit 1; }
   # "ELF file    1: lmp.2.sm_90.cubin", "PTX file    1: lmp.1.sm_80.ptx"

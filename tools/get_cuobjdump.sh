@@ -17,7 +17,8 @@ if [ -z "$(program)" ] || [ ! -e "$(dirname "$(program)")/nvdisasm" ]; then
   install_packages python3-venv >&2
   rm -rf "$folder"
   "$python" -m venv "$folder" >&2
-  "$folder/bin/python" -m pip install -q --disable-pip-version-check nvidia-cuda-cuobjdump nvidia-cuda-nvdisasm >&2
+  "$folder/bin/python" -m pip install -q --disable-pip-version-check nvidia-cuda-cuobjdump \
+    nvidia-cuda-nvdisasm >&2
   chmod +x "$(program)" "$(dirname "$(program)")/nvdisasm"
 fi
 program

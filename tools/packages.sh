@@ -2,10 +2,12 @@
 # install_packages <Debian package>... : installs missing packages. To be sourced (`.
 # tools/packages.sh`), not run. On systems without dpkg it only names them.
 install_packages() {
-  command -v dpkg-query >/dev/null || { echo "== no dpkg here; taking it that these are there: $*"; return 0; }
+  command -v dpkg-query >/dev/null ||
+    { echo "== no dpkg here; taking it that these are there: $*"; return 0; }
   missing=""
   for package; do
-    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q ' installed$' || missing="$missing $package"
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q ' installed$' ||
+      missing="$missing $package"
   done
   [ -n "$missing" ] || return 0
   echo "== installing:$missing"
@@ -16,6 +18,7 @@ install_packages() {
     if command -v flock >/dev/null; then flock 9; fi
     $as_root apt-get -q update
     # shellcheck disable=SC2086  # a list of words
-    $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends $missing
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y install \
+      --no-install-recommends $missing
   ) 9>"${TMPDIR:-/tmp}/gpu_rve_packages.$(id -u)"
 }

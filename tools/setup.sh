@@ -24,7 +24,8 @@ minutes() {    # minutes <seconds of one core>
 
 say "1 of $stages: Debian packages"
 . tools/packages.sh
-install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin libpng-dev libfftw3-dev libgtest-dev nlohmann-json3-dev \
+install_packages g++ cmake ninja-build xz-utils debian-archive-keyring libopenmpi-dev openmpi-bin \
+  libpng-dev libfftw3-dev libgtest-dev nlohmann-json3-dev \
   python3 python3-numpy python3-matplotlib python3-cffi
 
 # CUDA is often installed outside of the PATH.
@@ -49,4 +50,5 @@ fi
 
 say "2 of $stages: configuring (preset $preset); the first time LAMMPS is obtained and built, $(minutes 270)"
 # shellcheck disable=SC2086  # a list of words
-cmake --preset "$preset" ${LAMMPS_SOURCE_DIR:+-D "LAMMPS_SOURCE_DIR=$LAMMPS_SOURCE_DIR"} ${GPU_RVE_OPTIONS:-}
+cmake --preset "$preset" ${LAMMPS_SOURCE_DIR:+-D "LAMMPS_SOURCE_DIR=$LAMMPS_SOURCE_DIR"} \
+  ${GPU_RVE_OPTIONS:-}

@@ -21,7 +21,8 @@ if [ "${1:-}" = --examples ]; then
 fi
 given=$#
 for tree; do
-  [ -f "$tree/src/version.h" ] || { echo "$tree is not a LAMMPS source tree: it has no src/version.h"; exit 2; }
+  [ -f "$tree/src/version.h" ] ||
+    { echo "$tree is not a LAMMPS source tree: it has no src/version.h"; exit 2; }
   set -- "$@" "$(cd "$tree" && pwd)"    # setup.sh changes the folder
 done
 shift "$given"
@@ -30,7 +31,8 @@ unset LAMMPS_SOURCE_DIR
 GPU_RVE_PRESET=host
 stages=2    # of the set-up
 . "$(dirname "$0")/setup.sh"
-export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
+  OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_mpi_yield_when_idle=1
 
 # Lines have name, folder and command of each run; `lmp` is the tested executable, with its own log
 # and screen files. A command may make several runs, which find each other's files. Results of
@@ -82,7 +84,8 @@ END
 }
 unknown=0
 for script in $(cd examples && find . -name 'in.*' | sed 's|^\./||'); do
-  short_runs | awk -v folder="${script%/*}" -v name="${script##*/}" '$2 == folder && index($0, "-in " name) {found = 1} END {exit !found}' ||
+  short_runs | awk -v folder="${script%/*}" -v name="${script##*/}" \
+    '$2 == folder && index($0, "-in " name) {found = 1} END {exit !found}' ||
     { echo "examples/$script has no short run in tools/try_lammps.sh"; unknown=1; }
 done
 [ $unknown = 0 ] || exit 1
@@ -101,7 +104,8 @@ run_examples() {
       cd "$out/$name/$folder"
       [ "$2" = lmp ] || export LAMMPS_PLUGIN_PATH="$plugin_folder"
       lmp() { OMP_NUM_THREADS=1 "$executable" -log none -screen log.screen "$@"; }
-      lmp_ranks() { OMP_NUM_THREADS=1 mpiexec -np 2 "$executable" -log none -screen log.screen "$@"; }
+      lmp_ranks() { OMP_NUM_THREADS=1 mpiexec -np 2 "$executable" -log none -screen log.screen \
+        "$@"; }
       eval "$command" < /dev/null > log.said 2>&1
     ) || echo "$name"
     find "$out/$name" -name 'log.*' -type f ! -name log.screen ! -name log.said -delete
@@ -110,7 +114,8 @@ run_examples() {
 # compare <folder of examples> <folder of the reference>: prints names of those whose files differ
 compare() {
   short_runs | while read -r name folder command; do
-    diff -rq -x 'log.*' -x '*.restart*' -x '*.png' "$1/$name" "$2/$name" > "$1/$name.differences" 2>&1 || echo "$name"
+    diff -rq -x 'log.*' -x '*.restart*' -x '*.png' "$1/$name" \
+      "$2/$name" > "$1/$name.differences" 2>&1 || echo "$name"
   done
 }
 count() { printf '%s' "$1" | grep -c . || true; }
@@ -131,15 +136,18 @@ try_tree() {
   in_plugin=$(run_examples "$here" plugin)
   bits_lmp=$(compare "$here/out/lmp" "$reference/out/lmp")
   bits_plugin=$(compare "$here/out/plugin" "$reference/out/lmp")
-  for what in "in lmp:$in_lmp" "in the plugin:$in_plugin" "other bits in lmp:$bits_lmp" "other bits in the plugin:$bits_plugin"; do
+  for what in "in lmp:$in_lmp" "in the plugin:$in_plugin" "other bits in lmp:$bits_lmp" \
+    "other bits in the plugin:$bits_plugin"; do
     [ -z "${what#*:}" ] || { failed=1; say "$release: failed $what; see $here/out"; }
   done
   if [ $with_tests = yes ] && [ "$here" != "$reference" ]; then
     say "$release: tests"
-    ctest --test-dir "$here" -L '^(lammps|golden)$' --output-on-failure > "$here/out/tests" 2>&1 || { verdict=FAILED; failed=1; grep -A100 'The following tests' "$here/out/tests" || true; }
+    ctest --test-dir "$here" -L '^(lammps|golden)$' --output-on-failure > "$here/out/tests" 2>&1 ||
+      { verdict=FAILED; failed=1; grep -A100 'The following tests' "$here/out/tests" || true; }
     tests="$verdict: $(sed -n 's/^\(.*% tests passed.*\)$/\1/p' "$here/out/tests")"
   fi
-  row "$release" yes "$((all - $(count "$in_lmp"))) of $all" "$((all - $(count "$in_plugin"))) of $all" \
+  row "$release" yes "$((all - $(count "$in_lmp"))) of $all" \
+    "$((all - $(count "$in_plugin"))) of $all" \
     "$((all - $(count "$bits_lmp"))) of $all" "$((all - $(count "$bits_plugin"))) of $all" "$tests"
 }
 
@@ -158,7 +166,8 @@ for tree; do
   [ $with_tests = no ] || targets="$targets unittest/lammps/all unittest/golden/all"
   # warnings are errors in the preset
   # shellcheck disable=SC2086  # a list of words
-  if cmake --preset host -B "$here" -D "LAMMPS_SOURCE_DIR=$tree" && cmake --build "$here" --target $targets; then
+  if cmake --preset host -B "$here" -D "LAMMPS_SOURCE_DIR=$tree" &&
+    cmake --build "$here" --target $targets; then
     try_tree "$here" "$release"
   else
     failed=1

@@ -28,7 +28,8 @@ venv_of() {
   # shellcheck disable=SC2086  # a list of words
   "$folder/bin/python" -m pip install -q --disable-pip-version-check $modules >&2
   # shellcheck disable=SC2086  # a list of words
-  [ -z "$alone" ] || "$folder/bin/python" -m pip install -q --disable-pip-version-check --no-deps $alone >&2
+  [ -z "$alone" ] || "$folder/bin/python" -m pip install \
+    -q --disable-pip-version-check --no-deps $alone >&2
   touch "$folder/complete"
   echo "$folder/bin/python"
 }

@@ -39,7 +39,7 @@ namespace {
 
 // Largest number of grains of a library
 constexpr bigint MOST_GRAINS = 100000000;
-// Packings of a library with fewer grains count as packings of this number
+// For the limit of a library a packing counts as at least this many grains.
 constexpr int FEWEST_GRAINS = 100;
 
 /// Settings of the script.
@@ -182,7 +182,7 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
   recipe.pressure = request.pressures[0];
   if (!request.void_ratios.empty()) recipe.void_ratio = request.void_ratios[0];
   if (!request.frictions.empty()) recipe.preparation_friction = request.frictions[0];
-  // for one RVE no device is faster than one CPU thread
+  // One RVE runs on one CPU thread, so further threads do not help, and a GPU needs many RVEs.
   if (!words.has("device")) request.options.device = rve::Device::Cpu;
   if (!words.has("threads")) request.options.threads = 1;
   return request;

@@ -18,10 +18,11 @@ template <int D> struct MpmFields : mpm::PointArrays<D> {
   static constexpr double NO_LAW = -1.0;
 
   std::vector<mpm::Vec<D>> reference;    // initial position [length]
-  std::vector<double> remembering;       // law of the state variables in a MemoryLayout, or NO_LAW
+  // Index in MemoryLayout of the law whose state variables the point has, or NO_LAW.
+  std::vector<double> remembering;
 
-  /// A point in messages between ranks and in restart files, before its state variables. An initial
-  /// volume of 0 means that the atom is not a material point yet.
+  /// Data of a point in messages between ranks and in restart files. Its state variables follow. An
+  /// initial volume of 0 means that the atom is not a material point yet.
   struct Record {
     mpm::Vec<D> reference = mpm::Vec<D>::zero();
     mpm::PointRecord<D> fields = mpm::new_point<D>();

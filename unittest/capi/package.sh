@@ -20,8 +20,10 @@ print(" ".join(f"-D{name}={value}" for name, value in settings["cmake"]["define"
 END
 )
 # shellcheck disable=SC2086  # a list of words
-"$cmake" -G Ninja -S "$root" -B "$work/configured" -DGPU_RVE_CUDA=OFF -DCMAKE_DISABLE_FIND_PACKAGE_FFTW3=ON \
-  -DCMAKE_DISABLE_FIND_PACKAGE_GTest=ON -DCMAKE_DISABLE_FIND_PACKAGE_MPI=ON $defines > "$work/log" 2>&1 || { cat "$work/log"; echo "FAILED: pip's configuration"; exit 1; }
+"$cmake" -G Ninja -S "$root" -B "$work/configured" -DGPU_RVE_CUDA=OFF \
+  -DCMAKE_DISABLE_FIND_PACKAGE_FFTW3=ON \
+  -DCMAKE_DISABLE_FIND_PACKAGE_GTest=ON -DCMAKE_DISABLE_FIND_PACKAGE_MPI=ON \
+  $defines > "$work/log" 2>&1 || { cat "$work/log"; echo "FAILED: pip's configuration"; exit 1; }
 "$cmake" --install "$build" --component python_package --prefix "$work/site" > /dev/null
 cp "$root"/python/gpu_rve/*.py "$work/site/gpu_rve"
 found=$(cd "$work/site/gpu_rve" && ls | sort | tr '\n' ' ')

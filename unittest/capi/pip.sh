@@ -23,16 +23,20 @@ cannot() {
   [ "${GPU_RVE_REQUIRE_PICTURES:-0}" = 1 ] && exit 1
   exit 77
 }
-if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache > /dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
+if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache > /dev/null
+then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
 /usr/bin/python3 -m venv "$work/venv" > "$work/log" 2>&1 || cannot "there is no virtual environment"
 python=$work/venv/bin/python
 # Downloads come first, before the package can fail.
-"$python" -m pip install -q cffi numpy matplotlib "scikit-build-core>=0.10" > "$work/log" 2>&1 || cannot "the package index cannot be had"
+"$python" -m pip install -q cffi numpy matplotlib "scikit-build-core>=0.10" > "$work/log" 2>&1 ||
+  cannot "the package index cannot be had"
 
 # These flags and this folder call the compiler as for the tests, so that the compiler cache has the
 # kernels.
-"$python" -m pip install -q --no-build-isolation --config-settings=cmake.define.GPU_RVE_CUDA=OFF --config-settings=cmake.define.GPU_RVE_WERROR=ON \
-  --config-settings=cmake.define.GPU_RVE_BASELINE_KERNELS="$4" --config-settings=build-dir="$root/build/pip" "$root" > "$work/log" 2>&1 || {
+"$python" -m pip install -q --no-build-isolation --config-settings=cmake.define.GPU_RVE_CUDA=OFF \
+  --config-settings=cmake.define.GPU_RVE_WERROR=ON \
+  --config-settings=cmake.define.GPU_RVE_BASELINE_KERNELS="$4" \
+  --config-settings=build-dir="$root/build/pip" "$root" > "$work/log" 2>&1 || {
   cat "$work/log"
   echo "FAILED: pip install"
   exit 1

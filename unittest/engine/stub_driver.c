@@ -1,5 +1,6 @@
-// NVIDIA's driver, as far as the CUDA runtime asks it before it gives up: one that is too old, or one that sees no device (DRIVER_VERSION,
-// INIT_ERROR). A test links the runtime; this stands in the driver's place at run time.
+// A stub of NVIDIA's driver with the functions that the CUDA runtime calls before it fails: a driver
+// that is too old, or one without a device (DRIVER_VERSION, INIT_ERROR). A test links the runtime
+// and loads this library instead of the driver.
 
 #include <string.h>
 

@@ -57,12 +57,12 @@ template <int D> std::vector<char> bytes_of(const ResultOf<D> &r)
 }
 
 /// One RVE of a scene and its drives in each call.
-template <int D> struct ActorOf {
+template <int D> struct MemberOf {
   std::string name;
   RveStateOf<D> state;
   DriveOf<D> drive;
 };
-using Actor = ActorOf<2>;
+using Member = MemberOf<2>;
 
 template <int D>
 DriveOf<D> shear_at_pressure(const RveStateOf<D> &state, double rate, double dt, int substeps)
@@ -120,18 +120,18 @@ Material dry_material()
 /// radii, lists more pairs than the first capacities hold, so lists must grow.
 constexpr double WIDE_SKIN = 5e-3;
 
-std::vector<Actor> full_scene(bool viscous, bool rolling = false)
+std::vector<Member> full_scene(bool viscous, bool rolling = false)
 {
-  std::vector<Actor> actors;
+  std::vector<Member> members;
   const auto add = [&](const std::string &name, const RveState &state, const Drive &drive) {
-    actors.push_back({name, state, drive});
+    members.push_back({name, state, drive});
     if (viscous) {
-      actors.back().state.material.normal_viscosity = 3.0;
-      actors.back().state.material.tangential_viscosity = 1.5;
+      members.back().state.material.normal_viscosity = 3.0;
+      members.back().state.material.tangential_viscosity = 1.5;
     }
     if (rolling) {
-      actors.back().state.material.rolling_stiffness = 5e5;
-      actors.back().state.material.rolling_friction = 0.3;
+      members.back().state.material.rolling_stiffness = 5e5;
+      members.back().state.material.rolling_friction = 0.3;
     }
   };
   const RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 1),
@@ -148,14 +148,14 @@ std::vector<Actor> full_scene(bool viscous, bool rolling = false)
   add("400 grains on a path", mixer,
       Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 190));
   add("gas", gas, Drive::constant_velocity_gradient(Tensor2{{-1.0, 0.0, 0.0, -1.0}}, DT, 77));
-  return actors;
+  return members;
 }
 
 /// Returns RVEs of spheres, one of them with more spheres than a block has threads. A skin of half
 /// a radius makes lists grow.
 constexpr double WIDE_SKIN_OF_SPHERES = 2.5e-3;
 
-std::vector<ActorOf<3>> spheres_scene(bool viscous, int substeps = 300)
+std::vector<MemberOf<3>> spheres_scene(bool viscous, int substeps = 300)
 {
   Material material = dry_material();
   material.thickness = material.mass_depth = 1.0;
@@ -176,23 +176,23 @@ std::vector<ActorOf<3>> spheres_scene(bool viscous, int substeps = 300)
 }
 
 /// Returns `count` RVEs of side^3 spheres on paths.
-std::vector<ActorOf<3>> spheres_on_paths(int side, int count)
+std::vector<MemberOf<3>> spheres_on_paths(int side, int count)
 {
   Material material = dry_material();
   material.thickness = material.mass_depth = 1.0;
-  std::vector<ActorOf<3>> actors;
+  std::vector<MemberOf<3>> members;
   for (int k = 0; k < count; ++k) {
     Spheres state = disordered_spheres(material, side, 1 + k);
     state.cell = 0.93 * state.cell;
-    actors.push_back({std::to_string(side * side * side) + " spheres, " + std::to_string(k), state,
-                      DriveOf<3>::constant_velocity_gradient(
-                          Tensor3{{0.4, 50.0, -4.0, 5.0, 0.2, -8.0, 0.0, 7.0, -0.8}}, 1e-5, 150)});
+    members.push_back({std::to_string(side * side * side) + " spheres, " + std::to_string(k), state,
+                       DriveOf<3>::constant_velocity_gradient(
+                           Tensor3{{0.4, 50.0, -4.0, 5.0, 0.2, -8.0, 0.0, 7.0, -0.8}}, 1e-5, 150)});
   }
-  return actors;
+  return members;
 }
 
 /// Returns the scene with few steps, for a single thread of a GPU, which is slow.
-std::vector<Actor> short_scene()
+std::vector<Member> short_scene()
 {
   RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 1), middle = packing_of_400();
   shake(small, 0.5, 2);
@@ -204,42 +204,43 @@ std::vector<Actor> short_scene()
 }
 
 template <int D> struct OutcomeOf {
-  std::vector<std::vector<char>> states;    // final states, by actor
-  // results with stiffness, by call and actor
+  std::vector<std::vector<char>> states;    // final states, by member
+  // results with stiffness, by call and member
   std::vector<std::vector<std::vector<char>>> results;
   std::vector<ResultOf<D>> last;
 };
 using Outcome = OutcomeOf<2>;
 
-/// Returns the options with the contact model of these actors.
-template <int D> Options with_contacts_of(const std::vector<ActorOf<D>> &actors, Options options)
+/// Returns the options with the contact model of these members.
+template <int D> Options with_contacts_of(const std::vector<MemberOf<D>> &members, Options options)
 {
   std::vector<RveStateOf<D>> states;
-  for (const ActorOf<D> &actor : actors) states.push_back(actor.state);
+  for (const MemberOf<D> &member : members) states.push_back(member.state);
   options.contacts = contacts_of(states);
   return options;
 }
 
 /// RVEs of a call and their drives.
-template <int D> struct CastOf {
+template <int D> struct BatchOf {
   std::vector<int> rves;
   std::vector<DriveOf<D>> drives;
 };
-template <int D> CastOf<D> enter(EngineOf<D> &engine, const std::vector<ActorOf<D>> &actors)
+template <int D>
+BatchOf<D> add_members(EngineOf<D> &engine, const std::vector<MemberOf<D>> &members)
 {
-  CastOf<D> cast;
-  for (const ActorOf<D> &actor : actors) {
-    cast.rves.push_back(engine.add(actor.state));
-    cast.drives.push_back(actor.drive);
+  BatchOf<D> batch;
+  for (const MemberOf<D> &member : members) {
+    batch.rves.push_back(engine.add(member.state));
+    batch.drives.push_back(member.drive);
   }
-  return cast;
+  return batch;
 }
 
 template <int D>
-OutcomeOf<D> play(EngineOf<D> &engine, const std::vector<ActorOf<D>> &actors, int calls)
+OutcomeOf<D> run_batch(EngineOf<D> &engine, const std::vector<MemberOf<D>> &members, int calls)
 {
   OutcomeOf<D> outcome;
-  const auto [rves, drives] = enter(engine, actors);
+  const auto [rves, drives] = add_members(engine, members);
   std::vector<ElasticResultOf<D>> answers;
   for (int call = 0; call < calls; ++call) {
     engine.advance(rves, drives, answers);
@@ -257,15 +258,15 @@ OutcomeOf<D> play(EngineOf<D> &engine, const std::vector<ActorOf<D>> &actors, in
 
 template <int D>
 void expect_same_bits(const OutcomeOf<D> &x, const OutcomeOf<D> &y,
-                      const std::vector<ActorOf<D>> &actors)
+                      const std::vector<MemberOf<D>> &members)
 {
-  for (std::size_t k = 0; k < actors.size(); ++k) {
+  for (std::size_t k = 0; k < members.size(); ++k) {
     for (std::size_t call = 0; call < x.results.size(); ++call)
       EXPECT_TRUE(x.results[call][k] == y.results[call][k])
-          << actors[k].name << ": results of call " << call << " differ";
-    ASSERT_EQ(x.states[k].size(), y.states[k].size()) << actors[k].name;
+          << members[k].name << ": results of call " << call << " differ";
+    ASSERT_EQ(x.states[k].size(), y.states[k].size()) << members[k].name;
     EXPECT_EQ(std::memcmp(x.states[k].data(), y.states[k].data(), x.states[k].size()), 0)
-        << actors[k].name << ": states differ";
+        << members[k].name << ": states differ";
   }
 }
 
@@ -273,19 +274,19 @@ void expect_same_bits(const OutcomeOf<D> &x, const OutcomeOf<D> &y,
 /// answers.
 template <int D> struct BriefOutcomeOf {
   std::vector<RveStateOf<D>> states;
-  std::vector<std::vector<char>> answers;    // by actor
+  std::vector<std::vector<char>> answers;    // by member
 };
 template <int D>
-BriefOutcomeOf<D> play_briefly(EngineOf<D> &engine, const std::vector<ActorOf<D>> &actors,
+BriefOutcomeOf<D> play_briefly(EngineOf<D> &engine, const std::vector<MemberOf<D>> &members,
                                int calls)
 {
   BriefOutcomeOf<D> outcome;
-  outcome.answers.resize(actors.size());
-  const auto [rves, drives] = enter(engine, actors);
+  outcome.answers.resize(members.size());
+  const auto [rves, drives] = add_members(engine, members);
   std::vector<ResponseOf<D>> responses;
   for (int call = 0; call < calls; ++call) {
     engine.advance(rves, drives, responses);
-    for (std::size_t k = 0; k < actors.size(); ++k) {
+    for (std::size_t k = 0; k < members.size(); ++k) {
       append(outcome.answers[k], responses[k].status);
       append(outcome.answers[k], responses[k].num_contacts);
       append(outcome.answers[k], responses[k].stress);
@@ -296,23 +297,23 @@ BriefOutcomeOf<D> play_briefly(EngineOf<D> &engine, const std::vector<ActorOf<D>
 }
 
 /// Expects that Results of one engine and Responses of the other agree to the bit in status,
-/// contacts, stress and states for the same calls. The last actor fails.
-void expect_short_answers(Engine &full, Engine &brief, std::vector<Actor> actors)
+/// contacts, stress and states for the same calls. The last member fails.
+void expect_short_answers(Engine &full, Engine &brief, std::vector<Member> members)
 {
-  Actor crushed{"crushed", packing_of_400(),
-                Drive::constant_velocity_gradient(Tensor2{{-20.0, 0.0, 0.0, -20.0}}, DT, 600)};
-  actors.push_back(crushed);
-  const auto [of_full, drives] = enter(full, actors);
-  const std::vector<int> of_brief = enter(brief, actors).rves;
+  Member crushed{"crushed", packing_of_400(),
+                 Drive::constant_velocity_gradient(Tensor2{{-20.0, 0.0, 0.0, -20.0}}, DT, 600)};
+  members.push_back(crushed);
+  const auto [of_full, drives] = add_members(full, members);
+  const std::vector<int> of_brief = add_members(brief, members).rves;
   std::vector<Result> results;
   std::vector<Response> responses(1);    // another size than that of the batch
   for (int call = 0; call < 3; ++call) {
     full.advance(of_full, drives, results);
     brief.advance(of_brief, drives, responses);
 
-    ASSERT_EQ(responses.size(), actors.size());
-    for (std::size_t k = 0; k < actors.size(); ++k) {
-      SCOPED_TRACE(actors[k].name + ", call " + std::to_string(call));
+    ASSERT_EQ(responses.size(), members.size());
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      SCOPED_TRACE(members[k].name + ", call " + std::to_string(call));
       EXPECT_EQ(responses[k].status, results[k].status) << describe_status(responses[k].status);
       EXPECT_TRUE(serialize(full.state(of_full[k])) == serialize(brief.state(of_brief[k])));
       if (results[k].status & status::Fatal) continue;
@@ -370,18 +371,18 @@ template <int D> bool has_grown(const ResultOf<D> &result)
 
 /// Expects that the run had all events that may differ between backends.
 template <int D>
-void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<ActorOf<D>> &actors)
+void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<MemberOf<D>> &members)
 {
-  for (std::size_t k = 0; k < actors.size(); ++k) {
+  for (std::size_t k = 0; k < members.size(); ++k) {
     const ResultOf<D> &result = outcome.last[k];
     EXPECT_EQ(result.status & status::Fatal, 0u)
-        << actors[k].name << ": " << describe_status(result.status);
-    if (!actors[k].drive.has_servo()) continue;
-    EXPECT_GE(result.counters.rebuilds, 20) << actors[k].name;
-    EXPECT_GE(result.counters.lattice_reductions, 1) << actors[k].name;
-    EXPECT_GE(result.counters.repeats, 1) << actors[k].name;
-    EXPECT_TRUE(has_grown(result)) << actors[k].name << ": " << result.num_pairs << " pairs";
-    EXPECT_GE(result.sliding_fraction, 0.1) << actors[k].name;
+        << members[k].name << ": " << describe_status(result.status);
+    if (!members[k].drive.has_servo()) continue;
+    EXPECT_GE(result.counters.rebuilds, 20) << members[k].name;
+    EXPECT_GE(result.counters.lattice_reductions, 1) << members[k].name;
+    EXPECT_GE(result.counters.repeats, 1) << members[k].name;
+    EXPECT_TRUE(has_grown(result)) << members[k].name << ": " << result.num_pairs << " pairs";
+    EXPECT_GE(result.sliding_fraction, 0.1) << members[k].name;
   }
 }
 
@@ -515,23 +516,23 @@ TEST_P(Backends, SceneOfTheComparisonGoesThroughRebuildsReductionsGrowthAndSlidi
 {
   // The scene is the one that CpuAndCuda compares, so that its counters are checked on machines
   // without a device.
-  const auto actors = full_scene(false);
+  const auto members = full_scene(false);
 
   const Outcome outcome =
-      play(*make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN)), actors, 6);
+      run_batch(*make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN)), members, 6);
 
-  expect_eventful(outcome, actors);
+  expect_eventful(outcome, members);
 }
 
 TEST_P(Backends, SceneOfSpheresGoesThroughRebuildsReductionsGrowthAndSliding)
 {
-  const auto actors = spheres_scene(false);
+  const auto members = spheres_scene(false);
   const Options options =
-      with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
+      with_contacts_of(members, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
 
-  const auto outcome = play(*make_engine<3>(options), actors, 6);
+  const auto outcome = run_batch(*make_engine<3>(options), members, 6);
 
-  expect_eventful(outcome, actors);
+  expect_eventful(outcome, members);
 }
 
 TEST_P(Backends, ShortAndLongAnswersAndStatesAgree)
@@ -539,15 +540,15 @@ TEST_P(Backends, ShortAndLongAnswersAndStatesAgree)
   // general: with servos and dashpots; plain: without them; rolling: with rolling resistance
   for (const char *scene : {"plain", "general", "rolling"}) {
     SCOPED_TRACE(scene);
-    auto actors = full_scene(scene != std::string("plain"), scene == std::string("rolling"));
+    auto members = full_scene(scene != std::string("plain"), scene == std::string("rolling"));
     if (scene == std::string("plain"))
-      for (Actor &actor : actors)
-        actor.drive = Drive::constant_velocity_gradient(Tensor2{{0.1, 0.3, 0.2, -0.2}}, DT, 150);
+      for (Member &member : members)
+        member.drive = Drive::constant_velocity_gradient(Tensor2{{0.1, 0.3, 0.2, -0.2}}, DT, 150);
     const Options options =
-        with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN));
+        with_contacts_of(members, options_for(GetParam(), Device::Cpu, WIDE_SKIN));
     const auto full = make_engine(options), brief = make_engine(options);
 
-    expect_short_answers(*full, *brief, actors);
+    expect_short_answers(*full, *brief, members);
   }
 }
 
@@ -579,26 +580,26 @@ TEST_P(Backends, RvesWithMoreFeaturesDoNotChangeABitOfTheOthers)
   RveState state = packing_of_400();
   shake(state, 0.2, 3);
   const Drive straight = Drive::constant_velocity_gradient(Tensor2{{0.5, 3.0, 3.0, 0.8}}, DT, 150);
-  const std::vector<Actor> alone = {{"plain", state, straight}};
+  const std::vector<Member> alone = {{"plain", state, straight}};
   RveState viscous = state;
   viscous.material.normal_viscosity = 3.0;
   RveState rolling = state;
   rolling.material.rolling_stiffness = 5e5;
   rolling.material.rolling_friction = 0.3;
-  const std::vector<Actor> company[] = {
+  const std::vector<Member> company[] = {
       {alone[0], {"servo", state, biaxial_shear(state, 40.0, 100)}},
       {alone[0], {"dashpots", viscous, straight}},
       {alone[0], {"rolling resistance", rolling, straight}},
       {alone[0],
        {"turning", state,
         Drive::constant_velocity_gradient(Tensor2{{0.0, -12.0, 12.0, 0.0}}, DT, 150)}}};
-  const Outcome expected = play(*make_engine(options_for(GetParam(), Device::Cpu)), alone, 3);
+  const Outcome expected = run_batch(*make_engine(options_for(GetParam(), Device::Cpu)), alone, 3);
 
-  for (const auto &actors : company) {
-    SCOPED_TRACE(actors[1].name);
+  for (const auto &members : company) {
+    SCOPED_TRACE(members[1].name);
 
-    const Options options = with_contacts_of(actors, options_for(GetParam(), Device::Cpu));
-    const Outcome outcome = play(*make_engine(options), actors, 3);
+    const Options options = with_contacts_of(members, options_for(GetParam(), Device::Cpu));
+    const Outcome outcome = run_batch(*make_engine(options), members, 3);
 
     expect_same_bits(expected, outcome, alone);
   }
@@ -616,14 +617,14 @@ TEST_P(CpuAndCuda, GiveTheSameStatesAndResultsAfterAnEventfulRun)
 {
   for (const bool viscous : {false, true}) {
     SCOPED_TRACE(viscous ? "with dashpots" : "without dashpots");
-    const auto actors = full_scene(viscous);
+    const auto members = full_scene(viscous);
     const auto cpu = make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN));
     const auto gpu = make_engine(options_for(GetParam(), Device::Cuda, WIDE_SKIN));
 
-    const Outcome on_cpu = play(*cpu, actors, 6), on_gpu = play(*gpu, actors, 6);
+    const Outcome on_cpu = run_batch(*cpu, members, 6), on_gpu = run_batch(*gpu, members, 6);
 
-    if (!viscous) expect_eventful(on_gpu, actors);
-    expect_same_bits(on_cpu, on_gpu, actors);
+    if (!viscous) expect_eventful(on_gpu, members);
+    expect_same_bits(on_cpu, on_gpu, members);
   }
 }
 
@@ -631,32 +632,32 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresAfterAnEventfulRun)
 {
   for (const bool viscous : {false, true}) {
     SCOPED_TRACE(viscous ? "with dashpots and energy" : "without dashpots");
-    const auto actors = spheres_scene(viscous);
+    const auto members = spheres_scene(viscous);
     Options options =
-        with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
+        with_contacts_of(members, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
     options.track_energy = viscous;
     const auto cpu = make_engine<3>(options);
     options.device = Device::Cuda;
     const auto gpu = make_engine<3>(options);
 
-    const auto on_cpu = play(*cpu, actors, 6), on_gpu = play(*gpu, actors, 6);
+    const auto on_cpu = run_batch(*cpu, members, 6), on_gpu = run_batch(*gpu, members, 6);
 
-    expect_same_bits(on_cpu, on_gpu, actors);
+    expect_same_bits(on_cpu, on_gpu, members);
   }
 }
 
 TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
 {
-  const auto actors = spheres_scene(false, 40);
-  Options options = with_contacts_of(actors, options_for(GetParam(), Device::Cpu));
-  const auto on_cpu = play(*make_engine<3>(options), actors, 3);
+  const auto members = spheres_scene(false, 40);
+  Options options = with_contacts_of(members, options_for(GetParam(), Device::Cpu));
+  const auto on_cpu = run_batch(*make_engine<3>(options), members, 3);
 
   options.device = Device::Cuda;
   for (const int threads : {32, 96, 100, 256, 512, 1024}) {
     SCOPED_TRACE(std::to_string(threads) + " threads");
     options.block_size = threads;
 
-    expect_same_bits(on_cpu, play(*make_engine<3>(options), actors, 3), actors);
+    expect_same_bits(on_cpu, run_batch(*make_engine<3>(options), members, 3), members);
   }
 }
 
@@ -664,21 +665,22 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresForEveryBlockSize)
 // one with fewer grains than a warp has threads.
 TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
 {
-  auto actors = full_scene(false);
-  actors.erase(std::find_if(actors.begin(), actors.end(),
-                            [](const Actor &actor) { return actor.state.num_grains() > 1000; }));
+  auto members = full_scene(false);
+  members.erase(std::find_if(members.begin(), members.end(), [](const Member &member) {
+    return member.state.num_grains() > 1000;
+  }));
   const RveState few = triangular_packing(dry_material(), 4, 6, 0.0037, 1);
-  actors.push_back({"few grains with servo", few, biaxial_shear(few, 40.0, 200)});
+  members.push_back({"few grains with servo", few, biaxial_shear(few, 40.0, 200)});
   const RveState small = triangular_packing(dry_material(), 6, 8, 0.0037, 5);
-  while (actors.size() < 150)
-    actors.push_back({"one of many with servo", small,
-                      biaxial_shear(small, 40.0, 40 + static_cast<int>(actors.size()))});
+  while (members.size() < 150)
+    members.push_back({"one of many with servo", small,
+                       biaxial_shear(small, 40.0, 40 + static_cast<int>(members.size()))});
   const auto cpu = make_engine(options_for(GetParam(), Device::Cpu, WIDE_SKIN));
   const auto gpu = make_engine(options_for(GetParam(), Device::Cuda, WIDE_SKIN));
 
-  const Outcome on_cpu = play(*cpu, actors, 4), on_gpu = play(*gpu, actors, 4);
+  const Outcome on_cpu = run_batch(*cpu, members, 4), on_gpu = run_batch(*gpu, members, 4);
 
-  expect_same_bits(on_cpu, on_gpu, actors);
+  expect_same_bits(on_cpu, on_gpu, members);
   EXPECT_GT(on_gpu.last[0].counters.rebuilds, 10);
 }
 
@@ -687,15 +689,15 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhereManyRvesHaveAServo)
 TEST_P(CpuAndCuda, GiveTheSameSpheresOfAllSizes)
 {
   for (const int side : {5, 6, 9, 11, 13}) {
-    const auto actors = spheres_on_paths(side, side == 5 ? 134 : 1);
+    const auto members = spheres_on_paths(side, side == 5 ? 134 : 1);
     Options options =
-        with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
-    const auto on_cpu = play_briefly(*make_engine<3>(options), actors, 8);
+        with_contacts_of(members, options_for(GetParam(), Device::Cpu, WIDE_SKIN_OF_SPHERES));
+    const auto on_cpu = play_briefly(*make_engine<3>(options), members, 8);
     options.device = Device::Cuda;
-    const auto on_gpu = play_briefly(*make_engine<3>(options), actors, 8);
+    const auto on_gpu = play_briefly(*make_engine<3>(options), members, 8);
 
-    for (std::size_t k = 0; k < actors.size(); ++k) {
-      SCOPED_TRACE(actors[k].name);
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      SCOPED_TRACE(members[k].name);
       EXPECT_TRUE(on_cpu.answers[k] == on_gpu.answers[k]);
       EXPECT_TRUE(serialize(on_cpu.states[k]) == serialize(on_gpu.states[k]));
     }
@@ -707,11 +709,12 @@ TEST_P(CpuAndCuda, GiveTheSameSpheresOfAllSizes)
 
 TEST_P(CpuAndCuda, RotateRvesToTheSameBits)
 {
-  const auto turned_scene = [&](const std::vector<Actor> &actors, Device device) {
+  const auto turned_scene = [&](const std::vector<Member> &members, Device device) {
     const auto engine =
-        make_engine(with_contacts_of(actors, options_for(GetParam(), device, WIDE_SKIN)));
-    play(*engine, actors, 2);
-    std::vector<int> rves(actors.size());    // in the order of play(), without the second actor
+        make_engine(with_contacts_of(members, options_for(GetParam(), device, WIDE_SKIN)));
+    run_batch(*engine, members, 2);
+    std::vector<int> rves(
+        members.size());    // in the order of run_batch(), without the second member
     std::iota(rves.begin(), rves.end(), 0);
     const int left_alone = 1;
     rves.erase(rves.begin() + left_alone);
@@ -719,51 +722,51 @@ TEST_P(CpuAndCuda, RotateRvesToTheSameBits)
     for (const int rve : rves) rotations.push_back(plane_rotation(0.3 * rve - 0.4));
     engine->turn(rves, rotations);
     std::vector<std::vector<char>> states;
-    for (std::size_t rve = 0; rve < actors.size(); ++rve)
+    for (std::size_t rve = 0; rve < members.size(); ++rve)
       states.push_back(serialize(engine->state(static_cast<int>(rve))));
     return states;
   };
 
   for (const bool rolling : {false, true}) {
-    const auto actors = full_scene(false, rolling);
+    const auto members = full_scene(false, rolling);
 
-    const auto on_cpu = turned_scene(actors, Device::Cpu);
-    const auto on_gpu = turned_scene(actors, Device::Cuda);
+    const auto on_cpu = turned_scene(members, Device::Cpu);
+    const auto on_gpu = turned_scene(members, Device::Cuda);
 
-    for (std::size_t k = 0; k < actors.size(); ++k)
-      EXPECT_TRUE(on_cpu[k] == on_gpu[k]) << actors[k].name << (rolling ? " that roll" : "");
+    for (std::size_t k = 0; k < members.size(); ++k)
+      EXPECT_TRUE(on_cpu[k] == on_gpu[k]) << members[k].name << (rolling ? " that roll" : "");
   }
 }
 
 TEST_P(CpuAndCuda, GiveTheSameBitsWithTheAutomaticSkinAndEnergyTracking)
 {
-  const auto actors = full_scene(true);
+  const auto members = full_scene(true);
   Options options = options_for(GetParam(), Device::Cpu);
   options.track_energy = true;
   const auto cpu = make_engine(options);
   options.device = Device::Cuda;
   const auto gpu = make_engine(options);
 
-  const Outcome on_cpu = play(*cpu, actors, 3), on_gpu = play(*gpu, actors, 3);
+  const Outcome on_cpu = run_batch(*cpu, members, 3), on_gpu = run_batch(*gpu, members, 3);
 
-  expect_same_bits(on_cpu, on_gpu, actors);
+  expect_same_bits(on_cpu, on_gpu, members);
   for (const Result &result : on_gpu.last) EXPECT_NE(result.energy.local_damping, 0.0);
 }
 
 TEST_P(CpuAndCuda, GiveTheSameBitsWithRollingResistance)
 {
   // The batch has an RVE with more grains than threads and one without rolling resistance.
-  auto actors = full_scene(true, true);
-  actors[1].state.material.rolling_friction = 0.0;
-  Options options = with_contacts_of(actors, options_for(GetParam(), Device::Cpu, WIDE_SKIN));
+  auto members = full_scene(true, true);
+  members[1].state.material.rolling_friction = 0.0;
+  Options options = with_contacts_of(members, options_for(GetParam(), Device::Cpu, WIDE_SKIN));
   options.track_energy = true;
   const auto cpu = make_engine(options);
   options.device = Device::Cuda;
   const auto gpu = make_engine(options);
 
-  const Outcome on_cpu = play(*cpu, actors, 4), on_gpu = play(*gpu, actors, 4);
+  const Outcome on_cpu = run_batch(*cpu, members, 4), on_gpu = run_batch(*gpu, members, 4);
 
-  expect_same_bits(on_cpu, on_gpu, actors);
+  expect_same_bits(on_cpu, on_gpu, members);
   for (const Result &result : on_gpu.last) EXPECT_NE(result.energy.local_damping, 0.0);
   const auto others = full_scene(false, true);
   expect_short_answers(
@@ -774,10 +777,10 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWithRollingResistance)
 // The batch moves to another engine half-way.
 TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceIsAddedLater)
 {
-  const auto actors = short_scene();
+  const auto members = short_scene();
   Outcome outcomes[2];
-  std::vector<Actor> all = actors;
-  all.push_back(actors[1]);
+  std::vector<Member> all = members;
+  all.push_back(members[1]);
   all.back().state.material.rolling_stiffness = 5e5;
   all.back().state.material.rolling_friction = 0.3;
 
@@ -806,46 +809,46 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceIsAddedLater)
 // On the CPU this is another program.
 TEST_P(CpuAndCuda, GiveTheSameBitsWithoutFriction)
 {
-  auto actors = full_scene(false);
-  for (Actor &actor : actors) {
-    actor.state.material.friction = 0.0;
-    actor.drive = Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 190);
+  auto members = full_scene(false);
+  for (Member &member : members) {
+    member.state.material.friction = 0.0;
+    member.drive = Drive::constant_velocity_gradient(Tensor2{{0.5, 12.0, -4.0, 0.8}}, DT, 190);
   }
   const auto cpu = make_engine(options_for(GetParam(), Device::Cpu));
   const auto gpu = make_engine(options_for(GetParam(), Device::Cuda));
 
-  const Outcome on_cpu = play(*cpu, actors, 3), on_gpu = play(*gpu, actors, 3);
+  const Outcome on_cpu = run_batch(*cpu, members, 3), on_gpu = run_batch(*gpu, members, 3);
 
-  expect_same_bits(on_cpu, on_gpu, actors);
+  expect_same_bits(on_cpu, on_gpu, members);
 }
 
 /// Returns RVEs of which most make one step and two make a hundred; one of these rotates through
 /// several segments of its path.
-template <int D> std::vector<ActorOf<D>> few_with_many_steps(const RveStateOf<D> &state, double dt)
+template <int D> std::vector<MemberOf<D>> few_with_many_steps(const RveStateOf<D> &state, double dt)
 {
   auto strain = Tensor<double, D>::zero(), spin = strain;
   strain(0, 0) = -2.0;
   strain(0, 1) = 5.0;
   spin(1, 0) = 0.05 / (100 * dt);
   spin(0, 1) = -spin(1, 0);
-  std::vector<ActorOf<D>> actors;
+  std::vector<MemberOf<D>> members;
   for (int k = 0; k < 12; ++k)
-    actors.push_back({"one step", state, DriveOf<D>::constant_velocity_gradient(strain, dt, 1)});
+    members.push_back({"one step", state, DriveOf<D>::constant_velocity_gradient(strain, dt, 1)});
   for (const auto &gradient : {strain, strain + spin})
-    actors.push_back(
+    members.push_back(
         {"many steps", state, DriveOf<D>::constant_velocity_gradient(gradient, dt, 100)});
-  return actors;
+  return members;
 }
 
 template <int D>
 void expect_same_with_few_long_calls(Options options, const RveStateOf<D> &state, double dt)
 {
-  const auto actors = few_with_many_steps(state, dt);
-  options = with_contacts_of(actors, options);
+  const auto members = few_with_many_steps(state, dt);
+  options = with_contacts_of(members, options);
   const auto cpu = make_engine<D>(options);
   options.device = Device::Cuda;
   const auto gpu = make_engine<D>(options);
-  expect_same_bits(play(*cpu, actors, 3), play(*gpu, actors, 3), actors);
+  expect_same_bits(run_batch(*cpu, members, 3), run_batch(*gpu, members, 3), members);
 }
 
 // A GPU prepares as many steps as most RVEs make; blocks plan further steps during the call.
@@ -861,34 +864,35 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhereFewRvesMakeManySteps)
 
 TEST_P(CpuAndCuda, GiveTheSameBitsForEveryBlockSize)
 {
-  const auto actors = short_scene();
+  const auto members = short_scene();
   const double skin = 1e-3;
-  const Outcome on_cpu = play(*make_engine(options_for(GetParam(), Device::Cpu, skin)), actors, 3);
+  const Outcome on_cpu =
+      run_batch(*make_engine(options_for(GetParam(), Device::Cpu, skin)), members, 3);
 
   for (const int threads : {1, 32, 96, 100, 128, 208, 256, 1024}) {
     SCOPED_TRACE(std::to_string(threads) + " threads");
     Options options = options_for(GetParam(), Device::Cuda, skin);
     options.block_size = threads;
 
-    expect_same_bits(on_cpu, play(*make_engine(options), actors, 3), actors);
+    expect_same_bits(on_cpu, run_batch(*make_engine(options), members, 3), members);
   }
 }
 
 TEST_P(CpuAndCuda, ContinueEachOthersStatesBitForBit)
 {
-  const auto actors = short_scene();
+  const auto members = short_scene();
   const auto cpu = make_engine(options_for(GetParam(), Device::Cpu));
   const auto gpu = make_engine(options_for(GetParam(), Device::Cuda));
-  const Outcome straight = play(*cpu, actors, 4);
+  const Outcome straight = run_batch(*cpu, members, 4);
 
-  Outcome first = play(*gpu, actors, 2);
-  auto continued = actors;
-  for (std::size_t k = 0; k < actors.size(); ++k)
+  Outcome first = run_batch(*gpu, members, 2);
+  auto continued = members;
+  for (std::size_t k = 0; k < members.size(); ++k)
     continued[k].state = deserialize(first.states[k].data(), first.states[k].size());
-  const Outcome second = play(*cpu, continued, 2);
+  const Outcome second = run_batch(*cpu, continued, 2);
 
-  for (std::size_t k = 0; k < actors.size(); ++k)
-    EXPECT_TRUE(straight.states[k] == second.states[k]) << actors[k].name;
+  for (std::size_t k = 0; k < members.size(); ++k)
+    EXPECT_TRUE(straight.states[k] == second.states[k]) << members[k].name;
 }
 
 // ---- memory -------------------------------------------------------------------------------------

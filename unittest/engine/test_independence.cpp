@@ -37,12 +37,6 @@ RveState with_shuffled_list(RveState state)
   return state;
 }
 
-RveState restarted(const RveState &state)
-{
-  const std::vector<char> image = serialize(state);
-  return deserialize(image.data(), image.size());
-}
-
 }    // namespace
 
 class EveryFormat : public ::testing::TestWithParam<Format> {};

@@ -37,10 +37,11 @@ struct Config {
   int substeps;
   double skin;                   ///< [length]; 0: the default
   double overlap_limit = 0.5;    ///< limit of the overlap over the smaller radius
-  bool servo = false;            ///< a servo holds the pressure of 100 kPa instead of the shear
+  /// a servo holds 100 kPa at the shear rate 5, and `shear` is ignored
+  bool servo = false;
 };
 
-/// Returns the program with packs for the scene.
+/// Returns the kernel variant with packs for the case.
 KernelVariant packed_variant(const Config &scene)
 {
   return scene.servo ? KernelVariant::Steered : KernelVariant::Plain;
@@ -145,7 +146,8 @@ INSTANTIATE_TEST_SUITE_P(Formats, PackedGrains,
                          });
 
 /// Returns grains with random velocities on a disturbed square lattice, most of which overlap with
-/// neighbours. The force scale is coarse enough for the whole call, which is not repeated here.
+/// neighbours. The force scale is so large that no force saturates, since run_kernel() does not
+/// repeat calls as the engine does.
 RveState crowd(int num_grains, std::uint64_t seed)
 {
   Random random(seed);
@@ -199,7 +201,7 @@ TEST_P(PackedGrains, ExtraPairsBeyondTheSlots)
 
 TEST_P(PackedGrains, ServoUsesTheStressOfEveryStep)
 {
-  // Both runs have new lists; the second one has more extra pairs than grains.
+  // The default skin renews the lists; the skin of 9e-3 gives more extra pairs than grains.
   for (const double skin : {0.0, 9e-3}) {
     SCOPED_TRACE(skin);
     const KernelRun last = expect_same_bits({sheared_packing(), 0.0, 300, skin, 0.5, true}, 2);
@@ -244,7 +246,7 @@ TEST_P(PackedGrains, EvaluationWithoutSteps)
 
 TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
 {
-  // With a force scale for a thousandth of the forces, the integers reach and exceed their range.
+  // The force scale is a thousand times too small, so that forces saturate.
   Config scene{sheared_packing(), 0.01, 40, 0.0};
   scene.state.largest_contact_force = 1.0;
   const Format format = GetParam();
@@ -262,8 +264,7 @@ TEST_P(PackedGrains, ForcesFarAboveTheExpectedOnes)
 
 TEST_P(PackedGrains, SaturationLimitIsTheSame)
 {
-  // The forces range from expected ones to excessive ones, with numbers on both sides of every
-  // limit of the conversions.
+  // The force scale falls from run to run: some runs saturate and others do not.
   int saturated = 0, fine = 0;
   const Format format = GetParam();
   for (double expected = 2000.0; expected > 2.0; expected *= 0.5) {

@@ -166,12 +166,6 @@ const Result &work_out(RveRig &rig, int calls = 20)
   return rig.strain(SHEAR_AND_COMPRESSION, DT, 50, calls);
 }
 
-RveState restarted(const RveState &state)
-{
-  const std::vector<char> image = serialize(state);
-  return deserialize(image.data(), image.size());
-}
-
 /// Returns the mean stress ratio q/p of a shear from 2 % to 8 % of strain.
 double stress_ratio(const Material &material)
 {

@@ -41,7 +41,7 @@ TEST(VariantChoice, IsTheSmallestProgramForTheNeedsOfACall)
 {
   struct {
     ContactModel contacts;
-    CallNeeds needs;    // friction, dashpots, rescaling, servo, all books
+    CallNeeds needs;    // friction, dashpots, rescaling, servo, energy
     KernelVariant expected;
   } const cases[] = {
       {LINEAR, {false, false, false, false, false}, KernelVariant::Frictionless},

@@ -400,8 +400,7 @@ namespace {
   }
 
   template <int D>
-  void play(const SceneOf<D> &scene, Format format, rve::Device device,
-            std::vector<Record> &records)
+  void run(const SceneOf<D> &scene, Format format, rve::Device device, std::vector<Record> &records)
   {
     Options options = scene.options;
     options.format = format;
@@ -510,8 +509,8 @@ namespace {
 
   /// Runs ground of two laws under a footing with a traction next to it, and a plate that pushes
   /// from the left further up.
-  void play_mpm(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
-                std::vector<Record> &records)
+  void run_mpm(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
+               std::vector<Record> &records)
   {
     constexpr double CELL = 0.05, STEP = 2e-4;
     constexpr int STEPS = 50;
@@ -589,8 +588,8 @@ namespace {
   }
 
   /// Runs ground in space as in the tests of the MPM, with velocities that no library computes.
-  void play_mpm_in_space(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
-                         std::vector<Record> &records)
+  void run_mpm_in_space(mpm::Scheme scheme, mpm::ShapeFunction shape, Device device,
+                        std::vector<Record> &records)
   {
     constexpr int STEPS = 20;
     using Ground = mpm_test::GroundInSpace;
@@ -630,7 +629,7 @@ namespace {
                         {"unbalanced", solver.max_unbalanced_force()}}});
   }
 
-  /// Features that scenes of play_mpm_feature test.
+  /// Features that scenes of run_mpm_feature test.
   enum class MpmFeature { BoxesThatFollow, MeanDilation, DrivenBody, AbsorbingSides, ConvexBody };
 
   bool has_body(MpmFeature feature)
@@ -643,7 +642,7 @@ namespace {
   /// a tilted box that falls on the layer, driven only by weight and contact, and a triangle or
   /// tetrahedron that lands on its tip; sides that absorb waves.
   template <int D>
-  void play_mpm_feature(MpmFeature feature, Device device, std::vector<Record> &records)
+  void run_mpm_feature(MpmFeature feature, Device device, std::vector<Record> &records)
   {
     constexpr double CELL = 0.1, STEP = 4e-4, DENSITY = 2000.0, YOUNG = 10e6;
     constexpr int STEPS = 40;
@@ -761,12 +760,12 @@ namespace {
     records.push_back({name + "forces", forces.value(), numbers});
   }
 
-  template <int D> void play_mpm_features(Device device, std::vector<Record> &records)
+  template <int D> void run_mpm_features(Device device, std::vector<Record> &records)
   {
     for (const MpmFeature feature :
          {MpmFeature::BoxesThatFollow, MpmFeature::MeanDilation, MpmFeature::DrivenBody,
           MpmFeature::AbsorbingSides, MpmFeature::ConvexBody})
-      play_mpm_feature<D>(feature, device, records);
+      run_mpm_feature<D>(feature, device, records);
   }
 
   // ---- results of the host ----
@@ -874,22 +873,22 @@ std::vector<Record> device_records(Device device, const std::string &part)
   if (device == Device::Cpu) formats.push_back(Format::Single);
   for (const Scene &scene : scenes())
     for (const Format format : formats)
-      if (is_wanted(run_name(scene, format))) play(scene, format, of_engine, records);
+      if (is_wanted(run_name(scene, format))) run(scene, format, of_engine, records);
   for (const SceneOf<3> &scene : sphere_scenes())
     for (const Format format : formats)
       if (format != Format::Single && is_wanted(run_name(scene, format)))
-        play(scene, format, of_engine, records);
+        run(scene, format, of_engine, records);
   if (is_wanted("packing/"))
     for (const Format format : formats) prepare_packing(format, of_engine, records);
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
     for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})
-      if (is_wanted("mpm/")) play_mpm(scheme, shape, device, records);
+      if (is_wanted("mpm/")) run_mpm(scheme, shape, device, records);
   for (const mpm::Scheme scheme : {mpm::Scheme::Musl, mpm::Scheme::Usavg})
     for (const mpm::ShapeFunction shape : {mpm::ShapeFunction::Linear, mpm::ShapeFunction::Gimp})
-      if (is_wanted("mpm_in_space/")) play_mpm_in_space(scheme, shape, device, records);
+      if (is_wanted("mpm_in_space/")) run_mpm_in_space(scheme, shape, device, records);
   if (is_wanted("mpm_features/")) {
-    play_mpm_features<2>(device, records);
-    play_mpm_features<3>(device, records);
+    run_mpm_features<2>(device, records);
+    run_mpm_features<3>(device, records);
   }
   return records;
 }

@@ -19,7 +19,8 @@ else
   (cd "$repository" && find . -path ./build -prune -o -type f -print0) > files
 fi
 # git lists deleted files that are not committed.
-(cd "$repository" && xargs -0 sh -c 'for file; do [ -e "$file" ] && printf "%s\0" "$file"; done' sh) < files > there
+(cd "$repository" && xargs -0 sh -c 'for file; do [ -e "$file" ] && printf "%s\0" "$file"; done' \
+  sh) < files > there
 tar -C "$repository" --null -T there -cf gpu_rve.tar
 tar -xf gpu_rve.tar -C gpu_rve
 
@@ -30,8 +31,10 @@ PATH="$work/bin"
 export PATH
 if git --version > /dev/null 2>&1; then echo "FAILED: git is still there"; exit 1; fi
 
-"$cmake" -S gpu_rve -B build -G Ninja -D "CMAKE_CXX_COMPILER=$compiler" -D GPU_RVE_CUDA=OFF ${lammps:+-D "LAMMPS_SOURCE_DIR=$lammps"} > log 2>&1 &&
+"$cmake" -S gpu_rve -B build -G Ninja -D "CMAKE_CXX_COMPILER=$compiler" -D GPU_RVE_CUDA=OFF \
+  ${lammps:+-D "LAMMPS_SOURCE_DIR=$lammps"} > log 2>&1 &&
   "$cmake" --build build --target field gpurveplugin -- -n >> log 2>&1 &&
-  "$cmake" --build build --target field >> log 2>&1 || { cat log; echo "FAILED: see above"; exit 1; }
+  "$cmake" --build build --target field >> log 2>&1 || { cat log; echo "FAILED: see above"
+  exit 1; }
 rm -rf "$work"
 echo "source_archive: in order"

@@ -13,5 +13,6 @@ cd "$work"
 "$lmp" -in "$script" "$@" > run.out 2>&1 || { tail -20 run.out; exit 1; }
 grep 'closed form: .*ratio: ' run.out || { tail -20 run.out; exit 1; }
 sed -n 's/.*closed form: .*ratio: \([0-9.]*\).*/\1/p' run.out |
-  awk -v least="$least" -v largest="$largest" '{n++; ok = $1 >= least && $1 <= largest} END {exit n == 1 && ok ? 0 : 1}' ||
+  awk -v least="$least" -v largest="$largest" \
+    '{n++; ok = $1 >= least && $1 <= largest} END {exit n == 1 && ok ? 0 : 1}' ||
   { echo "the ratio must be from $least to $largest"; exit 1; }

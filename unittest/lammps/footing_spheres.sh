@@ -11,8 +11,10 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/footing_spheres.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 press() {    # press <shape>
-  "$lmp" -in "$script" -var device cpu -var h 0.5 -var length 6 -var grains 60 -var d_end 0.2 -var shape "$1" -var pictures no -var frames 0 \
-    -var keywords "substeps adaptive 1e-5 1e-3 50" -var out "$1" -log "log.$1" > run.out 2>&1 || { tail -20 run.out; exit 1; }
+  "$lmp" -in "$script" -var device cpu -var h 0.5 -var length 6 -var grains 60 -var d_end 0.2 \
+    -var shape "$1" -var pictures no -var frames 0 \
+    -var keywords "substeps adaptive 1e-5 1e-3 50" -var out "$1" -log "log.$1" > run.out 2>&1 ||
+    { tail -20 run.out; exit 1; }
 }
 press disk
 press sphere

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
 #include <string>
 
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
@@ -86,6 +87,15 @@ inline std::string log_of(const std::string &lines)
   const std::string text = rve_test::text_of(path);
   MPI_Barrier(MPI_COMM_WORLD);
   return text;
+}
+
+/// Returns the value after a word in a packing file; empty if the word is missing.
+inline std::string value_in(const std::string &packing, const std::string &word)
+{
+  std::istringstream words(packing);
+  for (std::string text; words >> text;)
+    if (text == word && words >> text) return text;
+  return "";
 }
 
 }    // namespace grains_script

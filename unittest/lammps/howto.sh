@@ -20,7 +20,8 @@ last() { sed '/^Loop time/,$d' run.last | tail -1 | awk -v column="$1" '{print $
 keep_last() { awk '/^ *(Step|v_|c_|f_)/ {rows = ""; inside = 1; next} /^Loop time/ {inside = 0} inside && /^ *[-0-9]/ {rows = rows $0 "\n"} END {printf "%s", rows}' run.out > run.last; }
 # within <value> <least> <largest> <what>
 within() {
-  awk -v value="$1" -v least="$2" -v largest="$3" 'BEGIN {exit value >= least && value <= largest ? 0 : 1}' ||
+  awk -v value="$1" -v least="$2" -v largest="$3" \
+    'BEGIN {exit value >= least && value <= largest ? 0 : 1}' ||
     { echo "FAILED: $4 is $1, not from $2 to $3"; exit 1; }
   echo "ok $4: $1"
 }
@@ -31,11 +32,13 @@ path() { run in.stress_paths -var path "$1"; keep_last; }
 path isotropic; within "$(last 7)" 294e3 306e3 "p of the isotropic path"
 path oedometer; within "$(last 5)" -720e3 -700e3 "syy of the oedometer"
 path biaxial; within "$(last 4)" -102e3 -98e3 "sxx of the biaxial path"
-path extension; within "$(last 4)" -102e3 -98e3 "sxx of the extension"; within "$(last 5)" -50e3 -30e3 "syy of the extension"
+path extension; within "$(last 4)" -102e3 -98e3 "sxx of the extension"; within "$(last 5)" -50e3 \
+  -30e3 "syy of the extension"
 path constant_p; within "$(last 7)" 98e3 102e3 "p of the path at constant p"
 path undrained; within "$(last 9)" 0.1577 0.1579 "void ratio of the undrained path"
 path shear; within "$(last 5)" -102e3 -98e3 "syy of simple shear"
-path shear_constant_volume; within "$(last 9)" 0.1577 0.1579 "void ratio of shear at constant volume"
+path shear_constant_volume; within "$(last 9)" 0.1577 0.1579 \
+  "void ratio of shear at constant volume"
 path cyclic; within "$(last 3)" -0.001 0.001 "shear strain after a cycle"
 
 run in.initial_stress -var grains 100

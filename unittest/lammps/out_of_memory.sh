@@ -34,12 +34,16 @@ run() {
 }
 
 if run 2000000 "$@"; then echo "2 MB are enough for 120 RVEs"; exit 1; fi
-grep "ERROR: fix rve: 120 RVEs of 3 MPI ranks need .* RVEs would fit" many.out || { cat many.out; exit 1; }
+grep "ERROR: fix rve: 120 RVEs of 3 MPI ranks need .* RVEs would fit" many.out || { cat many.out
+exit 1; }
 needed=$(sed -n 's/.*MPI ranks need \([0-9.]*\) MB.*/\1/p' many.out | head -1)
 fit=$(sed -n 's/.* MB are free; \([0-9]*\) RVEs would fit.*/\1/p' many.out | head -1)
-[ "$fit" -gt 30 ] && [ "$fit" -lt 60 ] || { echo "$fit RVEs of about 40 kB are said to fit in 2 MB"; exit 1; }
+[ "$fit" -gt 30 ] && [ "$fit" -lt 60 ] ||
+  { echo "$fit RVEs of about 40 kB are said to fit in 2 MB"; exit 1; }
 # Messages have MB with one decimal.
 bytes() { awk -v mb="$needed" -v more="$1" 'BEGIN {printf "%.0f", (mb + more) * 1048576}'; }
-if run "$(bytes -0.1)" "$@"; then echo "ran with less memory than the $needed MB it needs"; exit 1; fi
-run "$(bytes 0.1)" "$@" || { echo "not run with more memory than the $needed MB it needs:"; cat many.out; exit 1; }
+if run "$(bytes -0.1)" "$@"; then echo "ran with less memory than the $needed MB it needs"
+exit 1; fi
+run "$(bytes 0.1)" "$@" || { echo "not run with more memory than the $needed MB it needs:"
+cat many.out; exit 1; }
 echo "3 ranks need $needed MB together"

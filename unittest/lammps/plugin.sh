@@ -33,23 +33,27 @@ run 1"
 
 # Without the plugin the style must be unknown; otherwise the test shows nothing.
 echo "$scene" > in.without
-if "$lmp" -in in.without -log none > out.without 2>&1; then echo "fix rve is known without the plugin"; exit 1; fi
+if "$lmp" -in in.without -log none > out.without 2>&1
+then echo "fix rve is known without the plugin"; exit 1; fi
 grep -q "Unrecognized fix style 'rve'" out.without
 
-{ echo "plugin load $plugin"; echo "$scene"; echo "write_rve grains atom 1 file loaded.rve format rve"; } > in.loaded
+{ echo "plugin load $plugin"; echo "$scene"
+echo "write_rve grains atom 1 file loaded.rve format rve"; } > in.loaded
 "$lmp" -in in.loaded -log none > out.loaded 2>&1 || { cat out.loaded; exit 1; }
 
 for file in grains contacts; do mv $file.dump $file.loaded; done
 
 { echo clear; echo "$scene"; echo "write_rve grains atom 1 file path.rve format rve"; } > in.path
-LAMMPS_PLUGIN_PATH=$(dirname "$plugin") "$lmp" -in in.path -log none > out.path 2>&1 || { cat out.path; exit 1; }
+LAMMPS_PLUGIN_PATH=$(dirname "$plugin") "$lmp" -in in.path -log none > out.path 2>&1 ||
+  { cat out.path; exit 1; }
 cmp loaded.rve path.rve
 for file in grains contacts; do [ -s $file.loaded ] && cmp $file.loaded $file.dump; done
 
 # refused <version|sizes|mpi> <expected error>
 refused() {
   echo "plugin load $others/other_$1_plugin.so" > in.other
-  if "$lmp" -in in.other -log none > "out.$1" 2>&1; then cat "out.$1"; echo "a plugin for another LAMMPS was loaded ($1)"; exit 1; fi
+  if "$lmp" -in in.other -log none > "out.$1" 2>&1; then cat "out.$1"
+  echo "a plugin for another LAMMPS was loaded ($1)"; exit 1; fi
   grep -qF "$2" "out.$1" || { cat "out.$1"; echo "the error does not say: $2"; exit 1; }
 }
 refused version "ERROR: gpurveplugin.so was built for LAMMPS 20240829, and the LAMMPS that loads it is LAMMPS 20"

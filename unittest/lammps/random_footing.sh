@@ -13,7 +13,8 @@ cd "$work"
 run() {    # run <name> <command and options...>
   name=$1
   shift
-  "$@" -in "$script" -var device cpu -var grains 60 -var seeds 3 -var within 0.02 -var out "$name" > "$name.out" 2>&1 || { tail -20 "$name.out"; exit 1; }
+  "$@" -in "$script" -var device cpu -var grains 60 -var seeds 3 -var within 0.02 -var out \
+    "$name" > "$name.out" 2>&1 || { tail -20 "$name.out"; exit 1; }
 }
 run one "$lmp" -var stop 15
 run two "$mpiexec" "$flag" 2 "$lmp" -var stop 15
@@ -23,7 +24,8 @@ for file in curve fields; do cmp "$file.one" "$file.two"; done
 side() {
   tail -1 "curve.$1" | awk '{r = $3 / $2; print r < 0 ? -r : r}'
 }
-for ground in single mirrored; do run "$ground" "$lmp" -var ground "$ground" -var format double -var stop 20; done
+for ground in single mirrored; do run "$ground" "$lmp" -var ground "$ground" -var format double \
+  -var stop 20; done
 echo "horizontal over vertical force: one packing $(side single), mirrored $(side mirrored)"
 # Rounding errors of 1e-15 in the first step grow by the chaos of the grains: to 1e-11 here, and to
 # 1e-3 in three times as many steps.

@@ -35,7 +35,8 @@ write_restart ${out}.servo
 END_OF_SCRIPT
 for shape in disk sphere; do
   for out in one other; do
-    "$lmp" -in in.bytes -var shape "$shape" -var out "$out" -log "$out.log" > "$out.out" 2>&1 || { tail "$out.out"; exit 1; }
+    "$lmp" -in in.bytes -var shape "$shape" -var out "$out" -log "$out.log" > "$out.out" 2>&1 ||
+      { tail "$out.out"; exit 1; }
   done
   grep -q "a fresh one of packing" one.log || { echo "no RVE was replaced"; exit 1; }
   cmp one.rates other.rates

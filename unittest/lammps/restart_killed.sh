@@ -28,7 +28,8 @@ span=$(( ($(date +%s%N) - start) / 1000000 ))
 # input <file to begin with, or "">: prints the run up to its end, with alternating restart files;
 # the one it begins with is the second
 input() {
-  if [ -z "$1" ]; then cat in.setup; turns="one.restart two.restart"; else echo "read_restart $1"; fi
+  if [ -z "$1" ]; then cat in.setup; turns="one.restart two.restart"; else echo "read_restart $1"
+  fi
   [ "$1" = one.restart ] && turns="two.restart one.restart"
   [ "$1" = two.restart ] && turns="one.restart two.restart"
   cat in.fixes
@@ -41,7 +42,8 @@ input() {
 complete() {
   echo "read_restart $1" > in.look
   "$lmp" -in in.look -log none > look.out 2>&1 && return 0
-  grep -q "^ERROR.*\(Incomplete or corrupted LAMMPS restart file\|end of file\|restart\)" look.out ||
+  grep -q "^ERROR.*\(Incomplete or corrupted LAMMPS restart file\|end of file\|restart\)" look.out \
+    ||
     { echo "a torn restart file is not refused with a message:"; cat look.out; exit 1; }
   return 1
 }
@@ -54,7 +56,8 @@ newest() {
 }
 
 # moment <number>: seconds after the first restart file of a run
-moment() { awk -v seed="$seed" -v n="$1" -v span="$span" 'BEGIN {srand(seed + 7919 * n); rand(); printf "%.3f", 1e-3 * span * 0.5 * rand()}'; }
+moment() { awk -v seed="$seed" -v n="$1" -v span="$span" \
+  'BEGIN {srand(seed + 7919 * n); rand(); printf "%.3f", 1e-3 * span * 0.5 * rand()}'; }
 
 # wrote_one: succeeds if the present run has begun a restart file
 wrote_one() { [ -n "$(find . -name '*.restart' -newer begun)" ]; }
@@ -64,7 +67,8 @@ wrote_one() { [ -n "$(find . -name '*.restart' -newer begun)" ]; }
 kills=0 continued=0 tries=0 file=""
 while [ $kills -lt 3 ] || [ $continued -lt 1 ] || [ -z "$file" ]; do
   tries=$((tries + 1))
-  [ $tries -le 12 ] || { echo "12 tries: killed $kills times, restart files: $(ls ./*.restart 2> /dev/null)"; exit 1; }
+  [ $tries -le 12 ] || { echo \
+    "12 tries: killed $kills times, restart files: $(ls ./*.restart 2> /dev/null)"; exit 1; }
   input "$file" > in.killed
   touch begun
   "$lmp" -in in.killed -log killed.log > killed.out 2>&1 &
@@ -92,12 +96,14 @@ size=$(wc -c < "$newer")
 cp "$newer" whole_newer.restart
 for length in 0 10 $((size / 3)) $((size - 1)); do
   head -c "$length" whole_newer.restart > torn.restart
-  if complete torn.restart; then echo "a restart file of $length of $size bytes passes for complete"; exit 1; fi
+  if complete torn.restart
+  then echo "a restart file of $length of $size bytes passes for complete"; exit 1; fi
 done
 if [ -f "$older" ] && complete "$older"; then
   head -c $((size / 2)) whole_newer.restart > "$newer"
   file=$(newest)
-  [ "$file" = "$older" ] || { echo "continued from '$file' and not from the older file $older"; exit 1; }
+  [ "$file" = "$older" ] || { echo "continued from '$file' and not from the older file $older"
+  exit 1; }
 else
   file=$newer
 fi
@@ -105,7 +111,8 @@ input "$file" > in.last
 rm -f killed.counts
 "$lmp" -in in.last -log last.log > last.out 2>&1 || { cat last.out; exit 1; }
 first=$(awk '/^ *Step / {getline; print $1; exit}' last.log)
-[ "${first:-0}" -gt 0 ] || { echo "the last part began at step $first: nothing was continued"; exit 1; }
+[ "${first:-0}" -gt 0 ] || { echo "the last part began at step $first: nothing was continued"
+exit 1; }
 
 cmp whole.points killed.points
 cmp whole.counts killed.counts

@@ -106,7 +106,8 @@ END
     vector='$(f_RVE[17]:%.0f)'
   fi
   # output of shadows, and the number of quiescent RVEs
-  [ "$scene" = knobs ] && vector='$(f_RVE[11]:%.17g) $(f_RVE[12]:%.17g) $(f_RVE[13]:%.17g) $(f_RVE[14]:%.0f)'
+  [ "$scene" = knobs ] &&
+    vector='$(f_RVE[11]:%.17g) $(f_RVE[12]:%.17g) $(f_RVE[13]:%.17g) $(f_RVE[14]:%.0f)'
   ;;
 footing)
   # the border between two ranks is just below the upper row of points, and the plate pushes them
@@ -143,7 +144,8 @@ END
     echo "fix soil all mpm 1.0 domain 0 4 0 6 model ground rve $rve boundary xlo roller boundary xhi roller boundary ylo fixed &"
     echo "  damping 0.05 rigid plate vx 0 vy -0.3 rough traction surface 0 -20000"
   }
-  atoms=$(seq 16) stop=63 end=80 columns="f_soil[*]" vector='$(f_soil[1]:%.17g) $(f_soil[5]:%.17g) $(f_soil[6]:%.17g) $(f_soil[8]:%.17g)'
+  atoms=$(seq 16) stop=63 end=80 columns="f_soil[*]" \
+    vector='$(f_soil[1]:%.17g) $(f_soil[5]:%.17g) $(f_soil[6]:%.17g) $(f_soil[8]:%.17g)'
   small_packing "grains 50 thickness 0.075"
   ;;
 *) echo "the scene must be shear, rolling, spheres, footing, knobs or narrow, got $scene"; exit 1 ;;
@@ -157,11 +159,13 @@ write() {
   echo "print '\$(f_$2[3]:%.0f) \$(f_$2[4]:%.0f) $(echo "$vector" | sed "s/f_RVE/f_$2/g")' file $1.counts"
 }
 
-{ cat in.setup in.settings; fixes grains "$packing"; echo "thermo $end"; echo "run $end"; write whole grains; } > in.whole
+{ cat in.setup in.settings; fixes grains "$packing"; echo "thermo $end"; echo "run $end"
+write whole grains; } > in.whole
 { cat in.setup in.settings; fixes grains "$packing"; echo "compute rank all property/atom proc"
   echo "dump ranks all custom $stop ranks.* id c_rank"; echo "dump_modify ranks sort id"
   echo "run $stop"; write stop grains; echo "write_restart half.restart"; } > in.first
-{ echo "read_restart half.restart"; cat in.settings; fixes grains "$packing"; echo "run $((end - stop))"; write second grains; } > in.second
+{ echo "read_restart half.restart"; cat in.settings; fixes grains "$packing"
+echo "run $((end - stop))"; write second grains; } > in.second
 # fix rve finds its RVEs in a restart file by its ID; with another ID it begins with its packings.
 from_states() {
   echo "read_restart half.restart"
@@ -200,16 +204,19 @@ done
 if [ "$scene" = narrow ]; then
   read -r _ _ at_stop < stop.counts
   read -r _ _ at_end < second.counts
-  [ "$at_stop" -gt 0 ] && [ "$at_end" -gt "$at_stop" ] || { echo "copies at the stop and at the end: $at_stop and $at_end RVEs"; exit 1; }
+  [ "$at_stop" -gt 0 ] && [ "$at_end" -gt "$at_stop" ] ||
+    { echo "copies at the stop and at the end: $at_stop and $at_end RVEs"; exit 1; }
   echo "equal: 1 rank, and $before ranks stopped and continued on $after, with $at_stop RVEs that are copies side by side, and $at_end in the end"
   exit 0
 fi
 if [ "$scene" = knobs ]; then
-  awk '{exit $4 > 0 && $6 > 0 ? 0 : 1}' stop.counts || { echo "nothing sleeps, or shadows see nothing:"; cat stop.counts; exit 1; }
+  awk '{exit $4 > 0 && $6 > 0 ? 0 : 1}' stop.counts ||
+    { echo "nothing sleeps, or shadows see nothing:"; cat stop.counts; exit 1; }
   echo "equal: 1 rank, and $before ranks stopped and continued on $after, with sleeping RVEs and shadows"
   exit 0
 fi
-[ "$(awk '{print $2}' stop.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat stop.counts; exit 1; }
+[ "$(awk '{print $2}' stop.counts)" -gt 4 ] || { echo "no list was rebuilt:"; cat stop.counts
+exit 1; }
 
 # Controls. For disks the tangential force is the same seen from both grains and the rolling force
 # changes its sign; for spheres it is the opposite.
@@ -234,8 +241,10 @@ for column in $histories; do
   run "$@" 1 "$lmp" -in in.forgot -log forgot.log
   for id in $atoms; do
     in_order forgot.$id.rve > forgot.$id
-    if cmp -s whole.$id forgot.$id; then echo "a lost history goes unseen (atom $id, column $column)"; exit 1; fi
+    if cmp -s whole.$id forgot.$id
+    then echo "a lost history goes unseen (atom $id, column $column)"; exit 1; fi
   done
-  if [ -n "$columns" ] && cmp -s whole.points forgot.points; then echo "a lost history goes unseen in the points"; exit 1; fi
+  if [ -n "$columns" ] && cmp -s whole.points forgot.points
+  then echo "a lost history goes unseen in the points"; exit 1; fi
 done
 echo "equal: 1 rank, and $before ranks stopped and continued on $after; different without the history of contacts"

@@ -10,7 +10,8 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 
 # run <options of lmp...>
-run() { "$lmp" -in "$folder/in.$example" -var device cpu "$@" > run.out 2>&1 || { tail -20 run.out; exit 1; }; }
+run() { "$lmp" -in "$folder/in.$example" -var device cpu "$@" > run.out 2>&1 ||
+  { tail -20 run.out; exit 1; }; }
 check() { "$python" "$folder/plot_$example.py" --check "$@"; }
 
 case $example in
@@ -19,7 +20,8 @@ case $example in
     run -var grains 100 -var packings 4 -var strain 0.04 -var seed 301
     check smooth ;;
   triaxial_specimen)
-    for plates in rough smooth; do run -var plates $plates -var grains 80 -var packings 2 -var strain 0.04 -var rate 0.8; done
+    for plates in rough smooth; do run -var plates $plates -var grains 80 -var packings 2 \
+      -var strain 0.04 -var rate 0.8; done
     check rough smooth ;;
   footing_3d)
     run -var shape square -var length 3 -var d_end 0.1

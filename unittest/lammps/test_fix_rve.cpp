@@ -338,15 +338,6 @@ TEST(CreateRve, SameSeedGivesTheSameFileAtTheRequestedPressure)
 
 namespace {
 
-/// Returns the value after a word in a packing file; empty if the word is missing.
-std::string value_in(const std::string &packing, const std::string &word)
-{
-  std::istringstream words(packing);
-  for (std::string text; words >> text;)
-    if (text == word && words >> text) return text;
-  return "";
-}
-
 /// Returns the material of the RVE for these keywords of fix rve and a packing file.
 std::string material_with(const std::string &keywords, const std::string &packing = PACKING)
 {

@@ -35,15 +35,6 @@ std::string log_of_rest(const std::string &file, const std::string &next)
   return log_of("read_restart " + file + "\n" + RATE + next + "run 3\n");
 }
 
-/// Returns the value after a word in a packing file.
-std::string value_in(const std::string &packing, const std::string &word)
-{
-  std::istringstream words(packing);
-  for (std::string text; words >> text;)
-    if (text == word && words >> text) return text;
-  return "";
-}
-
 const std::string DRIVE = "drive velocity_gradient yy v_rate xy 0.1 ";
 
 }    // namespace

@@ -82,7 +82,7 @@ Frame last_frame(const std::string &path)
   return frame;
 }
 
-class Look : public Script {
+class ContactsScript : public Script {
  public:
   /// Returns compute s of atom 3 on every rank.
   std::vector<double> answer()
@@ -118,7 +118,7 @@ class Look : public Script {
 
 /// Expects that Love's sum over the rows is the stress of the RVE and that the rows agree with its
 /// contacts.
-void expect_contacts_of_the_rve(Look &script)
+void expect_contacts_of_the_rve(ContactsScript &script)
 {
   const auto rows = script.contacts();
   const auto says = script.answer();
@@ -152,7 +152,7 @@ const std::string SHEARED =
 
 TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
 {
-  Look script;
+  ContactsScript script;
   script << SHEARED + LOOK + "run 50";
 
   expect_contacts_of_the_rve(script);
@@ -161,7 +161,7 @@ TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
 // C = 4 (<n n> - 1/2) in the plane, and kinds of energy are parts of the energy
 TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
 {
-  Look script;
+  ContactsScript script;
   script << SHEARED +
           "compute s all rve/atom contact_fabric_xx contact_fabric_xy fabric_xx fabric_xy "
           "elastic_normal elastic_tangential elastic_rolling elastic branch_mean fn_mean\n"
@@ -182,7 +182,7 @@ TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
 // The atom migrates between ranks if there are several.
 TEST(RveContacts, FollowTheirAtom)
 {
-  Look script;
+  ContactsScript script;
   script << "processors * 1 1\n" + SHEARED + LOOK + "run 50";
   const std::size_t before = script.contacts().size();
   script << "displace_atoms all move 2.0 0 0 units box\nrun 0";
@@ -194,7 +194,7 @@ TEST(RveContacts, FollowTheirAtom)
 
 TEST(RveContacts, OfAGroupAreThoseOfAllItsRves)
 {
-  Look script;
+  ContactsScript script;
   script << SHEARED +
           "group look id 2 3\n"
           "compute c look rve/contact/local atom\n"
@@ -220,7 +220,7 @@ TEST(RveContacts, OfAGroupAreThoseOfAllItsRves)
 TEST(RveGrains, DumpedGrainsTouchAtTheContacts)
 {
   const std::string path = "test_rve_contacts.grains";
-  Look script;
+  ContactsScript script;
   script << SHEARED + LOOK + "dump g look rve/grain 10 " + path +
           " id type x y z radius vx vy omegaz fx fy contacts\n"
           "dump_modify g format float %.17g sort id time yes colname 7 u\nrun 50";

@@ -24,7 +24,7 @@ const std::string COLUMNS = "cxxxx cxxyy cxyxy cyyxy young poisson shear anisotr
 const std::string SCENE =
     FOUR_ATOMS + SHEAR + "group two id 1 3\ncompute c two rve/tangent " + COLUMNS + "\nrun 20";
 
-class Look : public Script {
+class TangentScript : public Script {
  public:
   using Script::Script;
 
@@ -58,7 +58,7 @@ template <int D> macro::ProbedTangentOf<D> tangent_of(const std::string &path)
 TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
 {
   // The group has two atoms; the run has strained all four at different rates.
-  Look script(MPI_COMM_SELF);
+  TangentScript script(MPI_COMM_SELF);
   script << SCENE;
   const std::string path = file_of_rank("state.rve");
   script << "write_rve grains atom 3 file " + path + " format rve";
@@ -102,7 +102,7 @@ TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
 
 TEST(RveTangent, HasTheSameBitsOnAnyNumberOfRanks)
 {
-  Look all, alone(MPI_COMM_SELF);
+  TangentScript all, alone(MPI_COMM_SELF);
   all << SCENE;
   alone << SCENE;
   EXPECT_EQ(all.of("c"), alone.of("c"));
@@ -115,7 +115,7 @@ TEST(RveTangent, OfSpheresHasAllComponents)
   rve::write_packing(path,
                      rve_test::face_centred_cubic(material, 2, rve_test::LATTICE_RADIUS,
                                                   rve_test::LATTICE_OVERLAP));
-  Look script(MPI_COMM_SELF);
+  TangentScript script(MPI_COMM_SELF);
   script << FOUR_ATOMS + "fix grains all rve " + path +
           " threads 1 dt auto drive velocity_gradient zz 0.0\n"
           "compute c all rve/tangent czzzz cyyzz cyzyz cxxyz normal_z measured\nrun 0";
@@ -140,7 +140,7 @@ TEST(RveTangent, OfSpheresIsThatOfTheRveOfEachAtom)
                      rve_test::face_centred_cubic(rve_test::of_spheres(rve_test::linear_springs()),
                                                   2, rve_test::LATTICE_RADIUS,
                                                   rve_test::LATTICE_OVERLAP));
-  Look script(MPI_COMM_SELF);
+  TangentScript script(MPI_COMM_SELF);
   script << FOUR_ATOMS + "fix grains all rve " + lattice +
           " threads 1 dt auto drive velocity_gradient xx -0.02 zz v_rate xy 0.005 xz 0.01\n"
           "compute c all rve/tangent czzzz cyyxz normal_x normal_y normal_z acoustic lambda shear "
@@ -178,7 +178,7 @@ TEST(RveTangent, DoesNotChangeTheRun)
 
 TEST(RveTangent, AlongLoadingIsSofterAndNeedsADirection)
 {
-  Look script;
+  TangentScript script;
   script << FOUR_ATOMS + SHEAR +
           "group one id 4\ncompute e one rve/tangent work2 measured\n"
           "compute l one rve/tangent work2 measured kind loading";

@@ -25,10 +25,12 @@ recipe="grains 40 radius uniform 0.0025 0.005 kn 1e6 density 2650 thickness 0.07
 # refused <line of a script>: expects an error for OMP_NUM_THREADS=1025 and none for 2
 refused() {
   { cat in.atom; echo "$1"; } > in.refused
-  if OMP_NUM_THREADS=1025 "$lmp" -in in.refused -log none > refused.out 2>&1; then echo "runs with 1025 threads: $1"; exit 1; fi
+  if OMP_NUM_THREADS=1025 "$lmp" -in in.refused -log none > refused.out 2>&1
+  then echo "runs with 1025 threads: $1"; exit 1; fi
   grep -q "number of threads is 1025; it must be from 1 to 1024 (keyword threads, or OMP_NUM_THREADS without it)" refused.out ||
     { echo "no word about threads: $1"; cat refused.out; exit 1; }
-  OMP_NUM_THREADS=2 "$lmp" -in in.refused -log none > refused.out 2>&1 || { cat refused.out; exit 1; }
+  OMP_NUM_THREADS=2 "$lmp" -in in.refused -log none > refused.out 2>&1 || { cat refused.out
+  exit 1; }
   echo "refused with 1025 threads, runs with 2: $1"
 }
 refused "fix grains all rve $packing"

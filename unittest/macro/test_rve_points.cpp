@@ -311,7 +311,7 @@ MacroStepOptions adaptive()
   return macro;
 }
 
-MacroStepOptions sleepy()
+MacroStepOptions quiescent_steps()
 {
   MacroStepOptions macro = adaptive();
   // ten macro steps of the strains below, enough for a diagnostic evaluation
@@ -331,7 +331,7 @@ rve::Drive small_drive(double strain, double angle = 0.0)
 
 /// Returns drives for three RVEs: the first strains always, the second is quiescent at times and
 /// then rotates, the third is quiescent at times without rotation.
-std::vector<rve::Drive> drives_of_sleepers()
+std::vector<rve::Drive> drives_with_quiescence()
 {
   return {small_drive(5e-5), small_drive(4e-6, 3e-4), small_drive(-3e-6)};
 }
@@ -507,8 +507,10 @@ TEST(AdaptiveMacroSteps, ShearGivesTheSameStressWithFewSteps)
 TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
 {
   Tally tally, other_tally;
-  RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, sleepy());
-  RvePoints full(std::make_unique<CountingEngine>(cpu_options(), other_tally), nullptr, sleepy());
+  RvePoints brief(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr,
+                  quiescent_steps());
+  RvePoints full(std::make_unique<CountingEngine>(cpu_options(), other_tally), nullptr,
+                 quiescent_steps());
   const rve::RveState packing = rve_test::packing_of_400();
   const std::vector<const rve::RveState *> states(RVES, &packing);
   const std::vector<int> slots = brief.add(states), other_slots = full.add(states);
@@ -517,8 +519,8 @@ TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
   std::vector<bool> slept(RVES, false);
 
   for (int step = 0; step < 160; ++step) {
-    brief.advance(slots, drives_of_sleepers(), false);
-    full.advance(other_slots, drives_of_sleepers(), true);
+    brief.advance(slots, drives_with_quiescence(), false);
+    full.advance(other_slots, drives_with_quiescence(), true);
     for (int k = 0; k < RVES; ++k) {
       EXPECT_TRUE(same_bits(brief.stress(slots[k]), full.stress(other_slots[k])));
       // the state of a quiescent RVE is valid without details
@@ -547,7 +549,7 @@ TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
 // Two quiescent macro steps save less than a diagnostic evaluation costs.
 TEST(QuiescentMacroSteps, EvaluationRunsOnlyIfItSavesTime)
 {
-  MacroStepOptions macro = sleepy();
+  MacroStepOptions macro = quiescent_steps();
   macro.quiescent_strain = 1.8e-5;    // 8e-6 in a macro step
   Tally tally;
   RvePoints points(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, macro);
@@ -565,9 +567,10 @@ TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
   bool has_slept = false, has_rested = false;
   for (int before = 1; before < 26; ++before) {
     std::vector<int> slots;
-    RvePoints points = three_points(slots, sleepy());
-    RvePoints others(rve::make_engine(cpu_options()), nullptr, sleepy());
-    for (int step = 0; step < before; ++step) points.advance(slots, drives_of_sleepers(), false);
+    RvePoints points = three_points(slots, quiescent_steps());
+    RvePoints others(rve::make_engine(cpu_options()), nullptr, quiescent_steps());
+    for (int step = 0; step < before; ++step)
+      points.advance(slots, drives_with_quiescence(), false);
     has_slept = has_slept || points.point(slots[1]).rest() == rve::Rest::Quiescent;
     has_rested = has_rested || points.point(slots[1]).rest() == rve::Rest::Rests;
 
@@ -579,8 +582,8 @@ TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
     }
 
     for (int step = 0; step < 20; ++step) {
-      points.advance(slots, drives_of_sleepers(), false);
-      others.advance(other_slots, drives_of_sleepers(), false);
+      points.advance(slots, drives_with_quiescence(), false);
+      others.advance(other_slots, drives_with_quiescence(), false);
       for (int k = 0; k < RVES; ++k)
         EXPECT_TRUE(same_bits(points.stress(slots[k]), others.stress(other_slots[k]))) << step;
     }
@@ -600,7 +603,7 @@ TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameFailuresInOrder)
   const rve::RveState lattice =
       rve_test::hexagonal_lattice(rve_test::paper_material(), 0.005, 1e-5);
   const auto play = [&](int threads, std::vector<Tensor2> &stresses) {
-    RvePoints points(rve::make_engine(cpu_options()), nullptr, sleepy(), threads);
+    RvePoints points(rve::make_engine(cpu_options()), nullptr, quiescent_steps(), threads);
     const std::vector<int> slots = points.add(std::vector<const rve::RveState *>(count, &lattice));
     std::vector<std::vector<int>> failed;
     for (int step = 0; step < 6; ++step) {
@@ -711,16 +714,16 @@ TEST(MacroIncrements, HaveTheBitsOfTheDrives)
 TEST(MacroIncrements, AllowQuiescentRvesAsDrivesDo)
 {
   const rve::RveState packing = rve_test::packing_of_400();
-  MacroStepOptions matched = sleepy();
+  MacroStepOptions matched = quiescent_steps();
   matched.adaptive.reset();
-  for (const MacroStepOptions &macro : {sleepy(), matched}) {
+  for (const MacroStepOptions &macro : {quiescent_steps(), matched}) {
     Tally tally;
     RvePoints by_increments(std::make_unique<CountingEngine>(cpu_options(), tally), nullptr, macro);
     const std::vector<int> slots =
         by_increments.add(std::vector<const rve::RveState *>(RVES, &packing));
     std::vector<int> other_slots;
     RvePoints by_drives = three_points(other_slots, macro);
-    const std::vector<rve::Drive> drives = drives_of_sleepers();
+    const std::vector<rve::Drive> drives = drives_with_quiescence();
 
     int slept = 0;
     for (int step = 0; step < 40; ++step) {

@@ -56,7 +56,7 @@ MacroStepOptions adaptive()
   return macro;
 }
 
-MacroStepOptions sleepy()
+MacroStepOptions quiescent_steps()
 {
   MacroStepOptions macro = adaptive();
   macro.quiescent_strain = 1e-4;
@@ -91,8 +91,8 @@ template <class T> bool same_bits(const T &a, const T &b)
 TEST(PointsOfSpheres, ContinueFromTheirRecordBitForBit)
 {
   std::vector<int> slots, others;
-  Points points = points_of(packing(), 3, slots, sleepy());
-  Points next = points_of(packing(), 0, others, sleepy());
+  Points points = points_of(packing(), 3, slots, quiescent_steps());
+  Points next = points_of(packing(), 0, others, quiescent_steps());
   std::vector<Drive> drives = shears();
   drives[1] = drive_of(Tensor3::identity());    // comes to rest and is finally quiescent
   for (int step = 0; step < 5; ++step) points.advance(slots, drives, false);
@@ -143,7 +143,7 @@ TEST(PointsOfSpheres, QuiescentRvesUseTheRotatedStiffnessOfTheirLattice)
   Spheres lattice = pressed_lattice();
   lattice.material.tangential_stiffness = 0.3 * lattice.material.normal_stiffness;
   std::vector<int> slots;
-  Points points = points_of(lattice, 1, slots, sleepy());
+  Points points = points_of(lattice, 1, slots, quiescent_steps());
   points.advance(slots, {drive_of(Tensor3::identity())});
   const Tensor3 before = points.stress(slots[0]);
   const Vector turn{{2e-5, -1e-5, 3e-5}};
@@ -177,7 +177,7 @@ TEST(PointsOfSpheres, ApplyTheDeferredRotationWhenTheyResume)
   const Spheres lattice = pressed_lattice();
   const Vector axis{{0.48, 0.6, 0.64}};
   std::vector<int> slots;
-  Points points = points_of(lattice, 1, slots, sleepy());
+  Points points = points_of(lattice, 1, slots, quiescent_steps());
   points.advance(slots, {drive_of(Tensor3::identity())});
   const Tensor3 before = points.stress(slots[0]);
   for (int step = 0; step < 50; ++step)

@@ -262,7 +262,7 @@ MacroStepOptions adaptive()
 
 constexpr Motion SLOW = {0.002, 0.015, 1e9};
 
-MacroStepOptions sleepy()
+MacroStepOptions quiescent_steps()
 {
   MacroStepOptions macro = adaptive();
   macro.quiescent_strain = 1e-4;
@@ -369,8 +369,8 @@ TEST_P(StepsOnDevice, FailedRvesKeepTheBitsOfTheCpu)
 // evaluated again.
 TEST_P(StepsOnDevice, QuiescentRvesHaveTheBitsOfTheCpu)
 {
-  expect_same_course(packing_of_400(), GetParam(), SLOW, sleepy());
-  MacroStepOptions matched = sleepy();
+  expect_same_course(packing_of_400(), GetParam(), SLOW, quiescent_steps());
+  MacroStepOptions matched = quiescent_steps();
   matched.adaptive.reset();
   expect_same_course(packing_of_400(), GetParam(), SLOW, matched);
 }
@@ -381,8 +381,8 @@ TEST_P(StepsOnDevice, RvesThatBecomeQuiescentHaveTheBitsOfTheCpu)
 {
   const rve::RveState state = packing_of_400();
   const auto fast = [&](rve::Device device) {
-    return std::make_unique<Block<2>>(state, Motion{0.5}, device, GetParam(), sleepy(), 0.2,
-                                      mpm::Scheme::Musl);
+    return std::make_unique<Block<2>>(state, Motion{0.5}, device, GetParam(), quiescent_steps(),
+                                      0.2, mpm::Scheme::Musl);
   };
   const auto here = fast(rve::Device::Cpu), there = fast(DEVICE);
   here->steps(14);
@@ -417,7 +417,7 @@ TEST_P(StepsOnDevice, SpheresInPlaneStrainHaveTheBitsOfTheCpu)
       1e4;    // stable with the time step of disks
   Spheres lattice = face_centred_cubic(material, 2, 0.005, 2e-5);
   expect_same_course<3>(lattice, GetParam(), {0.5}, adaptive());
-  expect_same_course<3>(lattice, GetParam(), SLOW, sleepy());
+  expect_same_course<3>(lattice, GetParam(), SLOW, quiescent_steps());
   lattice.material.law = rve::ContactLaw::Hertz;
   lattice.material.normal_stiffness = lattice.material.tangential_stiffness = 0.0;
   lattice.material.hertz_stiffness = 2e7;

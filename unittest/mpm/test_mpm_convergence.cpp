@@ -3,6 +3,7 @@
 // order. Time steps are proportional to cells, so that an order is that of both.
 // doc/src/verification_mpm.rst has the table.
 
+#include "convergence.h"
 #include "scene.h"
 
 #include <cstdio>
@@ -10,27 +11,14 @@
 
 using MpmSolver = mpm::MpmSolver<2>;
 using mpm::Scheme;
+using mpm_test::order;
+using mpm_test::Rms;
 using mpm_test::Scene;
 using rve::Tensor2;
 
 namespace {
 
 constexpr double PI = 3.14159265358979323846;
-
-/// Root mean square of added numbers.
-class Rms {
- public:
-  void add(double value)
-  {
-    sum_ += value * value;
-    ++count_;
-  }
-  double value() const { return std::sqrt(sum_ / count_); }
-
- private:
-  double sum_ = 0.0;
-  int count_ = 0;
-};
 
 /// Returns error(cells) for each number of cells, each twice the one before, and prints the table.
 template <int N, class Error>
@@ -44,11 +32,6 @@ std::array<double, N> errors_of(const char *name, const std::array<int, N> &cell
            k ? std::log2(result[k - 1] / result[k]) : std::nan(""));
   }
   return result;
-}
-
-double order(double coarse, double fine)
-{
-  return std::log2(coarse / fine);
 }
 
 }    // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The material point method in space: conservation, and motion in closed form.
 
+#include "convergence.h"
 #include "scene.h"
 
 #include "rve/core/eigenvalues.h"
@@ -14,6 +15,8 @@ using mpm::SideKind;
 using MpmSolver = mpm::MpmSolver<3>;
 using Scene = mpm_test::SceneOf<3>;
 using Vec3 = mpm::Vec<3>;
+using mpm_test::order;
+using mpm_test::Rms;
 using rve::Tensor3;
 
 namespace {
@@ -67,26 +70,6 @@ double strain_energy(const Scene &scene, double young, double poisson)
   }
   return sum;
 }
-
-double order(double coarse, double fine, double refinement = 2.0)
-{
-  return std::log(coarse / fine) / std::log(refinement);
-}
-
-/// Root mean square of added numbers.
-class Rms {
- public:
-  void add(double value)
-  {
-    sum_ += value * value;
-    ++count_;
-  }
-  double value() const { return std::sqrt(sum_ / count_); }
-
- private:
-  double sum_ = 0.0;
-  int count_ = 0;
-};
 
 }    // namespace
 

@@ -92,8 +92,8 @@ TEST(SmallestStretch, OfARotationIsOneAndOfAStretchTheSmallerOne)
 {
   const double c = std::cos(0.3), s = std::sin(0.3);
 
-  // s1^2 + s2^2 - 2 det has a rounding error of 4e-16, and its root one of 2e-8. The error is on
-  // the safe side except for the last bit.
+  // s1^2 + s2^2 - 2 det has a rounding error of 4e-16, and its root one of 2e-8. The root is
+  // subtracted, so that the result is too small, which is safe.
   EXPECT_NEAR(smallest_stretch(Tensor2{{c, -s, s, c}}), 1.0, 3e-8);
   EXPECT_NEAR(smallest_stretch(Tensor2{{1.3, 0.0, 0.0, 0.9}}), 0.9, 1e-15);
   EXPECT_NEAR(smallest_stretch(Tensor2{{c, -s, s, c}} * Tensor2{{1.3, 0.0, 0.0, 0.9}}), 0.9, 1e-15);

@@ -11,7 +11,8 @@ case $reader in
   plots) modules="matplotlib numpy PIL" ;;
   lammps) modules="numpy" ;;
 esac
-export OVITO_GUI_MODE=0 QT_QPA_PLATFORM=offscreen PYTHONPATH="$root/tools:$root/examples/pictures" PYTHONDONTWRITEBYTECODE=1
+export OVITO_GUI_MODE=0 QT_QPA_PLATFORM=offscreen PYTHONPATH="$root/tools:$root/examples/pictures" \
+  PYTHONDONTWRITEBYTECODE=1
 for python in "$(sh "$root/tools/pictures_python.sh" --find)" python3 /usr/bin/python3; do
   [ -n "$python" ] || continue
   if "$python" -c "import $(echo "$modules" | tr ' ' ',')" 2> "$folder/$reader.import"; then

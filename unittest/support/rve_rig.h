@@ -122,6 +122,13 @@ template <int D> std::vector<double> components(const rve::Tensor<double, D> &t)
   return std::vector<double>(std::begin(t.component), std::end(t.component));
 }
 
+/// Returns the state after it is written to bytes and read again.
+inline rve::RveState restarted(const rve::RveState &state)
+{
+  const std::vector<char> image = rve::serialize(state);
+  return rve::deserialize(image.data(), image.size());
+}
+
 /// Returns the same grains in reverse order, with other owners and another order of every sum, for
 /// packings without list and history.
 inline rve::RveState numbered_backwards(const rve::RveState &packing)

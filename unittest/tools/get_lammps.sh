@@ -9,17 +9,21 @@ repository=$1
 top=$(mktemp -d)
 trap 'rm -rf "$top"' EXIT
 work="$top/a folder with blanks"
-mkdir -p "$work/bin" "$work/parts" "$work/upstream/lammps-x/src/GRANULAR" "$work/upstream/lammps-x/src/fmt" "$work/upstream/lammps-x/src/PLUGIN" \
-  "$work/upstream/lammps-x/src/STUBS" "$work/upstream/lammps-x/cmake" "$work/upstream/lammps-x/python/lammps"
+mkdir -p "$work/bin" "$work/parts" "$work/upstream/lammps-x/src/GRANULAR" \
+  "$work/upstream/lammps-x/src/fmt" "$work/upstream/lammps-x/src/PLUGIN" \
+  "$work/upstream/lammps-x/src/STUBS" "$work/upstream/lammps-x/cmake" \
+  "$work/upstream/lammps-x/python/lammps"
 fail() { echo "FAILED: $*"; exit 1; }
 
 # a tarball like that of LAMMPS, and a copy of the script with its checksum
-(cd "$work/upstream/lammps-x" && for file in LICENSE src/version.h src/modify.cpp src/.clang-format src/GRANULAR/a.h src/fmt/b.h src/PLUGIN/c.h \
+(cd "$work/upstream/lammps-x" && for file in LICENSE src/version.h src/modify.cpp \
+  src/.clang-format src/GRANULAR/a.h src/fmt/b.h src/PLUGIN/c.h \
   src/STUBS/d.h cmake/CMakeLists.txt python/lammps/__init__.py; do echo "$file" > "$file"; done)
 tar -cJf "$work/upstream/tarball" -C "$work/upstream" lammps-x
 sum=$(sha256sum < "$work/upstream/tarball" | cut -d' ' -f1)
 touch "$work/keyring"
-sed -e "s/^sha256=.*/sha256=$sum/" -e "s|^keyring=.*|keyring='$work/keyring'|" "$repository/tools/get_lammps.sh" > "$work/get_lammps.sh"
+sed -e "s/^sha256=.*/sha256=$sum/" -e "s|^keyring=.*|keyring='$work/keyring'|" \
+  "$repository/tools/get_lammps.sh" > "$work/get_lammps.sh"
 grep -q "^sha256=$sum" "$work/get_lammps.sh" || fail "the script has no line sha256="
 
 # Stub of apt: prints the files with sources, records its calls, and provides the tarball if the
@@ -46,9 +50,11 @@ tree="$GPU_RVE_CACHE/lammps-20250204"
 
 get() {    # get <name>: runs the script and expects a complete tree
   : > "$work/calls"
-  answer=$(sh "$work/get_lammps.sh" 2> "$work/said") || { cat "$work/said"; fail "$1: the script ends with an error"; }
+  answer=$(sh "$work/get_lammps.sh" 2> "$work/said") || { cat "$work/said"
+  fail "$1: the script ends with an error"; }
   [ "$answer" = "$tree" ] || fail "$1: the answer is '$answer'"
-  [ "$(cat "$tree/src/modify.cpp")" = src/modify.cpp ] || fail "$1: src/modify.cpp is not that of the tarball"
+  [ "$(cat "$tree/src/modify.cpp")" = src/modify.cpp ] ||
+    fail "$1: src/modify.cpp is not that of the tarball"
   [ -f "$tree/cmake/CMakeLists.txt" ] || fail "$1: cmake/CMakeLists.txt is missing"
   [ -z "$(find "$GPU_RVE_CACHE" -name 'get.*')" ] || fail "$1: a work folder is left"
 }
@@ -63,7 +69,8 @@ if asked || unpacked; then fail "a whole tree: it was not trusted"; fi
 echo "src/modify.cp?" > "$tree/src/modify.cpp"
 get "a file that differs"
 if asked; then fail "a file that differs: the tarball is there already"; fi
-[ "$(cat "$tree.untrusted/src/modify.cpp")" = "src/modify.cp?" ] || fail "a file that differs: the old tree is lost"
+[ "$(cat "$tree.untrusted/src/modify.cpp")" = "src/modify.cp?" ] ||
+  fail "a file that differs: the old tree is lost"
 rm "$tree/cmake/CMakeLists.txt"
 get "a missing file"
 echo more > "$tree/src/more.cpp"
@@ -71,7 +78,8 @@ get "another file"
 [ ! -e "$tree/src/more.cpp" ] || fail "another file: it is still there"
 
 rm -r "$tree/python"
-(cd "$tree" && echo "$sum" && find . -type f ! -path ./.gpu_rve_stamp -print0 | LC_ALL=C sort -z | xargs -0 sha256sum) | sha256sum > "$work/stamp"
+(cd "$tree" && echo "$sum" && find . -type f ! -path ./.gpu_rve_stamp -print0 | LC_ALL=C sort -z |
+  xargs -0 sha256sum) | sha256sum > "$work/stamp"
 mv "$work/stamp" "$tree/.gpu_rve_stamp"
 get "a whole tree of a time without the Python module"
 [ -f "$tree/python/lammps/__init__.py" ] || fail "the Python module is missing"

@@ -9,7 +9,8 @@ set -eu
 cd "$1"
 found=$(mktemp)
 trap 'rm -f "$found"' EXIT
-search() { grep -nE "variable +([a-zA-Z_0-9]+) +(string|index) +[\"'][^\"']*[$]\{?\1\b" "$@" > "$found"; }
+search() { grep -nE "variable +([a-zA-Z_0-9]+) +(string|index) +[\"'][^\"']*[$]\{?\1\b" \
+  "$@" > "$found"; }
 
 # test of the search itself
 printf 'variable a string "${b} ${a}"\n' > "$found.bad"

@@ -173,7 +173,7 @@ template <class Number> class CallerArray {
   std::vector<double> copy_;
 };
 
-/// Does a trial, or an advance with `keeps`.
+/// Advances RVEs. Without `keeps` it is a trial.
 int run_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
               const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
               bool keeps, Arrays arrays)

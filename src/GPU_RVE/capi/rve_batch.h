@@ -38,7 +38,7 @@ struct rve_batch {
   virtual int cuda_device() const = 0;
 
   virtual void time_steps(const capi::Members &which, double *dt) = 0;
-  /// Does a trial, or an advance with `keeps`.
+  /// Advances RVEs. Without `keeps` it is a trial, which commit() or revert() ends.
   virtual void run(const capi::Members &which, const double *increments, const double *dt,
                    const std::int32_t *substeps, double *stresses, std::uint32_t *statuses,
                    bool keeps) = 0;
@@ -62,8 +62,9 @@ struct rve_batch {
 
 namespace capi {
 
-/// Makes a batch whose RVEs begin as copies of at least one packing. Throws InputError if packings
-/// have different dimensions or contact laws, or if the options do not suit them.
+/// Makes a batch of one RVE for each packing, which begins as its copy. Throws InputError if there
+/// are no packings, if they have different dimensions or contact laws, or if the options do not
+/// suit them.
 std::unique_ptr<rve_batch> make_batch(const std::vector<const rve_packing *> &packings,
                                       const rve::Options &options);
 

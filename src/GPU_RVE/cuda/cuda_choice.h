@@ -32,15 +32,16 @@ std::vector<CudaArchitecture> cuda_architectures(const std::string &list);
 
 enum class GpuCode { None, Ptx, Binary };
 
-/// Returns the kind of code that a GPU runs of a program with these architectures.
+/// Returns what a GPU of this compute capability runs: a binary if there is one, else PTX, else
+/// None.
 GpuCode code_for(int capability, const std::vector<CudaArchitecture> &architectures);
 
 /// Returns the reason why the GPU cannot run the program, with a remedy; empty if it can.
 std::string gpu_obstacle(const GpuProperties &gpu,
                          const std::vector<CudaArchitecture> &architectures);
 
-/// Returns the reason for a GPU that has code by these lists but could not load it, with the
-/// message of CUDA in `words`. With PTX its driver may be too old.
+/// Returns the error for a GPU that cannot load the kernels although there is code of the kind
+/// `code` for it. `words` is CUDA's message. With PTX the driver may be too old.
 std::string loading_obstacle(const GpuProperties &gpu, GpuCode code, const std::string &words);
 
 /// Result of CUDA's search for devices.

@@ -46,7 +46,7 @@ class Lognormal {
     rve::require(deviation > 0.0 && std::isfinite(deviation),
                  "standard deviation must be positive, got ", deviation);
     // Values at z near zeta dominate the mean. zeta is 8.3 at this limit, and NormalNumbers end at
-    // 8.57, so fields with more variation would not have their mean.
+    // 8.57. Samples with more variation would miss these values, and their mean would be too small.
     constexpr double LARGEST_VARIATION = 1e15;
     const double variation = deviation / mean;
     rve::require(

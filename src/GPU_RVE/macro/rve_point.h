@@ -18,22 +18,24 @@ template <int D> struct PointOf {
   using State = PointState;
 
   PointState state = PointState::Empty;
-  bool stale = false;            ///< all of `result` but stress and status is of an earlier advance
-  std::int32_t contacts = 0;     ///< number of contacts after the last DEM steps
-  double peak_force = 0.0;       ///< largest contact force of the last DEM steps [force]
-  rve::StiffeningLimit limit;    ///< the time-step bound is checked again beyond it
-  double grain_size = 0.0;       ///< rve::grain_size() [length]
+  bool stale = false;                     ///< only stress and status of `result` are current
+  std::int32_t contacts = 0;              ///< number of contacts after the last DEM steps
+  double peak_force = 0.0;                ///< largest contact force of the last DEM steps [force]
+  rve::StiffeningLimit limit;             ///< the time-step bound is checked again beyond it
+  double grain_size = 0.0;                ///< rve::grain_size() [length]
   Matrix pending = Matrix::identity();    ///< deformation since the last DEM step
   rve::Material material;
   /// Result of the last advance that succeeded. Its status is that of the last advance.
   rve::ResultOf<D> result;
 
   double servo_gain = 0.0;    ///< default gain of the stress servo [1/(stress time^2)]
-  double out_of_reach =
-      0.0;    ///< stress that the servo lacked at the last advice_on_servo() [stress]
+  /// Distance of the stress from its goal at the last advice_on_servo() if the servo strained at its
+  /// largest rate, else 0 [stress].
+  double out_of_reach = 0.0;
   /// Terms of the energy balance at the start of the run, if the RVE was on this rank.
   std::optional<rve::EnergyTerms> energy_at_start;
-  /// Drive of the last DEM steps, without modes. It has no substeps if there were none so far.
+  /// Drive of the last DEM steps, without substeps if there were none so far. Its pointer to servo
+  /// modes is null, since the load path owns them; `num_modes` is kept.
   rve::DriveOf<D> drive;
   double servo_error = 0.0;    ///< largest error of a steered stress after these steps [stress]
   PathState<D> path;

@@ -1,4 +1,5 @@
-/* A host in C: isotropic strain of an RVE as a Newton iteration would try it, twice from the same state, then for good.
+/* A host in C: isotropic strain of an RVE as in a Newton iteration, with two trials from the same
+ * state and a commit.
  *
  *   c_host <packing> */
 #include <librve.h>
@@ -27,7 +28,8 @@ int main(int argc, char **argv)
   if (argc != 2) return 2;
   if (rve_api_version() != 1000 * RVE_API_MAJOR + RVE_API_MINOR) return 3;
   check(rve_packing_read(argv[1], &packing));
-  printf("%d dimensions, %zu grains\n", rve_packing_dimension(packing), rve_packing_grains(packing));
+  printf("%d dimensions, %zu grains\n", rve_packing_dimension(packing),
+         rve_packing_grains(packing));
   packings[0] = packings[1] = packing;
   check(rve_batch_create(packings, 2, "format mixed device cpu threads 1", &batch));
   printf("%s\n", rve_batch_description(batch));
@@ -44,7 +46,7 @@ int main(int argc, char **argv)
   printf("p = %g and %g\n", p[0], p[1]);
   if (!(p[1] > p[0]) || statuses[0] != 0) return 5;
 
-  /* an error has a text, and does no harm */
+  /* an error has a text and changes nothing */
   if (rve_quantity(batch, "pressure", NULL, 2, p) != RVE_BAD_INPUT) return 6;
   printf("%s\n", rve_error());
   rve_batch_free(batch);

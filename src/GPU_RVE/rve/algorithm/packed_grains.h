@@ -57,7 +57,7 @@ inline namespace RVE_ISA {
     template <int N> using Packed = PackNumbers<typename Config::Numbers, N>;
     template <int N> using View = GrainView<Packed<N>, D>;
     template <int N> using PackedSums = Vec<Pack<Sum, N>, Config::freedoms>;
-    static_assert(!Config::has_bookkeeping, "a ledger is kept for one grain after the other");
+    static_assert(!Config::has_bookkeeping, "energy bookkeeping visits one grain after the other");
 
     /// Sums of forces that packs add to partners and to their own grains, a row per grain. A move
     /// reads and clears all rows, so that they are zero after a segment of steps, which ends with a

@@ -119,8 +119,8 @@ template <int D>
 double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive,
                            double mode_error = 0.0);
 
-/// Warns of a servo that strains at its largest rate and has not come nearer to its goal since some
-/// steps `before`.
+/// Warns of a servo that strains at its largest rate and has not come nearer to its goal than
+/// `before`, the distance in an earlier call [stress].
 template <int D>
 std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> &drive,
                                     double before, double mode_error = 0.0);

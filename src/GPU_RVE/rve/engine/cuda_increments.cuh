@@ -94,7 +94,7 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
     const Rest rest = launch.rest ? launch.rest[k] : Rest::Unknown;
     const IncrementPlan<D> plan =
         plan_increment(f, launch.planned[k], rest, launch.quiescent_states + k, launch.options);
-    const bool quiescent_states = plan.kind == PlanKind::Quiescent;
+    const bool is_quiescent = plan.kind == PlanKind::Quiescent;
     if (plan.kind == PlanKind::Refused) atomicAdd(&launch.findings->refused, 1);
     if (plan.kind == PlanKind::Turned) {
       TurnRecord<D> &turn = launch.turns[atomicAdd(&launch.findings->turned, 1)];
@@ -106,14 +106,14 @@ __global__ void __launch_bounds__(kIncrementBlock) plan_increments(const Increme
     DriveRecord<D> drive = {launch.options.dt, plan.substeps, 1, {}};
     store_tensor(plan.deformation, drive.deformation);
     launch.drives[k] = drive;
-    if (quiescent_states) atomicAdd(&num_quiescent, 1);
-    if (quiescent_states || plan.is_evaluated || plan.kind == PlanKind::Refused) atomicOr(&held, 1);
+    if (is_quiescent) atomicAdd(&num_quiescent, 1);
+    if (is_quiescent || plan.is_evaluated || plan.kind == PlanKind::Refused) atomicOr(&held, 1);
     atomicMax(&longest, plan.substeps);
     atomicAdd(&steps, plan.substeps);
     if (launch.classes) {
       const double cost = plan.substeps + (plan.is_evaluated ? EVALUATION_IN_STEPS : 0.0);
       const double share = std::fmin(cost * launch.rves[k].num_grains / launch.most_cost, 1.0);
-      const int c = quiescent_states
+      const int c = is_quiescent
           ? kQuiescentClass
           : kQuiescentClass - 1 - static_cast<int>(share * (kQuiescentClass - 1));
       launch.classes[k] = static_cast<unsigned char>(c);

@@ -57,11 +57,11 @@ namespace rve {
 
 #define RVE_KERNEL_VARIANTS(variant) RVE_DISK_VARIANTS(variant) RVE_SPHERE_VARIANTS(variant)
 
-#define RVE_VARIANT_NAME(name, law, has_bookkeeping, prepared) name,
+#define RVE_VARIANT_NAME(name, law, kept, prepared) name,
 enum class KernelVariant { RVE_KERNEL_VARIANTS(RVE_VARIANT_NAME) };
 #undef RVE_VARIANT_NAME
 
-#define RVE_VARIANT_COUNT(name, law, has_bookkeeping, prepared) +1
+#define RVE_VARIANT_COUNT(name, law, kept, prepared) +1
 constexpr int kNumVariants = 0 RVE_KERNEL_VARIANTS(RVE_VARIANT_COUNT);
 #undef RVE_VARIANT_COUNT
 

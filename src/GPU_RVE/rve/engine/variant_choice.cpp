@@ -69,7 +69,7 @@ KernelVariant memory_variant(const ContactModel &contacts)
   const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const VariantFeatures &one) {
     return features_of(one.memory).contacts.serves(contacts);
   });
-  require(found != TABLE.end(), "there is no program for RVEs with ", to_string(contacts));
+  require(found != TABLE.end(), "there is no kernel variant for RVEs with ", to_string(contacts));
   return found->memory;
 }
 
@@ -78,7 +78,7 @@ KernelVariant richest_variant(ContactLaw law, int dimension)
   const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const VariantFeatures &one) {
     return one.contacts.law == law && one.contacts.dimension == dimension;
   });
-  require(last != TABLE.rend(), "there is no program for the contact law ", word_of(law));
+  require(last != TABLE.rend(), "there is no kernel variant for the contact law ", word_of(law));
   return last->memory;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Choice of a kernel variant from the table of programs.
+// Choice of a kernel variant from their table.
 
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangential contact laws of disks.
+// Tangential spring with Coulomb limit: result for disks and spheres, formula for disks.
 
 #pragma once
 
@@ -20,7 +20,7 @@ inline namespace RVE_ISA {
   };
 
   /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed
-  /// number, so that a reversed load unloads the spring. Equation (14) as printed adds magnitudes
+  /// number, so that a reversed load unloads the spring. Equation (14) of Zhao, Zhao & Liang (2021) as printed adds magnitudes
   /// along the current increment and cannot unload it. Viscous: the spring has a parallel dashpot
   /// under the same limit; only kernels with dashpots are compiled with it.
   template <class Real, class History, bool Viscous> struct LinearTangential {

@@ -41,16 +41,16 @@
 //                              elastic energy of the springs
 //   released(history)          elastic energy that is lost when the contact opens: that of the
 //                              springs in the history
-//   spring_force(place)        normal force of the springs alone: for the overlap limit, and for
+//   spring_force(site)        normal force of the springs alone: for the overlap limit, and for
 //                              states without an engine
-//   force_scale(place)         sum of the magnitudes of the normal forces, which may cancel: for
+//   force_scale(site)         sum of the magnitudes of the normal forces, which may cancel: for
 //                              the unit of forces
-//   limiting_force(place), limiting_force(force)
+//   limiting_force(site), limiting_force(force)
 //                              force that limits friction: at rest, and for a result of evaluate()
-//   stiffness(place), viscosity(place)
-//                              moduli of springs and dashpots for small motions about a place: for
+//   stiffness(site), viscosity(site)
+//                              moduli of springs and dashpots for small motions about a site: for
 //                              the time step and the affine stiffness
-//   has_constant_moduli        true if the moduli do not depend on the place
+//   has_constant_moduli        true if the moduli do not depend on the site
 //   bounds_tangential_forces   true if tangential forces are at most friction times the normal
 //                              force; otherwise all forces count for the unit of forces
 //   has_normal_dashpot(parameters)
