@@ -34,8 +34,8 @@ class CirculantEmbedding {
   /// Default of the largest number of points of a torus, which takes 2.4 GB during the generation.
   static constexpr std::int64_t DEFAULT_LIMIT = 200000000;
 
-  /// Enlarges the torus until no eigenvalue is negative beyond round-off. Throws InputError if that needs more
-  /// points than `limit`.
+  /// Enlarges the torus until no eigenvalue is negative beyond round-off. Throws InputError if that
+  /// needs more points than `limit`.
   CirculantEmbedding(const Grid &grid, const Covariance &covariance,
                      std::int64_t limit = DEFAULT_LIMIT);
 

@@ -29,8 +29,8 @@ template <int D> struct PointOf {
   rve::ResultOf<D> result;
 
   double servo_gain = 0.0;    ///< default gain of the stress servo [1/(stress time^2)]
-  /// Distance of the stress from its goal at the last advice_on_servo() if the servo strained at its
-  /// largest rate, else 0 [stress].
+  /// Distance of the stress from its goal at the last advice_on_servo() if the servo strained at
+  /// its largest rate, else 0 [stress].
   double out_of_reach = 0.0;
   /// Terms of the energy balance at the start of the run, if the RVE was on this rank.
   std::optional<rve::EnergyTerms> energy_at_start;

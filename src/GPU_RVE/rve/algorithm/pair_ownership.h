@@ -3,8 +3,8 @@
 //
 // Every pair is computed once, by one of its two grains. A grain with many pairs would keep its
 // thread busy while the others wait. Ownership is therefore passed on until (nearly) no grain owns
-// more than Config::owned_pairs; the rest is in a list of extra pairs. The motion does not depend on
-// the owners: forces are summed as integers, and a contact is the same from both sides. The
+// more than Config::owned_pairs; the rest is a list of extra pairs. The motion does not depend
+// on the owners: forces are summed as integers, and a contact is the same from both sides. The
 // procedure is deterministic all the same: offers are accepted by number.
 
 #pragma once

@@ -20,9 +20,9 @@ inline namespace RVE_ISA {
   };
 
   /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed
-  /// number, so that a reversed load unloads the spring. Equation (14) of Zhao, Zhao & Liang (2021) as printed adds magnitudes
-  /// along the current increment and cannot unload it. Viscous: the spring has a parallel dashpot
-  /// under the same limit; only kernels with dashpots are compiled with it.
+  /// number, so that a reversed load unloads the spring. Equation (14) of Zhao, Zhao & Liang (2021)
+  /// adds magnitudes along the current increment and cannot unload it. Viscous: the spring has a
+  /// parallel dashpot under the same limit; only kernels with dashpots are compiled with it.
   template <class Real, class History, bool Viscous> struct LinearTangential {
     History stiffness;    ///< k_t [force/length]
     Real friction;        ///< mu [-]
