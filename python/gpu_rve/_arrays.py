@@ -71,7 +71,8 @@ class Lent:
     def __init__(self, capsule: Any):
         name = next((name for name in NAMES if _is_valid(capsule, name)), None)
         if name is None:
-            raise Error("__dlpack__ gave no capsule of a tensor, or one that was used before")
+            raise Error(
+                "__dlpack__ returned no capsule of a tensor, or a capsule that was used before")
         self.address = _pointer_of(capsule, name)
         _rename(capsule, NAMES[name])
         self.managed = LAYOUTS[name].from_address(self.address)
@@ -139,8 +140,8 @@ def require_memory(memory: tuple[int, int], name: str, device: int | None) -> No
         where = (f"CUDA device {number}" if kind in CUDA_MEMORY else
                  f"a device that is not CUDA's (DLPack's kind {kind})")
         raise Error(
-            f"{name} is in the memory of {where}; it must be in that of CUDA device {device}, "
-            "where the batch is, or of the host"
+            f"{name} is in the memory of {where}; it must be in the memory of CUDA device "
+            f"{device}, which has the batch, or of the host"
         )
 
 
@@ -154,7 +155,7 @@ def capsule_of(array: Any, name: str) -> Any:
         except TypeError:    # libraries that lend unversioned tensors only
             return array.__dlpack__(**stream)
     except BufferError as error:
-        raise Error(f"{name} cannot be lent: {error}") from error
+        raise Error(f"{name} cannot be exported by DLPack: {error}") from error
 
 
 def find(array: Any, name: str) -> Found:

@@ -51,12 +51,12 @@ def _load() -> tuple[Any, Any]:
         found = divmod(lib.rve_api_version(), 1000)
         if found[0] != int(expected["MAJOR"]) or found[1] < int(expected["MINOR"]):
             raise ImportError(
-                f"{library} has interface {found[0]}.{found[1]}; {header} is of "
+                f"{library} has interface {found[0]}.{found[1]}; {header} has "
                 f"{expected['MAJOR']}.{expected['MINOR']}"
             )
         return ffi, lib
     missing = [str(path) for places in _places() for path in places if not path.exists()]
-    raise ImportError("librve was not found: there is no " + ", no ".join(dict.fromkeys(missing)))
+    raise ImportError("librve was not found; tried " + ", ".join(dict.fromkeys(missing)))
 
 
 ffi, lib = _load()

@@ -264,4 +264,4 @@ class Batch:
         check(lib.rve_restore(self._pointer, ffi.from_buffer(saved), len(saved)))
 
     def __getstate__(self) -> object:
-        raise Error("a batch cannot be pickled; save() gives its states as bytes")
+        raise Error("a batch cannot be pickled; save() returns its states as bytes")

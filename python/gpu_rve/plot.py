@@ -21,7 +21,7 @@ def grains(packing: Packing, axes: Any = None, forces: bool = True) -> Any:
 
     if packing.dimension != 2:
         raise ValueError(
-            "grains() draws disks; the packing is of spheres: force_chains() draws their contacts")
+            "grains() draws disks only, but the packing has spheres; use force_chains()")
     if axes is None:
         _, axes = plt.subplots(figsize=(6, 6))
     x, size = packing.positions, 2.0 * packing.radii

@@ -109,7 +109,7 @@ class SmallStrainModel:
         for array, name, size in ((grad_del_u, "grad_del_u", n * d * d), (stress, "stress", n * s),
                                   (tangent, "tangent", n * s * s)):
             if array is not None and array.size != size:
-                raise Error(f"{name} has {array.size} numbers; of {n} points it must have {size}")
+                raise Error(f"{name} has {array.size} numbers; for {n} points it must have {size}")
         if del_t <= 0.0:
             raise Error(f"del_t is {del_t} [time]; it must be positive")
         if history is not None:
@@ -151,10 +151,10 @@ class SmallStrainModel:
         first = float(numbers.flat[0])
         if np.any(numbers != first) or first not in (self._committed, self._last):
             raise Error(
-                f"history '{HISTORY}' names state {first:g}" +
+                f"history '{HISTORY}' has state {first:g}" +
                 (" and others" if np.any(numbers != first) else "") +
-                f"; there are the committed state {self._committed} and the last trial "
-                f"{self._last}, for all points alike"
+                f"; it must have the committed state {self._committed} or the last trial "
+                f"{self._last}, the same for all points"
             )
         if first != self._committed:
             self.update()
@@ -174,7 +174,7 @@ class SmallStrainModel:
             self.batch.revert()
             first = int(np.argmax(failed))
             raise TrialFailed(
-                f"{failed.sum()} of {len(failed)} RVEs do not bear the increment; RVE {first}: "
+                f"{failed.sum()} of {len(failed)} RVEs fail in the increment; RVE {first}: "
                 f"{status_text(statuses[first])}"
             )
         return self._components(stresses)

@@ -171,8 +171,8 @@ TEST_P(DeviceArrays, OfAnotherDeviceAreRefusedAndChangeNothing)
             RVE_BAD_INPUT);
   EXPECT_EQ(std::string(rve_error()),
             "stresses is in the memory of CUDA device " + std::to_string(other) +
-                "; it must be in that of device " + std::to_string(own) +
-                ", where the RVEs are, or of the host");
+                "; it must be in the memory of device " + std::to_string(own) +
+                ", which has the RVEs, or of the host");
   ASSERT_EQ(rve_quantity(batch.get(), "substeps", nullptr, COUNT, after), RVE_SUCCESS);
   EXPECT_EQ(Numbers(after, after + COUNT), Numbers(before, before + COUNT));
 }

@@ -197,7 +197,7 @@ class Pictures(unittest.TestCase):
         self.assertEqual(len(self.plot.grains(DISKS, forces=False).collections), 1)
 
     def test_spheres_are_not_drawn_as_disks(self):
-        with self.assertRaisesRegex(ValueError, "the packing is of spheres: force_chains"):
+        with self.assertRaisesRegex(ValueError, "the packing has spheres; use force_chains"):
             self.plot.grains(SPHERES)
 
 
@@ -319,21 +319,21 @@ class SmallStrains(unittest.TestCase):
                                    atol=1e-9)
         for gone in (begin, tried[0], {"trial": np.array([2.0, 3.0])}):
             with self.assertRaisesRegex(gpu_rve.Error,
-                                        "there are the committed state 2 and the last trial 3"):
+                                        "it must have the committed state 2 or the last trial 3"):
                 self.evaluate(model, second, gone)
 
     def test_what_an_rve_does_not_bear_is_told_and_forgotten(self):
         model = self.model(DISKS)
         state, history = model.batch.save(), {"trial": np.zeros(2)}
         with self.assertRaisesRegex(gpu_rve.TrialFailed,
-                                    "^2 of 2 RVEs do not bear the increment; RVE 0: "):
+                                    "^2 of 2 RVEs fail in the increment; RVE 0: "):
             self.evaluate(model, np.tile(-0.9 * np.eye(2), (2, 1, 1)), history, tangent=False)
         model.update()
         self.assertEqual(model.batch.save(), state)
         self.assertFalse(history["trial"].any())
         self.evaluate(model, np.zeros((2, 2, 2)), history)
         with self.assertRaisesRegex(gpu_rve.Error,
-                                    "grad_del_u has 4 numbers; of 2 points it must have 8"):
+                                    "grad_del_u has 4 numbers; for 2 points it must have 8"):
             self.evaluate(model, np.zeros((2, 2)))
         with self.assertRaisesRegex(gpu_rve.Error, "del_t is -1"):
             self.evaluate(model, np.zeros((2, 2, 2)), del_t=-1.0)
@@ -483,11 +483,12 @@ class Batches(unittest.TestCase):
         self.assertEqual((found.address, found.on_device), (f.ctypes.data, True))
         for lender, message in (
             (Lender(f, kind=2),
-             "CUDA device 0; it must be in that of CUDA device 1, where the batch is, or of the "
-             "host"
+             "CUDA device 0; it must be in the memory of CUDA device 1, which has the batch, or of "
+             "the host"
              ),
             (Lender(f, kind=10, number=1),
-             "a device that is not CUDA's .DLPack's kind 10.; it must be in that of CUDA device 1"
+             "a device that is not CUDA's .DLPack's kind 10.; it must be in the memory of CUDA "
+             "device 1"
              )):
             with self.assertRaisesRegex(gpu_rve.Error, f"^out is in the memory of {message}"):
                 _arrays.found_doubles(lender, "out", f.shape, 1, True)

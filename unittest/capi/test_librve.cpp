@@ -238,7 +238,7 @@ TEST(Librve, APackingAsBytesIsTheWholeState)
     EXPECT_EQ(move(other.get(), Kind::Advance, {0}, 2), move(batch.get(), Kind::Advance, {0}, 2));
     const std::vector<char> two = saved(batch_of(file, 2).get());
     EXPECT_EQ(rve_packing_restore(two.data(), two.size(), &back), RVE_BAD_INPUT);
-    EXPECT_STREQ(rve_error(), "there are 2 saved RVEs; a packing is one");
+    EXPECT_STREQ(rve_error(), "the bytes have 2 saved RVEs; they must have one");
   }
 }
 
@@ -406,7 +406,7 @@ TEST(Librve, DamagedOrForeignBytesAreRefusedAndChangeNothing)
   EXPECT_STREQ(rve_error(), "the saved RVEs are damaged");
   EXPECT_EQ(rve_restore(batch.get(), state.data(), 10), RVE_BAD_INPUT);
   EXPECT_EQ(rve_restore(spheres.get(), state.data(), state.size()), RVE_BAD_INPUT);
-  EXPECT_STREQ(rve_error(), "these are RVEs of dimension 2; the batch has dimension 3");
+  EXPECT_STREQ(rve_error(), "the saved RVEs have dimension 2; the batch has dimension 3");
   EXPECT_EQ(rve_restore(one.get(), state.data(), state.size()), RVE_BAD_INPUT);
   EXPECT_STREQ(rve_error(), "there are 2 saved RVEs; the batch has 1");
   EXPECT_EQ(saved(batch.get()), state);
@@ -910,7 +910,7 @@ TEST(Librve, WrongInputIsNamedAndThrowsNothing)
   expect(rve_packing_create("radius uniform 1 2 radius_min 1", &packing),
          "radius and radius_min exclude each other");
   expect(rve_packing_create((GROUND + "pressure 1e4 void_ratio 0.2").c_str(), &packing),
-         "friction_prep is 0.3, give one of them");
+         "preparation friction; friction_prep is 0.3");
   expect(rve_packing_create("shape sphere grains 60 radius uniform 1e-3 2e-3 density 2650 pressure "
                             "1e4 contact hertz hertz_kn 1e9 rolling_friction 0.1",
                             &packing),
@@ -924,7 +924,7 @@ TEST(Librve, WrongInputIsNamedAndThrowsNothing)
   expect(rve_packing_array(disks.get(), "radius", &value, 1), "count is 1; it must be 400");
   const rve_packing *mixed[] = {disks.get(), spheres.get()};
   expect(rve_batch_create(mixed, 2, nullptr, &none),
-         "packing 0 is of disks, and packing 1 of spheres");
+         "packing 0 has disks, but packing 1 has spheres");
   expect(rve_batch_create(mixed, 0, nullptr, &none), "count is 0");
   expect(rve_batch_create(mixed, 1, "format quad", &none),
          "format is 'quad'; it must be fast or mixed or double or single");
@@ -938,7 +938,8 @@ TEST(Librve, WrongInputIsNamedAndThrowsNothing)
                    nullptr),
          "which[0] is 2; it must be below 2");
   expect(rve_time_steps(batch.get(), twice, 2, &value), "RVE 0 twice");
-  expect(rve_time_steps(batch.get(), nullptr, 1, &value), "count is 1; all RVEs are 2");
+  expect(rve_time_steps(batch.get(), nullptr, 1, &value),
+         "count is 1; it must be the number of RVEs, 2");
   const std::size_t first = 0;
   expect(
       rve_trial(batch.get(), &first, 1, increments.data(), dt.data(), &substeps, nullptr, nullptr),
@@ -968,7 +969,8 @@ TEST(Librve, ABatchOnCpuThreadsTakesNoArraysOfADevice)
   double *const array = reinterpret_cast<double *>(8);
   const auto expect = [](int code, const std::string &name) {
     EXPECT_EQ(code, RVE_BAD_INPUT);
-    const std::string text = name + " may not be in the memory of a device: the batch is on 1 CPU ";
+    const std::string text =
+        name + " must not be in the memory of a device: the batch is on 1 CPU ";
     EXPECT_EQ(std::string(rve_error()).find(text), 0u) << rve_error();
   };
   EXPECT_EQ(rve_batch_device_number(batch.get()), -1);

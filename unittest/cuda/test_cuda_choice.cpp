@@ -90,20 +90,16 @@ TEST(CudaChoice, GpuThatCannotLoadTheCodeReportsWhy)
 
 TEST(CudaChoice, DriversAndHiddenDevicesHaveTheirOwnMessages)
 {
-  EXPECT_EQ(
-      driver_obstacle(DriverError::NoDriver, 0, 13000, nullptr, "x"),
-      "there is no NVIDIA driver here (a container sees that of its host when it is started with "
-      "its GPUs)");
-  EXPECT_EQ(
-      driver_obstacle(DriverError::OldDriver, 11040, 13000, nullptr, "x"),
-      "the NVIDIA driver is too old: it is made for CUDA 11.4, this program for 13.0; update the "
-      "driver, or build with CUDA 11.4 or older");
+  EXPECT_EQ(driver_obstacle(DriverError::NoDriver, 0, 13000, nullptr, "x"),
+            "no NVIDIA driver was found (a container must be started with the GPUs of its host)");
+  EXPECT_EQ(driver_obstacle(DriverError::OldDriver, 11040, 13000, nullptr, "x"),
+            "the NVIDIA driver is too old: it supports CUDA 11.4, but this program needs CUDA "
+            "13.0; update "
+            "the driver, or build with CUDA 11.4 or older");
   EXPECT_EQ(driver_obstacle(DriverError::NoDevice, 13000, 13000, nullptr, "x"),
             "there is no CUDA device");
-  EXPECT_EQ(
-      driver_obstacle(DriverError::NoDevice, 13000, 13000, "", "x"),
-      "there is no CUDA device among those that CUDA_VISIBLE_DEVICES='' leaves; unset it to use "
-      "all");
+  EXPECT_EQ(driver_obstacle(DriverError::NoDevice, 13000, 13000, "", "x"),
+            "no CUDA device is visible with CUDA_VISIBLE_DEVICES=''; unset it to use all devices");
   EXPECT_EQ(
       driver_obstacle(DriverError::Other, 13000, 13000, nullptr, "system not yet initialized"),
       "no CUDA device can be used (system not yet initialized)");

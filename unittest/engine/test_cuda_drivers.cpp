@@ -49,11 +49,11 @@ TEST(CudaDrivers, ExplicitAndRequiredDevicesAreErrors)
   {
     const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
     const std::string chosen = message_of([] { make_engine(options_for(Device::Cuda)); });
-    EXPECT_EQ(chosen.find("a CUDA device was asked for, but " + expected()), 0u) << chosen;
+    EXPECT_EQ(chosen.find("a CUDA device was requested, but " + expected()), 0u) << chosen;
   }
   const Environment demand("GPU_RVE_REQUIRE_CUDA", "1");
   const std::string demanded = message_of([] { make_engine(options_for(Device::Auto)); });
-  EXPECT_EQ(demanded.find("GPU_RVE_REQUIRE_CUDA=1 forbids falling back to the CPU: " + expected()),
+  EXPECT_EQ(demanded.find("GPU_RVE_REQUIRE_CUDA=1 forbids the CPU as a fallback: " + expected()),
             0u)
       << demanded;
 }

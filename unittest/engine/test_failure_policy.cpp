@@ -116,12 +116,12 @@ TEST(Failure, WrongOptionsAndNumbersAreRefused)
   EXPECT_TRUE(contains(message_of([&] { make_engine(negative_skin); }), "-0.001 [length]"));
   EXPECT_TRUE(contains(message_of([&] { make_engine(no_limit); }), "(0, 1), got 1.5"));
   EXPECT_EQ(message_of([&] { make_engine(relaxed_double); }),
-            "relaxed arithmetic exists for the number formats fast and mixed, got double");
+            "relaxed arithmetic requires number format fast or mixed, got double");
   EXPECT_EQ(message_of([&] { make_engine(relaxed_on_cpu); }),
-            "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
+            "relaxed arithmetic requires a CUDA device; use strict arithmetic on a CPU");
   EXPECT_TRUE(contains(message_of([&] { rig.owner().state(5); }), "no RVE with number 5"));
-  EXPECT_TRUE(
-      contains(message_of([&] { rig.owner().advance({0}, {}, results); }), "1 RVEs, 0 drives"));
+  EXPECT_TRUE(contains(message_of([&] { rig.owner().advance({0}, {}, results); }),
+                       "that of the RVEs, 1, got 0"));
 }
 
 TEST(Failure, GrainsOfTooDifferentSizesAreRefused)
@@ -134,7 +134,7 @@ TEST(Failure, GrainsOfTooDifferentSizesAreRefused)
     const std::string message = message_of([&] { RveRig rig(state); });
 
     // No format can compute with the smallest sizes.
-    EXPECT_TRUE(contains(message, "at most 60 times as large") ||
+    EXPECT_TRUE(contains(message, "largest to smallest radius must be at most 60") ||
                 contains(message, "it must be between 1e-30 and 1e30"))
         << small << ": " << message;
   }
@@ -149,7 +149,8 @@ TEST(Failure, SizesOfSpheresMayDifferLessThanThoseOfDisks)
     });
   };
   EXPECT_EQ(message_with(6.6), "no error");
-  EXPECT_TRUE(contains(message_with(6.7), "at most 6.6 times as large as the smallest, got 6.7"))
+  EXPECT_TRUE(contains(message_with(6.7),
+                       "ratio of largest to smallest radius must be at most 6.6, got 6.7"))
       << message_with(6.7);
 }
 

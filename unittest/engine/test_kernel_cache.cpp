@@ -207,7 +207,7 @@ TEST_F(KernelCacheFolder, OfAnotherUserIsRefused)
   if (geteuid() != 0) GTEST_SKIP() << "only root gives folders away";
   keep();
   ASSERT_EQ(chown(folder.c_str(), 12345, 12345), 0);
-  expect_folder_refused("belongs to the user with the number 12345");
+  expect_folder_refused("belongs to the user with ID 12345");
 }
 
 TEST_F(KernelCacheFolder, FailureToCreateItIsReported)
@@ -239,10 +239,9 @@ TEST(KernelCache, IsInTheFolderOfTheEnvironmentVariable)
   EXPECT_EQ(chosen(nullptr, "relative", "/home/me"), "/home/me/.cache/gpu_rve/kernels");
   EXPECT_EQ(chosen(nullptr, nullptr, "/home/me"), "/home/me/.cache/gpu_rve/kernels");
   EXPECT_EQ(chosen(nullptr, nullptr, nullptr), "");
-  EXPECT_EQ(
-      message_of([&] { chosen("cache", nullptr, nullptr); }),
-      "GPU_RVE_KERNEL_CACHE in the environment is 'cache'; it must be a folder whose name begins "
-      "with /, or 0, false, no, off or empty");
+  EXPECT_EQ(message_of([&] { chosen("cache", nullptr, nullptr); }),
+            "GPU_RVE_KERNEL_CACHE in the environment is 'cache'; it must be the absolute path of a "
+            "folder, or 0, false, no, off or empty");
 }
 
 TEST(KernelCache, SwitchedOffCacheStoresNothingWithoutAMessage)

@@ -139,9 +139,9 @@ TEST(Packing, StressRatioBeyondTheStrengthIsNamed)
   PackingRecipe recipe = paper_recipe(60, 20e3);
   recipe.k0 = 0.05;
 
-  EXPECT_NE(
-      message_of(recipe, *engine).find("use a k0 nearer 1 than 0.05, which grains of friction"),
-      std::string::npos);
+  EXPECT_NE(message_of(recipe, *engine)
+                .find("use a k0 closer to 1 than 0.05, because grains with friction"),
+            std::string::npos);
 }
 
 // With the default thickness of 1 and numbers in SI units, disks would fill the plane.
@@ -153,7 +153,8 @@ TEST(Packing, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
 
   const std::string message = message_of(recipe, *engine);
 
-  EXPECT_EQ(message.find("grains would overlap by about 0.1 of their diameter"), 0u) << message;
+  EXPECT_EQ(message.find("overlap of the grains would be about 0.1 of their diameter"), 0u)
+      << message;
   EXPECT_EQ(contact_strain(recipe), 0.1);
   recipe = paper_recipe(100, 20e3);
   recipe.void_ratio = -0.01;
@@ -380,7 +381,7 @@ TEST(Packing, UnmetVoidRatioNamesTheClosest)
                    "closest has 0.21"),
       0u)
       << message;
-  EXPECT_NE(message.find("take another seed or a larger tolerance"), std::string::npos);
+  EXPECT_NE(message.find("use another seed or a larger tolerance"), std::string::npos);
 }
 
 TEST(Packing, TooFewStepsReportTheProgress)

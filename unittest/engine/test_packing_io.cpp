@@ -222,7 +222,7 @@ TEST(PackingFile, MayNameTheContactLawBeforeItsParameters)
   EXPECT_EQ(message_after(said, "hooke", "hooke 2"),
             ":3: 'contact_law hooke 2' has 3 words; expected 'contact_law word'");
   EXPECT_EQ(message_after(two, "friction 0.5", "friction 0.5\ncontact_law hooke"),
-            ":6: contact_law stands behind a material value; it must be the first of them");
+            ":6: contact_law is after another material value; it must be the first one");
 }
 
 TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
@@ -245,7 +245,7 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_after(two, "mass_depth 1\n", "mass_depth 1\nrolling_friction -1\n"),
             ":12: rolling_friction is -1 [-]; it must not be negative");
   EXPECT_EQ(message_after(two, "mass_depth 1\n", "mass_depth 1\nwarp 1\n"),
-            ":12: 'warp' is not a material value; these are cell, normal_stiffness, "
+            ":12: 'warp' is not a material value; the material values are cell, normal_stiffness, "
             "tangential_stiffness, friction, density, local_damping, normal_viscosity, "
             "tangential_viscosity, thickness, mass_depth, rolling_stiffness, rolling_friction, "
             "rolling_viscosity");
@@ -269,7 +269,8 @@ TEST(PackingFile, BrokenFilesAreRefusedWithLineNumber)
             ":17: peculiar velocity is inf; it must be finite");
   EXPECT_EQ(message_after(two, "grains 2", "grains 3"),
             ":18: 'contacts 1' has 2 words; expected 'id radius s_x*2^64 s_y*2^64 c_x c_y spin'");
-  EXPECT_EQ(message_after(two, "1 2 -0.25", "1 1 -0.25"), ":19: contact joins grain 1 to itself");
+  EXPECT_EQ(message_after(two, "1 2 -0.25", "1 1 -0.25"),
+            ":19: contact connects grain 1 to itself");
   EXPECT_EQ(message_after(two, "end\n", ""), ":20: file ends where 'end' was expected");
   EXPECT_EQ(message_after(two, "0.1 0.01", "0.01 0.01").find(": cell width"), 0u);
 }
@@ -326,19 +327,19 @@ TEST(PackingFile, HasItsDimension)
     EXPECT_EQ(state.pairs[0].tangential_force[a], (std::vector<double>{-0.25, 0.5, 1.0})[a]);
 
   EXPECT_EQ(message_after(spheres, "", ""),
-            ":2: the packing is of spheres (dimension 3); one of plane disks (dimension 2) was "
+            ":2: the packing has spheres (dimension 3); a packing of plane disks (dimension 2) was "
             "expected");
   EXPECT_EQ(message_after<3>(disks, "", ""),
-            ":1: the packing is of plane disks (dimension 2); one of spheres (dimension 3) was "
+            ":1: the packing has plane disks (dimension 2); a packing of spheres (dimension 3) was "
             "expected");
   // The dimension is optional for disks.
   EXPECT_EQ(message_after(disks, "packing 1", "packing 2\ndimension 2"), "no error");
 
   RveStateOf<3> thick = state;
   thick.material.thickness = 0.075;
-  EXPECT_NE(message_of([&] {
-              write_packing(path, thick);
-            }).find("the thickness of spheres is 0.075 [length]; it must be 1: spheres have none"),
+  EXPECT_NE(message_of([&] { write_packing(path, thick); })
+                .find("the thickness of spheres is 0.075 [length]; it must be 1, because spheres "
+                      "have no thickness"),
             std::string::npos);
 }
 
@@ -352,7 +353,7 @@ TEST(PackingFile, OfSpheresIsRefusedWithLineNumberWhereItIsBroken)
   EXPECT_EQ(message_after<3>(two, "dimension 3", "dimension 4"),
             ":2: dimension of the packing is '4'; it must be an integer from 2 to 3");
   EXPECT_EQ(message_after<3>(two, "density 2650", "thickness 0.1"),
-            ":7: 'thickness' is not a material value of spheres; these are cell, "
+            ":7: 'thickness' is not a material value of spheres; the material values are cell, "
             "normal_stiffness, tangential_stiffness, friction, density, local_damping, "
             "normal_viscosity, tangential_viscosity, mass_scaling, rolling_stiffness, "
             "rolling_friction, twisting_stiffness, twisting_friction, rolling_viscosity, "
@@ -383,7 +384,7 @@ TEST(PackingFile, TextAfterTheEndIsRefused)
   const std::string two = TWO_GRAINS;
 
   EXPECT_EQ(message_after(two, "end\n", "end\n\ngpu_rve_packing 1\n"),
-            ":23: found 'gpu_rve_packing' behind 'end'; only blank lines and comments may follow");
+            ":23: found 'gpu_rve_packing' after 'end'; only blank lines and comments may follow");
   EXPECT_EQ(message_after(two, "end\n", "end\n \n# a comment\n"), "no error");
 }
 
@@ -419,8 +420,9 @@ TEST(PackingFile, ChecksumIsOfTheWords)
   EXPECT_EQ(
       message_after(two, "0.004", "0.003"),
       ":20: checksum is " + std::string(CHECKSUM_OF_TWO_GRAINS) +
-          ", that of the statements before it is 5f1acc47eb3f5c60: the file is damaged, or was "
-          "changed by hand; 'checksum none' in its place accepts it");
+          ", but the statements before it have checksum 5f1acc47eb3f5c60: the file is damaged, or "
+          "was changed by hand; to read it without this check, replace the checksum by 'checksum "
+          "none'");
 }
 
 TEST(PackingFile, MissingChecksumMustBeDeclared)
@@ -430,7 +432,8 @@ TEST(PackingFile, MissingChecksumMustBeDeclared)
   EXPECT_EQ(
       message_after(two, "checksum none\n", ""),
       ":20: there is no checksum before 'end': the file is damaged, or was written by hand or "
-      "by an earlier version; a line 'checksum none' before it accepts it");
+      "by an earlier version; to read it without this check, add the line 'checksum none' before "
+      "'end'");
   EXPECT_EQ(message_after(two, "checksum none", "checksum nine"),
             ":20: checksum is 'nine'; it must be 16 hexadecimal digits, or none");
   EXPECT_EQ(message_after(two, "0.004", "0.003"), "no error");

@@ -248,7 +248,7 @@ TEST(PackingLibrary, BrokenFilesAreRefusedWithLineNumber)
   EXPECT_EQ(message_of([&] { read_library(path + ".none"); }),
             "cannot open packing file " + path + ".none: No such file or directory");
   EXPECT_NE(message_after(text, "end_library", "end_library\npacking 2")
-                .find("found 'packing' behind 'end_library'"),
+                .find("found 'packing' after 'end_library'"),
             std::string::npos);
 }
 
@@ -307,7 +307,7 @@ TEST(PackingLibrary, InconsistentIndexIsRefused)
             std::string::npos);
   library.index[0].num_grains = 31;
   EXPECT_EQ(message_of([&] { write_library(path, library); }),
-            path + ": packing 0 of the library has 30 grains; its index says 31");
+            path + ": packing 0 of the library has 30 grains, but its index gives 31");
 }
 
 TEST(PackingLibrary, AnEmptyOneIsNotWritten)

@@ -752,7 +752,7 @@ TEST_P(Rolling, IsRefusedByAnEngineThatWasMadeWithoutIt)
   with_forces.pairs.push_back({0, 1, 0.0, 1.0});
   const std::string word = word_of(law());
   const std::string message = "the RVE has contact law " + word +
-      " with rolling resistance, and the engine was made for RVEs with contact law " + word;
+      " with rolling resistance, but the engine was created for RVEs with contact law " + word;
 
   EXPECT_EQ(message_of([&] { engine->add(Rolling::packing()); }), message);
   EXPECT_EQ(message_of([&] { engine->add(with_forces); }), message);

@@ -156,9 +156,9 @@ TEST_F(RuntimeKernels, FailureToStoreThemIsReported)
   EXPECT_FALSE(compile(SMALL, NEWER_THAN_THE_COMPILER, cache).code.empty());
   ASSERT_EQ(log.size(), 2u);
   EXPECT_EQ(log[0],
-            "no compiled kernel is taken from the cache: " + folder +
-                " is open to others: chmod 700 " + folder);
-  EXPECT_NE(log[1].find(", but could not keep it for the next run: " + folder), std::string::npos)
+            "the cache of compiled kernels cannot be read: " + folder +
+                " is accessible to other users; run chmod 700 " + folder);
+  EXPECT_NE(log[1].find(", but could not store it in the cache: " + folder), std::string::npos)
       << log[1];
   std::filesystem::remove_all(folder);
 }

@@ -83,8 +83,8 @@ TEST(CudaVariants, MissingCompilerIsReportedWithTheContacts)
     const CudaVariants variants(options, 90);
     EXPECT_EQ(variants.obstacle(KernelVariant::Rolling, ""), "");
     EXPECT_EQ(variants.obstacle(KernelVariant::Rolling, "there is no compiler"),
-              "kernels for RVEs with contact law hooke with rolling resistance are compiled while "
-              "the program runs, and cannot be: there is no compiler");
+              "kernels for RVEs with contact law hooke with rolling resistance must be compiled at "
+              "run time, which is not possible: there is no compiler");
   }
   const CudaVariants variants(options, 90);
   const std::string of_linear = variants.obstacle(KernelVariant::General, "there is no compiler");

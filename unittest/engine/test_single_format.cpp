@@ -138,7 +138,7 @@ TEST(SingleFormat, ExistsOnCpusOnly)
   options.format = Format::Single;
   options.device = Device::Cuda;
   EXPECT_EQ(message_of([&] { make_engine(options); }),
-            "the number format single is for studies and exists on CPUs only");
+            "number format single is available on CPUs only; use fast, mixed or double");
   options.device = Device::Auto;
   {
     const Environment nothing("GPU_RVE_REQUIRE_CUDA", nullptr);
@@ -147,8 +147,8 @@ TEST(SingleFormat, ExistsOnCpusOnly)
   // If a device is required, the format is an error unless the CPU was chosen.
   const Environment demand("GPU_RVE_REQUIRE_CUDA", "1");
   EXPECT_EQ(message_of([&] { make_engine(options); }),
-            "GPU_RVE_REQUIRE_CUDA=1 forbids the CPU, and the number format single exists on CPUs "
-            "only; use fast, mixed or double, or choose the device cpu");
+            "GPU_RVE_REQUIRE_CUDA=1 forbids the CPU, but number format single is available on CPUs "
+            "only; use fast, mixed or double, or device cpu");
   options.device = Device::Cpu;
   EXPECT_NE(make_engine(options)->description().find("CPU"), std::string::npos);
 }
@@ -157,7 +157,6 @@ TEST(SingleFormat, ExistsForDisksOnly)
 {
   Options options = cpu_options(Format::Single);
   options.contacts.dimension = 3;
-  EXPECT_EQ(
-      message_of([&] { make_engine<3>(options); }),
-      "the number format single is for studies of disks; spheres have fast, mixed and double");
+  EXPECT_EQ(message_of([&] { make_engine<3>(options); }),
+            "number format single supports disks only; use fast, mixed or double for spheres");
 }

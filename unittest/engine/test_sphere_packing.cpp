@@ -227,9 +227,10 @@ TEST(SpherePacking, GrainsThatWouldOverlapTooMuchAreAnErrorBeforeAnythingRuns)
       message_of([&] { generate_packing(sphere_recipe(100, 1e7), *engine); });
 
   EXPECT_EQ(
-      message.find("grains would overlap by about 0.075 of their diameter, pressure * diameter "
-                   "/ kn; it must be at most 0.05. With kn 1000000 [force/length] and diameter "
-                   "0.0075 [length] the pressure must be at most 6666666"),
+      message.find(
+          "overlap of the grains would be about 0.075 of their diameter (pressure * "
+          "diameter / kn); it must be at most 0.05. With kn 1000000 [force/length] and diameter "
+          "0.0075 [length], the pressure must be at most 6666666"),
       0u)
       << message;
 }

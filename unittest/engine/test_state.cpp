@@ -106,19 +106,20 @@ TEST(RveState, WrongNumbersAreNamedWithValueUnitAndRange)
   expect_contains(message_after([](RveState &s) { s.velocity[3] = NOT_A_NUMBER; }),
                   "peculiar velocity of grain 2 is nan [length/time]");
   expect_contains(message_after([](RveState &s) { s.spin.pop_back(); }),
-                  "RVE has 1 spins; its grains ask for 2");
+                  "RVE has 1 spins; it must have 2");
   expect_contains(message_after([](RveState &s) { s.cell(1, 1) = -0.2; }), "cell area");
   expect_contains(
       message_after([](RveState &s) { s.cell(1, 1) = 0.02; }),
       "cell width perpendicular to cell vector 0 is 0.02 [length]; it must exceed twice the "
       "largest contact distance, 0.02");
-  expect_contains(message_after([](RveState &s) { s.pairs[0].second = 2; }), "grains are 1 to 2");
+  expect_contains(message_after([](RveState &s) { s.pairs[0].second = 2; }),
+                  "grain numbers are 1 to 2");
   expect_contains(message_after([](RveState &s) { s.pairs[0].second = 0; }),
-                  "joins grain 1 to itself");
+                  "connects grain 1 to itself");
   expect_contains(message_after([](RveState &s) {
                     s.pairs.push_back({1, 0, 2.0});
                   }),
-                  "grains 1 and 2 are paired twice");
+                  "grains 1 and 2 form a pair twice");
   expect_contains(message_after([](RveState &s) { s.list_cell = s.cell; }), "list coordinates");
   expect_contains(message_after([](RveState &s) {
                     s = RveState{};

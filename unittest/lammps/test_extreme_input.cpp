@@ -149,8 +149,8 @@ TEST(ExtremeInput, RveWithoutContactsGivesAWarning)
   const std::string log =
       log_of(fix(PACKING, "dt 5e-5 substeps 10 drive velocity_gradient xx 10 yy 10") + "run 40");
   EXPECT_IN("in the RVE of atom 1 at step", log);
-  EXPECT_IN("no grains touch", log);
-  EXPECT_IN("the packing is a gas", log);
+  EXPECT_IN("the packing has no contacts", log);
+  EXPECT_IN("its stress is zero", log);
 }
 
 TEST(ExtremeInput, ServoThatNeverReachesItsGoalGivesAWarning)
@@ -160,7 +160,7 @@ TEST(ExtremeInput, ServoThatNeverReachesItsGoalGivesAWarning)
                  "dt 5e-5 substeps 10 dt_check 20 servo yy -2e4 servo_max_rate 1e-3 "
                  "drive velocity_gradient xx 5") +
              "run 200");
-  EXPECT_IN("the servo strains at its largest rate, 0.001 [1/time]", log);
+  EXPECT_IN("the stress servo is at its largest strain rate, 0.001 [1/time]", log);
   EXPECT_IN("away from its goal", log);
 }
 

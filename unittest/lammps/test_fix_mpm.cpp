@@ -574,7 +574,7 @@ TEST(FixMpmErrors, NamePointsThatCannotBeCreatedInARun)
       points_in_box(4, 2, 4) +
       "timestep 0.002\nfix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000\nrun 1\n"
       "create_atoms 1 single 1.5 4.5 0\nrun 1 pre no\n");
-  EXPECT_NE(without_setup.find("has no volume yet: it was created after the run has been set up"),
+  EXPECT_NE(without_setup.find("has no volume: it was created after the setup of the run"),
             std::string::npos)
       << without_setup;
 }

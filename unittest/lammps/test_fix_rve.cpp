@@ -819,8 +819,8 @@ TEST(Warnings, NameValueLimitAndRemedyOnce)
 
   EXPECT_IN("WARNING: fix rve: in the RVE of atom", log);
   EXPECT_IN("(and 3 others, 100 % of the RVEs) at step 5, the inertial number is 0.0", log);
-  EXPECT_IN("above the 0.001 of quasi-static deformation", log);
-  EXPECT_IN("use a lower rate", log);
+  EXPECT_IN("above 0.001, the limit of quasi-static deformation", log);
+  EXPECT_IN("use a lower strain rate", log);
   EXPECT_EQ(log.find("inertial", log.find("inertial") + 1), std::string::npos);
 }
 
@@ -877,7 +877,7 @@ TEST(Warnings, AppearForCellSizesUnderStrainAndForInitialOverlaps)
                                  " drive velocity_gradient xy 10\nrun 1\nrun 2");
 
   EXPECT_IN("fix rve grains: cells are at least 5.8 grains wide", log);
-  const std::size_t warning = log.find("grains wide, below the 16 of a shear band");
+  const std::size_t warning = log.find("grains wide, below 16, the width of a shear band");
   ASSERT_NE(warning, std::string::npos);
   EXPECT_GT(warning, log.find("Step", log.find("Step") + 1)) << "a strain of 1 % makes no band";
   EXPECT_IN("use more grains", log);
@@ -887,7 +887,7 @@ TEST(Warnings, AppearForCellSizesUnderStrainAndForInitialOverlaps)
   std::string stiff = make;
   stiff.replace(stiff.find("kn 1e6"), 6, "kn 1e9");
   const std::string fix = "fix grains all rve " + path + " format ";
-  EXPECT_IN("that format fast resolves to one in a thousand; use format mixed or double",
+  EXPECT_IN("that format fast resolves within 0.1 %; use format mixed or double",
             log_of(FOUR_ATOMS + stiff + fix + "fast\nrun 0"));
   EXPECT_EQ(log_of(FOUR_ATOMS + fix + "mixed\nrun 0").find("resolves"), std::string::npos);
 }
@@ -1309,8 +1309,8 @@ TEST(ContactWords, UnsupportedLammpsOptionsAreNamed)
             "granular",
             message_with("hooke 1e6 50 " + history));
   EXPECT_IN(
-      "rolling viscosity is 3 [force time/length], and the rolling stiffness is 0; it must be "
-      "above 0 beside a viscosity",
+      "rolling viscosity is 3 [force time/length], but rolling stiffness is 0; with a rolling "
+      "viscosity it must be above 0",
       message_with(hooke + history + "rolling sds 0 3 0.1"));
   EXPECT_IN("contact twisting model is 'coulomb'; it must be sds, marshall or none",
             message_with(hooke + history + "twisting coulomb"));
@@ -1391,7 +1391,7 @@ TEST(FixRveMessage, FailedRveNamesAtomAndReason)
 
   EXPECT_IN("RVE of atom 2 failed at step", message);
   EXPECT_IN("overlap too large", message);
-  EXPECT_IN("use a shorter DEM time step, strain the grains more slowly, or use a larger kn; with "
+  EXPECT_IN("use a shorter DEM time step, a lower strain rate or a larger kn; with "
             "policy freeze the run goes on without this RVE",
             message);
 }

@@ -272,7 +272,7 @@ TEST(SpheresOfFixRve, WarningsNameLimitsOfSpheres)
       file_of("squeezed.rve", rve_test::face_centred_cubic(lattice_material(), 2, RADIUS, 4e-4));
   const std::string log = log_of(atoms_in(3) + fix_with(squeezed) + "\nrun 0");
 
-  EXPECT_IN("spheres that overlap more are no grains that touch", log);
+  EXPECT_IN("such overlaps of spheres cause errors of the same size", log);
   EXPECT_IN("of its width along x", log);
 }
 

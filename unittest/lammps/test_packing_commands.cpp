@@ -258,8 +258,8 @@ TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
   const std::string message =
       message_of("create_rve none.rve" + without(RECIPE, "thickness 0.075"));
 
-  EXPECT_IN("create_rve: grains would overlap by about 0.1 of their diameter, pressure * thickness "
-            "/ kn; it must be at most 0.05",
+  EXPECT_IN("create_rve: overlap of the grains would be about 0.1 of their diameter (pressure * "
+            "thickness / kn); it must be at most 0.05",
             message);
   EXPECT_IN("the pressure must be at most 50000 [stress]", message);
   EXPECT_IN("kn must be at least 2000000", message);

@@ -344,7 +344,7 @@ static std::string log_of_collision(const std::string &dt)
 // A contact of few steps loses energy that no dashpot dissipates, which the energy balance shows.
 TEST(TimeStep, WarnsOfAnOpenEnergyBalance)
 {
-  const std::string warning = "the energy balance is open";
+  const std::string warning = "the error of the energy balance is";
 
   EXPECT_IN(warning, log_of_collision("auto 0.9"));
   EXPECT_EQ(log_of_collision("auto 0.05").find(warning), std::string::npos);

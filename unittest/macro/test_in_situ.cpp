@@ -131,7 +131,7 @@ TEST(HeightProfile, ALevelWithoutPointsHasTheDensityBelow)
 TEST(HeightProfile, NamesInvalidInput)
 {
   EXPECT_EQ(rve_test::message_of([] { HeightProfile(0.0, -1.0, {1.0}); }),
-            "levels of the ground are -1 [length] thick; they must be thicker than 0");
+            "thickness of the levels of the ground is -1 [length]; it must be greater than 0");
   EXPECT_EQ(rve_test::message_of([] {
               HeightProfile(0.0, 1.0, {0.0, 1.0});
             }),
@@ -192,8 +192,8 @@ TEST(GroundAtRest, DensitiesThatDoNotConvergeAreAnError)
       rve_test::message_of([&] {
         while (!ground.settles({density *= 1.25}, {})) {}
       }),
-      "density and stress of the RVEs do not settle: in round 10 the density of a level still "
-      "changes by 0.25 of itself");
+      "density and stress of the RVEs do not converge: in iteration 10 the relative change of the "
+      "density of a level is still 0.25");
 }
 
 TEST(InSitu, DisksAreBroughtToTheStressOfTheirDepthAndStayThere)
@@ -295,7 +295,7 @@ TEST(InSitu, StressesThatCannotBeReachedAreErrorsSoon)
   expect_in("the tolerance of the stress in situ is 1e-30 [stress]; it must be at least 2e-09",
             message(-2e4, -2e4, 0.0, 1e-30));
   expect_in("the grains still flow", message(-4e3, -2e4, 0.0, 1.0));
-  expect_in("the grains are at rest, and the stress comes no nearer than",
+  expect_in("the grains are at rest, but the stress differs from its goal by",
             message(-1e-30, -1e-30, 0.0, 1e-35));
 }
 

@@ -181,8 +181,9 @@ TEST(PathTable, RefusesInvalidTables)
     }
     return std::string();
   };
-  expect_in("t.csv:2: the time 1 is not after", message("1 2\n1 3\n"));
-  expect_in("t.csv:2: the row has 3 numbers, others have 2", message("1 2\n2 3 4\n"));
+  expect_in("t.csv:2: the time 1 must be greater than that of the row before",
+            message("1 2\n1 3\n"));
+  expect_in("t.csv:2: the row has 3 numbers, but the rows before have 2", message("1 2\n2 3 4\n"));
   expect_in("'nan' is not a finite number", message("0 nan\n"));
   expect_in("has no column '9'; it must be a number from 2 to 2, or one of p",
             message("t p\n0 1\n"));
@@ -211,10 +212,11 @@ TEST(PathTable, NamesTheLineOfAnError)
     }
     return std::string("none");
   };
-  expect_in("t.csv:1: '02 -0' is not a finite number; a row has commas between its numbers, or "
-            "blanks, and decimals have a point",
+  expect_in("t.csv:1: '02 -0' is not a finite number; numbers of a row must be separated by "
+            "commas or blanks, and have a decimal point",
             message("0,02 -0,002\n"));
-  expect_in("t.csv:2: the row has 4 numbers, others have 2", message("0 0\n0,02,-0,002\n"));
+  expect_in("t.csv:2: the row has 4 numbers, but the rows before have 2",
+            message("0 0\n0,02,-0,002\n"));
   expect_in("t.csv:1: '0s' is not a finite number", message("0s 0\n0.02 -0.002\n"));
   expect_in("t.csv:1: '\"0\"' is not a finite number", message("\"0\" \"0\"\n1 0\n"));
   expect_in("t.csv:1: 'nan' is not a finite number", message("nan 0\n1 0\n"));
@@ -224,7 +226,8 @@ TEST(PathTable, NamesTheLineOfAnError)
             message("\xE2\x88\x92"
                     "1 0\n1 0\n"));
   expect_in("t.csv:2: 's' is not a finite number", message("t e\ns -\n0 0\n"));
-  expect_in("t.csv:2: the row has 2 numbers, and there are 4 names", message("t [s] e [-]\n0 0\n"));
+  expect_in("t.csv:2: the row has 2 numbers, but the first row has 4 names",
+            message("t [s] e [-]\n0 0\n"));
   expect_in("t.csv:1: two columns have the name 'e'", message("t e e\n0 1 2\n"));
   expect_in("t.csv:1: '2' is a number among names", message("t 2\n0 1\n"));
   expect_in("t.csv:2: a field before or after a comma is empty", message("0,0\n1,,2\n"));
@@ -317,14 +320,15 @@ TEST(LoadPath, NamesInvalidInput)
   expect_in("it must be a whole number from 1 to 1", message_of("stage repeat 3 2"));
   expect_in("b is 2 [-]; it must be from 0 to 1", message_of("stage stress b zz yy xx 2"));
   expect_in("the first one must be below", message_of("stage reverse strain zz 1 -1"));
-  expect_in("there are two paths a", message_of("path a stage path a stage"));
+  expect_in("two paths have the name a", message_of("path a stage path a stage"));
   expect_in("did you mean until", message_of("stage untl time > 3"));
   expect_in("there is no t.csv", message_of("stage rate zz table t.csv 2"));
-  expect_in("leave nothing", message_of("stage rate volume 0 rate xx-yy 0 stress p 1"));
+  expect_in("a stress goal cannot be reached",
+            message_of("stage rate volume 0 rate xx-yy 0 stress p 1"));
   expect_in("at least one stage", message_of("# nothing"));
   expect_in("is 1.0000000001; it must be a whole number",
             message_of("stage repeat 1.0000000001 1"));
-  expect_in("paths:1: the stage ends by cycles, and nothing reverses it",
+  expect_in("paths:1: the stage ends after a number of cycles, but it has no reversal",
             message_of("stage rate zz 1 until cycles > 2"));
   expect_in("radius of the circle is 30000 [stress], and a normal stress would be a tension, which "
             "grains without cohesion do not carry; it must be at most 24494.8974",

@@ -132,9 +132,10 @@ TEST(PointTrouble, NonFiniteValuesAreReportedAndNotSummed)
   expect_contains(with([&](Scene &s) { s.mass[0] = 0.0; }), "positive mass, got 0");
   expect_contains(with([&](Scene &s) { s.volume[0] = -1.0; }), "positive volume, got -1");
   expect_contains(with([&](Scene &s) { s.half_size[0][0] = 0.6; }), "half sizes in (0, 0.5]");
-  expect_contains(with([&](Scene &s) { s.model[0] = 1; }), "constitutive model 1, but there are 1");
+  expect_contains(with([&](Scene &s) { s.model[0] = 1; }),
+                  "constitutive model 1, but the number of models is 1");
   expect_contains(with([&](Scene &s) { s.rigid_body[0] = 0; }),
-                  "rigid body 0, but there are only 0");
+                  "rigid body 0, but the number of rigid bodies is 0");
 }
 
 TEST(PointTrouble, SumsOutOfRangeAreRefused)
@@ -164,7 +165,7 @@ TEST(Traction, OutsideOfTheLocalPointsIsRefused)
   load.point_index = {1};
   const std::string message =
       message_of<rve::InputError>([&] { set.solver.step(set.scene.view(), {load}, 1e-3); });
-  expect_contains(message, "traction on point index 1, allowed are 0 to 0");
+  expect_contains(message, "point index of a traction is 1; it must be from 0 to 0");
 }
 
 TEST(CflNumber, IsTheFastestSignalOverTheCell)

@@ -709,11 +709,11 @@ TEST(ConvexBody, RefusesPointsOutsideAndThinBodies)
   };
   EXPECT_EQ(message({{{0.6, 0.8}}, {{1.0, 0.8}}, {{0.8, 1.2}}}), "");
   EXPECT_EQ(message({{{0.6, 1.1}}, {{1.0, 1.1}}, {{0.8, 1.5}}}),
-            "rigid body 0 has points whose center of mass, 0.8 1, is 0.1 outside of its vertices; "
-            "allowed is half a cell, 0.05 [length]");
+            "rigid body 0 has points whose center of mass, 0.8 1, is 0.1 [length] outside of its "
+            "vertices; it must be at most half a cell, 0.05 [length]");
   EXPECT_EQ(message({{{0.6, 0.8}}, {{1.0, 1.2}}, {{0.95, 1.25}}, {{0.55, 0.85}}}),
-            "rigid body 0 must be as wide as a cell at least, from each face to the vertex "
-            "opposite, 0.1, got 0.0707106781 [length]");
+            "rigid body 0 must be at least one cell wide from each face to the opposite vertex, "
+            "0.1 [length], got 0.0707106781 [length]");
 }
 
 namespace {
@@ -818,11 +818,12 @@ TEST(TurningBody, RefusesInvalidOptions)
   };
   mpm::RigidBodyOptions body;
   body.form = BodyForm::Cylinder;
-  EXPECT_EQ(message(body), "rigid body block is a cylinder, which needs space");
+  EXPECT_EQ(message(body), "rigid body block is a cylinder, which requires three dimensions");
   body.form = BodyForm::Box;
   body.friction = 0.3;
   EXPECT_EQ(message(body),
-            "rigid body block is rough and has a coefficient of friction: one of the two");
+            "rigid body block is rough and has a coefficient of friction; only one of the two "
+            "is allowed");
   body.rough = false;
   body.friction = -0.1;
   EXPECT_EQ(message(body),
@@ -833,6 +834,6 @@ TEST(TurningBody, RefusesInvalidOptions)
   body.form = BodyForm::Face;
   body.free = 1;
   EXPECT_EQ(message(body),
-            "rigid body block presses with one face: forces, friction and turning are for other "
-            "forms");
+            "rigid body block presses with one face, which supports no forces, friction or "
+            "rotation: use another form");
 }

@@ -120,16 +120,16 @@ capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size
   const std::size_t size = batch.size();
   capi::Members all;
   if (!which) {
-    require(count == size, "count is ", count, "; all RVEs are ", size);
+    require(count == size, "count is ", count, "; it must be the number of RVEs, ", size);
     all.resize(size);
     std::iota(all.begin(), all.end(), std::size_t(0));
     return all;
   }
-  require(count <= size, "count is ", count, "; there are ", size, " RVEs");
+  require(count <= size, "count is ", count, "; it must be at most the number of RVEs, ", size);
   std::vector<char> seen(size, 0);
   for (std::size_t k = 0; k < count; ++k) {
     require(which[k] < size, "which[", k, "] is ", which[k], "; it must be below ", size);
-    require(!seen[which[k]]++, "which has RVE ", which[k], " twice");
+    require(!seen[which[k]]++, "which contains RVE ", which[k], " twice");
     all.push_back(which[k]);
   }
   return all;
@@ -152,7 +152,7 @@ template <class Number> class CallerArray {
   {
     if (arrays == Arrays::OnHost || !array) return;
     require(batch.cuda_device() >= 0, name,
-            " may not be in the memory of a device: the batch is on ", batch.description(),
+            " must not be in the memory of a device: the batch is on ", batch.description(),
             "; use the function without _device");
     if (!rve::is_on_device(array, name, batch.cuda_device())) return;
     device_ = batch.cuda_device();
@@ -304,7 +304,7 @@ int rve_packing_restore(const void *bytes, size_t size, rve_packing **packing)
   return guarded({{bytes, "bytes"}, {packing, "packing"}}, [&] {
     const char *begin = static_cast<const char *>(bytes);
     const capi::SavedHeader header = capi::header_of(begin, size);
-    require(header.count == 1, "there are ", header.count, " saved RVEs; a packing is one");
+    require(header.count == 1, "the bytes have ", header.count, " saved RVEs; they must have one");
     *packing = header.dimension == 3 ? new rve_packing{capi::states_in<3>(begin, header).front()}
                                      : new rve_packing{capi::states_in<2>(begin, header).front()};
   });
@@ -379,7 +379,7 @@ int rve_batch_create(const rve_packing *const *packings, size_t count, const cha
                      rve_batch **batch)
 {
   return guarded({{batch, "batch"}, {packings, "packings"}}, [&] {
-    require(count > 0, "count is 0; a batch has at least one RVE");
+    require(count > 0, "count is 0; a batch must have at least one RVE");
     const std::vector<const rve_packing *> all(packings, packings + count);
     for (const rve_packing *packing : all) require_pointers({{packing, "a packing"}});
     *batch = capi::make_batch(all, capi::read_options(text_or_empty(options))).release();
@@ -531,7 +531,7 @@ int rve_batch_set_packing(rve_batch *batch, size_t which, const rve_packing *pac
 {
   return guarded({{batch, "batch"}, {packing, "packing"}}, [&] {
     require(capi::dimension_of(packing->state) == batch->dimension(),
-            "the packing has grains of another dimension than the batch");
+            "the packing and the batch have grains of different dimensions");
     batch->set_state(chosen(*batch, &which, 1)[0], packing->state);
   });
 }

@@ -32,7 +32,7 @@ namespace {
   {
     constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
     require(rows <= most / std::max(columns, std::size_t(1)),
-            "table would have more numbers than memory can have");
+            "table would be larger than the address space");
     return rows * columns;
   }
 
@@ -59,9 +59,8 @@ namespace {
       for (int a = 0; a < D && drive.substeps == 0; ++a)
         for (int b = 0; b < D; ++b)
           require(drive.deformation(a, b) == (a == b ? 1.0 : 0.0), "increment component ", "xyz"[a],
-                  "xyz"[b], " is ", drive.deformation(a, b),
-                  " with 0 substeps; it must be that of the identity, since no step can deform the "
-                  "RVE");
+                  "xyz"[b], " is ", drive.deformation(a, b), " with 0 substeps; it must be ",
+                  a == b ? 1 : 0, ", because the RVE does not deform without substeps");
     } catch (const rve::InputError &e) {
       throw rve::InputError(rve::concat("RVE ", which, ": ", e.what()));
     }
@@ -72,16 +71,17 @@ namespace {
   template <int D> macro::LoadPathsOf<D> paths_of(const PathOrder &order, std::size_t num_rves)
   {
     require(order.dt > 0.0 && std::isfinite(order.dt), "dt is ", order.dt,
-            "; it must be positive [time]");
+            " [time]; it must be positive");
     require(order.substeps > 0, "substeps is ", order.substeps, "; it must be at least 1");
     macro::LoadPathsOf<D> paths(macro::path_words(order.path, "path"), text_of);
     require(paths.script_names().empty(), [&] {
-      return "the path has v_" + paths.script_names().front() + "; there are no variables here";
+      return "the path has v_" + paths.script_names().front() +
+          "; variables are available in scripts of LAMMPS only";
     });
     require(paths.size() == 1 || paths.size() == static_cast<int>(num_rves), "there are ",
             paths.size(), " paths; there must be 1, or one for each of the ", num_rves, " RVEs");
     require(order.calls < std::numeric_limits<std::size_t>::max(), "calls is ", order.calls,
-            "; there are too many");
+            ", which is too large");
     return paths;
   }
 
@@ -223,7 +223,7 @@ namespace {
     {
       const auto [format, probing] = read_tangent_options(words, options.format);
       require(strain_rates || probing.kind == macro::TangentKind::Elastic,
-              "strain_rates is a null pointer; kind loading needs the directions of straining");
+              "strain_rates is a null pointer; kind loading needs strain rates");
       rve::Options of_copies = options;
       of_copies.format = format;
       of_copies.arithmetic = rve::Arithmetic::Strict;
@@ -263,7 +263,7 @@ namespace {
     void restore(const char *bytes, std::size_t size) override
     {
       const SavedHeader header = header_of(bytes, size);
-      require(header.dimension == D, "these are RVEs of dimension ", header.dimension,
+      require(header.dimension == D, "the saved RVEs have dimension ", header.dimension,
               "; the batch has dimension ", D);
       require(header.count == members.size(), "there are ", header.count,
               " saved RVEs; the batch has ", members.size());
@@ -503,9 +503,9 @@ namespace {
     std::vector<rve::RveStateOf<D>> states;
     for (const rve_packing *packing : packings) {
       const auto *state = std::get_if<rve::RveStateOf<D>>(&packing->state);
-      require(state != nullptr, "packing 0 is of ", D == 2 ? "disks" : "spheres", ", and packing ",
-              states.size(), " of ", D == 2 ? "spheres" : "disks",
-              "; all of a batch must have the same grains");
+      require(state != nullptr, "packing 0 has ", D == 2 ? "disks" : "spheres", ", but packing ",
+              states.size(), " has ", D == 2 ? "spheres" : "disks",
+              "; all packings of a batch must have the same dimension");
       states.push_back(*state);
     }
     return std::make_unique<Batch<D>>(states, options);

@@ -76,8 +76,9 @@ std::vector<double> array_named(const AnyState &packing, const std::string &name
         if (name == "position") return state.positions();
         if (name == "velocity") return state.velocity;
         if (name == "spin") return state.spin;
-        throw rve::InputError("there is no array '" + name +
-                              "'; there are cell, deformation, radius, position, velocity, spin");
+        throw rve::InputError(
+            "there is no array '" + name +
+            "'; the arrays are cell, deformation, radius, position, velocity, spin");
       },
       packing);
 }

@@ -62,10 +62,10 @@ std::vector<char> saved(int dimension, std::size_t count,
 SavedHeader header_of(const char *bytes, std::size_t size)
 {
   SavedHeader header{};
-  require(size >= sizeof(header), "these are not saved RVEs: there are too few bytes");
+  require(size >= sizeof(header), "the bytes are not saved RVEs: there are too few of them");
   std::memcpy(&header, bytes, sizeof(header));
   require(has_magic(header, MAGIC) || has_magic(header, FIRST_MAGIC),
-          "these are not bytes of rve_save, or they have the byte order of another machine");
+          "the bytes are not those of rve_save, or have the byte order of another machine");
   require(header.bytes == size &&
               header.checksum == checksum_of(header, bytes + sizeof(header), size - sizeof(header)),
           "the saved RVEs are damaged");

@@ -90,8 +90,8 @@ namespace {
     void require_known() const
     {
       if (!found)
-        throw rve::InputError("there is no word '" + entry.word + "'" +
-                              rve::did_you_mean(entry.word, known, "there are"));
+        throw rve::InputError("unknown keyword '" + entry.word + "'" +
+                              rve::did_you_mean(entry.word, known, "the keywords are"));
     }
 
    private:
@@ -235,8 +235,9 @@ Order read_recipe(const std::string &text)
   rve::require(missing.empty(), "the recipe lacks ", missing);
   // the rules and defaults below are those of create_rve
   rve::require(!order.recipe.void_ratio || order.recipe.preparation_friction == 0.0,
-               "void_ratio finds friction_prep itself; friction_prep is ",
-               order.recipe.preparation_friction, ", give one of them");
+               "void_ratio and friction_prep exclude each other: void_ratio determines the "
+               "preparation friction; friction_prep is ",
+               order.recipe.preparation_friction);
   if (is_linear && !has("kt")) material.tangential_stiffness = material.normal_stiffness;
   if (material.rolling_friction > 0.0 && !has("kr")) {
     rve::require(is_linear, "rolling_friction is ", material.rolling_friction,
@@ -257,8 +258,10 @@ rve::MaterialMember parameter_named(const std::string &keyword, rve::ContactLaw 
     if (keyword == parameter.keyword) return parameter.member;
     known.emplace_back(parameter.keyword);
   }
-  throw rve::InputError("there is no parameter '" + keyword + "' of such grains" +
-                        rve::did_you_mean(keyword, known, "there are"));
+  throw rve::InputError("there is no parameter '" + keyword + "' of " +
+                        (dimension == 2 ? "disks" : "spheres") + " with contact law " +
+                        rve::word_of(law) +
+                        rve::did_you_mean(keyword, known, "the parameters are"));
 }
 
 }    // namespace capi

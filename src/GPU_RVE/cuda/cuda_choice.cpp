@@ -105,16 +105,14 @@ std::string driver_obstacle(DriverError driver_error, int driver_version, int ru
 {
   switch (driver_error) {
     case DriverError::NoDriver:
-      return "there is no NVIDIA driver here (a container sees that of its host when it is started "
-             "with "
-             "its GPUs)";
+      return "no NVIDIA driver was found (a container must be started with the GPUs of its host)";
     case DriverError::OldDriver:
-      return "the NVIDIA driver is too old: it is made for CUDA " + version_text(driver_version) +
-          ", this program for " + version_text(runtime_version) +
+      return "the NVIDIA driver is too old: it supports CUDA " + version_text(driver_version) +
+          ", but this program needs CUDA " + version_text(runtime_version) +
           "; update the driver, or build with CUDA " + version_text(driver_version) + " or older";
     case DriverError::NoDevice:
-      return visible ? "there is no CUDA device among those that CUDA_VISIBLE_DEVICES='" +
-              std::string(visible) + "' leaves; unset it to use all"
+      return visible ? "no CUDA device is visible with CUDA_VISIBLE_DEVICES='" +
+              std::string(visible) + "'; unset it to use all devices"
                      : std::string("there is no CUDA device");
     default:
       return "no CUDA device can be used (" + words + ")";

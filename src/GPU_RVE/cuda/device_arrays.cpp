@@ -20,7 +20,7 @@ bool is_on_device(const double *array, const char *name, int device)
   check_cuda(cudaPointerGetAttributes(&attributes, array), "memory of an array");
   if (attributes.type != cudaMemoryTypeDevice) return false;
   require(attributes.device == device, name, " is in the memory of CUDA device ", attributes.device,
-          "; it must be in that of device ", device, ", where the RVEs are, or of the host");
+          "; it must be in the memory of device ", device, ", which has the RVEs, or of the host");
   return true;
 }
 

@@ -125,8 +125,8 @@ template <class T> class DeviceBuffer {
     if (count == 0) return host;
     check_cuda(cudaMemcpyAsync(host, memory.get() + first, count * sizeof(T),
                                cudaMemcpyDeviceToHost, stream),
-               "download beside kernels");
-    check_cuda(cudaStreamSynchronize(stream), "download beside kernels");
+               "download during kernels");
+    check_cuda(cudaStreamSynchronize(stream), "download during kernels");
     return host;
   }
 
@@ -143,7 +143,8 @@ class SideStream {
   {
     if (!stream) {
       cudaStream_t created = nullptr;
-      check_cuda(cudaStreamCreateWithFlags(&created, cudaStreamNonBlocking), "a stream for copies");
+      check_cuda(cudaStreamCreateWithFlags(&created, cudaStreamNonBlocking),
+                 "creation of a stream for copies");
       stream.reset(created);
     }
     return stream.get();
@@ -162,7 +163,7 @@ class Milestone {
     if (!event) {
       cudaEvent_t created = nullptr;
       check_cuda(cudaEventCreateWithFlags(&created, cudaEventDisableTiming),
-                 "an event to wait for");
+                 "creation of an event");
       event.reset(created);
     }
     check_cuda(cudaEventRecord(event.get(), nullptr), "record of an event");

@@ -92,10 +92,8 @@ Nvrtc::Nvrtc(const std::vector<std::string> &libraries) : functions_(new Functio
     tried += (tried.empty() ? "" : ", ") + name;
   }
   if (!functions_->library) {
-    obstacle_ = "the compiler of the CUDA Toolkit for running programs is not found (tried " +
-        tried +
-        "): install it, cuda-nvrtc-13-0 of NVIDIA's packages for CUDA 13.0, say, and add its "
-        "folder "
+    obstacle_ = "the run-time compiler of the CUDA Toolkit, NVRTC, was not found (tried " + tried +
+        "): install it, for example the package cuda-nvrtc-13-0 for CUDA 13.0, and add its folder "
         "to LD_LIBRARY_PATH";
     return;
   }
@@ -134,7 +132,7 @@ std::string Nvrtc::target_for(int capability) const
   for (const int number : known)
     if (number < capability) newest = std::max(newest, number);
   if (newest == 0)
-    throw std::runtime_error("NVRTC " + identity_ + " does not know compute capability " +
+    throw std::runtime_error("NVRTC " + identity_ + " does not support compute capability " +
                              std::to_string(capability / 10) + "." +
                              std::to_string(capability % 10));
   return "compute_" + std::to_string(newest);
@@ -166,7 +164,7 @@ DeviceCode Nvrtc::compile(const std::string &source, const std::vector<DeviceHea
     std::string message =
         "NVRTC " + identity_ + " cannot compile " + kernel + ": " + nvrtc.words(result);
     if (result == BUILTINS_MISSING)
-      message += "; libnvrtc-builtins must lie beside libnvrtc, in the same version";
+      message += "; libnvrtc-builtins must be in the folder of libnvrtc and have the same version";
     throw std::runtime_error(message + "\n" + log.c_str());
   }
   DeviceCode compiled;

@@ -62,7 +62,7 @@ namespace {
     }
     throw rve::InputError(
         rve::concat(reason, to_string(torus), " points, above the limit of ", limit,
-                    ": allow more, or choose a larger spacing or smaller correlation lengths"));
+                    ": use a higher limit, a larger spacing or smaller correlation lengths"));
   }
 
   /// First torus, without padding.

@@ -28,12 +28,13 @@ RealFft::RealFft(const Size &points) :
   int sizes[AXES];    // FFTW's last axis runs fastest
   for (int a = 0; a < AXES; ++a) sizes[AXES - 1 - a] = static_cast<int>(points[a]);
   plans_->data = fftw_alloc_real(static_cast<std::size_t>(2 * half_length() * num_rows_));
-  rve::require(plans_->data, "no memory for a transform of ", to_string(points), " points");
+  rve::require(plans_->data, "there is not enough memory for a Fourier transform of ",
+               to_string(points), " points");
   auto *complex = reinterpret_cast<fftw_complex *>(plans_->data);
   plans_->forward = fftw_plan_dft_r2c(AXES, sizes, plans_->data, complex, FFTW_ESTIMATE);
   plans_->backward = fftw_plan_dft_c2r(AXES, sizes, complex, plans_->data, FFTW_ESTIMATE);
-  rve::require(plans_->forward && plans_->backward, "FFTW has no plan for ", to_string(points),
-               " points");
+  rve::require(plans_->forward && plans_->backward, "FFTW cannot plan a transform of ",
+               to_string(points), " points");
 }
 
 double *RealFft::row(std::int64_t row)

@@ -59,7 +59,7 @@ struct Grid {
       // tolerance for the rounding of an extent that is a whole number of cells
       const double cells = std::ceil(extent / spacing[a] * (1.0 - 1e-12));
       rve::require(cells < static_cast<double>(MAX_POINTS), "grid would have ", cells, " cells in ",
-                   axis, ", allowed are 2147483646");
+                   axis, "; it must have at most 2147483646");
       grid.nodes[a] = static_cast<std::int64_t>(cells) + 1;
     }
     return grid;

@@ -84,8 +84,9 @@ template <int D> void RvePointsOf<D>::expect(const rve::ContactModel &contacts)
   rve::ContactModel both = contacts;
   if (engine->size() > 0) {
     rve::require(contacts.law == present.law, [&] {
-      return std::string("RVEs with contact law ") + rve::word_of(contacts.law) +
-          " cannot be beside those that are there, with " + rve::word_of(present.law);
+      return std::string("new RVEs have contact law ") + rve::word_of(contacts.law) +
+          ", but the present RVEs have " + rve::word_of(present.law) +
+          "; all must have the same contact law";
     });
     both.rolling = both.rolling || present.rolling;
   }
@@ -106,7 +107,7 @@ rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) c
     if (slot == slots.front() && one.law != present.law) all = {one.law, false, D};
     rve::require(one.law == all.law, [&] {
       return std::string("some RVEs would have contact law ") + rve::word_of(all.law) +
-          ", and others " + rve::word_of(one.law) + "; they must have the same";
+          ", and others " + rve::word_of(one.law) + "; all must have the same";
     });
     all.rolling = all.rolling || one.rolling;
   }
@@ -148,7 +149,7 @@ void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMateria
   rve::require(!memory.is_known || more <= static_cast<double>(memory.free), [&] {
     constexpr double MB = 1048576.0;
     return "RVEs with " + rve::to_string(contacts) + " need " + rve::number(more / MB) +
-        " MB more of " + memory.name + " than those with " + rve::to_string(before) + ", where " +
+        " MB more of " + memory.name + " than RVEs with " + rve::to_string(before) + ", but only " +
         rve::number(static_cast<double>(memory.free) / MB) + " MB are free";
   });
 

@@ -152,7 +152,7 @@ namespace {
     throw InSituError(index,
                       "the stress in situ is " + goal_in_words<D>(goal) + " [stress] " +
                           names<D>() + ", and its largest principal stress is " + number(largest) +
-                          "; it must be below 0, because grains without cohesion bear "
+                          "; it must be below 0, because grains without cohesion carry "
                           "compression only");
   }
 
@@ -165,7 +165,7 @@ namespace {
                       "the tolerance of the stress in situ is " + number(tolerance) +
                           " [stress]; it must be at least " + number(LEAST_TOLERANCE * largest) +
                           ", which is " + number(LEAST_TOLERANCE) +
-                          " of the largest component: rounding changes stresses by more");
+                          " of the largest component, because of rounding errors");
   }
 
   /// Raises the local damping of grains to that of the preparation of packings until restore().
@@ -206,8 +206,8 @@ HeightProfile::HeightProfile(double lowest, double thickness, std::vector<double
   require(!values_.empty() && values_[0] > 0.0,
           "a profile over height needs a value of its lowest level");
   require(thickness > 0.0, [&] {
-    return "levels of the ground are " + number(thickness) +
-        " [length] thick; they must be thicker than 0";
+    return "thickness of the levels of the ground is " + number(thickness) +
+        " [length]; it must be greater than 0";
   });
   below_.push_back(0.0);
   for (std::size_t k = 0; k < values_.size(); ++k) {
@@ -266,8 +266,8 @@ HeightProfile level_means(const std::vector<double> &height, const std::vector<d
   const double levels = std::round((extremes[1] - lowest) / thickness) + 1.0;
   require(levels <= MOST_LEVELS, [&] {
     return "heights of points are from " + number(lowest) + " to " + number(extremes[1]) +
-        " [length], more than " + number(MOST_LEVELS) + " levels of " + number(thickness) +
-        " [length], the width of a point";
+        " [length]; they must span at most " + number(MOST_LEVELS) + " levels of " +
+        number(thickness) + " [length], the width of a point";
   });
   const auto count = static_cast<std::size_t>(levels);
   auto points = static_cast<std::int64_t>(height.size());
@@ -326,8 +326,9 @@ bool GroundAtRest::settles(const std::vector<double> &density, const std::vector
   if (!has_k0) k0_ = level_means(points_.height, ratio, thickness_, ranks_);
   if (has_k0 && change <= DENSITY_CHANGE) return true;
   require(rounds_ < MOST_ROUNDS, [&] {
-    return "density and stress of the RVEs do not settle: in round " + std::to_string(rounds_) +
-        " the density of a level still changes by " + number(change) + " of itself";
+    return "density and stress of the RVEs do not converge: in iteration " +
+        std::to_string(rounds_) + " the relative change of the density of a level is still " +
+        number(change);
   });
   density_ = now;
   ++rounds_;
@@ -389,9 +390,9 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
       };
       throw InSituError(way.index,
                         "cannot be brought to the stress " + goal_in_words<D>(goals[way.index]) +
-                            " [stress] " + names<D>() + ": " + what + "; it has " +
+                            " [stress] " + names<D>() + ": " + what + "; its stress is " +
                             components<D>(component) + " after " + std::to_string(way.steps) +
-                            " DEM steps, and the unbalanced force ratio " +
+                            " DEM steps, and its unbalanced force ratio is " +
                             number(result.unbalanced_ratio));
     };
     if (points.frozen(way.slot)) fail(rve::describe_status(result.status));
@@ -401,19 +402,18 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
       return true;
     }
     const std::string ratio =
-        "grains bear a ratio of lateral to vertical stress between the active and the passive "
-        "limit only; take another one";
+        "use a ratio of lateral to vertical stress between the active and the passive limit";
     if (way.extension(result) >= LARGEST_EXTENSION)
-      fail("its cell has been stretched to " + rve::rounded(std::exp(LARGEST_EXTENSION)) +
-           " of its size, and the grains still flow: " + ratio);
+      fail("its cell has been stretched by a factor of " +
+           rve::rounded(std::exp(LARGEST_EXTENSION)) + ", and the grains still flow; " + ratio);
     const bool stalls = way.stalls(result);
     if (stalls && way.unbalanced_ratio >= result.unbalanced_ratio)
-      fail("the grains are at rest, and the stress comes no nearer than " +
-           rve::rounded(way.error(result)) + " [stress], while the tolerance is " +
-           number(tolerance) + "; take a larger tolerance");
+      fail("the grains are at rest, but the stress differs from its goal by " +
+           rve::rounded(way.error(result)) + " [stress], more than the tolerance, " +
+           number(tolerance) + " [stress]; use a larger tolerance");
     if (way.steps >= MOST_STEPS || stalls)
-      fail("it did not come to rest within " + number(tolerance) + " [stress] of it; " + ratio +
-           ", or a larger tolerance");
+      fail("it did not come to rest within " + number(tolerance) + " [stress] of this stress; " +
+           ratio + ", or a larger tolerance");
     // two calls in a row end at rest, because a servo that oscillates passes through its goal
     const bool is_at_rest = way.is_at_rest(result);
     way.is_held = is_at_rest && way.was_at_rest && !way.is_held;

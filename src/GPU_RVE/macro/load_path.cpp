@@ -34,9 +34,10 @@ namespace {
 template <int D> void LoadPathsOf<D>::check(const PathState<D> &state) const
 {
   rve::require(state.path >= 0 && state.path < size(), "it is on path ", state.path + 1,
-               ", and there are ", size());
+               ", but the number of paths is ", size());
   rve::require(state.stage >= 0 && state.stage < num_stages(state.path), "it is in stage ",
-               state.stage + 1, " of its path, which has ", num_stages(state.path));
+               state.stage + 1, " of its path, but the number of stages is ",
+               num_stages(state.path));
 }
 
 template <int D>

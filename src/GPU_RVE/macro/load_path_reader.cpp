@@ -46,7 +46,7 @@ template <int D> class LoadPathsOf<D>::Reader {
       if (clause == "path") {
         const std::string name = next("the name of a path");
         for (const Path &other : target.paths)
-          if (other.name == name) refuse("there are two paths ", name);
+          if (other.name == name) refuse("two paths have the name ", name);
         close_stage();
         target.paths.push_back({name, {}});
       } else if (clause == "stage") {
@@ -65,7 +65,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     }
     close_stage();
     if (target.paths.empty())
-      throw rve::InputError("a path has at least one stage, and there is none");
+      throw rve::InputError("the path has no stage; it must have at least one stage");
     for (const Path &path : target.paths)
       if (path.stages.empty()) throw rve::InputError("path " + path.name + " has no stage");
     return position;
@@ -156,7 +156,7 @@ template <int D> class LoadPathsOf<D>::Reader {
   {
     const int c = component(word);
     if (c < 0 || c >= D)
-      refuse("'", word, "' is no normal component; it must be one of", component_names(D));
+      refuse("'", word, "' is not a normal component; it must be one of", component_names(D));
     return c;
   }
 
@@ -224,7 +224,7 @@ template <int D> class LoadPathsOf<D>::Reader {
       begin = end;
     }
     if (std::all_of(sum.begin(), sum.end(), [](double x) { return x == 0.0; }))
-      refuse("the quantity '", word, "' is no sum of components; the quantities are",
+      refuse("the quantity '", word, "' is not a sum of components; the quantities are",
              known_quantities(of));
     return sum;
   }
@@ -331,7 +331,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     next("");
     const int major = diagonal(next("the major axis")),
               intermediate = diagonal(next("the intermediate axis"));
-    if (D == 2) refuse("b needs three axes, and the RVEs are of disks");
+    if (D == 2) refuse("b needs three axes, but RVEs of disks have two");
     const int minor = diagonal(next("the minor axis"));
     if (major == intermediate || major == minor || minor == intermediate)
       refuse("b needs three different axes");
@@ -380,7 +380,8 @@ template <int D> class LoadPathsOf<D>::Reader {
 
   void read_reversal()
   {
-    if (!stage().reversed.empty()) refuse("a stage is reversed by one quantity only");
+    if (!stage().reversed.empty())
+      refuse("the stage has two reverse clauses; it must have at most one");
     const std::string of = next("strain or stress");
     if (of != "strain" && of != "stress")
       refuse("'", of, "' cannot reverse a stage; it must be strain or stress");
@@ -403,7 +404,8 @@ template <int D> class LoadPathsOf<D>::Reader {
     if (found == measures.end()) {
       rve::Words known;
       for (const auto &[name, of] : measures) known.emplace_back(name);
-      refuse("'", word, "' ends no stage", rve::did_you_mean(word, known, "it must be one of"));
+      refuse("'", word, "' cannot end a stage",
+             rve::did_you_mean(word, known, "it must be one of"));
     }
     Event event{};
     event.measure.of = found->second;
@@ -425,7 +427,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     stage().back_to = whole("the stage to go back to", 1, here) - 1;
     for (int k = stage().back_to; k < here - 1; ++k)
       if (stages[k].times > 1)
-        refuse("stage ", k + 1, " repeats too; repeats do not contain each other");
+        refuse("stage ", k + 1, " has a repeat, too; repeats must not be nested");
   }
 
   /// Completes the last stage: checks its conditions and sets its servo modes.
@@ -441,8 +443,8 @@ template <int D> class LoadPathsOf<D>::Reader {
     for (const Event &event : last.events)
       if (event.measure.of == Of::Cycles && last.reversed.empty())
         refuse_at(last.where,
-                  "the stage ends by cycles, and nothing reverses it; it needs 'reverse strain' or "
-                  "'reverse stress', too");
+                  "the stage ends after a number of cycles, but it has no reversal; add 'reverse "
+                  "strain' or 'reverse stress'");
     const std::size_t given = rates.size() + stresses.size();
     for (const auto *list : {&rates, &stresses})
       for (const Sum &sum : *list)
@@ -460,9 +462,10 @@ template <int D> class LoadPathsOf<D>::Reader {
       rates.push_back(still);
     }
     if (given != components)
-      refuse_at(last.where, "the stage has ", given, " conditions on ", components, " components (",
-                names.substr(names.empty() ? 0 : 1),
-                "); as many as these are needed, rate, strain or stress");
+      refuse_at(
+          last.where, "the stage has ", given, " conditions on ", components, " components (",
+          names.substr(names.empty() ? 0 : 1),
+          "); the number of conditions (rate, strain or stress) must be that of the components");
     try {
       last.control = std::make_shared<rve::ServoModesOf<D>>(rates, stresses);
     } catch (const rve::InputError &e) {

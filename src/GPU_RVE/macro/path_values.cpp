@@ -78,7 +78,8 @@ PathTable::PathTable(const std::string &text, const std::string &name) : file(na
     try {
       const std::vector<std::string> row = fields_of(line.substr(0, line.find('#')));
       if (row.empty()) continue;
-      rve::require(row.size() >= 2, "a row of a table has a time and at least one value");
+      rve::require(row.size() >= 2,
+                   "the row has one column; it must have a time and at least one value");
       if (columns.empty() && names.empty() && !begins_like_a_number(row.front()))
         read_names(row);
       else
@@ -95,7 +96,7 @@ void PathTable::read_names(const std::vector<std::string> &row)
   for (std::size_t c = 0; c < row.size(); ++c) {
     double value;
     rve::require(!read_number(row[c], value), "'", row[c],
-                 "' is a number among names; a first row has names only, or numbers");
+                 "' is a number among names; the first row must have only names or only numbers");
     rve::require(std::find(row.begin(), row.begin() + c, row[c]) == row.begin() + c,
                  "two columns have the name '", row[c], "'");
   }
@@ -106,21 +107,21 @@ void PathTable::read_numbers(const std::vector<std::string> &row)
 {
   if (columns.empty()) {
     rve::require(names.empty() || row.size() == names.size(), "the row has ", row.size(),
-                 " numbers, and there are ", names.size(),
-                 " names of columns; names with blanks or units need commas between them");
+                 " numbers, but the first row has ", names.size(),
+                 " names; names with blanks or units need commas between them");
     columns.resize(row.size());
   }
-  rve::require(row.size() == columns.size(), "the row has ", row.size(), " numbers, others have ",
-               columns.size());
+  rve::require(row.size() == columns.size(), "the row has ", row.size(),
+               " numbers, but the rows before have ", columns.size());
   for (std::size_t c = 0; c < row.size(); ++c) {
     double value;
     rve::require(
         read_number(row[c], value), "'", row[c], "' is not a finite number",
         row[c].find(' ') == std::string::npos
             ? ""
-            : "; a row has commas between its numbers, or blanks, and decimals have a point");
+            : "; numbers of a row must be separated by commas or blanks, and have a decimal point");
     rve::require(c > 0 || columns[0].empty() || value > columns[0].back(), "the time ", row[c],
-                 " is not after that of the row before");
+                 " must be greater than that of the row before");
     columns[c].push_back(value);
   }
 }

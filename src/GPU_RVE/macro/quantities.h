@@ -180,7 +180,7 @@ void with_quantity_named(const std::string &name, int dimension, const Read &rea
   const std::vector<const char *> &names = quantity_names(dimension);
   throw rve::InputError(
       "there is no quantity '" + name + "' of " + (dimension == 2 ? "disks" : "spheres") +
-      rve::did_you_mean(name, rve::Words(names.begin(), names.end()), "there are"));
+      rve::did_you_mean(name, rve::Words(names.begin(), names.end()), "the quantities are"));
 }
 
 }    // namespace macro

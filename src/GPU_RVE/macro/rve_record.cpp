@@ -165,7 +165,7 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
       return "its record of " + std::to_string(size) + " numbers is damaged: " + what;
     });
   };
-  require_whole(size > head_size<D>(), "that is less than its head");
+  require_whole(size > head_size<D>(), "it is shorter than its header");
   RecordHead<D> head;
   std::memcpy(static_cast<void *>(&head), record, sizeof(head));
   const bool is_known = head.version >= RECORD_VERSION<D> && head.version <= VERSION_WITH_COPIES<D>;
@@ -174,19 +174,20 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
         "; this program reads versions " + std::to_string(RECORD_VERSION<D> & 0xffff) + " to " +
         std::to_string(VERSION_WITH_COPIES<D> & 0xffff);
   });
-  require_whole(is_known, "it does not begin as one");
-  require_whole(head.checksum == checksum_of_head(head), "the checksum of its head does not match");
+  require_whole(is_known, "it does not begin like a record of an RVE");
+  require_whole(head.checksum == checksum_of_head(head),
+                "the checksum of its header does not match");
   const std::size_t of_state = doubles_for(head.bytes), of_shadow = doubles_for(head.shadow_bytes);
   require_whole(of_state <= size && of_shadow <= size &&
                     head_size<D>() + of_state + of_shadow == size,
-                "its parts are not as long as the whole");
+                "the lengths of its parts do not add up to its length");
   const rve::RveStateOf<D> state = state_from<D>(record + head_size<D>(), head.bytes);
   constexpr std::uint32_t most = std::numeric_limits<std::int32_t>::max();
   const std::uint64_t copies = std::uint64_t{head.further_copies} + 1;
   require_whole(head.renewals <= most && copies <= most && (copies & (copies - 1)) == 0 &&
                     static_cast<std::uint64_t>(state.num_grains()) % copies == 0,
-                "its grains are not so many copies");
-  require_whole(head.rest < std::size(RESTS), "it is neither awake nor asleep");
+                "its number of copies does not fit its number of grains");
+  require_whole(head.rest < std::size(RESTS), "its quiescent state is unknown");
   std::optional<rve::RveStateOf<D>> shadow;
   if (of_shadow > 0) shadow = state_from<D>(record + head_size<D>() + of_state, head.shadow_bytes);
 

@@ -54,7 +54,7 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
   {
     if (!(trace(stress) > 0.0)) return "";
     return "is a tension, which a " + name_ +
-        " material bears by its cohesion only; stresses are negative in compression";
+        " material carries only by its cohesion; stresses are negative in compression";
   }
 
  protected:

@@ -46,12 +46,12 @@ namespace {
       const SideKind kind = options.sides[side];
       for (const double speed : {dashpots.normal, dashpots.tangential})
         require(speed >= 0.0 && std::isfinite(speed),
-                "speed of waves that a side absorbs must be at least 0, got ", speed,
+                "wave speed of an absorbing side must be at least 0, got ", speed,
                 " [length/time]");
       require(kind == SideKind::Free || dashpots.normal == 0.0,
-              "a side that holds the velocity across it cannot absorb waves that come across");
+              "a side that prescribes the normal velocity cannot absorb compression waves");
       require(kind != SideKind::Fixed || dashpots.tangential == 0.0,
-              "a side that holds all velocities cannot absorb waves");
+              "a side that prescribes all velocities cannot absorb waves");
     }
     rve::require_threads(options.threads);
     return options;
@@ -76,9 +76,9 @@ namespace {
 #if defined(GPU_RVE_WITH_CUDA)
       if (auto runner = make_cuda_machine(options, communication, grid, obstacle)) return runner;
 #endif
-      require(options.device != Device::Cuda, "a CUDA device was asked for, but ", obstacle);
-      require(!required, rve::cuda_requirement, " forbids falling back to the CPU: ", obstacle);
-      if (notice) *notice = obstacle + "; CPU threads serve";
+      require(options.device != Device::Cuda, "a CUDA device was requested, but ", obstacle);
+      require(!required, rve::cuda_requirement, " forbids the CPU as a fallback: ", obstacle);
+      if (notice) *notice = obstacle + "; material points run on the CPU";
     }
     return std::make_unique<StepSequence<D, HostMachine>>(options, communication, grid);
   }
@@ -116,23 +116,24 @@ void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_
       case ErrorCode::Outside:
         return concat(
             "is outside of the grid, ", extents(grid),
-            " [length]; use a larger domain, a boundary that holds it, or a shorter time step");
+            " [length]; use a larger domain, a boundary that retains it, or a shorter time step");
       case ErrorCode::Velocity:
         return "has a velocity that is not finite";
       case ErrorCode::Stress:
         return "has a stress that is not finite";
       case ErrorCode::HalfSize:
         if (!(points.initial_volume[p] > 0.0))
-          return "has no volume yet: it was created after the run has been set up; create points "
-                 "before a run, and do not leave out the setup of that run";
+          return "has no volume: it was created after the setup of the run; create points before a "
+                 "run, and do not skip the setup of that run (run ... pre no)";
         return concat("must have half sizes in (0, ", 0.5 * grid.cell_size(),
                       "] (half a cell), got ", in_words<D>(points.half_size[p].component, " "),
                       " [length]");
       case ErrorCode::UnknownBody:
-        return concat("belongs to rigid body ", points.rigid_body[p], ", but there are only ",
-                      num_bodies);
+        return concat("belongs to rigid body ", points.rigid_body[p],
+                      ", but the number of rigid bodies is ", num_bodies);
       case ErrorCode::UnknownModel:
-        return concat("has constitutive model ", points.model[p], ", but there are ", num_models);
+        return concat("has constitutive model ", points.model[p], ", but the number of models is ",
+                      num_models);
       case ErrorCode::Mass:
         return concat("must have a positive mass, got ", points.mass[p], " [mass]");
       case ErrorCode::Volume:
@@ -216,8 +217,8 @@ StepInput<D> MpmSolver<D>::input(const PointView<D> &points,
   for (std::size_t k = 0; k < loads.size(); ++k)
     for (std::size_t n = 0; n < loads[k].point_index.size(); ++n) {
       const int p = loads[k].point_index[n];
-      require(p >= 0 && p < points.count, "traction on point index ", p, ", allowed are 0 to ",
-              points.count - 1);
+      require(p >= 0 && p < points.count, "point index of a traction is ", p,
+              "; it must be from 0 to ", points.count - 1);
       loads_.push_back({p, static_cast<int>(k), loads[k].face, loads[k].follows,
                         loads[k].of_point.empty() ? loads[k].traction : loads[k].of_point.at(n)});
     }
@@ -300,7 +301,7 @@ template <int D> double MpmSolver<D>::cfl_number(const PointView<D> &points, dou
   }
   if (first < points.count)
     fail(points, first,
-         concat("has no wave speed, p-wave modulus ",
+         concat("has no wave speed, because its p-wave modulus is ",
                 stresses_.law(points.model[first]).p_wave_modulus(first), " [stress]"));
   communication_.max_over_ranks(&fastest, 1);
   for (const Dashpots &dashpots : options_.dashpots)

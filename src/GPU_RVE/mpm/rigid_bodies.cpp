@@ -89,11 +89,13 @@ template <int D> RigidBodies<D>::RigidBodies(const SolverOptions<D> &options) : 
     refuse_unless(body.friction >= 0.0 && std::isfinite(body.friction),
                   "must have a coefficient of friction of at least 0, got ", body.friction);
     refuse_unless(!(body.rough && body.friction > 0.0),
-                  "is rough and has a coefficient of friction: one of the two");
-    refuse_unless(D == 3 || body.form != BodyForm::Cylinder, "is a cylinder, which needs space");
+                  "is rough and has a coefficient of friction; only one of the two is allowed");
+    refuse_unless(D == 3 || body.form != BodyForm::Cylinder,
+                  "is a cylinder, which requires three dimensions");
     if (body.form == BodyForm::Face) {
       refuse_unless(body.free == 0 && !(body.friction > 0.0) && !body.has_pivot,
-                    "presses with one face: forces, friction and turning are for other forms");
+                    "presses with one face, which supports no forces, friction or rotation: use "
+                    "another form");
       continue;
     }
     bodies_.push_back(b);
@@ -114,8 +116,8 @@ template <int D> ConvexHull<D> RigidBodies<D>::hull_of(int body) const
   const ConvexHull<D> hull = convex_hull(vertices, options_.name_of_body(body));
   const double cell = options_.cell_size, width = hull.least_width();
   require(width >= (1.0 - 1e-6) * cell, options_.name_of_body(body),
-          " must be as wide as a cell at least, from each face to the vertex opposite, ", cell,
-          ", got ", width, " [length]");
+          " must be at least one cell wide from each face to the opposite vertex, ", cell,
+          " [length], got ", width, " [length]");
   return hull;
 }
 
@@ -160,7 +162,7 @@ void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communica
   const double cell = options_.cell_size;
   for (int a = 0; a < D; ++a)
     require(2.0 * body.half[a] >= (1.0 - 1e-6) * cell, options_.name_of_body(b),
-            " must be as wide as a cell at least, ", cell, ", got ", 2.0 * body.half[a],
+            " must be at least one cell wide, ", cell, " [length], got ", 2.0 * body.half[a],
             " [length]");
   body.centre = body.orientation * middle;
 }
@@ -189,10 +191,11 @@ void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
         dot(side.plane.normal, to_body * (mass_centre - middle)) - side.plane.distance;
     require(outside <= allowed, options_.name_of_body(b), " has points whose center of mass, ",
             in_words<D>(mass_centre.component, " "), ", is ", outside,
-            " outside of its vertices; allowed is half a cell, ", allowed, " [length]");
+            " [length] outside of its vertices; it must be at most half a cell, ", allowed,
+            " [length]");
   }
   require(options.free == 0 || moments[0] > 0.0, options_.name_of_body(b),
-          " is driven by forces: its points must have mass");
+          " moves under forces, so its points must have mass");
   body.origin = mass_centre;
   if (options.has_pivot) std::copy_n(options.pivot, D, body.origin.component);
   body.centre = to_body * (middle - body.origin);
@@ -331,7 +334,7 @@ template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shap
   }
   require(hull.sides.size() <= MOST_HALF_SPACES, options_.name_of_body(bodies_[k]),
           " must have at most ", MOST_HALF_SPACES,
-          " faces with those in which it goes on beyond sides of the grid, got ",
+          " faces, including those of its extension beyond sides of the grid, got ",
           hull.sides.size());
   shape.half = hull.half;
   shape.num_half_spaces = static_cast<int>(hull.sides.size());

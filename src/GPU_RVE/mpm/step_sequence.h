@@ -484,7 +484,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
     rve::require(
         !(machine_.maxima()[ContactBound] > 1.0),
         "the impulse of a contact with a rigid body is too large for the sums on the grid, ",
-        machine_.maxima()[ContactBound], " times their room");
+        machine_.maxima()[ContactBound], " times their largest value");
     for (int b = 0; b < view.num_bodies; ++b)
       rve::require(std::isfinite(machine_.maxima()[view.body_maximum(b)]),
                    [&] { return options_.name_of_body(b) + " has no points"; });

@@ -66,12 +66,13 @@ std::vector<Advice> advice_on_friction(const Material &material)
   const auto check_coefficient = [&](double friction, const char *what) {
     if (!(friction > LARGEST_USUAL_FRICTION)) return;
     const double degree = kPi / 180.0;
-    list.push_back({AdviceKind::LargeFriction, friction, LARGEST_USUAL_FRICTION,
-                    std::string("the ") + what + " is " + rounded(friction) + " [-], above " +
-                        rounded(LARGEST_USUAL_FRICTION) +
-                        (friction < 90.0 ? "; if that is an angle in degrees, use its tangent, " +
-                                 rounded(std::tan(friction * degree))
-                                         : "; contacts will hardly ever slide")});
+    list.push_back(
+        {AdviceKind::LargeFriction, friction, LARGEST_USUAL_FRICTION,
+         std::string("the ") + what + " is " + rounded(friction) + " [-], above " +
+             rounded(LARGEST_USUAL_FRICTION) +
+             (friction < 90.0 ? "; if the value is an angle in degrees, use its tangent, " +
+                      rounded(std::tan(friction * degree))
+                              : "; contacts then hardly ever slide")});
   };
   check_coefficient(material.friction, "friction coefficient");
   if (resists_rolling(material))
@@ -107,10 +108,10 @@ std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> 
   const double now = stress_out_of_reach(result, drive, mode_error);
   if (!(before > 0.0) || !(now >= NO_NEARER * before)) return {};
   return {{AdviceKind::GoalOutOfReach, now, NO_NEARER * before,
-           "the servo strains at its largest rate, " + rounded(drive.servo_max_rate) +
-               " [1/time], and the stress stays " + rounded(now) +
-               " [stress] away from its goal; use a goal that grains can bear (they bear no "
-               "tension), or a larger servo_max_rate"}};
+           "the stress servo is at its largest strain rate, " + rounded(drive.servo_max_rate) +
+               " [1/time], but the stress stays " + rounded(now) +
+               " [stress] away from its goal; use a goal that the grains can carry (no tension), "
+               "or a larger servo_max_rate"}};
 }
 
 std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now)
@@ -123,11 +124,11 @@ std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerm
       ROUNDING / ENERGY_BALANCE_GAP * std::max(before.stored, now.stored);
   if (!(gap > ENERGY_BALANCE_GAP * turnover)) return {};
   return {{AdviceKind::OpenBalance, gap / turnover, ENERGY_BALANCE_GAP,
-           "the energy balance is open by " + rounded(gap / turnover) +
-               " of the energy supplied and lost in this run, above " +
+           "the error of the energy balance is " + rounded(gap / turnover) +
+               " of the energy supplied and dissipated in this run, above " +
                rounded(ENERGY_BALANCE_GAP) +
-               ": the DEM time step is too long for its collisions or dashpots, and losses are "
-               "wrong; use a smaller fraction, as in dt auto 0.1"}};
+               ": the DEM time step is too long for the collisions or dashpots, and the "
+               "dissipation is wrong; use a shorter DEM time step, for example dt auto 0.1"}};
 }
 
 template <int D>
@@ -142,25 +143,26 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
   if (in_contact && overlap < smallest)
     list.push_back(
         {AdviceKind::SmallOverlap, overlap, smallest,
-         "the mean overlap is " + rounded(overlap) + " of the sum of radii, below the " +
-             rounded(smallest) + " that format " + to_string(format) +
-             " resolves to one in a thousand; " +
+         "the mean overlap is " + rounded(overlap) + " of the sum of radii, below " +
+             rounded(smallest) + ", the smallest overlap that format " + to_string(format) +
+             " resolves within 0.1 %; " +
              (is_fp32(format) ? "use format mixed or double"
                               : "use a smaller " + stiffness + " or a higher pressure")});
 
   if (in_contact && overlap > LARGEST_MEAN_OVERLAP)
     list.push_back({AdviceKind::LargeOverlap, overlap, LARGEST_MEAN_OVERLAP,
                     "the mean overlap is " + rounded(overlap) + " of the sum of radii, above " +
-                        rounded(LARGEST_MEAN_OVERLAP) + ": " + (D == 2 ? "disks" : "spheres") +
-                        " that overlap more are no grains that touch (void ratio " +
+                        rounded(LARGEST_MEAN_OVERLAP) + ": such overlaps of " +
+                        (D == 2 ? "disks" : "spheres") +
+                        " cause errors of the same size in contact stiffness and void ratio (" +
                         rounded(result.void_ratio) + " [-]); use a larger " + stiffness +
                         (D == 2 ? ", a smaller thickness" : "") + " or a lower pressure"});
 
   if (result.status & status::NoContacts)
     list.push_back({AdviceKind::NoContacts, 1.0, 1.0,
-                    "no grains touch (void ratio " + rounded(result.void_ratio) +
-                        " [-]) and the stress is zero: the packing is a gas; to bear load "
-                        "it must be compressed, or strained less"});
+                    "the packing has no contacts (void ratio " + rounded(result.void_ratio) +
+                        " [-]), and its stress is zero; if the packing must carry load, compress "
+                        "it or strain it less"});
 
   const double radius = 0.5 * grain_size(result);
   const ContactSite site{2.0 * radius * overlap, radius, radius};
@@ -176,36 +178,36 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
         (tangential_stiffness * 2.0 * radius) / motion.dt;
     if (motion.strain_rate < limit)
       list.push_back({AdviceKind::SlowStrain, motion.strain_rate, limit,
-                      "the strain rate is " + rounded(motion.strain_rate) +
-                          " [1/time], below the " + rounded(limit) + " whose increments format " +
-                          to_string(format) +
-                          " adds to tangential forces within a percent; use format mixed, or fewer "
-                          "substeps"});
+                      "the strain rate is " + rounded(motion.strain_rate) + " [1/time], below " +
+                          rounded(limit) + " [1/time]: format " + to_string(format) +
+                          " rounds the increments of tangential forces by more than 1 %; use "
+                          "format mixed, or fewer substeps"});
   }
 
   if (in_contact && result.mean_stress() > 0.0) {
     const double inertia = inertial_number(result, material, motion.strain_rate);
     if (inertia > QUASI_STATIC_INERTIAL_NUMBER)
       list.push_back({AdviceKind::FastStrain, inertia, QUASI_STATIC_INERTIAL_NUMBER,
-                      "the inertial number is " + rounded(inertia) + ", above the " +
+                      "the inertial number is " + rounded(inertia) + ", above " +
                           rounded(QUASI_STATIC_INERTIAL_NUMBER) +
-                          " of quasi-static deformation: the stress depends on the strain rate; "
-                          "use a lower rate, more substeps or less mass"});
+                          ", the limit of quasi-static deformation: the stress depends on the "
+                          "strain rate; use a lower strain rate, more substeps or a smaller grain "
+                          "mass"});
   }
 
   if (motion.dt > 0.0 && motion.stable_dt > 0.0 && motion.dt > TIME_STEP_SHARE * motion.stable_dt)
     list.push_back({AdviceKind::LongTimeStep, motion.dt, TIME_STEP_SHARE * motion.stable_dt,
                     "the DEM time step is " + rounded(motion.dt) + " [time], above " +
-                        rounded(TIME_STEP_SHARE) + " of the stability bound " +
-                        rounded(motion.stable_dt) + "; use a shorter dt, or dt auto"});
+                        rounded(TIME_STEP_SHARE) + " of the stability bound, " +
+                        rounded(motion.stable_dt) + " [time]; use a shorter dt, or dt auto"});
 
   const double grains = smallest_width(result.cell) / grain_size(result);
   if (motion.applied_strain > SHEAR_BAND_STRAIN && grains < SHEAR_BAND_GRAINS<D>)
     list.push_back({AdviceKind::SmallCell, grains, SHEAR_BAND_GRAINS<D>,
-                    "the cell is " + rounded(grains) + " grains wide, below the " +
+                    "the cell is " + rounded(grains) + " grains wide, below " +
                         rounded(SHEAR_BAND_GRAINS<D>) +
-                        " of a shear band: beyond the peak the stress depends on the size of the "
-                        "cell; use more grains"});
+                        ", the width of a shear band: after the peak, the stress depends on the "
+                        "size of the cell; use more grains"});
   return list;
 }
 

@@ -90,7 +90,7 @@ template <int D> KernelVariant BatchEngine<D>::usual_variant() const
 template <int D> void BatchEngine<D>::require_contacts(const ContactModel &needed) const
 {
   require(contacts().serves(needed), "the RVE has ", to_string(needed),
-          ", and the engine was made for RVEs with ", to_string(contacts()));
+          ", but the engine was created for RVEs with ", to_string(contacts()));
 }
 
 template <int D> void BatchEngine<D>::note_needs(const Material &material)
@@ -107,9 +107,8 @@ template <int D> int BatchEngine<D>::add(const RveStateOf<D> &state)
   state.check();
   const auto [smallest, largest] = std::minmax_element(state.radius.begin(), state.radius.end());
   require(neighbor_bits<D>(*smallest, *largest, state.material) <= LARGEST_NEIGHBOR_BITS,
-          "the largest grain must be at most ",
-          largest_size_ratio<D>(reach_of(state.material) > 0.0),
-          " times as large as the smallest, got ", *largest / *smallest);
+          "ratio of largest to smallest radius must be at most ",
+          largest_size_ratio<D>(reach_of(state.material) > 0.0), ", got ", *largest / *smallest);
   require_contacts(contacts_of(state));
   const int n = state.num_grains();
   const bool is_new = free_numbers.empty();
@@ -200,8 +199,8 @@ template <int D>
 void BatchEngine<D>::turn(const std::vector<int> &rves,
                           const std::vector<Tensor<double, D>> &rotations)
 {
-  require(rves.size() == rotations.size(), "one rotation per RVE is needed: ", rves.size(),
-          " RVEs, ", rotations.size(), " rotations");
+  require(rves.size() == rotations.size(), "number of rotations must be that of the RVEs, ",
+          rves.size(), ", got ", rotations.size());
   for (std::size_t k = 0; k < rves.size(); ++k) {
     check_slot(rves[k]);
     const Tensor<double, D> &r = rotations[k];
@@ -209,7 +208,7 @@ void BatchEngine<D>::turn(const std::vector<int> &rves,
     require(std::all_of(std::begin(error.component), std::end(error.component),
                         [](double x) { return std::fabs(x) < 1e-12; }) &&
                 determinant(r) > 0.0,
-            "an RVE can be turned by a rotation only, and the tensor is not one");
+            "tensor that rotates an RVE must be orthogonal with a positive determinant");
   }
   if (!rves.empty()) turn_device_states(rves, rotations);
 }
@@ -418,8 +417,8 @@ typename BatchEngine<D>::Answers BatchEngine<D>::start(const std::vector<int> &r
                                                        const std::vector<DriveOf<D>> &drives,
                                                        Answer kind)
 {
-  require(rves.size() == drives.size(), "one drive per RVE is needed: ", rves.size(), " RVEs, ",
-          drives.size(), " drives");
+  require(rves.size() == drives.size(), "number of prescribed motions must be that of the RVEs, ",
+          rves.size(), ", got ", drives.size());
   if (rves.empty()) return {};
   require_nothing_under_way();
   Call call;

@@ -29,7 +29,7 @@ ContactLaw contact_law_of(const std::string &word)
   const auto found = std::find(words.begin(), words.end(), word);
   if (found == words.end())
     throw InputError("there is no contact law '" + word + "'" +
-                     did_you_mean(word, words, "there are"));
+                     did_you_mean(word, words, "the contact laws are"));
   return static_cast<ContactLaw>(found - words.begin());
 }
 

@@ -62,7 +62,7 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
     require(
         one.law == all.law, [&] { return name_of(0); }, " has contact law ", word_of(all.law),
         ", and ", [&] { return name_of(k); }, " has ", word_of(one.law),
-        "; they must have the same");
+        "; all must have the same contact law");
     all.rolling = all.rolling || one.rolling;
   }
   return all;

@@ -125,8 +125,8 @@ namespace {
 template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state)
 {
   constexpr int most = std::numeric_limits<std::int32_t>::max() / 2;
-  require(state.num_grains() <= most, "an RVE of ", state.num_grains(),
-          " grains cannot be doubled; it may have at most ", most);
+  require(state.num_grains() <= most, "an RVE with ", state.num_grains(),
+          " grains cannot be doubled; it must have at most ", most, " grains");
   RveStateOf<D> wide = state;
   reduce_lattice(wide);
   const int n = state.num_grains(), axis = narrowest_axis(wide.cell);

@@ -54,7 +54,9 @@ namespace {
     {
       return std::string(device.name) + ", " + to_string(options.format) +
           (options.arithmetic == Arithmetic::Relaxed ? ", relaxed" : ", strict") +
-          (compiles ? "; its driver compiles kernels at their first use, once, in about 20 s" : "");
+          (compiles ? "; the NVIDIA driver compiles the kernels at their first use, which takes "
+                      "about 20 s once"
+                    : "");
     }
 
     int cuda_device() const override { return options.device_number; }
@@ -109,7 +111,7 @@ namespace {
       launch.turns = planned_turns.reserve(count);
       plan_increments<D><<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(launch);
       if (has_order) order_increments<D><<<blocks_for(count, kCostClasses), kCostClasses>>>(launch);
-      check_cuda(cudaGetLastError(), "launch of a plan");
+      check_cuda(cudaGetLastError(), "launch of the kernel that plans increments");
       is_launched_early = false;
       this->note_plan();
       bring_findings(plan_findings);
@@ -200,10 +202,10 @@ namespace {
       const int count = static_cast<int>(limits.size());
       if (count == 0) return;
       // The former upload must have ended; these kernels run unobserved.
-      check_cuda(cudaStreamSynchronize(nullptr), "upload of numbers of contacts");
+      check_cuda(cudaStreamSynchronize(nullptr), "upload of contact counts");
       rve::set_limits<<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(
           limits_buffer.upload(limits), count, increments_of_call.planned);
-      check_cuda(cudaGetLastError(), "launch of a note of contacts");
+      check_cuda(cudaGetLastError(), "launch of the kernel that sets limits");
     }
 
     /// Returns the reason why the engine cannot advance its RVEs, with a remedy; empty if it can.
@@ -370,7 +372,7 @@ namespace {
           records, number, rest_buffer.reserve(count), quiescent_buffer.reserve_clean(count),
           planned_drives[drives_in_use].reserve(count),
           planned_answers[drives_in_use].reserve(count));
-      check_cuda(cudaGetLastError(), "launch of a note of those that rest");
+      check_cuda(cudaGetLastError(), "launch of the kernel that marks resting RVEs");
     }
 
     /// Launches a planned call and the kernel that distributes its results. `found` is the result
@@ -404,7 +406,7 @@ namespace {
       launch.stiffened = stiffened_buffer.reserve(this->MOST_STIFFENED);
       launch.unfinished = unfinished_buffer.reserve(kMostUnfinished);
       take_answers<D><<<blocks_for(launch.count, kIncrementBlock), kIncrementBlock>>>(launch);
-      check_cuda(cudaGetLastError(), "launch of the answers");
+      check_cuda(cudaGetLastError(), "launch of the kernel that collects results");
       bring_findings(answer_findings);
       answers_ready.set();
     }
@@ -482,7 +484,7 @@ namespace {
     {
       Record record;
       check_cuda(cudaMemcpy(&record, from, sizeof(record), cudaMemcpyDeviceToHost),
-                 "download of an answer");
+                 "download of a result");
       return record;
     }
 
@@ -522,7 +524,7 @@ namespace {
       if (finished > 0) {
         take_repeated<D><<<blocks_for(finished, kIncrementBlock), kIncrementBlock>>>(
             launch, repeated_buffer.send(finished), finished);
-        check_cuda(cudaGetLastError(), "launch of repeated answers");
+        check_cuda(cudaGetLastError(), "launch of the kernel that collects repeated results");
         bring_findings(answer_findings);
         check_cuda(cudaStreamSynchronize(nullptr), "repeated calls");
       }
@@ -544,7 +546,7 @@ namespace {
       constexpr int words = kHostFindings / sizeof(int);
       copy_few<<<1, words>>>(reinterpret_cast<const int *>(increments_of_call.findings),
                              reinterpret_cast<int *>(to.reserve(1)), words);
-      check_cuda(cudaGetLastError(), "download of findings");
+      check_cuda(cudaGetLastError(), "download of the outcome of a call");
     }
 
     /// Uploads the records of a call with a servo. Pointers to modes become device pointers.

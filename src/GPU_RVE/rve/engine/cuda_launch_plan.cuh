@@ -75,7 +75,7 @@ class LaunchPlans {
     for (const void *kernel : both)
       check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
                                       plan.share_on_chip),
-                 "division of the memory on chip");
+                 "division of the on-chip memory");
     plan_in_use = &plan;
     return plan;
   }

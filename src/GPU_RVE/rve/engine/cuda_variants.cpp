@@ -88,7 +88,7 @@ std::string CudaVariants::obstacle(KernelVariant memory, const std::string &to_c
   if (of(memory).ahead || to_compiling.empty()) return "";
   return "kernels for RVEs with " + to_string(features_of(memory).contacts) +
       (arithmetic == Arithmetic::Relaxed ? " in relaxed arithmetic" : "") +
-      " are compiled while the program runs, and cannot be: " + to_compiling;
+      " must be compiled at run time, which is not possible: " + to_compiling;
 }
 
 KernelVariant CudaVariants::usable(KernelVariant variant) const

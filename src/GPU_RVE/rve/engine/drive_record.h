@@ -5,7 +5,6 @@
 
 #include "rve/algorithm/device_state.h"
 #include "rve/core/error.h"
-#include "rve/engine/dimension_words.h"
 #include "rve/engine/engine.h"
 #include "rve/engine/finite_strain.h"
 #include "rve/engine/increment_plan.h"
@@ -44,7 +43,7 @@ template <int D> void check(const DriveOf<D> &drive)
           " cannot be controlled");
   require(drive.num_modes >= 0 && drive.num_modes <= Space<D>::strains &&
               (drive.num_modes == 0 || drive.modes),
-          "a servo steers 0 to ", Space<D>::strains, " modes, got ", drive.num_modes,
+          "number of servo modes must be 0 to ", Space<D>::strains, ", got ", drive.num_modes,
           drive.modes ? "" : " without their data");
   if (drive.has_servo()) {
     constexpr double smallest = 1e-30, largest = 1e30;    // bounds that keep derived numbers finite
@@ -61,8 +60,8 @@ template <int D> void check(const DriveOf<D> &drive)
   } else {
     const Tensor<double, D> &f = drive.deformation;
     require(finite(f), "deformation increment has a component that is not a finite number");
-    require(determinant(f) > 0.0, "deformation increment must keep a positive ",
-            DimensionWords<D>::volume, ", its determinant is ", determinant(f));
+    require(determinant(f) > 0.0, "determinant of the deformation increment must be positive, got ",
+            determinant(f));
   }
 }
 

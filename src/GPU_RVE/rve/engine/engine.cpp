@@ -48,25 +48,24 @@ namespace {
 
   constexpr std::pair<std::uint32_t, const char *> STATUS_WORDS[] = {
       {status::ListFull, "contact list full"},
-      {status::ForceSaturated, "contact force beyond the integer range"},
+      {status::ForceSaturated, "contact force exceeds the integer range"},
       {status::OverlapTooLarge, "overlap too large"},
-      {status::NonFinite, "non-finite drive or force"},
+      {status::NonFinite, "motion or force not finite"},
       {status::Unstable, "time step unstable"},
       {status::CellTooNarrow, "cell too narrow"},
       {status::NoContacts, "no contacts"}};
 
   constexpr std::pair<std::uint32_t, const char *> REMEDIES[] = {
       {status::CellTooNarrow,
-       "half of the cell must be wider than two of its largest grains that touch and the skin: use "
-       "a packing with more grains or a smaller ratio of largest to smallest radius, or a smaller "
+       "half of the cell width must exceed the largest contact distance plus the skin: use a "
+       "packing with more grains or a smaller ratio of largest to smallest radius, or a smaller "
        "skin"},
       {status::Unstable, "use a shorter DEM time step"},
-      {status::OverlapTooLarge,
-       "use a shorter DEM time step, strain the grains more slowly, or use a larger kn"},
-      {status::ForceSaturated,
-       "use a shorter DEM time step, or strain the grains less in one call"},
+      {status::OverlapTooLarge, "use a shorter DEM time step, a lower strain rate or a larger kn"},
+      {status::ForceSaturated, "use a shorter DEM time step, or a smaller strain per call"},
       {status::NonFinite,
-       "look for a drive that is not a finite number, or use a shorter DEM time step"}};
+       "check for a prescribed motion that is not a finite number, or use a shorter DEM time "
+       "step"}};
 
 }    // namespace
 
@@ -98,8 +97,8 @@ DriveOf<D> DriveOf<D>::constant_velocity_gradient(const Matrix &velocity_gradien
 {
   // The engine sees only the increment, and half a turn looks the same in both directions.
   const double turn = turn_of(velocity_gradient) * substeps * dt;
-  require(!(std::fabs(turn) > 3.0), "one call must rotate an RVE by less than 3 rad, got ", turn,
-          " rad: use shorter calls, by a smaller timestep or fewer substeps");
+  require(!(std::fabs(turn) > 3.0), "an RVE must rotate by at most 3 rad in one call, got ", turn,
+          " rad: use a smaller timestep or fewer substeps");
   DriveOf drive;
   drive.dt = dt;
   drive.substeps = substeps;

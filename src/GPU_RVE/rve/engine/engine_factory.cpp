@@ -18,30 +18,31 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
   if (notice) notice->clear();
   require(options.arithmetic == Arithmetic::Strict || options.format == Format::Fast ||
               options.format == Format::Mixed,
-          "relaxed arithmetic exists for the number formats fast and mixed, got ",
+          "relaxed arithmetic requires number format fast or mixed, got ",
           to_string(options.format));
   require(options.arithmetic == Arithmetic::Strict || options.device != Device::Cpu,
-          "relaxed arithmetic needs a CUDA device: on a CPU it gains nothing");
+          "relaxed arithmetic requires a CUDA device; use strict arithmetic on a CPU");
   require(D == 2 || options.format != Format::Single,
-          "the number format single is for studies of disks; spheres have fast, mixed and double");
+          "number format single supports disks only; use fast, mixed or double for spheres");
   const bool only_on_cpu = options.format == Format::Single;
   require(!only_on_cpu || options.device != Device::Cuda,
-          "the number format single is for studies and exists on CPUs only");
+          "number format single is available on CPUs only; use fast, mixed or double");
   if (options.device == Device::Cpu) return make_host_engine<D>(options);
   // An invalid value is an error even if a device exists.
   const bool required = cuda_required();
-  require(!required || !only_on_cpu, cuda_requirement(),
-          " forbids the CPU, and the number format single exists on CPUs only; use fast, mixed or "
-          "double, or choose the device cpu");
+  require(
+      !required || !only_on_cpu, cuda_requirement(),
+      " forbids the CPU, but number format single is available on CPUs only; use fast, mixed or "
+      "double, or device cpu");
   if (only_on_cpu) return make_host_engine<D>(options);
   std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
   if (auto engine = make_cuda_engine<D>(options, obstacle)) return engine;
 #endif
-  require(options.device != Device::Cuda, "a CUDA device was asked for, but ", obstacle);
-  require(!required, cuda_requirement(), " forbids falling back to the CPU: ", obstacle);
+  require(options.device != Device::Cuda, "a CUDA device was requested, but ", obstacle);
+  require(!required, cuda_requirement(), " forbids the CPU as a fallback: ", obstacle);
   if (notice)
-    *notice = obstacle + "; the CPU engine serves" +
+    *notice = obstacle + "; RVEs run on the CPU" +
         (options.arithmetic == Arithmetic::Relaxed ? ", with strict arithmetic" : "");
   return make_host_engine<D>(options);
 }

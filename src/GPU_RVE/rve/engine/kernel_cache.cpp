@@ -44,8 +44,9 @@ namespace {
     if (::stat(folder.c_str(), &status) != 0) return ": " + reason_of(errno);
     if (!S_ISDIR(status.st_mode)) return ": " + reason_of(ENOTDIR);
     if (status.st_uid != ::geteuid())
-      return " belongs to the user with the number " + std::to_string(status.st_uid);
-    if ((status.st_mode & 0777) != 0700) return " is open to others: chmod 700 " + folder;
+      return " belongs to the user with ID " + std::to_string(status.st_uid);
+    if ((status.st_mode & 0777) != 0700)
+      return " is accessible to other users; run chmod 700 " + folder;
     return "";
   }
 
@@ -62,7 +63,7 @@ std::string KernelCache::chosen_folder()
     } catch (const InputError &) {
       throw InputError(
           "GPU_RVE_KERNEL_CACHE in the environment is '" + folder +
-          "'; it must be a folder whose name begins with /, or 0, false, no, off or empty");
+          "'; it must be the absolute path of a folder, or 0, false, no, off or empty");
     }
     if (!wanted) return "";
   }

@@ -141,11 +141,11 @@ namespace {
         "# contacts of one RVE (GPU_RVE); n from i to j, force on i = -f_n n + f_t";
     if (D == 2)
       return head + " (-n_y, n_x)" +
-          (rolls ? ", moment on i = f_r r_i r_j / (r_i + r_j) beside that of the force" : "") +
+          (rolls ? ", moment on i = f_r r_i r_j / (r_i + r_j) plus that of the force" : "") +
           "\n# i j branch_x branch_y n_x n_y overlap f_n f_t force_x force_y" +
           (rolls ? " f_r\n" : "\n");
     return head +
-        (rolls ? ", moment on i = r_i r_j / (r_i + r_j) n x f_r + m_t n beside that of the force"
+        (rolls ? ", moment on i = r_i r_j / (r_i + r_j) n x f_r + m_t n plus that of the force"
                : "") +
         "\n# i j branch_x branch_y branch_z n_x n_y n_z overlap f_n f_t_x f_t_y f_t_z force_x "
         "force_y force_z" +

@@ -116,9 +116,9 @@ template <int D> RveStateOf<D> loose_cloud(const PackingRecipe &recipe)
   for (const int grain : order) {
     int attempt = 0;
     do {
-      require(attempt++ < MOST_ATTEMPTS, "no room for grain ", grain + 1,
-              " at initial solid fraction ", initial_solid_fraction<D>(recipe),
-              "; take a smaller one");
+      require(attempt++ < MOST_ATTEMPTS, "grain ", grain + 1,
+              " does not fit into the cell at initial solid fraction ",
+              initial_solid_fraction<D>(recipe), "; use a smaller initial solid fraction");
       for (int a = 0; a < D; ++a) state.fractional[D * grain + a] = random();
     } while (bins.any_near(state, grain, [&](int other) { return touches(grain, other); }));
     bins.add(state, grain);

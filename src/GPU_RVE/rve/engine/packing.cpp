@@ -30,18 +30,20 @@ namespace {
     const double depth = loaded_depth<D>(material, 2.0 * radius);
     if (strain <= LARGEST_CONTACT_STRAIN) return;
     const char *depth_word = D == 2 ? "thickness" : "diameter";
-    std::string text = concat("grains would overlap by about ", strain, " of their diameter");
-    if (is_linear) text += concat(", pressure * ", depth_word, " / kn");
+    std::string text =
+        concat("overlap of the grains would be about ", strain, " of their diameter");
+    if (is_linear) text += concat(" (pressure * ", depth_word, " / kn)");
     text += concat("; it must be at most ", LARGEST_CONTACT_STRAIN, ". With ");
     if (is_linear) text += concat("kn ", material.normal_stiffness, " [force/length] and ");
-    text += concat(depth_word, " ", depth, " [length] the pressure must be at most ",
-                   largest_pressure, " [stress]; with pressure ", recipe.pressure);
+    text += concat(depth_word, " ", depth, " [length], the pressure must be at most ",
+                   largest_pressure, " [stress]; with pressure ", recipe.pressure, " [stress],");
     if (is_linear)
-      text += concat(", kn must be at least ", recipe.pressure * depth / LARGEST_CONTACT_STRAIN);
+      text += concat(" kn must be at least ", recipe.pressure * depth / LARGEST_CONTACT_STRAIN,
+                     " [force/length]");
     if (D == 2)
       text +=
           concat(is_linear ? " or" : "", " the thickness of the disks", is_linear ? "" : " must be",
-                 " at most ", material.thickness * largest_pressure / recipe.pressure);
+                 " at most ", material.thickness * largest_pressure / recipe.pressure, " [length]");
     else if (!is_linear)
       text += " the grains must be stiffer";
     throw InputError(text);
@@ -115,8 +117,9 @@ namespace {
   std::string remedy_of_ratio(const Leg &leg, const std::string &before)
   {
     if (leg.k0 == 1.0) return "";
-    return before + " a k0 nearer 1 than " + number(leg.k0) + ", which grains of friction " +
-        number(leg.friction) + " may not bear";
+    return before + " a k0 closer to 1 than " + number(leg.k0) +
+        ", because grains with friction coefficient " + number(leg.friction) +
+        " may not carry this ratio of stresses";
   }
 
   /// Preparation of one packing, call by call of an engine that is shared with others.
@@ -244,8 +247,8 @@ namespace {
       } else if (std::optional<Way<D>> next = search.after(specimen)) {
         begin(std::move(*next));
       } else {
-        require(void_ratio > 0.0, "the packing has void ratio ", void_ratio,
-                ", so its grains overlap by more than the pores; it must be above 0: take a larger "
+        require(void_ratio > 0.0, "void ratio of the packing is ", void_ratio,
+                " [-]; it must be above 0, but the overlaps exceed the pore volume: use a larger "
                 "kn, a lower pressure or a smaller thickness");
         lease.reset();
       }

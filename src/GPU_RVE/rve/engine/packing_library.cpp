@@ -24,10 +24,10 @@ template <int D> void PackingLibraryOf<D>::check() const
   constexpr double TOLERANCE = 1e-9;
   for (std::size_t k = 0; k < packings.size(); ++k) {
     require(index[k].num_grains == packings[k].num_grains(), "packing ", k, " of the library has ",
-            packings[k].num_grains(), " grains; its index says ", index[k].num_grains);
+            packings[k].num_grains(), " grains, but its index gives ", index[k].num_grains);
     const double void_ratio = packings[k].void_ratio();
     require(std::fabs(index[k].void_ratio - void_ratio) <= TOLERANCE, "packing ", k,
-            " of the library has void ratio ", void_ratio, "; its index says ",
+            " of the library has void ratio ", void_ratio, ", but its index gives ",
             index[k].void_ratio);
   }
 }

@@ -43,8 +43,9 @@ namespace {
       next("'checksum'");
       if (word(0) == last_statement)
         fail("there is no checksum before '", last_statement,
-             "': the file is damaged, or was written by hand or by an earlier version; a line "
-             "'checksum none' before it accepts it");
+             "': the file is damaged, or was written by hand or by an earlier version; to read it "
+             "without this check, add the line 'checksum none' before '",
+             last_statement, "'");
       require_keyword("checksum", 2, "checksum digits");
       if (word(1) == "none") return;
       const std::string found(word(1));
@@ -52,9 +53,9 @@ namespace {
         fail("checksum is '", found, "'; it must be 16 hexadecimal digits, or none");
       const std::string expected = hexadecimal((whole_file ? of_file : of_packing).value());
       if (found != expected)
-        fail("checksum is ", found, ", that of the statements before it is ", expected,
-             ": the file is damaged, or was changed by hand; 'checksum none' in its place accepts "
-             "it");
+        fail("checksum is ", found, ", but the statements before it have checksum ", expected,
+             ": the file is damaged, or was changed by hand; to read it without this check, "
+             "replace the checksum by 'checksum none'");
     }
 
     /// Requires that the present statement is the last one.
@@ -62,7 +63,7 @@ namespace {
     {
       const std::string last(word(0));
       if (next_words())
-        fail("found '", word(0), "' behind '", last, "'; only blank lines and comments may follow");
+        fail("found '", word(0), "' after '", last, "'; only blank lines and comments may follow");
     }
 
     const std::string_view &word(std::size_t k) const { return words[k]; }
@@ -165,7 +166,7 @@ namespace {
       const std::string name(reader.word(0));
       if (name == LAW_STATEMENT) {
         if (!is_first)
-          reader.fail(name, " stands behind a material value; it must be the first of them");
+          reader.fail(name, " is after another material value; it must be the first one");
         reader.require_words(2, name + " word");
         try {
           material.law = contact_law_of(std::string(reader.word(1)));
@@ -184,10 +185,10 @@ namespace {
         reader.fail("'", name, "' is not a material value",
                     D == 2 ? "" : std::string(" of ") + DimensionWords<D>::grains,
                     name == "cell" ? "; still missing: " + missing()
-                                   : did_you_mean(name, known, "these are"));
+                                   : did_you_mean(name, known, "the material values are"));
       }
       if (!entry->parameter->is_of(material.law, D))
-        reader.fail("the contact law ", word_of(material.law), " has no ", name);
+        reader.fail("contact law ", word_of(material.law), " has no material value ", name);
       if (seen[name]) reader.fail(name, " is given twice");
       seen[name] = true;
       reader.require_words(2, name + " value");
@@ -257,7 +258,7 @@ namespace {
       pair.first = reader.integer<std::int32_t>(0, "grain id", 1, state.num_grains()) - 1;
       pair.second = reader.integer<std::int32_t>(1, "grain id", 1, state.num_grains()) - 1;
       if (pair.first == pair.second)
-        reader.fail("contact joins grain ", pair.first + 1, " to itself");
+        reader.fail("contact connects grain ", pair.first + 1, " to itself");
       for (int m = 0; m < remembered; ++m) {
         const RememberedNumber<D> &number = pair_memory<D>()[m];
         number.of(pair) = reader.finite_number(2 + m, number.what);
@@ -292,7 +293,7 @@ namespace {
     reader.begin_packing();
     const int dimension = read_dimension(reader);
     if (dimension != D)
-      reader.fail("the packing is of ", grains_of(dimension), "; one of ", grains_of(D),
+      reader.fail("the packing has ", grains_of(dimension), "; a packing of ", grains_of(D),
                   " was expected");
     reader.next("'material'");
     reader.require_keyword("material", 1, "material");
@@ -318,7 +319,7 @@ namespace {
                   did_you_mean(
                       reader.word(0),
                       {"deformation", "servo_velocity_gradient", "largest_contact_force", "grains"},
-                      "before it may stand, in this order,"));
+                      "the statements here are, in this order,"));
     reader.require_words(2, "grains N");
     const int num_grains = reader.integer<int>(1, "number of grains", 1, INT32_MAX / 4);
     read_grains(reader, num_grains, state);

@@ -99,7 +99,7 @@ template <int D> class WaySearch {
     throw InputError(concat("no packing with void ratio ", goal, " within ",
                             recipe.void_ratio_tolerance,
                             " was found for this seed; the closest has ", best,
-                            ": take another seed or a larger tolerance"));
+                            ": use another seed or a larger tolerance of the void ratio"));
   }
 
  private:
@@ -173,11 +173,12 @@ template <int D> class WaySearch {
   [[noreturn]] void unreachable(const Specimen<D> &extreme) const
   {
     const double reached = extreme.void_ratio, other_end = frictionless.void_ratio;
-    throw InputError(concat(
-        "void ratio ", *recipe.void_ratio, " cannot be reached at this pressure: the ",
-        looser ? "loosest (preparation friction 1)" : "densest (overconsolidated)",
-        " packing of this recipe has ", reached, "; reachable is ", std::min(reached, other_end),
-        " to ", std::max(reached, other_end), " on this side of the frictionless packing"));
+    throw InputError(
+        concat("void ratio ", *recipe.void_ratio, " cannot be reached at this pressure: the ",
+               looser ? "loosest (preparation friction 1)" : "densest (overconsolidated)",
+               " packing of this recipe has void ratio ", reached, "; use a void ratio from ",
+               std::min(reached, other_end), " to ", std::max(reached, other_end),
+               ", the range between this packing and the frictionless one"));
   }
 };
 

@@ -91,13 +91,13 @@ DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &
   const KernelCache::Turn turn(cache, key);
   if (cache.load(key, compiled)) return compiled;
   if (!cache.obstacle().empty())
-    log("no compiled kernel is taken from the cache: " + cache.obstacle());
+    log("the cache of compiled kernels cannot be read: " + cache.obstacle());
   const auto begin = WallClock::now();
   compiled = nvrtc.compile(source, kernel_headers(), options, kernel);
   cache.store(key, compiled);
   log("compiled " + kernel + " for " + target + " in " + rounded(seconds_since(begin)) + " s" +
       (cache.obstacle().empty() ? ""
-                                : ", but could not keep it for the next run: " + cache.obstacle()));
+                                : ", but could not store it in the cache: " + cache.obstacle()));
   return compiled;
 }
 

@@ -96,8 +96,8 @@ ServoModesOf<D>::ServoModesOf(const std::vector<ComponentSum<D>> &rates,
   for (std::size_t k = 0; k < modes.size(); ++k)
     free = free && dot<D>(modes[k], modes[k]) > DEPENDENT * dot<D>(of_stresses[k], of_stresses[k]);
   require(free,
-          "a stress has a goal whose work conjugate is prescribed by the rates, which leave "
-          "nothing to reach it with");
+          "a stress goal cannot be reached: the conditions on rates prescribe the strain rate "
+          "that is its work conjugate");
 
   for (const ComponentSum<D> &rate : of_rates) unit_rates.push_back(upper<D>(rate));
   for (std::size_t k = 0; k < modes.size(); ++k) {

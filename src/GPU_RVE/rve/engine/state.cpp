@@ -82,7 +82,7 @@ namespace {
 
   void require_count(std::size_t size, std::size_t expected, const std::string &what)
   {
-    require(size == expected, "RVE has ", size, " ", what, "; its grains ask for ", expected);
+    require(size == expected, "RVE has ", size, " ", what, "; it must have ", expected);
   }
 
   void check_parameter(double value, const MaterialParameter &parameter)
@@ -122,19 +122,18 @@ namespace {
     // Parameters without effect are errors.
     require(material.rolling_viscosity == 0.0 || material.rolling_stiffness > 0.0,
             "rolling viscosity is ", material.rolling_viscosity,
-            " [force time/length], and the rolling stiffness is 0; it must be above 0 beside a "
-            "viscosity");
+            " [force time/length], but rolling stiffness is 0; with a rolling viscosity it must be "
+            "above 0");
     const bool has_sds_twisting = material.twisting_stiffness != 0.0 ||
         material.twisting_friction != 0.0 || material.twisting_viscosity != 0.0;
     require(material.twisting_marshall == 0.0 || !has_sds_twisting,
-            "twisting_marshall is 1, by which friction resists twisting, and twisting stiffness, "
-            "friction or viscosity are ",
-            material.twisting_stiffness, ", ", material.twisting_friction, " and ",
-            material.twisting_viscosity, "; they must be 0 with twisting_marshall");
+            "twisting stiffness, friction and viscosity are ", material.twisting_stiffness, ", ",
+            material.twisting_friction, " and ", material.twisting_viscosity,
+            "; they must be 0 with twisting_marshall 1, where friction resists twisting");
     require(material.twisting_viscosity == 0.0 || material.twisting_stiffness > 0.0,
             "twisting viscosity is ", material.twisting_viscosity,
-            " [force length time], and the twisting stiffness is 0; it must be above 0 beside a "
-            "viscosity");
+            " [force length time], but twisting stiffness is 0; with a twisting viscosity it must "
+            "be above 0");
   }
 
   // Checks quantities that follow from a material and a radius, for the smallest and the largest
@@ -216,9 +215,9 @@ namespace {
       const PairOf<D> &pair = state.pairs[k];
       const auto name = [&] { return concat("pair ", k + 1); };
       for (const std::int32_t grain : {pair.first, pair.second})
-        require(grain >= 0 && grain < state.num_grains(), name, " names grain ",
-                grain + std::int64_t{1}, "; grains are 1 to ", state.num_grains());
-      require(pair.first != pair.second, name, " joins grain ", pair.first + 1, " to itself");
+        require(grain >= 0 && grain < state.num_grains(), name, " has grain ",
+                grain + std::int64_t{1}, "; grain numbers are 1 to ", state.num_grains());
+      require(pair.first != pair.second, name, " connects grain ", pair.first + 1, " to itself");
       for (const RememberedNumber<D> &number : pair_memory<D>())
         require_finite(
             number.of(pair), [&] { return concat(number.what, " of ", name); }, number.unit);
@@ -228,7 +227,7 @@ namespace {
     const auto twice = std::adjacent_find(ends.begin(), ends.end());
     if (twice != ends.end())
       throw InputError(concat("grains ", twice->first + 1, " and ", twice->second + 1,
-                              " are paired twice; a pair has one history"));
+                              " form a pair twice; each pair must be given once"));
   }
 
   // ---- record ----
@@ -283,7 +282,7 @@ namespace {
       std::uint64_t count = 0;
       (*this)(count);
       require(count <= left / sizeof(T),
-              "RVE record is damaged: an array is longer than the image");
+              "RVE record is damaged: an array is longer than the record");
       values.resize(count);
       take(values.data(), count * sizeof(T));
     }
@@ -441,7 +440,7 @@ template <int D> std::vector<double> RveStateOf<D>::positions() const
 template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
 {
   require(determinant(cell) > 0.0, "cell ", DimensionWords<D>::volume, " is ", determinant(cell),
-          " ", DimensionWords<D>::unit_of_volume, "; positions need one above 0");
+          " ", DimensionWords<D>::unit_of_volume, "; it must be above 0");
   const Tensor<double, D> to_fractional = inverse(cell);
   std::vector<std::uint64_t> result(x.size());
   for (std::size_t i = 0; i + D <= x.size(); i += D)
@@ -462,7 +461,7 @@ template <int D> void RveStateOf<D>::check_sizes() const
   check_material<D>(material);
   if (D == 3)
     require_sound(material.thickness == 1.0, material.thickness, "the thickness of spheres",
-                  "[length]", "1: spheres have none");
+                  "[length]", "1, because spheres have no thickness");
   require(!radius.empty(), "RVE has no grains; it needs at least one");
   for (std::size_t i = 0; i < radius.size(); ++i)
     require_positive(
@@ -504,7 +503,7 @@ template <int D> void RveStateOf<D>::check() const
     require_count(order.size(), n, "storage order");
     for (const std::int32_t i : order) {
       require(i >= 0 && static_cast<std::size_t>(i) < n && !seen[i],
-              "storage order must name each grain once");
+              "storage order must contain each grain once");
       seen[i] = 1;
     }
   }
@@ -548,17 +547,18 @@ template <int D> RveStateOf<D> deserialize(const char *data, std::size_t size)
 {
   RecordHeader header{};
   require(size >= sizeof(header), "RVE record is damaged: it has ", size,
-          " bytes, its header alone takes ", sizeof(header));
+          " bytes, but its header alone has ", sizeof(header));
   std::memcpy(&header, data, sizeof(header));
-  require(header.magic == MAGIC, "not an RVE record of this machine's byte order");
+  require(header.magic == MAGIC,
+          "the bytes are not an RVE record, or have the byte order of another machine");
   require((D == 3) == (header.version == VERSION_OF_SPHERES),
-          D == 3 ? "the RVE record is of disks; spheres are wanted"
-                 : "the RVE record is of spheres; disks are wanted");
+          D == 3 ? "the RVE record has disks; it must have spheres"
+                 : "the RVE record has spheres; it must have disks");
   require(D == 3 || header.version == VERSION || header.version == VERSION_WITH_LAW,
           "RVE record has version ", header.version, "; this program reads versions ", VERSION,
           " and ", VERSION_WITH_LAW);
-  require(header.bytes == size, "RVE record is damaged: it has ", size, " bytes, its header says ",
-          header.bytes);
+  require(header.bytes == size, "RVE record is damaged: it has ", size,
+          " bytes, but its header gives ", header.bytes);
   require(header.checksum == checksum_of(data + sizeof(header), size - sizeof(header)),
           "RVE record is damaged: its checksum does not match");
 

@@ -69,7 +69,7 @@ KernelVariant memory_variant(const ContactModel &contacts)
   const auto found = std::find_if(TABLE.begin(), TABLE.end(), [&](const VariantFeatures &one) {
     return features_of(one.memory).contacts.serves(contacts);
   });
-  require(found != TABLE.end(), "there is no kernel variant for RVEs with ", to_string(contacts));
+  require(found != TABLE.end(), "there are no kernels for RVEs with ", to_string(contacts));
   return found->memory;
 }
 
@@ -78,7 +78,7 @@ KernelVariant richest_variant(ContactLaw law, int dimension)
   const auto last = std::find_if(TABLE.rbegin(), TABLE.rend(), [&](const VariantFeatures &one) {
     return one.contacts.law == law && one.contacts.dimension == dimension;
   });
-  require(last != TABLE.rend(), "there is no kernel variant for the contact law ", word_of(law));
+  require(last != TABLE.rend(), "there are no kernels for contact law ", word_of(law));
   return last->memory;
 }
 
@@ -89,9 +89,8 @@ KernelVariant choose_variant(KernelVariant memory, const CallNeeds &needs)
   });
   require(found != TABLE.end(), [&] {
     const CallNeeds &has = features_of(memory).has;
-    return std::string("the contact law ") + word_of(features_of(memory).contacts.law) +
-        " has no " +
-        (needs.friction && !has.friction ? "friction" : "dashpots and no arms of LAMMPS");
+    return std::string("contact law ") + word_of(features_of(memory).contacts.law) + " supports " +
+        (needs.friction && !has.friction ? "no friction" : "neither dashpots nor arms lammps");
   });
   return static_cast<KernelVariant>(found - TABLE.begin());
 }
