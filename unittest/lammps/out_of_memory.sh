@@ -34,7 +34,7 @@ run() {
 }
 
 if run 2000000 "$@"; then echo "2 MB are enough for 120 RVEs"; exit 1; fi
-grep "ERROR: fix rve: 120 RVEs of 3 MPI ranks need .* RVEs would fit" many.out || { cat many.out; exit 1; }
+grep "ERROR: fix rve grains: 120 RVEs of 3 MPI ranks need .* RVEs would fit" many.out || { cat many.out; exit 1; }
 needed=$(sed -n 's/.*MPI ranks need \([0-9.]*\) MB.*/\1/p' many.out | head -1)
 fit=$(sed -n 's/.* MB are free; \([0-9]*\) RVEs would fit.*/\1/p' many.out | head -1)
 [ "$fit" -gt 30 ] && [ "$fit" -lt 60 ] || { echo "$fit RVEs of about 40 kB are said to fit in 2 MB"; exit 1; }
