@@ -142,11 +142,10 @@ void ComputeRveContactLocal::compute_local()
   });
   MPI_Allreduce(&mine, &found, 1, MPI_INT, MPI_MAX, world);
   if (!found)
-    error->all(
-        FLERR,
-        "compute rve/contact/local {}: no atom of group {} has an RVE of fix {}; choose atoms "
-        "of its group, as in: group look id 17",
-        id, group->names[igroup], impl->fix->id);
+    error->all(FLERR,
+               "compute rve/contact/local {}: no atom of group {} has an RVE of fix {}; use a "
+               "group of atoms of that fix, for example: group look id 17",
+               id, group->names[igroup], impl->fix->id);
   size_local_rows = static_cast<int>(rows.size() / impl->quantities.size());
   impl->values.resize(size_local_rows, vector_local, array_local);
   std::copy(rows.begin(), rows.end(), impl->values.row(0));

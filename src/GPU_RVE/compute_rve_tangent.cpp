@@ -178,12 +178,13 @@ ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
   }
   words.suggest(names_of(QUANTITIES));
   while (words.next_keyword()) words.read(KEYWORDS, impl->settings);
-  if (impl->quantities.empty()) words.refuse("it needs at least one quantity before its keywords");
+  if (impl->quantities.empty())
+    words.refuse("at least one quantity must be given before the keywords");
   const Settings &settings = impl->settings;
   if (settings.kind == macro::TangentKind::Elastic)
     for (const char *keyword : {"lead", "lead_steps", "spread"})
       if (words.has(keyword))
-        words.refuse(fmt::format("{} is of kind loading, and its kind is elastic", keyword));
+        words.refuse(fmt::format("{} is for kind loading, but the kind is elastic", keyword));
   try {
     settings.options().check(who);
   } catch (const rve::InputError &problem) {    // on all ranks, which have the same words

@@ -169,16 +169,21 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
     const bigint most = MOST_GRAINS / std::max(recipe.num_grains, FEWEST_GRAINS);
     if (request.num_packings() > most)
       error->all(FLERR,
-                 "create_rve: a library of {} packings with {} grains each is too large; it can "
-                 "have at most {} of them, {} grains in all, which take tens of GB: use fewer "
-                 "seeds, or make several libraries",
+                 "create_rve: a library of {} packings with {} grains each is too large; the limit "
+                 "is {} packings of this size, {} grains in total, which take tens of GB: use "
+                 "fewer seeds, or make several libraries",
                  request.num_packings(), recipe.num_grains, most, MOST_GRAINS);
     return request;
   }
 
   if (!request.void_ratios.empty() && !request.frictions.empty() && request.frictions[0] > 0.0)
-    error->all(FLERR, "create_rve: void_ratio finds friction_prep itself; give one of them");
-  if (request.skip) error->all(FLERR, "create_rve: policy skip is for libraries");
+    error->all(FLERR,
+               "create_rve: void_ratio and friction_prep exclude each other, because void_ratio "
+               "determines friction_prep");
+  if (request.skip)
+    error->all(FLERR,
+               "create_rve: policy skip is for libraries only; give seeds, or several values of "
+               "pressure, void_ratio or friction_prep");
   recipe.pressure = request.pressures[0];
   if (!request.void_ratios.empty()) recipe.void_ratio = request.void_ratios[0];
   if (!request.frictions.empty()) recipe.preparation_friction = request.frictions[0];
@@ -216,12 +221,11 @@ template <int D> void warn_of_overlap(LAMMPS *lmp, const PackingRequest &request
   const std::string remedy = is_linear
       ? "kn of at least " + rve::number(recipe.pressure * depth / rve::SMALL_CONTACT_STRAIN)
       : "stiffer grains";
-  lmp->error->warning(FLERR,
-                      "create_rve: grains will overlap by about {} of their diameter{}; above {} "
-                      "the packing is softer and denser than stiff grains are: use {}, or a "
-                      "smaller pressure{}",
-                      rve::number(strain), why, rve::SMALL_CONTACT_STRAIN, remedy,
-                      D == 2 ? " or thickness" : "");
+  lmp->error->warning(
+      FLERR,
+      "create_rve: grains will overlap by about {} of their diameter{}; above {} a packing is "
+      "softer and denser than one of stiff grains: use {}, or a smaller pressure{}",
+      rve::number(strain), why, rve::SMALL_CONTACT_STRAIN, remedy, D == 2 ? " or thickness" : "");
 }
 
 template <int D>

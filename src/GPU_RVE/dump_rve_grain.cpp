@@ -148,9 +148,10 @@ DumpRveGrain::DumpRveGrain(LAMMPS *lmp, std::unique_ptr<Impl> _impl) :
     impl(std::move(_impl))
 {
   if (binary)
-    error->all(FLERR,
-               "dump rve/grain {}: file {} would be binary; write text, for example grains.dump",
-               id, filename);
+    error->all(
+        FLERR,
+        "dump rve/grain {}: file {} would be binary; use a text file, for example grains.dump", id,
+        filename);
   std::string names, formats;
   key2col.clear();
   for (int k = 0; k < nfield; k++) {
@@ -182,11 +183,10 @@ int DumpRveGrain::modify_param(int narg, char **arg)
 {
   for (const char *word : {"region", "thresh", "triclinic/general"})
     if (strcmp(arg[0], word) == 0)
-      error->all(
-          FLERR,
-          "dump_modify {}: {} is of atoms and of the simulation box; dump rve/grain writes all "
-          "grains of an RVE in its own cell",
-          id, word);
+      error->all(FLERR,
+                 "dump_modify {}: {} is not supported by dump rve/grain, which writes all grains "
+                 "of an RVE in its own cell",
+                 id, word);
   return DumpCustom::modify_param(narg, arg);
 }
 
@@ -208,8 +208,8 @@ int DumpRveGrain::count()
   if (found != 1)
     error->all(
         FLERR,
-        "dump rve/grain {}: {} atoms of group {} have an RVE of fix {}; it must be one, as a "
-        "frame has one cell; choose it as in: group look id 17",
+        "dump rve/grain {}: {} atoms of group {} have an RVE of fix {}; there must be exactly one, "
+        "because a frame has one cell: choose it, for example with group look id 17",
         id, found, group->names[igroup], impl->fix->id);
   MPI_Allreduce(MPI_IN_PLACE, impl->cell, 9, MPI_DOUBLE, MPI_SUM, world);
   MPI_Allreduce(MPI_IN_PLACE, &impl->half_slab, 1, MPI_DOUBLE, MPI_SUM, world);

@@ -33,12 +33,12 @@ using namespace FixConst;
 
 FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
-  require_mechanical_units(lmp, "Fix mpm");
+  require_mechanical_units(lmp, fmt::format("fix mpm {}", id));
   const bool has_z = domain->dimension == 3;
   if (domain->xperiodic || domain->yperiodic || (has_z && domain->zperiodic))
-    error->all(FLERR, "Fix mpm requires boundary f, s or m in {}: its grid is not periodic",
+    error->all(FLERR, "fix mpm {}: the grid is not periodic; use boundary f, s or m in {}", id,
                has_z ? "x, y and z" : "x and y");
-  if (atom->tag_enable == 0) error->all(FLERR, "Fix mpm requires atom IDs");
+  if (atom->tag_enable == 0) error->all(FLERR, "fix mpm {}: atoms must have IDs", id);
 
   time_integrate = 1;
   scalar_flag = vector_flag = peratom_flag = 1;
@@ -51,7 +51,7 @@ FixMpm::FixMpm(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
     impl = std::make_unique<ImplOf<3>>(this, narg, arg);
   else
     impl = std::make_unique<ImplOf<2>>(this, narg, arg);
-  warn_of_dropped_records(lmp, fmt::format("Fix mpm {}", id));
+  warn_of_dropped_records(lmp, fmt::format("fix mpm {}", id));
 
   FixMpm::grow_arrays(atom->nmax);
   for (int i = 0; i < atom->nlocal; i++) FixMpm::set_arrays(i);
@@ -74,41 +74,46 @@ int FixMpm::setmask()
 void FixMpm::init()
 {
   if (update->whichflag == 2)
-    error->all(FLERR, "Fix mpm cannot be used with minimize: its points have no energy");
-  if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, "Fix mpm does not support run_style respa");
-  if (input->command && strcmp(input->command, "rerun") == 0)
     error->all(
         FLERR,
-        "Fix mpm cannot be used with rerun: strains and stresses of points follow from their "
-        "whole history, which positions in a dump do not have");
+        "fix mpm {}: minimize cannot be used, because material points have no energy; use run", id);
+  if (utils::strmatch(update->integrate_style, "^respa"))
+    error->all(FLERR, "fix mpm {}: run_style respa is not supported; use run_style verlet", id);
+  if (input->command && strcmp(input->command, "rerun") == 0)
+    error->all(FLERR,
+               "fix mpm {}: rerun cannot be used, because stresses depend on the whole history of "
+               "the points, which a dump file does not contain",
+               id);
 
   set_up_without_pairs(lmp);
   const bigint members = group->count(igroup);
-  if (members == 0) error->all(FLERR, "Fix mpm: group '{}' has no atoms", group->names[igroup]);
+  if (members == 0)
+    error->all(FLERR, "fix mpm {}: group {} has no atoms", id, group->names[igroup]);
   if (members != atom->natoms)
-    error->all(FLERR, "Fix mpm needs all atoms in its group; {} of {} are not in '{}'",
-               atom->natoms - members, atom->natoms, group->names[igroup]);
+    error->all(FLERR,
+               "fix mpm {}: {} of {} atoms are not in group {}; the group of the fix must contain "
+               "all atoms",
+               id, atom->natoms - members, atom->natoms, group->names[igroup]);
 
   for (const auto &other : modify->get_fix_list()) {
     if (other == this || group->count(other->igroup) == 0) continue;
     // a fix rve counts as an integrator but moves no atoms
     if (other->time_integrate && !dynamic_cast<FixRve *>(other))
-      error->all(FLERR, "Fix mpm: fix {} (style {}) integrates the same atoms", other->id,
-                 other->style);
+      error->all(FLERR,
+                 "fix mpm {}: fix {} (style {}) integrates the same atoms; delete it, because fix "
+                 "mpm moves all points",
+                 id, other->id, other->style);
     if (other->box_change & ~BOX_CHANGE_DOMAIN)
       error->all(
           FLERR,
-          "Fix mpm: fix {} (style {}) changes the box and moves atoms with it, which the strains "
-          "of material points would not know of; deform the material by boundary, rigid or "
-          "traction",
-          other->id, other->style);
+          "fix mpm {}: fix {} (style {}) changes the box and moves atoms with it, which strains of "
+          "material points would not include; deform the material by boundary, rigid or traction",
+          id, other->id, other->style);
     if (utils::strmatch(other->style, "^setforce") || utils::strmatch(other->style, "^freeze"))
-      error->all(
-          FLERR,
-          "Fix mpm: fix {} (style {}) acts on material points, but forces do not hold a continuum; "
-          "prescribe its velocity with the keyword rigid or boundary of fix mpm",
-          other->id, other->style);
+      error->all(FLERR,
+                 "fix mpm {}: fix {} (style {}) sets forces on material points, which does not "
+                 "hold a continuum; prescribe velocities with the keyword rigid or boundary",
+                 id, other->id, other->style);
   }
 
   impl->find_models();

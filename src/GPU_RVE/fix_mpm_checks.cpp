@@ -141,15 +141,15 @@ template <int D> void MpmChecks<D>::check_positions() const
 {
   if (points_then != atom->natoms || positions_then == sum_of_positions()) return;
   if (box() != box_then)
-    error->all(
-        FLERR,
-        "Fix mpm: points and box have been changed since the last run, by change_box with remap "
-        "perhaps; strains and stresses of the points do not know of that. Change the box without "
-        "remap, or before the fix is defined");
+    error->all(FLERR,
+               "fix mpm {}: points and simulation box have changed since the last run (for example "
+               "by change_box with remap), but strains and stresses of the points have not; change "
+               "the box without remap, or before the fix is defined",
+               setup.fix->id);
   if (comm->me == 0)
     error->warning(FLERR,
-                   "Fix mpm {}: points have been moved since the last run; their displacements "
-                   "include that, their strains and stresses do not",
+                   "fix mpm {}: points have been moved since the last run; their displacements "
+                   "include this motion, their strains and stresses do not",
                    setup.fix->id);
 }
 
@@ -169,11 +169,10 @@ template <int D> void MpmChecks<D>::check_overlap()
   MPI_Allreduce(MPI_IN_PLACE, several, 2, MPI_LMP_BIGINT, MPI_SUM, world);
   for (int k = 0; k < 2; k++)
     if (several[k] > 0 && comm->me == 0)
-      error->warning(
-          FLERR,
-          "Fix mpm {}: {} points are in the groups of more than one {}; the last one in the "
-          "fix counts",
-          setup.fix->id, several[k], k == 0 ? "model" : "rigid body");
+      error->warning(FLERR,
+                     "fix mpm {}: {} points are in the groups of more than one {}; the last one in "
+                     "the command applies",
+                     setup.fix->id, several[k], k == 0 ? "model" : "rigid body");
   warned_overlap = several[0] + several[1] > 0;
 }
 
@@ -212,18 +211,17 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   const double h = grid.cell_size();
   const char *const volume = D == 2 ? "area" : "volume";
   const std::string text =
-      fmt::format("{} of {} cells that {}points fill, {} [distance] each, have more than {} "
-                  "times their {} in points, the fullest {:.3g} times. They are too heavy and "
-                  "too stiff by that factor. Each new point has the {} {} [distance^{}]: give the "
-                  "right one with points_per_cell or volume, and look for points that were made "
-                  "twice{}",
+      fmt::format("{} of {} cells with {}points, {} [distance] each, contain more than {} times "
+                  "their {}, at most {:.3g} times. Mass and stiffness are too large by this "
+                  "factor. Each new point has the {} {} [distance^{}]: give the correct value with "
+                  "points_per_cell or volume, and check for points that were created twice{}",
                   over, cells, are_all_new ? "" : "new ",
                   D == 2 ? fmt::format("{} by {}", h, h) : fmt::format("{} by {} by {}", h, h, h),
                   FULL, volume, fullest, volume, setup.settings.initial_volume, D,
-                  are_all_new ? "" : " or on top of those that were there");
-  if (are_all_new && 2 * over > cells) error->all(FLERR, "Fix mpm: {}", text);
+                  are_all_new ? "" : " or on top of existing ones");
+  if (are_all_new && 2 * over > cells) error->all(FLERR, "fix mpm {}: {}", setup.fix->id, text);
   warned_full = in_run;
-  if (comm->me == 0) error->warning(FLERR, "Fix mpm {}: {}", setup.fix->id, text);
+  if (comm->me == 0) error->warning(FLERR, "fix mpm {}: {}", setup.fix->id, text);
 }
 
 /// LAMMPS deletes atoms outside of the simulation box when it exchanges atoms. It is no error if a
@@ -243,12 +241,12 @@ template <int D> void MpmChecks<D>::check_bodies(const Points &points, bool adva
     std::string box;
     for (int a = 0; a < D; a++)
       box += fmt::format("{}{} from {} to {}", a == 0 ? "" : ", ", "xyz"[a], lo[a], hi[a]);
-    error->all(FLERR,
-               "Fix mpm, step {}: rigid body {} has lost {} of its {} points, which left the "
-               "simulation box, {} [length]; make the box large enough for the whole way of the "
-               "body",
-               update->ntimestep, setup.settings.bodies[b].group, body_points[b] - count[b],
-               body_points[b], box);
+    error->all(
+        FLERR,
+        "fix mpm {}: step {}: rigid body {} has lost {} of its {} points, which left the "
+        "simulation box, {} [length]; make the box large enough for the whole motion of the body",
+        setup.fix->id, update->ntimestep, setup.settings.bodies[b].group, body_points[b] - count[b],
+        body_points[b], box);
   }
   body_points.assign(count.begin(), count.end() - 1);
 }
@@ -260,8 +258,8 @@ template <int D> void MpmChecks<D>::check_enclosed(const Points &points) const
     MPI_Allreduce(MPI_IN_PLACE, &enclosed, 1, MPI_LMP_BIGINT, MPI_SUM, world);
     if (enclosed > 0 && comm->me == 0)
       error->warning(FLERR,
-                     "Fix mpm {}: {} points that are not of the rigid body {} are inside of its "
-                     "form; place the body beside the material and beside other bodies",
+                     "fix mpm {}: {} points that do not belong to the rigid body {} are inside its "
+                     "form; place the body next to the material and to other bodies",
                      setup.fix->id, enclosed, setup.settings.bodies[b].group);
   }
 }
@@ -276,8 +274,8 @@ template <int D> void MpmChecks<D>::report_parts()
   if (comm->me != 0) return;
   const std::string each = least == most ? fmt::format("{}", most)
                                          : fmt::format("{} to {}", least, most);
-  utils::logmesg(lmp, "fix mpm {}: {} {} of {:.0f} nodes of the grid\n", setup.fix->id,
-                 comm->nprocs == 1 ? "this rank holds" : "each rank holds", each,
+  utils::logmesg(lmp, "fix mpm {}: {}{} of {:.0f} grid nodes are in memory\n", setup.fix->id,
+                 comm->nprocs == 1 ? "" : "on each MPI rank ", each,
                  setup.solver->grid().all().count());
 }
 
@@ -302,15 +300,16 @@ template <int D> void MpmChecks<D>::report_damping(int last)
 {
   if (comm->me != 0 || !(reaction_sum > 0.0)) return;
   const double share = damping_sum / reaction_sum;
-  const std::string text = fmt::format(
-      "local damping {} amounts to {:.2g} % of the largest reaction, in the mean of this "
-      "run: reactions on two sides of the material differ by as much",
-      setup.settings.options.damping, 100.0 * share);
+  const std::string text =
+      fmt::format("local damping {} amounts to {:.2g} % of the largest reaction on average over "
+                  "this run; reactions on opposite sides of the material differ by this amount",
+                  setup.settings.options.damping, 100.0 * share);
   // the warning comes once; later runs log their own number
   if (share > DAMPING_WARN && !warned_damping) {
     warned_damping = true;
     error->warning(FLERR,
-                   "Fix mpm {}: {}. f_{}[{}] and f_{}[{}] are its force; use less damping, or none",
+                   "fix mpm {}: {}. f_{}[{}] and f_{}[{}] are components of the damping force; use "
+                   "less damping, or none",
                    setup.fix->id, text, setup.fix->id, last - 1, setup.fix->id, last);
   } else
     utils::logmesg(lmp, "fix mpm {}: {}\n", setup.fix->id, text);

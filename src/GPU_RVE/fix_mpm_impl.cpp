@@ -47,7 +47,7 @@ FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
   for (const MpmModel<D> &model : settings.models)
     if (model.law && doubt.empty()) doubt = model.law->doubt_about(initial);
   if (!doubt.empty() && comm->me == 0)
-    error->warning(FLERR, "Fix mpm {}: the initial stress {:g} {:g} {}", fix->id, initial(0, 0),
+    error->warning(FLERR, "fix mpm {}: the initial stress {:g} {:g} {}", fix->id, initial(0, 0),
                    initial(1, 1), doubt);
   lay_out_memory();
 
@@ -59,8 +59,9 @@ FixMpm::ImplOf<D>::ImplOf(FixMpm *_fix, int narg, char **arg) :
   // the solver makes collective calls only after all ranks agree that none has failed
   // (raise_on_all)
   std::string notice;
-  collectively(lmp, "Fix mpm", [&] {
-    solver = std::make_unique<mpm::MpmSolver<D>>(settings.options, mpm_communication(lmp), &notice);
+  collectively(lmp, settings.name(), [&] {
+    solver = std::make_unique<mpm::MpmSolver<D>>(settings.options,
+                                                 mpm_communication(lmp, settings.name()), &notice);
   });
   if (comm->me == 0) {
     utils::logmesg(lmp, "fix mpm {}: {}\n", fix->id, solver->description());
@@ -90,8 +91,8 @@ template <int D> void FixMpm::ImplOf<D>::lay_out_memory()
         if (variable.name == name) unit = variable.unit;
       }
     if (!field && std::find(known.begin(), known.end(), name) == known.end())
-      error->all(FLERR, "Fix mpm column: no model has the state variable '{}'{}", name,
-                 known.empty() ? std::string("; the models have none")
+      error->all(FLERR, "fix mpm {}: column: no model has the state variable '{}'{}", fix->id, name,
+                 known.empty() ? std::string("; the models have no state variables")
                                : rve::did_you_mean(name, known, "there are"));
     state_columns.push_back(name);
     if (comm->me == 0)
@@ -164,8 +165,8 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
         const FixRve *const source = grains[model[i]];
         if (source && source->rves().slot[i] >= 0 && update->ntimestep > update->firststep)
           throw rve::InputError(fmt::format(
-              "atom {} has joined group {} of the model rve {} in the run, and its RVE has not "
-              "followed its deformation before; let the group change between runs",
+              "atom {} has joined group {} of the model rve {} during the run, but its RVE does "
+              "not have its earlier deformation; change the group between runs only",
               atom->tag[i], settings.models[model[i]].group, source->id));
         begin_memory(i);
       }
@@ -184,16 +185,15 @@ template <int D> void FixMpm::ImplOf<D>::find_members_of_run()
     for (int i = 0; i < atom->nlocal; i++) {
       if (body[i] >= 0) continue;
       if (model[i] < 0)
-        throw rve::InputError(
-            fmt::format("atom {} has left the groups of all models in the run; a point needs a "
-                        "model as long as "
-                        "it exists: use groups that keep their atoms, or add a model for the rest",
-                        atom->tag[i]));
+        throw rve::InputError(fmt::format(
+            "atom {} has left the groups of all models during the run; every point needs a model: "
+            "use groups that keep their atoms, or add a model for the rest",
+            atom->tag[i]));
       FixRve *const source = grains[model[i]];
       if (source && source->rves().slot[i] < 0)
         throw rve::InputError(fmt::format(
-            "atom {} has joined group {} of the model rve {} in the run and has no RVE; RVEs are "
-            "made where a run begins: let the group change between runs",
+            "atom {} has joined group {} of the model rve {} during the run and has no RVE; RVEs "
+            "are created only at the start of a run: change the group between runs only",
             atom->tag[i], settings.models[model[i]].group, source->id));
     }
   });
@@ -222,7 +222,7 @@ template <int D> mpm::PointView<D> FixMpm::ImplOf<D>::points()
 template <int D> void FixMpm::ImplOf<D>::modify_models(int narg, char **arg)
 {
   fetch_points();
-  this->change_models(MpmModel<D>::modified(lmp, settings.models, narg, arg),
+  this->change_models(MpmModel<D>::modified(lmp, settings.models, fix->id, narg, arg),
                       fmt::format("from step {} on", update->ntimestep));
 }
 
@@ -281,21 +281,25 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
 {
   const bool rigid = body[i] >= 0;
   if (!rigid && model[i] < 0)
-    error->one(FLERR, "Fix mpm: atom {} has no constitutive model; see the keyword model",
-               atom->tag[i]);
+    error->one(FLERR,
+               "fix mpm {}: atom {} has no constitutive model; give a model for its group with the "
+               "keyword model",
+               fix->id, atom->tag[i]);
   const FixRve *source = rigid ? nullptr : grains[model[i]];
   const bool is_new = initial_volume[i] == 0.0;
   if (is_new && in_run && (rigid || source))
-    error->one(FLERR,
-               "Fix mpm, step {}: atom {} was created in this run, as a point of {}; this is "
-               "possible between two runs only. Points of a law in closed form can be created in "
-               "a run",
-               update->ntimestep, atom->tag[i],
-               rigid ? "rigid body " + settings.bodies[body[i]].group
-                     : fmt::format("the RVEs of fix {}", source->id));
+    error->one(
+        FLERR,
+        "fix mpm {}: step {}: atom {} was created during the run as a point of {}; such points can "
+        "be created between runs only, points with an analytic law also during a run",
+        fix->id, update->ntimestep, atom->tag[i],
+        rigid ? "rigid body " + settings.bodies[body[i]].group
+              : fmt::format("the RVEs of fix {}", source->id));
   if (source && source->rves().slot[i] < 0)
-    error->one(FLERR, "Fix mpm: atom {} has no RVE of fix {}; is it in its group?", atom->tag[i],
-               source->id);
+    error->one(
+        FLERR,
+        "fix mpm {}: atom {} has no RVE of fix {}; the group of that fix must contain the atom",
+        fix->id, atom->tag[i], source->id);
   if (!is_new) return false;
   Fields::set_point(i, {});
   const double half = 0.5 * settings.width_of_point();
@@ -313,9 +317,9 @@ template <int D> bool FixMpm::ImplOf<D>::make_point(int i, bool in_run)
     mass[i] = atom->rmass ? atom->rmass[i] : atom->mass[atom->type[i]];
   else
     error->one(FLERR,
-               "Fix mpm: atom {} has no RVE, so the keyword density must give its model, {}, a "
-               "value > 0",
-               atom->tag[i], settings.models[model[i]].group);
+               "fix mpm {}: atom {} has no RVE that gives a density; give the model of group {} a "
+               "density > 0 with the keyword density",
+               fix->id, atom->tag[i], settings.models[model[i]].group);
   return true;
 }
 
@@ -336,9 +340,10 @@ template <int D> void FixMpm::ImplOf<D>::copy_masses()
       atom->rmass[i] = mass[i];
     else if (!rigid && std::fabs(atom->mass[atom->type[i]] / mass[i] - 1.0) > 1e-6)
       error->one(FLERR,
-                 "Fix mpm: atom {} has mass {} = density * volume, but type {} has {} and fix "
-                 "gravity would use that; use atom_style sphere, or set it with the mass command",
-                 atom->tag[i], mass[i], atom->type[i], atom->mass[atom->type[i]]);
+                 "fix mpm {}: atom {} has the mass {} (density * volume), but atom type {} has the "
+                 "mass {}, which fix gravity would use; use atom_style sphere, or set this mass "
+                 "with the mass command",
+                 fix->id, atom->tag[i], mass[i], atom->type[i], atom->mass[atom->type[i]]);
   }
 }
 
@@ -528,28 +533,28 @@ template <int D> int FixMpm::ImplOf<D>::pack_restart(int i, double *buf)
 template <int D> void FixMpm::ImplOf<D>::unpack_restart(int i, int nth)
 {
   claim_points();
-  const auto [extra, size] = records.of(lmp, "Fix mpm", i, nth, restart_step);
+  const auto [extra, size] = records.of(lmp, settings.name(), i, nth, restart_step);
   const auto damaged = [&](const std::string &how) {
     error->one(
         FLERR,
-        "Fix mpm: the record of atom {} in the restart file is damaged: {}. Use an earlier file",
-        atom->tag[i], how);
+        "fix mpm {}: the record of atom {} in the restart file is damaged: {}; use an earlier file",
+        fix->id, atom->tag[i], how);
   };
   if (!is_same_checksum(extra[size - 1], mpm_checksum(extra, size - 1)))
-    damaged("its checksum is not that of its numbers");
-  if (size < RECORD) damaged(fmt::format("it has {} numbers, not {}", size, RECORD));
+    damaged("its checksum does not match its values");
+  if (size < RECORD) damaged(fmt::format("it has {} values instead of {}", size, RECORD));
   Fields::unpack_point(i, extra + RestartRecords::HEADER);
   double &law = remembering[i];
   int num_memory = 0;
   if (law != NO_LAW) {
     if (!(law >= 0.0 && law < (double) law_of_file.size()))
-      damaged(fmt::format("it is of law number {}", law));
+      damaged(fmt::format("the file has no law number {}", law));
     const auto in_file = (std::size_t) law;
     num_memory = size_in_file[in_file];
     law = law_of_file[in_file];
   }
   if (size != RECORD + num_memory)
-    damaged(fmt::format("it has {} numbers, not {}", size, RECORD + num_memory));
+    damaged(fmt::format("it has {} values instead of {}", size, RECORD + num_memory));
   // state variables of a law that no model has are dropped
   if (law != NO_LAW)
     std::copy_n(extra + RestartRecords::HEADER + DOUBLES, num_memory, memory_of(i));
@@ -578,16 +583,16 @@ template <int D> void FixMpm::ImplOf<D>::find_law(const std::string &word, const
   const int law = layout.find(word);
   if (law >= 0 && names != layout.names(law))
     error->all(FLERR,
-               "Fix mpm: the points of law {} in the restart file have the state variables '{}', "
-               "and the law has '{}'",
-               word, names, layout.names(law));
+               "fix mpm {}: law {} has the state variables '{}' in the restart file, but '{}' in "
+               "this program",
+               fix->id, word, names, layout.names(law));
   law_of_file.push_back(law);
   size_in_file.push_back((int) utils::split_words(names).size());
 }
 
 template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
 {
-  const auto then = MpmRestartHead<D>::read(lmp, buf);
+  const auto then = MpmRestartHead<D>::read(lmp, settings.name(), buf);
   restart_step = then.step;
   law_of_file.clear();
   size_in_file.clear();
@@ -618,17 +623,20 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
   if (comm->me != 0) return;
   const std::string other = mpm_differences(then.words, settings.words, false);
   const std::string kept = mpm_differences(then.words, settings.words, true);
-  if (!other.empty()) error->warning(FLERR, "Fix mpm {} continued with: {}", fix->id, other);
+  if (!other.empty())
+    error->warning(FLERR,
+                   "fix mpm {}: continues the run that wrote the restart file with changes: {}",
+                   fix->id, other);
   if (!kept.empty())
     error->warning(FLERR,
-                   "Fix mpm {}: the points in the restart file keep what they have; for new points "
-                   "only: {}",
+                   "fix mpm {}: points of the restart file keep their values; these changes apply "
+                   "to new points only: {}",
                    fix->id, kept);
   if (!new_bodies.empty())
-    error->warning(FLERR,
-                   "Fix mpm {}: rigid bodies that are not in the restart file begin with the "
-                   "displacement 0: {}",
-                   fix->id, utils::join_words(new_bodies, ", "));
+    error->warning(
+        FLERR,
+        "fix mpm {}: rigid bodies that are not in the restart file start with displacement 0: {}",
+        fix->id, utils::join_words(new_bodies, ", "));
 }
 
 template struct FixMpm::ImplOf<2>;

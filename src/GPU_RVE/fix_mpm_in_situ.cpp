@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -63,17 +64,17 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
     if (!(k0[i] > 0.0 && std::isfinite(k0[i]))) wrong_k0.add(atom->tag[i], {k0[i], 0.0, 0.0});
   }
   without_grains.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &) {
-    return fmt::format("Fix mpm insitu: k0 rest is what the grains of RVEs find, and atom {} has "
-                       "no RVE; give k0 as a number (atoms without: {})",
-                       id, all);
+    return fmt::format("fix mpm {}: insitu: k0 rest takes k0 from RVEs, but atom {} has no RVE; "
+                       "give k0 as a number (atoms without an RVE: {})",
+                       setup.fix->id, id, all);
   });
   wrong_k0.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
-    return fmt::format("Fix mpm insitu: k0 of atom {} is {} [-]; it must be greater than 0 (atoms "
-                       "with another one: {})",
-                       id, rve::number(at[0]), all);
+    return fmt::format("fix mpm {}: insitu: k0 of atom {} is {} [-]; it must be greater than 0 "
+                       "(atoms with an invalid value: {})",
+                       setup.fix->id, id, rve::number(at[0]), all);
   });
   macro::GroundAtRest ground(in_situ.gravity, width, D - 1, given, densities(points, made),
-                             mpm_communication(lmp));
+                             mpm_communication(lmp, setup.settings.name()));
   CollectiveError tension;
   for (std::size_t n = 0; n < made.size(); n++) {
     const double pressure = ground.vertical_pressure(n);
@@ -81,10 +82,11 @@ macro::GroundAtRest MpmGround<D>::at_rest(const Points &points, const Atoms &mad
       tension.add(atom->tag[made[n]], {pressure, given.height[n], given.surface[n]});
   }
   tension.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
-    return fmt::format("Fix mpm insitu: the vertical pressure of atom {} is {} [stress], at the "
-                       "height {} under a surface at {} [length]; it must be greater than 0 (atoms "
-                       "with another one: {})",
-                       id, rve::number(at[0]), rve::number(at[1]), rve::number(at[2]), all);
+    return fmt::format("fix mpm {}: insitu: the vertical pressure of atom {} is {} [stress] at the "
+                       "height {} [length], under a surface at {} [length]; it must be greater "
+                       "than 0 (atoms with an invalid value: {})",
+                       setup.fix->id, id, rve::number(at[0]), rve::number(at[1]),
+                       rve::number(at[2]), all);
   });
   return ground;
 }
@@ -115,7 +117,8 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const
   bigint total = height.size();
   MPI_Allreduce(MPI_IN_PLACE, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return ground.density();
-  return macro::level_means(height, value, setup.settings.width_of_point(), mpm_communication(lmp));
+  return macro::level_means(height, value, setup.settings.width_of_point(),
+                            mpm_communication(lmp, setup.settings.name()));
 }
 
 /// Returns the ratio of lateral to vertical stress of points, which must all have RVEs [-].
@@ -150,9 +153,10 @@ template <int D> auto MpmGround<D>::goals_by_components(const Atoms &made) const
     goals.push_back(macro::StressGoal::of<D>(sigma));
   }
   wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
-    return fmt::format("Fix mpm insitu: the stress of atom {} has sxx {}, syy {}, sxy {} [stress]; "
-                       "all components must be finite numbers (atoms with others: {})",
-                       id, at[0], at[1], at[2], all);
+    return fmt::format(
+        "fix mpm {}: insitu: the stress of atom {} has sxx {}, syy {}, sxy {} [stress]; all "
+        "components must be finite numbers (atoms with an invalid value: {})",
+        setup.fix->id, id, at[0], at[1], at[2], all);
   });
   return goals;
 }
@@ -191,7 +195,8 @@ template <int D> auto MpmGround<D>::find(const Points &points, const Atoms &made
   is_new = true;
   // the line would come in each step in which a fix creates points
   if (comm->me == 0 && update->ntimestep == update->firststep)
-    utils::logmesg(lmp, "fix mpm {}: {} points in situ\n", setup.fix->id, total);
+    utils::logmesg(lmp, "fix mpm {}: {} points start with their in-situ stress\n", setup.fix->id,
+                   total);
   return starts;
 }
 
@@ -254,8 +259,7 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
   report_grains(report, ground.rounds());
   if (const auto &k0 = ground.found_k0(); k0 && comm->me == 0)
     utils::logmesg(lmp,
-                   "fix mpm {}: at rest RVEs have k0 from {:.4f} to {:.4f}, in the mean of a "
-                   "level\n",
+                   "fix mpm {}: k0 of the RVEs at rest is {:.4f} to {:.4f}, as mean over a level\n",
                    setup.fix->id, k0->least(), k0->most());
   return starts;
 }
@@ -263,11 +267,13 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
 template <int D>
 void MpmGround<D>::report_grains(const macro::InSituReport &report, int rounds) const
 {
-  if (!setup.has_grains() || comm->me != 0) return;
-  utils::logmesg(lmp,
-                 "fix mpm {}: RVEs took up to {} DEM steps to their stress in situ, in {} rounds "
-                 "of weight and density; the largest error of a component is {:.3g} [stress]\n",
-                 setup.fix->id, report.most_steps, rounds, report.largest_error);
+  // this would repeat the line in each step in which a fix creates points
+  if (!setup.has_grains() || comm->me != 0 || update->ntimestep != update->firststep) return;
+  utils::logmesg(
+      lmp,
+      "fix mpm {}: RVEs needed at most {} DEM steps to their in-situ stress, in {} iterations of "
+      "weight and density; the largest error of a component is {:.3g} [stress]\n",
+      setup.fix->id, report.most_steps, rounds, report.largest_error);
 }
 
 template <int D> double MpmGround<D>::cell_volume() const
@@ -276,7 +282,7 @@ template <int D> double MpmGround<D>::cell_volume() const
   return setup.settings.options.thickness * (D == 2 ? h * h : h * h * h);
 }
 
-template <int D> void MpmGround<D>::check_strength(const Points &points, const Atoms &made) const
+template <int D> void MpmGround<D>::check_strength(const Points &points, const Atoms &made)
 {
   const MpmSettings<D> &settings = setup.settings;
   std::vector<Tensor> after(points.stress, points.stress + points.count);
@@ -303,12 +309,12 @@ template <int D> void MpmGround<D>::check_strength(const Points &points, const A
   }
   MPI_Allreduce(MPI_IN_PLACE, &beyond, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LMP_TAGINT, MPI_MIN, world);
-  if (beyond > 0 && comm->me == 0)
+  if (update->ntimestep == update->firststep) warned_strength = false;
+  if (beyond > 0 && !std::exchange(warned_strength, true) && comm->me == 0)
     error->warning(FLERR,
-                   "Fix mpm {}: the {} of {} points is beyond the strength of their "
-                   "law, that of atom {} for one; they will yield at once. Take {}, or more "
-                   "strength",
-                   setup.fix->id, settings.in_situ.given ? "stress in situ" : "initial stress",
+                   "fix mpm {}: the {} of {} points exceeds the strength of their law (atom {}, "
+                   "for example), so that they yield in the first step; use {}, or more strength",
+                   setup.fix->id, settings.in_situ.given ? "in-situ stress" : "initial stress",
                    beyond, lowest,
                    settings.in_situ.given ? "a k0 between the active and the passive limit"
                                           : "normal stresses with a smaller difference");
@@ -332,24 +338,27 @@ template <int D> void MpmGround<D>::report(const Points &points)
   const double unbalanced = setup.solver->max_unbalanced_force();
   if (comm->me != 0) return;
   if (!(weight > 0.0)) {
-    utils::logmesg(lmp, "fix mpm {}: in situ the largest unbalanced nodal force is {:.3g}\n",
-                   setup.fix->id, unbalanced);
+    utils::logmesg(
+        lmp,
+        "fix mpm {}: the largest unbalanced nodal force of the in-situ state is {:.3g} [force]\n",
+        setup.fix->id, unbalanced);
     return;
   }
   const double share = unbalanced / weight;
   const std::string text = fmt::format(
-      "in situ the largest unbalanced nodal force is {:.3g} of the weight of a cell", share);
+      "the largest unbalanced nodal force of the in-situ state is {:.3g} of the weight of a cell",
+      share);
   if (share <= UNBALANCED_WARN) {
     utils::logmesg(lmp, "fix mpm {}: {}\n", setup.fix->id, text);
     return;
   }
-  error->warning(FLERR, "Fix mpm {}: {}, above {:g}: the ground will move. {}", setup.fix->id, text,
-                 UNBALANCED_WARN,
+  error->warning(FLERR, "fix mpm {}: {}, above {:g}, so that the ground will move. {}",
+                 setup.fix->id, text, UNBALANCED_WARN,
                  by_forces == 0.0
                      ? "No force acts on the points: define fix gravity before this fix"
                      : "Gravity, surcharge, tractions, boundaries and the surface must be those of "
-                       "insitu; under a surface that is not level the ground has to find its "
-                       "balance, in a run with damping");
+                       "insitu. Under a surface that is not level, run with damping until the "
+                       "ground is in equilibrium");
 }
 
 template class LAMMPS_NS::MpmGround<2>;

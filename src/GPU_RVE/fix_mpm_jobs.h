@@ -86,7 +86,7 @@ template <int D> struct MpmSetup {
   template <class Work> void guarded(const Work &work) const
   {
     on_this_rank(
-        lmp, [&] { return fmt::format("Fix mpm {}, step {}", fix->id, lmp->update->ntimestep); },
+        lmp, [&] { return fmt::format("fix mpm {}: step {}", fix->id, lmp->update->ntimestep); },
         work);
   }
 };
@@ -145,7 +145,7 @@ template <int D> class MpmWaves : protected Pointers {
   double courant() const { return number; }
 
   /// Allows warnings again at the beginning of a run.
-  void begin_run() { warned = warned_rounding = false; }
+  void begin_run() { warned = warned_rounding = warned_tangent = false; }
   /// Measures wave speeds of RVEs by tangents of the RVEs with the fastest bounds, which determine
   /// the Courant number.
   void measure(const Points &points);
@@ -164,6 +164,7 @@ template <int D> class MpmWaves : protected Pointers {
   double number = 0.0;
   bool warned = false, warned_sides = false;
   bool warned_rounding = false;    // warned of coordinates far from the origin in this run
+  bool warned_tangent = false;     // warned of RVEs without a measured tangent in this run
 
   std::vector<int> fastest(const Points &points, const FixRve &source,
                            const mpm::Constitutive<D> &law) const;
@@ -245,7 +246,7 @@ template <int D> class MpmGround : protected Pointers {
   Starts find(const Points &points, const Atoms &made);
   /// Warns of new points whose stress is beyond the strength of their law, which means that the law
   /// changes the stress at zero strain.
-  void check_strength(const Points &points, const Atoms &made) const;
+  void check_strength(const Points &points, const Atoms &made);
   /// Reports the largest unbalanced force if there are new points since the last report. Forces
   /// must be complete.
   void report(const Points &points);
@@ -255,6 +256,7 @@ template <int D> class MpmGround : protected Pointers {
  private:
   const MpmSetup<D> &setup;
   bool is_new = false;
+  bool warned_strength = false;    // warned of stress beyond the strength in this run
   double weight_of_cell = 0.0;    // weight of a cell of new points, or 0 if it is not known [force]
 
   Starts find_at_rest(const Points &points, const Atoms &made);

@@ -67,11 +67,11 @@ template <int D> void MpmLoads<D>::warn_of_empty_regions() const
     bigint loaded = loads[k].point_index.size();
     MPI_Allreduce(MPI_IN_PLACE, &loaded, 1, MPI_LMP_BIGINT, MPI_SUM, world);
     if (loaded == 0 && comm->me == 0)
-      error->warning(
-          FLERR,
-          "Fix mpm {}: the region '{}' of a {} has no deformable points at step {}: the {} acts on "
-          "nothing",
-          setup.fix->id, traction.id, traction.keyword(), update->ntimestep, traction.keyword());
+      error->warning(FLERR,
+                     "fix mpm {}: region {} of a {} contains no deformable points at step {}, so "
+                     "that the {} has no effect",
+                     setup.fix->id, traction.id, traction.keyword(), update->ntimestep,
+                     traction.keyword());
   }
 }
 

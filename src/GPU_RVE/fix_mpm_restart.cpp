@@ -74,23 +74,23 @@ template <int D> void MpmRestartHead<D>::write(FILE *fp) const
   fwrite(head.data(), sizeof(double), head.size(), fp);
 }
 
-/// Returns the numbers of a head. Errors end in error->all.
-static std::vector<double> numbers_of_head(Error *error, const char *buf)
+/// Returns the numbers of a head. Errors end in error->all. They begin with `name`.
+static std::vector<double> numbers_of_head(Error *error, const std::string &name, const char *buf)
 {
   double version, first[HEAD_FIRST];    // copies, because `buf` may not be aligned
   memcpy(&version, buf, sizeof(version));
   if (version != -MPM_RESTART_VERSION) {
     // files of versions 1 and 2 begin with the number of bodies
     if (version == std::floor(version) && std::fabs(version) < 1000.0)
-      error->all(
-          FLERR,
-          "Fix mpm: the points in the restart file have version {}; this fix reads version {}",
-          version < 0.0 ? std::to_string((int) -version) : "1 or 2, without a number",
-          MPM_RESTART_VERSION);
+      error->all(FLERR,
+                 "{}: the restart file has version {} of the data of this fix; this program reads "
+                 "version {}",
+                 name, version < 0.0 ? std::to_string((int) -version) : "1 or 2",
+                 MPM_RESTART_VERSION);
     error->all(FLERR,
-               "Fix mpm: the head of the restart file is damaged: it begins with {} instead of the "
-               "version {}. Use an earlier file",
-               version, -MPM_RESTART_VERSION);
+               "{}: the header of this fix in the restart file is damaged: it begins with {} "
+               "instead of the version {}; use an earlier file",
+               name, version, -MPM_RESTART_VERSION);
   }
   memcpy(first, buf, sizeof(first));
   std::vector<double> head;
@@ -98,14 +98,16 @@ static std::vector<double> numbers_of_head(Error *error, const char *buf)
   if (!head.empty()) memcpy(head.data(), buf, head.size() * sizeof(double));
   if (head.empty() || !is_same_checksum(head.back(), mpm_checksum(head.data(), head.size() - 1)))
     error->all(FLERR,
-               "Fix mpm: the head of the restart file is damaged: its checksum is not that of its "
-               "numbers. Use an earlier file");
+               "{}: the header of this fix in the restart file is damaged: its checksum does not "
+               "match; use an earlier file",
+               name);
   return head;
 }
 
-template <int D> MpmRestartHead<D> MpmRestartHead<D>::read(LAMMPS *lmp, const char *buf)
+template <int D>
+MpmRestartHead<D> MpmRestartHead<D>::read(LAMMPS *lmp, const std::string &name, const char *buf)
 {
-  const std::vector<double> numbers = numbers_of_head(lmp->error, buf);
+  const std::vector<double> numbers = numbers_of_head(lmp->error, name, buf);
   const double *next = numbers.data() + HEAD_FIRST;
   MpmRestartHead head;
   head.step = *next++;

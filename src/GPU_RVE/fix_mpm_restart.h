@@ -38,8 +38,8 @@ template <int D> struct MpmRestartHead {
 
   /// Writes the size in bytes and the head.
   void write(FILE *fp) const;
-  /// Reads a head. Errors end in error->all.
-  static MpmRestartHead read(LAMMPS *lmp, const char *buf);
+  /// Reads a head. Errors end in error->all. They begin with `name`, the name of the fix.
+  static MpmRestartHead read(LAMMPS *lmp, const std::string &name, const char *buf);
 };
 
 /// Returns the keywords with other values in `now` than in `then`, as in "damping 0.05 -> 0, ...",

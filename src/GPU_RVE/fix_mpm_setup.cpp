@@ -21,11 +21,13 @@ template <int D> void MpmSetup<D>::find_models()
     grains.push_back(nullptr);
     if (!model.law) {
       auto *found = lmp->modify->get_fix_by_id(model.fix_rve);
-      if (!found) lmp->error->all(FLERR, "Fix mpm model: fix '{}' does not exist", model.fix_rve);
+      if (!found)
+        lmp->error->all(FLERR, "fix mpm {}: model {}: fix {} does not exist", fix->id, model.group,
+                        model.fix_rve);
       grains.back() = dynamic_cast<FixRve *>(found);
       if (!grains.back())
-        lmp->error->all(FLERR, "Fix mpm model: fix '{}' must be of style rve, got {}",
-                        model.fix_rve, found->style);
+        lmp->error->all(FLERR, "fix mpm {}: model {}: fix {} has style {}; it must be rve", fix->id,
+                        model.group, model.fix_rve, found->style);
     }
     laws.push_back(model.law ? model.law.get() : grains.back()->template constitutive<D>());
   }
@@ -41,9 +43,9 @@ template <int D> void MpmSetup<D>::check_sources() const
     if (found != grains[k] || !grains[k]->rves().is_material)
       lmp->error->all(
           FLERR,
-          "Fix mpm model: fix '{}' has been deleted or defined anew since the last run; run "
+          "fix mpm {}: model {}: fix {} has been deleted or redefined since the last run; run "
           "without pre no",
-          name);
+          fix->id, settings.models[k].group, name);
   }
 }
 
@@ -55,7 +57,7 @@ void MpmSetup<D>::change_models(const std::vector<MpmModel<D>> &wanted, const st
     if (k < laws.size() && wanted[k].law) laws[k] = wanted[k].law.get();
     const std::string changes = wanted[k].changes_since(before[k]);
     if (lmp->comm->me == 0 && !changes.empty())
-      utils::logmesg(lmp, "fix mpm {}: {} model {} {} has {}\n", fix->id, when, wanted[k].group,
+      utils::logmesg(lmp, "fix mpm {}: {}, model {} {} has {}\n", fix->id, when, wanted[k].group,
                      wanted[k].word, changes);
   }
   if (!laws.empty()) solver->set_models(laws);
@@ -75,17 +77,16 @@ void MpmSetup<D>::continue_modification(const MpmArguments &then, const std::str
   const MpmArguments now = of_model(settings.words);
   if (now.empty() || !mpm_differences(of_model(then), now, false).empty()) {
     if (lmp->comm->me == 0)
-      lmp->error->warning(
-          FLERR,
-          "Fix mpm {}: {} is not defined as in the run before, and begins without what "
-          "fix_modify has changed of it, {}",
-          fix->id, about, words);
+      lmp->error->warning(FLERR,
+                          "fix mpm {}: {} differs from that of the run before, so that these "
+                          "changes by fix_modify are not applied: {}",
+                          fix->id, about, words);
     return;
   }
   std::vector<char *> arg;
   for (std::string &word : list) arg.push_back(word.data());
-  change_models(MpmModel<D>::modified(lmp, settings.models, (int) arg.size(), arg.data()),
-                "as fix_modify had it,");
+  change_models(MpmModel<D>::modified(lmp, settings.models, fix->id, (int) arg.size(), arg.data()),
+                "as set by fix_modify before");
 }
 
 template struct LAMMPS_NS::MpmSetup<2>;

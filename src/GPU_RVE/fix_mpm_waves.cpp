@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 using namespace LAMMPS_NS;
 
@@ -76,14 +77,15 @@ template <int D> void MpmWaves<D>::measure(const Points &points)
     if (comm->me != 0) continue;
     if (largest > 0.0)
       utils::logmesg(lmp,
-                     "fix mpm {}, step {}: waves in the RVEs of fix {} have {:.3g} times the "
-                     "modulus that their contacts allow, by the tangents of the fastest ones\n",
+                     "fix mpm {}: step {}: the measured P-wave modulus of RVEs of fix {} is at "
+                     "most {:.3g} times the upper bound from their contacts\n",
                      setup.fix->id, update->ntimestep, source->id, largest);
-    else
-      error->warning(FLERR,
-                     "Fix mpm {}, step {}: no tangent of the RVEs of fix {} could be measured; "
-                     "wave speeds are the bound of their contacts",
-                     setup.fix->id, update->ntimestep, source->id);
+    else if (!std::exchange(warned_tangent, true))
+      error->warning(
+          FLERR,
+          "fix mpm {}: step {}: no tangent of the RVEs of fix {} could be measured; wave "
+          "speeds are the upper bound from their contacts",
+          setup.fix->id, update->ntimestep, source->id);
   }
 }
 
@@ -93,15 +95,16 @@ template <int D> void MpmWaves<D>::check_courant(const Points &points, double bo
   const double limit = setup.settings.courant_error;
   if (number > limit)
     error->all(FLERR,
-               "Fix mpm, step {}: Courant number {:.4g} from the present stiffness exceeds {}; the "
-               "time step {} must be below {:.4g} [time]",
-               update->ntimestep, number, limit, update->dt, update->dt * limit / number);
+               "fix mpm {}: step {}: the Courant number is {:.4g} with the present stiffness; it "
+               "must be at most {}: the time step {} must be below {:.4g} [time]",
+               setup.fix->id, update->ntimestep, number, limit, update->dt,
+               update->dt * limit / number);
   if (number > setup.settings.courant_warn && !warned) {
     if (comm->me == 0)
       error->warning(FLERR,
-                     "Fix mpm, step {}: Courant number {:.4g} from the present stiffness, above "
-                     "{}; error above {}",
-                     update->ntimestep, number, setup.settings.courant_warn, limit);
+                     "fix mpm {}: step {}: the Courant number is {:.4g} with the present "
+                     "stiffness, above the limit {} of warnings; above {} the run ends",
+                     setup.fix->id, update->ntimestep, number, setup.settings.courant_warn, limit);
     warned = true;
   }
   check_rounding(points, body_speed);
@@ -129,15 +132,14 @@ template <int D> void MpmWaves<D>::check_rounding(const Points &points, double b
   if (motion == 0.0 || 0.5 * quantum <= ROUNDING_WARN * motion) return;
   warned_rounding = true;
   if (comm->me != 0) return;
-  error->warning(FLERR,
-                 "Fix mpm {}, step {}: near the coordinate {} [distance] positions are multiples "
-                 "of {:.3g}, and the largest motion in a step is {:.3g}: rounding changes it by up "
-                 "to {:.0f} %, and motions below {:.3g} are lost. Subtract a constant from the "
-                 "coordinates, so that they are near zero, or use a time step or a velocity with "
-                 "motions of at least {:.3g}",
-                 setup.fix->id, update->ntimestep, rve::number(coordinate), quantum, motion,
-                 std::min(100.0, 50.0 * quantum / motion), 0.5 * quantum,
-                 0.5 * quantum / ROUNDING_WARN);
+  error->warning(
+      FLERR,
+      "fix mpm {}: step {}: near the coordinate {} [distance] positions are multiples of {:.3g}, "
+      "and the largest motion in a step is {:.3g}: rounding changes it by up to {:.0f} %, and "
+      "motions below {:.3g} are lost. Subtract a constant from the coordinates, so that they are "
+      "near zero, or use a time step or a velocity with motions of at least {:.3g}",
+      setup.fix->id, update->ntimestep, rve::number(coordinate), quantum, motion,
+      std::min(100.0, 50.0 * quantum / motion), 0.5 * quantum, 0.5 * quantum / ROUNDING_WARN);
 }
 
 template <int D> void MpmWaves<D>::check_time_step() const
@@ -145,11 +147,11 @@ template <int D> void MpmWaves<D>::check_time_step() const
   if (comm->me != 0 || update->nsteps == 0 || number >= COURANT_SMALL) return;
   error->warning(
       FLERR,
-      "Fix mpm {}: the Courant number is {:.2g}, so that the {} steps of this run take the "
-      "fastest wave through {:.2g} cells. The time step is {} [time]{}; {:.2g} has a Courant "
-      "number of 0.5",
-      setup.fix->id, number, update->nsteps, number * update->nsteps, update->dt,
-      update->dt_default ? ", the default of LAMMPS: set it with the command timestep" : "",
+      "fix mpm {}: the Courant number is {:.2g}, so that the fastest wave travels through {:.2g} "
+      "cells in the {} steps of this run. The time step is {} [time]{}; the Courant number is 0.5 "
+      "with the time step {:.2g}",
+      setup.fix->id, number, number * update->nsteps, update->nsteps, update->dt,
+      update->dt_default ? ", the default of LAMMPS: set it with the timestep command" : "",
       number > 0.0 ? 0.5 * update->dt / number : 0.0);
 }
 
@@ -202,9 +204,9 @@ template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
     if (comm->me == 0)
       error->warning(
           FLERR,
-          "Fix mpm {}: boundary {} absorbing {} is {} [length/time]; expected is a speed between "
-          "{:.4g} and {:.4g}, since {} waves of the points within a cell of that side have {:.4g} "
-          "to {:.4g}: it sends back more than a third of their stress",
+          "fix mpm {}: boundary {} absorbing {} is {} [length/time]; it should be between {:.4g} "
+          "and {:.4g}, because {} waves of the points within a cell of this side have speeds from "
+          "{:.4g} to {:.4g}. More than a third of their stress is reflected",
           setup.fix->id, MpmSettings<D>::name_of_side(k / KINDS), k % KINDS == 0 ? "cp" : "cs",
           rve::number(given), low, high, k % KINDS == 0 ? "compression" : "shear",
           WRONG_SPEED * low, most[k]);

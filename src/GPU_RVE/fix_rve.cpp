@@ -50,10 +50,10 @@ static const char cite_fix_rve[] =
 
 FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 {
-  require_mechanical_units(lmp, "fix rve");
-  if (!atom->tag_enable) error->all(FLERR, "fix rve needs atoms with IDs");
+  require_mechanical_units(lmp, fmt::format("fix rve {}", id));
+  if (!atom->tag_enable) error->all(FLERR, "fix rve {}: atoms must have IDs", id);
   if (group->count(igroup) == 0)
-    error->all(FLERR, "fix rve: group {} has no atoms; every atom of the group gets an RVE",
+    error->all(FLERR, "fix rve {}: group {} has no atoms; every atom of the group gets an RVE", id,
                group->names[igroup]);
 
   if (lmp->citeme) lmp->citeme->add(cite_fix_rve);
@@ -70,7 +70,7 @@ FixRve::FixRve(LAMMPS *lmp, int narg, char **arg) : Fix(lmp, narg, arg)
 
   FixRveSettings settings = FixRveSettings::parse(lmp, narg, arg);
   if (domain->dimension != 2 && settings.dimension == 2)
-    error->all(FLERR, "fix rve needs a 2d system (its grains are disks), but the dimension is {}",
+    error->all(FLERR, "fix rve {}: the dimension is {}; it must be 2 for packings of disks", id,
                domain->dimension);
   impl = Impl::make(this, std::move(settings));
   warn_of_dropped_records(lmp, fmt::format("fix rve {}", id));
@@ -98,16 +98,19 @@ int FixRve::setmask()
 void FixRve::init()
 {
   if (update->whichflag == 2)
-    error->all(FLERR, "fix rve cannot be used with minimize: RVEs advance in time only");
+    error->all(FLERR,
+               "fix rve {}: minimize cannot be used, because RVEs advance in time only; use run",
+               id);
   if (utils::strmatch(update->integrate_style, "^respa"))
-    error->all(FLERR, "fix rve needs run_style verlet, not {}", update->integrate_style);
+    error->all(FLERR, "fix rve {}: run_style is {}; it must be verlet", id,
+               update->integrate_style);
   if (impl->settings.driver == RveDriver::Mpm && modify->get_fix_by_style("^mpm$").empty())
-    error->all(FLERR, "fix rve: drive mpm needs a fix mpm, and there is none");
+    error->all(FLERR, "fix rve {}: drive mpm requires a fix mpm, which is not defined", id);
 
   if (utils::strmatch(lmp->input->command, "^rerun"))
     error->all(FLERR,
-               "fix rve {} cannot be used with rerun: dumped positions do not say what RVEs went "
-               "through. Delete it before, or continue from a restart file",
+               "fix rve {}: rerun cannot be used, because a dump file does not contain the history "
+               "of RVEs; delete the fix before, or continue from a restart file",
                id);
   claim_integration();
   set_up_without_pairs(lmp);
@@ -133,10 +136,11 @@ void FixRve::setup(int)
 {
   // all fixes are initialized here, and each fix mpm has called constitutive() for its models
   if (impl->settings.driver == RveDriver::Mpm && !impl->is_material)
-    error->all(FLERR,
-               "fix rve {}: drive mpm, but no model of a fix mpm uses it, and its RVEs would never "
-               "advance; name it in fix mpm, as in model {} rve {}, or choose another drive",
-               id, group->names[igroup], id);
+    error->all(
+        FLERR,
+        "fix rve {}: the drive is mpm, but no model of a fix mpm uses this fix, and its RVEs would "
+        "never advance; give fix mpm the keyword model {} rve {}, or choose another drive",
+        id, group->names[igroup], id);
   impl->setup();
 }
 
@@ -161,7 +165,7 @@ FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
   Error *error = lmp->error;
   if (id.empty()) {
     const auto fixes = lmp->modify->get_fix_by_style("^rve$");
-    if (fixes.empty()) error->all(FLERR, "{}: there is no fix rve", who);
+    if (fixes.empty()) error->all(FLERR, "{}: no fix of style rve is defined", who);
     if (fixes.size() > 1)
       error->all(FLERR, "{}: there are {} fixes of style rve; choose one with fix ID", who,
                  fixes.size());
@@ -170,7 +174,7 @@ FixRve *FixRve::find(LAMMPS *lmp, const std::string &id, const std::string &who)
   Fix *fix = lmp->modify->get_fix_by_id(id);
   if (!fix) error->all(FLERR, "{}: fix {} does not exist", who, id);
   auto *found = dynamic_cast<FixRve *>(fix);
-  if (!found) error->all(FLERR, "{}: fix {} is of style {}, not rve", who, id, fix->style);
+  if (!found) error->all(FLERR, "{}: fix {} has style {}; it must be rve", who, id, fix->style);
   return found;
 }
 
@@ -188,13 +192,17 @@ bool FixRve::reads_results() const
 template <int D> mpm::Constitutive<D> *FixRve::constitutive()
 {
   if (impl->settings.driver != RveDriver::Mpm)
-    error->all(FLERR, "fix rve {} must have drive mpm to serve as a material of fix mpm", id);
+    error->all(FLERR, "fix rve {}: the drive must be mpm, because a model of fix mpm uses this fix",
+               id);
   impl->is_material = true;
   if constexpr (D == 2) {
     return impl->material_of_plane();
   } else {
     if (!impl->material_of_space())
-      error->all(FLERR, "fix rve {} has RVEs of disks, which cannot be a material in space", id);
+      error->all(FLERR,
+                 "fix rve {}: RVEs of disks cannot be a model of fix mpm in three dimensions; use "
+                 "packings of spheres",
+                 id);
     return impl->material_of_space();
   }
 }
@@ -237,9 +245,10 @@ int FixRve::pack_exchange(int i, double *buf)
   const int size = size_restart(i);
   if (size > maxexchange)
     error->one(FLERR,
-               "fix rve: RVE of atom {} takes {} values, more than the {} that were announced when "
-               "the run began: its list of neighbors has more than doubled. Divide the run in two",
-               atom->tag[i], size, maxexchange);
+               "fix rve {}: the RVE of atom {} takes {} values, more than the {} that were "
+               "reserved at the start of the run, because its neighbor list has more than doubled; "
+               "divide the run in two",
+               id, atom->tag[i], size, maxexchange);
   return pack_restart(i, buf);
 }
 

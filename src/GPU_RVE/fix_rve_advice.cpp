@@ -71,13 +71,13 @@ template <int D> void RveAdvice<D>::advise(bool at_start)
         lmp,
         id[kind] != lowest[kind]
             ? ""
-            : fmt::format("fix rve: in the RVE of atom {}{} at step {}, {}", lowest[kind],
-                          all_beyond[kind] > 1
-                              ? fmt::format(" (and {} other{}, {:.3g} % of the RVEs)",
-                                            all_beyond[kind] - 1, all_beyond[kind] > 2 ? "s" : "",
-                                            100.0 * share)
-                              : "",
-                          update->ntimestep, message[kind]));
+            : fmt::format(
+                  "fix rve {}: in the RVE of atom {}{} at step {}, {}", rves.fix->id, lowest[kind],
+                  all_beyond[kind] > 1
+                      ? fmt::format(" (and {} other{}, {:.3g} % of the RVEs)", all_beyond[kind] - 1,
+                                    all_beyond[kind] > 2 ? "s" : "", 100.0 * share)
+                      : "",
+                  update->ntimestep, message[kind]));
     // only rank 0 has the log file
     if (comm->me == 0) error->warning(FLERR, text);
   }
@@ -100,11 +100,11 @@ template <int D> void RveAdvice<D>::report_fast_strain()
   const FastStrain run = std::exchange(fast_strain, {});
   if (comm->me != 0 || run.share == 0.0 || run.has_warned) return;
   constexpr double LIMIT = rve::QUASI_STATIC_INERTIAL_NUMBER;
-  utils::logmesg(lmp,
-                 "fix rve {}: up to {:.3g} % of the RVEs had inertial numbers above the {:g} of "
-                 "quasi-static deformation at a check, the largest {:.2g} in the RVE of atom {} at "
-                 "step {}\n",
-                 rves.fix->id, 100.0 * run.share, LIMIT, run.worst * LIMIT, run.id, run.step);
+  utils::logmesg(
+      lmp,
+      "fix rve {}: up to {:.3g} % of the RVEs had inertial numbers above {:g}, the limit of "
+      "quasi-static deformation; the largest was {:.2g} in the RVE of atom {} at step {}\n",
+      rves.fix->id, 100.0 * run.share, LIMIT, run.worst * LIMIT, run.id, run.step);
 }
 
 template <int D> std::vector<rve::Advice> RveAdvice<D>::advice_on(int atom, bool at_start)

@@ -74,10 +74,10 @@ void AttachedRves<D>::check(const Matrix &tensor, const char *what, const char *
     for (int b = 0; b < D; ++b)
       if (!std::isfinite(tensor(a, b)))
         error->one(FLERR,
-                   "fix rve: {} component {} of atom {} is {} {} at step {}; it must "
-                   "be a finite number",
-                   what, rve_component_name(a, b), this->atom->tag[atom], tensor(a, b), unit,
-                   update->ntimestep);
+                   "fix rve {}: {} component {} of atom {} is {} {} at step {}; it must be a "
+                   "finite number",
+                   fix->id, what, rve_component_name(a, b), this->atom->tag[atom], tensor(a, b),
+                   unit, update->ntimestep);
 }
 
 template <int D> bool AttachedRves<D>::wants_details() const
@@ -211,21 +211,21 @@ void AttachedRves<D>::report(const std::vector<int> &failed, const std::vector<i
     const double overlap = is_new ? largest_overlap(state(i)) : result.largest_overlap;
     const double void_ratio = is_new ? state(i).void_ratio() : result.void_ratio;
     const std::string message = fmt::format(
-        "RVE of atom {} failed at step {}: {} ({}: largest overlap {} of the sum of "
-        "radii, overlap_limit {} [radius], void ratio {}, DEM time step {}{})",
+        "RVE of atom {} failed at step {}: {} ({}: largest overlap {} of the sum of radii, "
+        "overlap_limit {} [radius], void ratio {}, DEM time step {} [time]{})",
         atom->tag[i], reported_step(), rve::describe_status(result.status),
-        is_new ? "its packing" : "before", rve::number(overlap),
+        is_new ? "state of its packing" : "state before this step", rve::number(overlap),
         rve::number(settings.options.overlap_limit), rve::number(void_ratio), rve::number(dt_dem),
         point(i).copies > 1 ? fmt::format(", {} copies side by side", point(i).copies) : "");
     // the policy fresh has no replacement for a packing that fails before its first step
     const bool is_fresh = settings.policy == RvePolicy::Fresh;
     const bool ends_run = settings.policy == RvePolicy::Stop || (is_fresh && is_new);
     const std::string outcome = ends_run ? rve::remedy_of_status(result.status) +
-            "; with policy freeze the run goes on without this RVE"
-        : is_fresh ? "; none of the packings can take its place, and it is frozen"
+            "; with policy freeze the run continues without this RVE"
+        : is_fresh ? "; no packing can replace it, and it is frozen"
                    : "; it is frozen";
     notes.push_back(
-        {atom->tag[i], ends_run ? NoteKind::Error : NoteKind::Warning, message + outcome});
+        {atom->tag[i], ends_run ? NoteKind::Error : NoteKind::Frozen, message + outcome});
   }
 }
 
@@ -238,8 +238,8 @@ template <int D> void AttachedRves<D>::note_copies(const std::vector<int> &atoms
     const auto &result = points->point(slot[i]).result;
     notes.push_back(
         {atom->tag[i], NoteKind::Line,
-         fmt::format("the cell of the RVE of atom {} has become too narrow at step {}; "
-                     "it goes on as {} copies side by side, of {} grains",
+         fmt::format("the cell of the RVE of atom {} became too narrow at step {}; the RVE "
+                     "continues as {} copies side by side with {} grains in total",
                      atom->tag[i], reported_step(), points->copies(slot[i]), result.num_grains)});
   }
 }
@@ -270,7 +270,7 @@ std::vector<int> AttachedRves<D>::renew(const std::vector<int> &failed,
     const tagint id = this->atom->tag[*atom];
     notes.push_back(
         {id, NoteKind::Line,
-         fmt::format("the RVE of atom {} failed at step {}: {}; a fresh one of {} takes its place "
+         fmt::format("the RVE of atom {} failed at step {}: {}; a fresh RVE of {} replaces it "
                      "after {} DEM steps: stress {}, void ratio {} (was {})",
                      id, reported_step(), rve::describe_status(reasons[k]),
                      packings.name(renewal.packing), renewal.steps, stresses,

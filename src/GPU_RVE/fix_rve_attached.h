@@ -134,9 +134,9 @@ struct FixRve::Impl : protected Pointers {
   {
     return reports_last_advance ? step_of_advance : update->ntimestep;
   }
-  /// Rank 0 logs a line, or prints a warning each time (Warning) or once (Tension). An error ends
-  /// the run on all ranks.
-  enum class NoteKind { Line, Warning, Tension, Error };
+  /// Rank 0 logs a line, or prints a warning once (Tension) or once in each run and a line after
+  /// that (Frozen). An error ends the run on all ranks.
+  enum class NoteKind { Line, Frozen, Tension, Error };
   /// An event of an RVE for the log.
   struct Note {
     tagint atom;
@@ -145,6 +145,7 @@ struct FixRve::Impl : protected Pointers {
   };
   std::vector<Note> notes;    // notes of this rank
   bool printed_tension = false;
+  int num_frozen = 0;    // RVEs that were frozen in this run, on rank 0
   /// Prints the notes of all ranks on rank 0. Returns the message of the first error, or "".
   std::string print_all(const std::string &all);
 

@@ -106,13 +106,13 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
     const bool is_number = version <= -3.0 && version > -1000.0 && version == std::floor(version);
     if (!is_number && !(version > 0.0 && std::isfinite(version)))
       error->all(FLERR,
-                 "fix rve {}: its head in the restart file is damaged: the version reads {}; "
-                 "use the restart file before",
+                 "fix rve {}: the header of this fix in the restart file is damaged: its version "
+                 "is {}; use an earlier file",
                  rves.fix->id, version);
     error->all(FLERR,
-               "fix rve: the RVEs in the restart file have version {}; this fix reads version "
-               "{}",
-               is_number ? std::to_string(static_cast<int>(-version)) : "1 or 2, without a number",
+               "fix rve {}: the restart file has version {} of the data of this fix; this program "
+               "reads version {}",
+               rves.fix->id, is_number ? std::to_string(static_cast<int>(-version)) : "1 or 2",
                RESTART_VERSION);
   }
   RestartHead head;
@@ -120,8 +120,8 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
   if (head.checksum != head.own_checksum() ||
       head.checksum_of_account != rve::checksum_of(buf + sizeof(head), head.length))
     error->all(FLERR,
-               "fix rve {}: its head in the restart file is damaged: the checksum does not "
-               "match; use the restart file before",
+               "fix rve {}: the header of this fix in the restart file is damaged: its checksum "
+               "does not match; use an earlier file",
                rves.fix->id);
 
   rves.restart_step = head.step;
@@ -139,9 +139,9 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
                                head.num_packings, head.packings, rves.packings.size(),
                                rves.packings.identity()));
     error->all(FLERR,
-               "fix rve {}: the RVEs of the restart file keep their grains and were made of "
-               "other packings than those of this fix ({}); give the packing files of the "
-               "run before, unchanged, or give the fix another ID for RVEs of these packings",
+               "fix rve {}: the RVEs of the restart file were made of other packings than those of "
+               "this fix ({}); give the packing files of the run before, unchanged, or give the "
+               "fix another ID for RVEs of these packings",
                rves.fix->id, utils::join_words(changes, ", "));
   }
 
@@ -318,7 +318,7 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   rves.settings = wanted;
   rves.find_variables();
   if (words.any() || scaling != scaling_before) {
-    collectively(lmp, fmt::format("fix_modify of fix rve {}", rves.fix->id),
+    collectively(lmp, fmt::format("fix_modify {}", rves.fix->id),
                  [&] { rves.packings.change(words, scaling, scaling_before); });
     const auto of_materials = change_materials(words, scaling_before);
     list.insert(list.end(), of_materials.begin(), of_materials.end());
@@ -331,7 +331,7 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   time_step.has_warned = false;
   if (dt_given || time_step.is_old) time_step.choose();
   if (comm->me == 0 && !list.empty())
-    utils::logmesg(lmp, "fix rve {}: from step {} on {}\n", rves.fix->id, update->ntimestep,
+    utils::logmesg(lmp, "fix rve {}: from step {} on, {}\n", rves.fix->id, update->ntimestep,
                    utils::join_words(list, ", "));
 }
 
@@ -340,9 +340,9 @@ template <int D> void RveChanges<D>::warn_of_loss() const
   // no communication, because after an error other ranks may not call this
   if (!update || comm->me != 0 || !rves.has_run) return;
   error->warning(FLERR,
-                 "fix rve {} is deleted, and with it its RVEs, which have advanced: a new fix rve "
-                 "begins with packings. To change drive, servo, time step or material of "
-                 "RVEs and keep them, use fix_modify {}",
+                 "fix rve {}: the fix is deleted with its RVEs, which have advanced; a new fix rve "
+                 "starts from packings. Use fix_modify {} to change drive, servo, time step or "
+                 "material of the RVEs and keep them",
                  rves.fix->id, rves.fix->id);
 }
 

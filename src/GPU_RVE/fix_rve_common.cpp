@@ -59,18 +59,22 @@ std::string FixRve::Impl::print_all(const std::string &all)
                    [](const Note &a, const Note &b) { return a.atom < b.atom; });
   for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) {
     const Note &note = of_all[k];
-    if (note.kind == NoteKind::Line)
-      utils::logmesg(lmp, fmt::format("fix rve {}: {}\n", fix->id, note.text));
-    else if (note.kind == NoteKind::Warning ||
-             (note.kind == NoteKind::Tension && !std::exchange(printed_tension, true)))
-      error->warning(FLERR, fmt::format("fix rve {}: {}", fix->id, note.text));
+    // the first frozen RVE of a run is a warning
+    const bool is_first_frozen = note.kind == NoteKind::Frozen && num_frozen++ == 0;
+    if (is_first_frozen ||
+        (note.kind == NoteKind::Tension && !std::exchange(printed_tension, true)))
+      error->warning(FLERR, fmt::format("{}: {}", settings.name(), note.text));
+    else if (note.kind == NoteKind::Line || note.kind == NoteKind::Frozen)
+      utils::logmesg(lmp, fmt::format("{}: {}\n", settings.name(), note.text));
   }
+  for (std::size_t k = MOST_NOTES; k < of_all.size(); ++k)
+    if (of_all[k].kind == NoteKind::Frozen) ++num_frozen;
   if (of_all.size() > MOST_NOTES)
     utils::logmesg(lmp,
-                   fmt::format("fix rve {}: and similar notes for {} more RVEs in this step\n",
-                               fix->id, of_all.size() - MOST_NOTES));
+                   fmt::format("{}: similar messages of {} more RVEs in this step are omitted\n",
+                               settings.name(), of_all.size() - MOST_NOTES));
   for (const Note &note : of_all)
-    if (note.kind == NoteKind::Error) return "fix rve: " + note.text;
+    if (note.kind == NoteKind::Error) return settings.name() + ": " + note.text;
   return "";
 }
 
@@ -84,9 +88,9 @@ std::string FixRve::Impl::failure_context(int atom) const
 void FixRve::Impl::find_variables()
 {
   for (auto *list : {&settings.velocity_gradient, &settings.stress_goal})
-    for (auto &component : *list) component.value.find(lmp, "fix rve");
-  for (ScriptValue &value : settings.path.values) value.find(lmp, "fix rve path");
-  settings.path.number.find(lmp, "fix rve path_variable");
+    for (auto &component : *list) component.value.find(lmp, settings.name());
+  for (ScriptValue &value : settings.path.values) value.find(lmp, settings.name() + ": path");
+  settings.path.number.find(lmp, settings.name() + ": path_variable");
 }
 
 /// The default timestep of LAMMPS with units si is 1e-8 seconds.
@@ -97,8 +101,8 @@ void FixRve::Impl::check_clock() const
   const bool no_step = update->nsteps == 0;
   if (own_time || no_step || !update->dt_default || update->dt > dt || comm->me) return;
   error->warning(FLERR,
-                 "fix rve {}: the timestep is {} [time], the default of units {}, and no "
-                 "longer than one DEM step of {} [time]; set it with the command timestep",
+                 "fix rve {}: the timestep {} [time] is the default of units {} and not longer "
+                 "than one DEM step of {} [time]; set it with the timestep command",
                  fix->id, rve::number(update->dt), update->unit_style, rve::number(dt));
 }
 
@@ -114,8 +118,7 @@ void FixRve::Impl::check_dump() const
   for (std::size_t k = 0; k < found.size(); ++k)
     if (!found[k])
       error->all(FLERR,
-                 "fix rve {}: dump names atom {}, which has no RVE of this fix; name atoms of "
-                 "group {}",
+                 "fix rve {}: dump: atom {} has no RVE of this fix; choose atoms of group {}",
                  fix->id, settings.dump_atoms[k], group->names[fix->igroup]);
 }
 
@@ -150,10 +153,10 @@ macro::RveClock FixRve::Impl::clock(double lammps_dt) const
   const int of_shadows = settings.steps_per_step();
   if (!(steps * of_shadows <= MAXSMALLINT))
     error->all(FLERR,
-               "fix rve {}: a timestep of {} [time] takes {} DEM steps of dt {} [time]{}; "
-               "there can be {} at most: use a longer dt or a shorter timestep",
+               "fix rve {}: a timestep of {} [time] needs {} DEM steps of dt {} [time]{}; the "
+               "limit is {}: use a longer dt or a shorter timestep",
                fix->id, rve::number(lammps_dt), rve::number(steps), rve::number(dt),
-               of_shadows > 1 ? fmt::format(", {} times as many of a shadow", of_shadows) : "",
+               of_shadows > 1 ? fmt::format(", and {} times as many for a shadow", of_shadows) : "",
                MAXSMALLINT);
   const int substeps = static_cast<int>(steps);
   if (settings.macro_step.adaptive)

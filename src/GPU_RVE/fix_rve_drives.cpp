@@ -144,11 +144,12 @@ template <int D> std::vector<rve::DriveOf<D>> RveDrives<D>::drives(const std::ve
       warned_tension = true;
       rves.notes.push_back(
           {atom->tag[atoms[k]], FixRve::Impl::NoteKind::Tension,
-           fmt::format("the goal of servo {} is {} [stress] for atom {} at step {}, a tension, and "
-                       "grains without cohesion carry none: the cell opens without end; it should "
-                       "be at most 0, because stresses are negative in compression",
-                       rve_component_name(goal.row, goal.column), rve::number(stress),
-                       atom->tag[atoms[k]], update->ntimestep)});
+           fmt::format(
+               "the goal of servo {} is {} [stress] for atom {} at step {}, which is a tension; "
+               "grains without cohesion carry no tension, and the cell expands without limit. It "
+               "should be at most 0, because stresses are negative in compression",
+               rve_component_name(goal.row, goal.column), rve::number(stress), atom->tag[atoms[k]],
+               update->ntimestep)});
     }
   }
   for (std::size_t k = 0; k < atoms.size(); ++k) {

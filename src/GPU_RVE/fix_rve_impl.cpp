@@ -54,7 +54,7 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
   };
   std::string notice;
   // some ranks may fail and others not, since there may be fewer devices than ranks
-  collectively(lmp, "fix rve", [&] {
+  collectively(lmp, settings.name(), [&] {
     settings.options.contacts = packings.contacts();
     auto engine = rve::make_engine<D>(settings.options, &notice);
     std::unique_ptr<rve::EngineOf<D>> shadows;
@@ -80,18 +80,17 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
   if (comm->me) return;
   utils::logmesg(lmp, "fix rve {}: {}\n", fix->id, points->description());
   if (share.bound_ranks > 0)
-    error->warning(
-        FLERR,
-        "fix rve: {} of {} MPI ranks on this machine are bound to one core each and use one "
-        "thread, though there are more cores; give them more, with mpirun --bind-to none for "
-        "example",
-        share.bound_ranks, share.ranks);
+    error->warning(FLERR,
+                   "fix rve {}: {} of {} MPI ranks on this machine are bound to one core each and "
+                   "use one thread, although the machine has more cores; bind them to more cores, "
+                   "for example with mpirun --bind-to none",
+                   fix->id, share.bound_ranks, share.ranks);
   if (has_notice)
     utils::logmesg(lmp, "fix rve {}: {}\n", fix->id, notice);
   else if (with_notice)
     error->warning(FLERR,
-                   "fix rve: {} of {} MPI ranks have no CUDA device; their RVEs are on CPU threads",
-                   with_notice, comm->nprocs);
+                   "fix rve {}: {} of {} MPI ranks have no CUDA device; their RVEs use CPU threads",
+                   fix->id, with_notice, comm->nprocs);
 }
 
 template <int D> void FixRve::ImplOf<D>::init()
@@ -162,6 +161,8 @@ template <int D> void FixRve::ImplOf<D>::post_run()
       utils::logmesg(lmp, "fix rve {}: all paths have ended at step {}\n", fix->id,
                      update->ntimestep);
   }
+  if (const int frozen = std::exchange(this->num_frozen, 0); frozen > 1)
+    utils::logmesg(lmp, "fix rve {}: {} RVEs were frozen in this run\n", fix->id, frozen);
   shadows.log_report();
   progress.end();
 }
@@ -177,11 +178,10 @@ template <int D> void FixRve::ImplOf<D>::attach()
   MPI_Allreduce(&mine, &total, 1, MPI_LMP_BIGINT, MPI_SUM, world);
   if (total == 0) return;
   if (is_continued && comm->me == 0)
-    utils::logmesg(
-        lmp,
-        "fix rve {}: {} atoms of the group had no RVE when the restart file was written; "
-        "their RVEs begin from packings\n",
-        fix->id, total);
+    utils::logmesg(lmp,
+                   "fix rve {}: {} atoms of the group had no RVE when the restart file was "
+                   "written; their RVEs start from packings\n",
+                   fix->id, total);
 
   const std::vector<const State *> states =
       packings.choose(lmp, fix->igroup, settings.choice, atoms);
@@ -206,8 +206,8 @@ template <int D> void FixRve::ImplOf<D>::attach()
   MPI_Allreduce(sums, all_sums, 2, MPI_LMP_BIGINT, MPI_SUM, world);
   if (comm->me == 0)
     utils::logmesg(lmp,
-                   "fix rve {}: {} RVEs with {} grains, {:.1f} MB; DEM time step {}, stability "
-                   "bound {}\n",
+                   "fix rve {}: {} RVEs with {} grains, {:.1f} MB; DEM time step {} [time], "
+                   "stability bound {} [time]\n",
                    fix->id, total, all_sums[0], all_sums[1] / 1048576.0, rve::number(dt),
                    rve::number(packings.least_bound()));
   log_cell_limits(states);
@@ -230,17 +230,18 @@ void FixRve::ImplOf<D>::log_cell_limits(const std::vector<const State *> &states
   if (comm->me == 0)
     utils::logmesg(
         lmp,
-        "fix rve {}: cells are at least {:.1f} grains wide; a cell compressed to less than {:.3f} "
-        "of its width {}or {:.3f} of its height is too narrow for its grains, {}{}\n",
+        "fix rve {}: cells are at least {:.1f} grains wide; a cell that is compressed below {:.3f} "
+        "of its width {}or {:.3f} of its height is too narrow for its grains, and its RVE {}{}\n",
         fix->id, -of_all[D], of_all[0],
-        D == 3 ? fmt::format("along x, {:.3f} of that along y ", of_all[1]) : "", of_all[D - 1],
+        D == 3 ? fmt::format("along x, {:.3f} of its width along y ", of_all[1]) : "",
+        of_all[D - 1],
         settings.macro_step.most_copies > 1
-            ? fmt::format("is continued by up to {} copies of it side by side, and then ",
+            ? fmt::format("continues as up to {} copies side by side, and then ",
                           settings.macro_step.most_copies)
-            : "and ",
+            : "",
         settings.policy == RvePolicy::Stop         ? "ends the run (policy stop)"
-            : settings.policy == RvePolicy::Freeze ? "its RVE is frozen"
-                                                   : "a fresh RVE takes its place");
+            : settings.policy == RvePolicy::Freeze ? "is frozen (policy freeze)"
+                                                   : "is replaced by a fresh RVE (policy fresh)");
 }
 
 /// Sets one size for the whole run on all ranks. With maxexchange_dynamic the buffers of comm_style

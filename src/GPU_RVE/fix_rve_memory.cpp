@@ -16,7 +16,7 @@ template <int D> void RveMemory<D>::check(const std::vector<int> &grains)
   constexpr double MB = 1048576.0;
   const int mine = static_cast<int>(grains.size());
   rve::Memory memory;
-  collectively(lmp, "fix rve", [&] { memory = rves.points->memory(); });
+  collectively(lmp, rves.settings.name(), [&] { memory = rves.points->memory(); });
   MPI_Comm node, sharers;
   MPI_Comm_split_type(world, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node);
   const std::size_t color = std::hash<std::string>()(memory.name) % MAXSMALLINT;
@@ -30,9 +30,9 @@ template <int D> void RveMemory<D>::check(const std::vector<int> &grains)
   MPI_Allreduce(MPI_IN_PLACE, &sharing, 1, MPI_INT, MPI_SUM, world);
   if (sharing && !warned_sharing && comm->me == 0)
     error->warning(FLERR,
-                   "fix rve: {} of {} MPI ranks share a CUDA device with another one, and "
-                   "wait for each other; use as many ranks per node as there are devices",
-                   sharing, comm->nprocs);
+                   "fix rve {}: {} of {} MPI ranks share a CUDA device with another rank and wait "
+                   "for each other; use as many ranks per node as there are devices",
+                   rves.fix->id, sharing, comm->nprocs);
   warned_sharing = true;
 
   const auto sum = [sharers](auto value, MPI_Datatype type) {
@@ -57,10 +57,10 @@ template <int D> void RveMemory<D>::check(const std::vector<int> &grains)
       (bytes_for(middle) <= free ? fit : too_many) = middle;
     }
     message = fmt::format(
-        "fix rve: {} RVEs{} need {:.1f} MB of {}, where {:.1f} MB are free; {} RVEs would fit. "
-        "Smaller packings, another number format, or more nodes or devices help",
-        total, ranks > 1 ? fmt::format(" of {} MPI ranks", ranks) : "", needed / MB, memory.name,
-        free / MB, fit);
+        "fix rve {}: {} RVEs{} need {:.1f} MB of {}, where {:.1f} MB are free; {} RVEs would fit. "
+        "Use smaller packings, another number format, or more nodes or devices",
+        rves.fix->id, total, ranks > 1 ? fmt::format(" of {} MPI ranks", ranks) : "", needed / MB,
+        memory.name, free / MB, fit);
   }
   MPI_Comm_free(&sharers);
 

@@ -73,12 +73,13 @@ template <int D> void RveShadows<D>::choose()
   const int total =
       std::min(all_shadows[0], rves.settings.num_shadows) + static_cast<int>(candidates.size());
   if (comm->me == 0)
-    utils::logmesg(lmp,
-                   "fix rve {}: {} of {} RVEs have shadows in double with {} DEM steps for one: "
-                   "{:.3g} DEM steps of shadows for each of the RVEs\n",
-                   rves.fix->id, total, all_shadows[1], rves.settings.macro_step.shadow_refinement,
-                   static_cast<double>(total) * rves.settings.macro_step.shadow_refinement /
-                       std::max(all_shadows[1], 1));
+    utils::logmesg(
+        lmp,
+        "fix rve {}: {} of {} RVEs have shadows in format double with {} DEM steps for each DEM "
+        "step of the RVE; on average an RVE has {:.3g} DEM steps of shadows for each of its own\n",
+        rves.fix->id, total, all_shadows[1], rves.settings.macro_step.shadow_refinement,
+        static_cast<double>(total) * rves.settings.macro_step.shadow_refinement /
+            std::max(all_shadows[1], 1));
 }
 
 template <int D> typename RveShadows<D>::Report RveShadows<D>::report() const
@@ -113,11 +114,11 @@ template <int D> void RveShadows<D>::log_report() const
   MPI_Allreduce(MPI_IN_PLACE, times, 2, MPI_DOUBLE, MPI_SUM, world);
   const auto [mean, largest, id] = report();
   if (comm->me == 0)
-    utils::logmesg(lmp,
-                   "fix rve {}: shadows took {:.1f} % of the wall time of RVEs; their stress "
-                   "deviates by {:.3g} on average, {:.3g} at most (atom {})\n",
-                   rves.fix->id, times[1] > 0.0 ? 100.0 * times[0] / times[1] : 0.0, mean, largest,
-                   id);
+    utils::logmesg(
+        lmp,
+        "fix rve {}: shadows took {:.1f} % of the wall time of RVEs; the stress of RVEs deviates "
+        "from that of their shadows by {:.3g} on average and {:.3g} at most (atom {})\n",
+        rves.fix->id, times[1] > 0.0 ? 100.0 * times[0] / times[1] : 0.0, mean, largest, id);
 }
 
 template class LAMMPS_NS::RveShadows<2>;

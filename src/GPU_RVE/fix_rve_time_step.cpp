@@ -29,16 +29,17 @@ template <int D> void RveTimeStep<D>::check(double used, double bound, const std
 {
   if (used > bound)
     error->all(FLERR,
-               "fix rve: DEM time step {} [time] is above the stability bound {} [time] of {}; "
+               "fix rve {}: DEM time step {} [time] is above the stability bound {} [time] of {}; "
                "use dt at most {}, or dt auto",
-               rve::number(used), rve::number(bound), whose, rve::number(DT_WARNING * bound));
+               rves.fix->id, rve::number(used), rve::number(bound), whose,
+               rve::number(DT_WARNING * bound));
   if (used > DT_WARNING * bound && !has_warned) {
     has_warned = true;
     if (comm->me == 0)
       error->warning(FLERR,
-                     "fix rve: DEM time step {} [time] is above {} of the stability bound {} "
-                     "[time] of {}",
-                     rve::number(used), DT_WARNING, rve::number(bound), whose);
+                     "fix rve {}: DEM time step {} [time] is above {} of the stability bound {} "
+                     "[time] of {}; use a smaller dt, or dt auto",
+                     rves.fix->id, rve::number(used), DT_WARNING, rve::number(bound), whose);
   }
 }
 
@@ -53,7 +54,7 @@ typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int>
   const std::vector<int> some = rves.slots_of(atoms);
   std::vector<double> bounds;
   const std::string who =
-      fmt::format("fix rve {}: time step at step {}", rves.fix->id, rves.reported_step());
+      fmt::format("fix rve {}: stability bound at step {}", rves.fix->id, rves.reported_step());
   collectively(lmp, who,
                [&] { bounds = rves.points.as_they_are().bound_time_steps(some, enough); });
 
@@ -148,17 +149,16 @@ template <int D> void RveTimeStep<D>::recheck(Check check)
   }
   rves.dt = rves.settings.dt_fraction * lowest.dt;
   if (comm->me) return;
-  utils::logmesg(lmp, "fix rve {}: DEM time step is now {} (step {}, RVE of atom {})\n",
+  utils::logmesg(lmp, "fix rve {}: DEM time step is now {} [time] (step {}, RVE of atom {})\n",
                  rves.fix->id, rve::number(rves.dt), rves.reported_step(), lowest.atom);
   const bool has_used_it = check != Check::InSitu;
   if (has_used_it && used > lowest.dt && !std::exchange(has_warned, true))
-    error->warning(
-        FLERR,
-        "fix rve: in step {} the DEM time step {} [time] was above the stability bound {} [time] "
-        "of the RVE of atom {}, which stiffened within one step; use a smaller timestep, or "
-        "dt auto with less than {}",
-        rves.reported_step(), rve::number(used), rve::number(lowest.dt), lowest.atom,
-        rve::number(rves.settings.dt_fraction));
+    error->warning(FLERR,
+                   "fix rve {}: in step {} the DEM time step {} [time] was above the stability "
+                   "bound {} [time] of the RVE of atom {}, which stiffened within one step; use a "
+                   "smaller timestep, or dt auto with a fraction below {}",
+                   rves.fix->id, rves.reported_step(), rve::number(used), rve::number(lowest.dt),
+                   lowest.atom, rve::number(rves.settings.dt_fraction));
 }
 
 template <int D> void RveTimeStep<D>::choose()
@@ -172,8 +172,9 @@ template <int D> void RveTimeStep<D>::choose()
     const double bound = lowest.atom == MAXTAGINT ? of_packings : lowest.dt;
     rves.dt = rves.settings.dt_fraction * bound;
     if (comm->me == 0)
-      utils::logmesg(lmp, "fix rve {}: DEM time step is now {} (step {}, stability bound {})\n",
-                     rves.fix->id, rve::number(rves.dt), update->ntimestep, rve::number(bound));
+      utils::logmesg(
+          lmp, "fix rve {}: DEM time step is now {} [time] (step {}, stability bound {} [time])\n",
+          rves.fix->id, rve::number(rves.dt), update->ntimestep, rve::number(bound));
     rves.points->note_check(rves.slots_of(advancing));
     return;
   }

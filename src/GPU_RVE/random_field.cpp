@@ -157,9 +157,10 @@ FieldRequest parse(LAMMPS *lmp, int narg, char **arg)
 
   words.set_keywords(names_of(KEYWORDS));
   while (words.next_keyword()) words.read(KEYWORDS, request);
-  if (!words.has("covariance")) error->all(FLERR, "random_field: no covariance is given");
-  if (!request.lengths) error->all(FLERR, "random_field: no correlation lengths are given");
-  if (!request.spacing) error->all(FLERR, "random_field: no grid spacing is given");
+  if (!words.has("covariance"))
+    error->all(FLERR, "random_field: the keyword covariance must be given");
+  if (!request.lengths) error->all(FLERR, "random_field: the keyword lengths must be given");
+  if (!request.spacing) error->all(FLERR, "random_field: the keyword spacing must be given");
   if (lmp->domain->triclinic && !request.lo)
     error->all(FLERR, "random_field: the box is triclinic; give the domain of the field");
   const field::Vec lo{lmp->domain->boxlo[0], lmp->domain->boxlo[1]};
@@ -178,15 +179,16 @@ void report(LAMMPS *lmp, const FieldRequest &request, const field::CirculantEmbe
                  field::to_string(last.points), request.seed);
   if (first.num_negative > 0)
     utils::logmesg(lmp,
-                   "  a torus of {} points has {} negative eigenvalues, smallest {:.3g}, largest "
-                   "{:.3g}; padding by {} points removes them\n",
-                   field::to_string(first.points), first.num_negative, first.smallest,
+                   "random_field {}: a torus of {} points has {} negative eigenvalues, smallest "
+                   "{:.3g}, largest {:.3g}; padding by {} points removes them\n",
+                   request.name, field::to_string(first.points), first.num_negative, first.smallest,
                    first.largest, field::to_string(embedding.padding()));
   if (last.num_rounded > 0)
-    utils::logmesg(lmp,
-                   "  {} eigenvalues between {:.3g} and 0 are zero but for rounding, and set to "
-                   "it; covariances change by less than {:.3g}\n",
-                   last.num_rounded, last.smallest, last.covariance_error);
+    utils::logmesg(
+        lmp,
+        "random_field {}: {} eigenvalues between {:.3g} and 0 are rounding errors and set "
+        "to 0; covariances change by less than {:.3g}\n",
+        request.name, last.num_rounded, last.smallest, last.covariance_error);
 }
 
 /// Evaluates the field at the local atoms of the group. All values are checked before the first one
@@ -220,16 +222,15 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
   outside.raise_if_any(lmp, [&](bigint count, tagint id, const CollectiveError::Values &at) {
     const field::Grid &grid = request.grid;
-    return fmt::format("random_field: atom {} at ({:.8g}, {:.8g}) is outside of the domain, x from "
-                       "{:.8g} to {:.8g} and y from {:.8g} to {:.8g} ({} atoms are)",
+    return fmt::format("random_field: atom {} at ({:.8g}, {:.8g}) is outside the domain, x from "
+                       "{:.8g} to {:.8g} and y from {:.8g} to {:.8g} (atoms outside: {})",
                        id, at[0], at[1], grid.origin[0], grid.origin[0] + grid.extent(0),
                        grid.origin[1], grid.origin[1] + grid.extent(1), count);
   });
   out_of_bounds.raise_if_any(lmp, [&](bigint count, tagint id, const CollectiveError::Values &at) {
-    return fmt::format(
-        "random_field: the value {:.8g} of atom {} at ({:.8g}, {:.8g}) is outside of "
-        "the bounds {} ({} atoms are)",
-        at[2], id, at[0], at[1], request.bounds->to_string(), count);
+    return fmt::format("random_field: the value {:.8g} of atom {} at ({:.8g}, {:.8g}) is outside "
+                       "the bounds {} (atoms outside: {})",
+                       at[2], id, at[0], at[1], request.bounds->to_string(), count);
   });
 
   double sums[3] = {0.0, 0.0, 0.0}, all[3], range[2];
@@ -250,15 +251,18 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
   MPI_Allreduce(sums, all, 3, MPI_DOUBLE, MPI_SUM, lmp->world);
   if (lmp->comm->me > 0) return;
   if (all[0] == 0.0) {
-    lmp->error->warning(FLERR, "random_field: the group has no atoms");
+    lmp->error->warning(FLERR, "random_field {}: the group has no atoms, and no value is set",
+                        request.name);
     return;
   }
   const double mean = all[1] / all[0];
-  utils::logmesg(lmp,
-                 "  {:.0f} atoms: mean {:.5g}, standard deviation {:.5g}, from {:.5g} to {:.5g}\n",
-                 all[0], std::scalbn(mean, exponent),
-                 std::scalbn(std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)), exponent),
-                 -range[0], range[1]);
+  utils::logmesg(
+      lmp,
+      "random_field {}: {:.0f} atoms: mean {:.5g}, standard deviation {:.5g}, from {:.5g} "
+      "to {:.5g}\n",
+      request.name, all[0], std::scalbn(mean, exponent),
+      std::scalbn(std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)), exponent), -range[0],
+      range[1]);
 }
 
 }    // namespace
@@ -268,7 +272,8 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 /// (doc/src/random_field.rst has the numbers).
 void RandomField::command(int narg, char **arg)
 {
-  if (domain->box_exist == 0) error->all(FLERR, "random_field: there is no simulation box yet");
+  if (domain->box_exist == 0)
+    error->all(FLERR, "random_field: the simulation box must be defined before");
   if (domain->dimension != 2)
     error->all(FLERR, "random_field: dimension is {}; it must be 2", domain->dimension);
   if (!atom->tag_enable) error->all(FLERR, "random_field: atoms must have IDs");

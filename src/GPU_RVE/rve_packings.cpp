@@ -41,6 +41,7 @@ template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 /// Local atoms of a group that get RVEs.
 template <int D> struct RvePackingsOf<D>::Atoms {
   LAMMPS *lmp;
+  const std::string &fix;    // beginning of messages
   int igroup;
   const std::vector<int> &indices;
 
@@ -50,7 +51,7 @@ template <int D> struct RvePackingsOf<D>::Atoms {
   std::vector<double> evaluate(ScriptValue &value) const
   {
     std::vector<double> of_all, values;
-    value.find(lmp, "fix rve");
+    value.find(lmp, fix);
     value.evaluate(lmp, igroup, of_all);
     for (const int i : indices) values.push_back(of_all[i]);
     return values;
@@ -68,9 +69,9 @@ template <int D> struct RvePackingsOf<D>::Atoms {
       result.push_back(is_valid ? static_cast<int>(number) : 0);
     }
     wrong.raise_if_any(lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
-      return fmt::format("fix rve: {} of atom {} is {}; it must be a whole number from 0 to {} "
-                         "(atoms with another one: {})",
-                         keyword, id, at[0], count - 1, all);
+      return fmt::format("{}: {} of atom {} is {}; it must be a whole number from 0 to {} (atoms "
+                         "with an invalid value: {})",
+                         fix, keyword, id, at[0], count - 1, all);
     });
     return result;
   }
@@ -78,6 +79,7 @@ template <int D> struct RvePackingsOf<D>::Atoms {
 
 template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &settings)
 {
+  fix = settings.name();
   files = settings.packings;
   std::vector<std::vector<char>> packed_states;
   std::vector<std::string> drifts;
@@ -107,12 +109,15 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
       }
     }
   });
-  if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
-  for (const std::string &drift : drifts)    // rank 0 has them
+  if (!failure.empty()) lmp->error->all(FLERR, "{}: {}", fix, failure);
+  if (!drifts.empty())    // rank 0 has them
     lmp->error->warning(FLERR,
-                        "fix rve: the {} was subtracted from all of its grains: local damping "
+                        "{}: the {} was subtracted from all of its grains{}, because local damping "
                         "would act on it",
-                        drift);
+                        fix, drifts[0],
+                        drifts.size() > 1
+                            ? fmt::format(" (and that of {} other packings)", drifts.size() - 1)
+                            : "");
 
   checksum = as_read.value();
   MPI_Bcast(&checksum, 1, MPI_UINT64_T, 0, lmp->world);
@@ -126,7 +131,7 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
   broadcast(stable);
   packed_states.resize(stable.size());
   for (auto &image : packed_states) broadcast(image);
-  collectively(lmp, "fix rve", [&] {
+  collectively(lmp, fix, [&] {
     for (const auto &image : packed_states) {
       packings.push_back(rve::deserialize<D>(image.data(), image.size()));
       void_ratios.push_back(packings.back().void_ratio());
@@ -136,9 +141,9 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
   make_pools(lmp, choice.stress.has_value());
   if (size() > 1 && choice.number.variable.empty() && !choice.is_by_property())
     lmp->error->all(FLERR,
-                    "fix rve: {} packings are given; packing_variable, packing_random, "
-                    "packing_stress or packing_void_ratio must choose among them",
-                    size());
+                    "{}: {} packings are given; choose among them with packing_variable, "
+                    "packing_random, packing_stress or packing_void_ratio",
+                    fix, size());
 }
 
 /// Levels follow from the present stresses of the packings along the last axis, because files of
@@ -160,7 +165,7 @@ template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
   std::vector<double> stresses;
   for (const State &packing : packings)
     stresses.push_back(-rve::spring_stress(packing)(D - 1, D - 1));
-  collectively(lmp, "fix rve: packing_stress cannot choose", [&] { levels.emplace(stresses); });
+  collectively(lmp, fix + ": packing_stress cannot be used", [&] { levels.emplace(stresses); });
   for (int level = 0; level < levels->count(); ++level) add_pool(levels->packings(level));
 }
 
@@ -208,7 +213,7 @@ std::vector<const rve::RveStateOf<D> *> RvePackingsOf<D>::choose(LAMMPS *lmp, in
                                                                  PackingChoice &choice,
                                                                  const std::vector<int> &atoms)
 {
-  const Atoms made{lmp, igroup, atoms};
+  const Atoms made{lmp, fix, igroup, atoms};
   const std::vector<int> chosen = choose_packings(made, choice);
   const std::vector<int> image = choose_images(made, choice);
   images.clear();
@@ -246,16 +251,16 @@ std::vector<int> RvePackingsOf<D>::choose_pools(const Atoms &atoms, PackingChoic
     most[1] = std::max(most[1], -stresses[k]);
   }
   wrong.raise_if_any(atoms.lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
-    return fmt::format("fix rve: packing_stress of atom {} is {} [stress]; it is positive in "
-                       "compression and must be greater than 0 (atoms with another one: {})",
-                       id, rve::number(at[0]), all);
+    return fmt::format("{}: packing_stress of atom {} is {} [stress]; it is positive in "
+                       "compression and must be greater than 0 (atoms with an invalid value: {})",
+                       fix, id, rve::number(at[0]), all);
   });
   MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, atoms.lmp->world);
   if (atoms.lmp->comm->me == 0)
     utils::logmesg(atoms.lmp,
-                   "fix rve: packing_stress from {:.5g} to {:.5g}; packings have {} levels of the "
-                   "vertical stress, from {:.5g} to {:.5g}\n",
-                   -most[1], most[0], levels->count(), levels->stress(0),
+                   "{}: packing_stress is {:.5g} to {:.5g} [stress]; the packings have {} levels "
+                   "of vertical stress from {:.5g} to {:.5g} [stress]\n",
+                   fix, -most[1], most[0], levels->count(), levels->stress(0),
                    levels->stress(levels->count() - 1));
   return chosen;
 }
@@ -280,9 +285,9 @@ std::vector<int> RvePackingsOf<D>::choose_packings(const Atoms &atoms, PackingCh
         wrong.add(atoms.id(k), {levels->stress(pool_of[k]), 1.0 * count, 0.0});
     }
     wrong.raise_if_any(atoms.lmp, [&](bigint, tagint id, const CollectiveError::Values &at) {
-      return fmt::format("fix rve: packing_stress leaves {} packings of {} [stress] for atom {}; "
-                         "packing_random or packing_void_ratio must choose among them",
-                         at[1], rve::number(at[0]), id);
+      return fmt::format("{}: packing_stress selects {} packings of {} [stress] for atom {}; "
+                         "choose among them with packing_random or packing_void_ratio",
+                         fix, at[1], rve::number(at[0]), id);
     });
     return chosen;
   }
@@ -299,11 +304,12 @@ std::vector<int> RvePackingsOf<D>::choose_packings(const Atoms &atoms, PackingCh
       wrong.add(atoms.id(k), {wanted[k], index.least(), index.most()});
   }
   wrong.raise_if_any(atoms.lmp, [&](bigint all, tagint id, const CollectiveError::Values &at) {
-    return fmt::format("fix rve: packing_void_ratio of atom {} is {}, and no packing has it within "
-                       "{}; void ratios of the packings{} are from {} to {} ({} atoms find none)",
-                       id, rve::number(at[0]), rve::number(choice.tolerance),
-                       choice.stress ? " at its packing_stress" : "", rve::number(at[1]),
-                       rve::number(at[2]), all);
+    return fmt::format(
+        "{}: packing_void_ratio of atom {} is {} [-], and no packing has a void ratio within {} of "
+        "it; void ratios of the packings{} are from {} to {} (atoms without a packing: {})",
+        fix, id, rve::number(at[0]), rve::number(choice.tolerance),
+        choice.stress ? " with its packing_stress" : "", rve::number(at[1]), rve::number(at[2]),
+        all);
   });
   return chosen;
 }
@@ -335,9 +341,9 @@ template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<in
   if (lmp->comm->me > 0) return;
   const double mean = all[1] / all[0];
   utils::logmesg(lmp,
-                 "fix rve: {} of {} packings chosen; void ratios: mean {:.5f}, standard deviation "
-                 "{:.5f}, of all packings from {:.5f} to {:.5f}\n",
-                 std::count(used_anywhere.begin(), used_anywhere.end(), 1), size(), mean,
+                 "{}: {} of {} packings are used; void ratios of the RVEs: mean {:.5f}, standard "
+                 "deviation {:.5f}; void ratios of all packings: from {:.5f} to {:.5f}\n",
+                 fix, std::count(used_anywhere.begin(), used_anywhere.end(), 1), size(), mean,
                  std::sqrt(std::fmax(all[2] / all[0] - mean * mean, 0.0)),
                  *std::min_element(void_ratios.begin(), void_ratios.end()),
                  *std::max_element(void_ratios.begin(), void_ratios.end()));
@@ -395,15 +401,15 @@ void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chose
                                    : 0.5 * (stress(a, a + apart) + stress(a + apart, a)));
     return words;
   };
-  lmp->error->warning(
-      FLERR,
-      "fix rve: packing_image changes the ground: {} has {} of {} [stress], its image {} {}; {} of "
-      "{} packings are not isotropic in this way. {}; random images are for packings of an "
-      "isotropic "
-      "stress, as create_rve makes them",
-      name(worst), D == 2 ? "sxx, syy, sxy" : "sxx, syy, szz, sxy, syz, sxz", text(stress_of_worst),
-      worst_image, text(rve::image_of(stress_of_worst, worst_image)), changed, size(),
-      D == 2 ? "Images 0 and 2 keep the stress, 4 and 6 sxx and syy" : "Images 0 to 15 keep szz");
+  lmp->error->warning(FLERR,
+                      "{}: packing_image changes the stress of the ground: {} has {} = {} "
+                      "[stress], its image {} has {}; this applies to {} of {} packings. {}; use "
+                      "random images for packings with isotropic stress only",
+                      fix, name(worst), D == 2 ? "sxx, syy, sxy" : "sxx, syy, szz, sxy, syz, sxz",
+                      text(stress_of_worst), worst_image,
+                      text(rve::image_of(stress_of_worst, worst_image)), changed, size(),
+                      D == 2 ? "Images 0 and 2 keep the stress, 4 and 6 sxx and syy"
+                             : "Images 0 to 15 keep szz");
 }
 
 template class LAMMPS_NS::RvePackingsOf<2>;

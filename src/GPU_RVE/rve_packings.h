@@ -52,6 +52,7 @@ template <int D> class RvePackingsOf {
                                     const std::vector<int> &atoms);
 
  private:
+  std::string fix;    // name of the fix, with which messages begin
   std::vector<State> packings;
   std::vector<std::string> files;
   std::uint64_t checksum = 0;

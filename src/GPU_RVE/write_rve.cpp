@@ -52,13 +52,13 @@ void WriteRve::command(int narg, char **arg)
   ScriptArguments words(lmp, "write_rve", narg, arg, 0);
   const std::string fix_id = words.next("fix ID");
   auto *fix = dynamic_cast<FixRve *>(modify->get_fix_by_id(fix_id));
-  if (!fix) error->all(FLERR, "write_rve: there is no fix {} of style rve", fix_id);
+  if (!fix) error->all(FLERR, "write_rve: fix {} of style rve does not exist", fix_id);
 
   FileRequest request;
   words.set_keywords(names_of(KEYWORDS));
   while (words.next_keyword()) words.read(KEYWORDS, request);
   for (const char *needed : {"atom", "file"})
-    if (!words.has(needed)) error->all(FLERR, "write_rve: no {} is given", needed);
+    if (!words.has(needed)) error->all(FLERR, "write_rve: the keyword {} must be given", needed);
 
   fix->rves().attach();
   int mine = 0, found;

@@ -22,7 +22,7 @@ step=$(sed -n 's/^ERROR.* failed at step \([0-9]*\): cell too narrow.*/\1/p' log
 exit 1; }
 press 1 with "copies 2" || { tail -20 run.out; exit 1; }
 press 2 ranks "copies 2" || { tail -20 run.out; exit 1; }
-grep "has become too narrow at step $step; it goes on as 2 copies side by side, of 24 grains" \
+grep "became too narrow at step $step; the RVE continues as 2 copies side by side with 24 grains" \
   log.with
 cmp curve.with curve.ranks
 cmp fields.with fields.ranks

@@ -42,7 +42,7 @@ path shear_constant_volume; within "$(last 9)" 0.1577 0.1579 \
 path cyclic; within "$(last 3)" -0.001 0.001 "shear strain after a cycle"
 
 run in.initial_stress -var grains 100
-unbalanced=$(sed -n 's/.*in situ the largest unbalanced nodal force is \([^ ]*\) of the weight of a cell.*/\1/p' run.out)
+unbalanced=$(sed -n 's/.*largest unbalanced nodal force of the in-situ state is \([^ ]*\) of the weight of a cell.*/\1/p' run.out)
 within "$unbalanced" 0 1e-3 "unbalanced nodal force of a column in situ [weight of a cell]"
 keep_last
 within "$(last 5)" 0 1e-6 "displacement of a column that is in equilibrium [m]"

@@ -34,7 +34,7 @@ run() {
 }
 
 if run 2000000 "$@"; then echo "2 MB are enough for 120 RVEs"; exit 1; fi
-grep "ERROR: fix rve: 120 RVEs of 3 MPI ranks need .* RVEs would fit" many.out || { cat many.out
+grep "ERROR: fix rve grains: 120 RVEs of 3 MPI ranks need .* RVEs would fit" many.out || { cat many.out
 exit 1; }
 needed=$(sed -n 's/.*MPI ranks need \([0-9.]*\) MB.*/\1/p' many.out | head -1)
 fit=$(sed -n 's/.* MB are free; \([0-9]*\) RVEs would fit.*/\1/p' many.out | head -1)

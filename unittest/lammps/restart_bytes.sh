@@ -38,7 +38,7 @@ for shape in disk sphere; do
     "$lmp" -in in.bytes -var shape "$shape" -var out "$out" -log "$out.log" > "$out.out" 2>&1 ||
       { tail "$out.out"; exit 1; }
   done
-  grep -q "a fresh one of packing" one.log || { echo "no RVE was replaced"; exit 1; }
+  grep -q "a fresh RVE of packing" one.log || { echo "no RVE was replaced"; exit 1; }
   cmp one.rates other.rates
   cmp one.servo other.servo
 done

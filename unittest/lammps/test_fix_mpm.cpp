@@ -463,7 +463,7 @@ TEST(FixMpmMohrCoulomb, DampingPartOfReactionsIsInTheLog)
   MPI_Barrier(MPI_COMM_WORLD);    // rank 0 writes the log
   const std::string log = rve_test::text_of(path);
 
-  EXPECT_NE(log.find("WARNING: Fix mpm soil: local damping 0.05 amounts to 3"), std::string::npos)
+  EXPECT_NE(log.find("WARNING: fix mpm soil: local damping 0.05 amounts to 3"), std::string::npos)
       << log;
   EXPECT_NE(log.find("f_soil[16] and f_soil[17] are its force"), std::string::npos) << log;
   const std::string again = "fix mpm soil: local damping 0.05 amounts to 3";
@@ -561,14 +561,16 @@ TEST(FixMpmErrors, NamePointsThatCannotBeCreatedInARun)
   const std::string of_grains = message_with(
       "fix grains ground rve test_fix_mpm.rve drive mpm dt 1e-4 substeps match device cpu threads "
       "1\nfix soil all mpm 1.0 model ground rve grains\n");
-  EXPECT_NE(of_grains.find("step 1: atom 25 was created in this run, as a point of the RVEs of fix "
-                           "grains; this is possible between two runs only"),
+  EXPECT_NE(of_grains.find("step 1: atom 25 was created during the run as a point of the RVEs of "
+                           "fix grains; such points can be created between runs only"),
             std::string::npos)
       << of_grains;
   const std::string without = message_with(
       "group first id 1:24\nfix soil all mpm 1.0 model first elastic 1e6 0.3 density 2000\n");
-  EXPECT_NE(without.find("atom 25 has no constitutive model; see the keyword model"),
-            std::string::npos)
+  EXPECT_NE(
+      without.find(
+          "atom 25 has no constitutive model; give a model for its group with the keyword model"),
+      std::string::npos)
       << without;
   const std::string without_setup = message_of(
       points_in_box(4, 2, 4) +
@@ -691,18 +693,19 @@ TEST(FixMpmModify, ARestartContinuesBitForBitWithTheReducedStrength)
 
   const auto same = continued(fix);
   EXPECT_EQ(whole.points(), same.first);
-  EXPECT_NE(same.second.find("as fix_modify had it, model ground mohr_coulomb has c 10000 -> 6000"),
+  EXPECT_NE(same.second.find(
+                "as set by fix_modify before, model ground mohr_coulomb has c 10000 -> 6000"),
             std::string::npos)
       << same.second;
-  EXPECT_EQ(same.second.find("continued with"), std::string::npos) << same.second;
+  EXPECT_EQ(same.second.find("with changes"), std::string::npos) << same.second;
 
   // A fix that defines the model otherwise replaces the one of the file.
   std::string other = fix;
   other.replace(other.find("1e4"), 3, "2e4");
   const auto defined = continued(other);
   EXPECT_NE(defined.first, same.first);
-  EXPECT_NE(defined.second.find("model ground is not defined as in the run before, and begins "
-                                "without what fix_modify has changed of it"),
+  EXPECT_NE(defined.second.find("model ground differs from that of the run before, so that these "
+                                "changes by fix_modify are not applied"),
             std::string::npos)
       << defined.second;
   MPI_Barrier(MPI_COMM_WORLD);
@@ -722,19 +725,19 @@ TEST(FixMpmModify, RefusedArgumentsChangeNothing)
   const std::string right = "strength_reduction top 1.2 ";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"strength_reduction top 0",
-       "Fix_modify of fix mpm: strength_reduction top is 0 [-]; it must be from 0.01 to 100"},
+       "fix_modify soil: strength_reduction top is 0 [-]; it must be from 0.01 to 100"},
       {"strength_reduction top 1e5", "strength_reduction top is 100000 [-]"},
       {"strength_reduction top nan", "it must be a number"},
       {right + "strength_reduction mid 1.2",
-       "the law of group 'mid' is elastic, which has no strength to be reduced"},
+       "the law of group 'mid' is elastic, which has no strength that could be reduced"},
       {right + "strength_reduction low 1.2",
-       "the model of group 'low' is the RVEs of fix grains; change these with fix_modify grains"},
+       "the model of group 'low' uses the RVEs of fix grains; change them with fix_modify grains"},
       {right + "strength_reduction tpo 1.2",
        "the fix has no model of group 'tpo'; did you mean top?"},
       {right + "strength_reduction top 1.3", "strength_reduction top is given twice"},
       {right + "model top elastic 1e6 0.3",
-       "the model of group 'top' has the law mohr_coulomb, and fix_modify gives this law other "
-       "parameters, not another law, 'elastic'"},
+       "the model of group 'top' has the law mohr_coulomb; fix_modify changes parameters of this "
+       "law and cannot replace it by 'elastic'"},
       {right + "model top mohr_coulomb 1e6 0.3 1e3 95 0", "friction angle must be in [0, 90)"},
       {right + "model top mohr_coulomb 1e6 0.3 1e3 30", "psi has no value"},
       {right + "damping 0.1", "damping"}};
@@ -820,10 +823,12 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
   const std::string newer = message_with(-9.0), none = message_with(1.0), torn = message_with(-8.5);
   std::remove(path.c_str());
 
-  EXPECT_NE(newer.find("the points in the restart file have version 9; this fix reads version 8"),
-            std::string::npos)
+  EXPECT_NE(
+      newer.find(
+          "the restart file has version 9 of the data of this fix; this program reads version 8"),
+      std::string::npos)
       << newer;
-  EXPECT_NE(none.find("have version 1 or 2, without a number; this fix reads version 8"),
+  EXPECT_NE(none.find("has version 1 or 2 of the data of this fix; this program reads version 8"),
             std::string::npos)
       << none;
   EXPECT_NE(torn.find("is damaged: it begins with -8.5 instead of the version -8"),
@@ -856,7 +861,7 @@ TEST(FixMpm, FlippedBitsOfRestartFilesAreRefused)
       other[bit / 8] = static_cast<char>(other[bit / 8] ^ 1 << bit % 8);
       std::ofstream(path, std::ios::binary) << other;
       const std::string message = message_of(read);
-      const bool is_named = message.find("Fix mpm: the ") != std::string::npos;
+      const bool is_named = message.find("fix mpm soil: the ") != std::string::npos;
       EXPECT_TRUE(is_named) << "bit " << bit - 8 * begin << ": " << message;
       silent += !is_named;
     }
@@ -898,18 +903,19 @@ TEST(FixMpm, ContinuedRunListsChangedSettings)
   std::remove(path.c_str());
   std::remove(log.c_str());
 
-  EXPECT_EQ(same.first.find("continued with"), std::string::npos) << same.first;
-  EXPECT_EQ(as_number.first.find("continued with"), std::string::npos) << as_number.first;
+  EXPECT_EQ(same.first.find("with changes"), std::string::npos) << same.first;
+  EXPECT_EQ(as_number.first.find("with changes"), std::string::npos) << as_number.first;
   EXPECT_EQ(same.second, first.fix_value("soil", 8));
-  EXPECT_NE(
-      changed.first.find("Fix mpm soil continued with: model ground elastic 1.0e6 0.3 -> elastic "
-                         "2.0e6 0.3, damping 0.05 -> not given, flip not given -> 0.99"),
-      std::string::npos)
-      << changed.first;
-  EXPECT_NE(changed.first.find("keep what they have; for new points only: density 2000 -> 2100"),
+  EXPECT_NE(changed.first.find("fix mpm soil: continues the run that wrote the restart file with "
+                               "changes: model ground elastic 1.0e6 0.3 -> elastic 2.0e6 0.3, "
+                               "damping 0.05 -> not given, flip not given -> 0.99"),
             std::string::npos)
       << changed.first;
-  EXPECT_NE(two.first.find("begin with the displacement 0: lid"), std::string::npos) << two.first;
+  EXPECT_NE(changed.first.find(
+                "keep their values; these changes apply to new points only: density 2000 -> 2100"),
+            std::string::npos)
+      << changed.first;
+  EXPECT_NE(two.first.find("start with displacement 0: lid"), std::string::npos) << two.first;
   EXPECT_EQ(two.second, 0.0);
 }
 
@@ -931,7 +937,7 @@ TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
   const std::string message = message_of(read);
 
   for (const char *file : {"late.0", "late.base", "early.base"}) std::remove((path + file).c_str());
-  EXPECT_NE(message.find("is of step 5, the head of the restart files of step 10"),
+  EXPECT_NE(message.find("is of step 5, but the header of the restart files is of step 10"),
             std::string::npos)
       << message;
 }
@@ -955,7 +961,7 @@ TEST(FixMpm, RecordsFollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
   // Stresses begin at column 4 after positions and velocities.
   for (const auto &[id, row] : points)
     for (int k = 0; k < 8; ++k) EXPECT_EQ(row[k], expected[id][k]) << "atom " << id << ", " << k;
-  EXPECT_NE(message_of(read + "delete_atoms group pit\n" + fix).find("got other IDs"),
+  EXPECT_NE(message_of(read + "delete_atoms group pit\n" + fix).find("their IDs were changed"),
             std::string::npos);
   MPI_Barrier(MPI_COMM_WORLD);
   if (!rest.lmp->comm->me) std::remove(path.c_str());
@@ -1060,11 +1066,10 @@ TEST(FixMpmBodies, AnAngleAsFrictionAndTheOnlyDensityOfABodyAreNoted)
   replace("form ball", "form ball density 2000");
   SoilScript() << "log " + path + "\n" + bodies + "run 0\nlog none\n";
   const std::string log = rve_test::text_of(path);
-  EXPECT_NE(
-      log.find("rigid ball: the friction coefficient is 35 [-], above 2; if that is an angle"),
-      std::string::npos)
+  EXPECT_NE(log.find("friction of rigid ball is 35 [-], above 2; if this is an angle"),
+            std::string::npos)
       << log;
-  EXPECT_NE(log.find("the only density is that of rigid ball; it applies to all points"),
+  EXPECT_NE(log.find("the density of rigid ball is the only one and applies to all points"),
             std::string::npos)
       << log;
 }
@@ -1495,8 +1500,8 @@ TEST(FixMpmErrors, OnlyCoincidentPointsGiveAWarning)
     MPI_Barrier(MPI_COMM_WORLD);    // rank 0 writes the log
     const std::string log = rve_test::text_of(path);
 
-    const auto at = log.find("4 of 8 cells that new points fill, 1 by 1 [distance] each, have more "
-                             "than 1.3 times their area in points, the fullest 2 times");
+    const auto at = log.find("4 of 8 cells with new points, 1 by 1 [distance] each, contain more "
+                             "than 1.3 times their area, at most 2 times");
     EXPECT_EQ(at != std::string::npos, is_on_top) << log;
   }
 }
@@ -1511,48 +1516,50 @@ TEST(FixMpmErrors, AreReported)
   const std::string dump = "test_fix_mpm_rerun." + rank + ".dump";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1 1e300",
-       "Fix mpm: cfl error is 1e300; it must be from -1e+30 to 1e+30"},
+       "fix mpm soil: cfl error is 1e300; it must be from -1e+30 to 1e+30"},
       {scene + "fix soil all mpm 1.0 " + law + " wave_speed tangent 0", "wave_speed tangent is 0"},
       {scene + "fix soil all mpm 1.0 " + law + " wave_speed tangent 1 every 0",
        "wave_speed tangent every is 0"},
       {scene + "fix soil all mpm 1.0 " + law + " wave_speed 3", "wave_speed"},
-      {scene + "fix soil all mpm 1.0 " + law + " cfl 1 100", "0 < warn <= error <= 10, got 1 100"},
+      {scene + "fix soil all mpm 1.0 " + law + " cfl 1 100",
+       "cfl is 1 100; it must be 0 < warn <= error <= 10"},
       {scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 1e300",
-       "Fix mpm: density is 1e300; it must be from -1e+30 to 1e+30"},
+       "fix mpm soil: density is 1e300; it must be from -1e+30 to 1e+30"},
       {scene + "fix soil all mpm 1.0 " + law + " damping -0.1",
        "local damping must be in [0, 1), got -0.1"},
       {scene + "fix soil all mpm 1.0 " + law + "\ndump d all custom 1 " + dump +
            " id x y\nrun 1\nrerun " + dump + " dump x y",
-       "Fix mpm cannot be used with rerun"},
+       "fix mpm soil: rerun cannot be used"},
       {scene + "fix soil all mpm 1.0 " + law + "\nfix d all deform 1 x scale 1.1\nrun 1",
        "fix d (style deform) changes the box and moves atoms with it"},
       {scene + "fix soil all mpm 1.0 " + law + "\nrun 1\nchange_box all x scale 1.1 remap\nrun 1",
-       "points and box have been changed since the last run"},
+       "points and simulation box have changed since the last run"},
       {scene + "group g id 1\nfix soil all mpm 1.0 " + law +
            " traction g 0 -1\nrun 1\ngroup g delete\nrun 1",
-       "Fix mpm traction: group 'g' has been deleted since the fix was defined"},
+       "fix mpm soil: traction: group g has been deleted since the fix was defined"},
       {scene + "group first id 1\ngroup g id 2\nfix soil all mpm 1.0 " + law +
            " traction g 0 -1\nrun 1\ngroup first delete\ngroup g delete\ngroup g id 3\nrun 1",
-       "Fix mpm traction: group 'g' has been deleted and defined anew"},
+       "fix mpm soil: traction: group g has been deleted and redefined"},
       {scene + "group g id 1\nfix soil all mpm 1.0 model g elastic 1.0e6 0.3 " + law +
            "\nrun 1\ngroup g delete\nrun 1",
-       "Fix mpm model: group 'g' has been deleted since the fix was defined"},
+       "fix mpm soil: model: group g has been deleted since the fix was defined"},
       {scene + "group nobody empty\nfix soil all mpm 1.0 " + law + " traction nobody 0 -1\nrun 1",
-       "Fix mpm traction: group 'nobody' has no atoms"},
+       "fix mpm soil: traction: group nobody has no atoms"},
       {block_of_points("lattice sq 0.5 origin 0.5 0.5 0.0") +
            "timestep 0.001\nfix soil all mpm 1.0 " + law + "\nrun 1",
-       "have more than 1.3 times their area in points, the fullest 4 times"},
+       "contain more than 1.3 times their area, at most 4 times"},
       {scene + "fix soil all mpm 0 " + law, "cell size is 0 [length]; it must be greater than 0"},
       {scene + "fix soil all mpm 1.0 " + law + " wings yes", "unknown keyword 'wings'"},
       {scene + "fix soil all mpm 1.0 " + law + " boundry xlo roller",
-       "Fix mpm: unknown keyword 'boundry'; did you mean boundary?"},
+       "fix mpm soil: unknown keyword 'boundry'; did you mean boundary?"},
       {scene + "fix soil all mpm 1.0 " + law + " damping 0.1 0.2",
-       "Fix mpm: found '0.2' after 'damping 0.1', where a keyword or the end was expected"},
+       "fix mpm soil: found '0.2' after 'damping 0.1', where a keyword or the end was expected"},
       {scene + "fix soil all mpm 1.0 " + law + " damping low",
-       "Fix mpm: damping is 'low'; it must be a number"},
+       "fix mpm soil: damping is 'low'; it must be a number"},
       {scene + "group plate id 4\nvariable down equal -1\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy down rough",
-       "Fix mpm: rigid vy is 'down'; it must be a number or v_name of a variable; did you mean "
+       "fix mpm soil: rigid vy is 'down'; it must be a number or v_name of a variable; did you "
+       "mean "
        "v_down?"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy -1 rough\nrun 0\ngroup plate clear\nrun 0",
@@ -1579,65 +1586,67 @@ TEST(FixMpmErrors, AreReported)
       {scene + "fix soil all mpm 1.0 " + law + " device tpu",
        "device is 'tpu'; it must be auto, cpu or cuda"},
       {scene + "fix soil all mpm 1.0 " + law + " scheme",
-       "Fix mpm: scheme has no value; the command ends there; it must read: scheme musl | usavg"},
+       "fix mpm soil: scheme has no value; the command ends there; it must read: scheme musl | "
+       "usavg"},
       {scene + "fix soil all mpm 1.0 " + law + " damping 1",
        "local damping must be in [0, 1), got 1"},
       {scene + "fix soil all mpm 1.0 " + law + " progress -1",
-       "progress is -1 [seconds of wall time]; it must be at least 0, which means never"},
+       "progress is -1 [seconds of wall time]; it must be at least 0, and 0 means no progress "
+       "lines"},
       {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 0",
        "points_per_cell is 0 [-]; it must be from 1 to 10000"},
       {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 1e30",
        "points_per_cell is 1e+30 [-]; it must be from 1 to 10000"},
       {scene + "fix soil all mpm 1.0 " + law + " volume 1e-300",
-       "volume is 1e-300 [length^2]; it must be from 0.0001 to 1, that of a cell, since a cell has "
-       "at most 10000 points"},
+       "volume is 1e-300 [length^2]; it must be from 0.0001 to 1 (the volume of a cell), because a "
+       "cell has at most 10000 points"},
       {scene + "fix soil all mpm 1.0 " + law + " volume 1.5",
-       "volume is 1.5 [length^2]; it must be from 0.0001 to 1, that of a cell"},
+       "volume is 1.5 [length^2]; it must be from 0.0001 to 1 (the volume of a cell)"},
       {scene + "fix soil all mpm 1.0 " + law + " cfl 1.0 0.5",
-       "0 < warn <= error <= 10, got 1 0.5"},
+       "cfl is 1 0.5; it must be 0 < warn <= error <= 10"},
       {scene + "fix soil all mpm 1.0 " + law + " domain 0 2.5 0 4",
        "whole number of cells, got 2.5 / 1 = 2.5"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 0.9 flip 0.99",
-       "Fix mpm: flip is given twice, as 'flip 0.9' and as 'flip 0.99'; give it once"},
+       "fix mpm soil: flip is given twice, as 'flip 0.9' and as 'flip 0.99'; give it once"},
       {scene + "fix soil all mpm 1.0 " + law + " boundary xlo roller boundary xlo fixed",
-       "Fix mpm: boundary xlo is given twice"},
+       "fix mpm soil: boundary xlo is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + " model all elastic 1.0e6 0.2",
-       "Fix mpm: model all is given twice"},
+       "fix mpm soil: model all is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + " points_per_cell 1 volume 0.9",
-       "Fix mpm: volume is given twice, as 'points_per_cell 1' and as 'volume 0.9'"},
+       "fix mpm soil: volume is given twice, as 'points_per_cell 1' and as 'volume 0.9'"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough rigid plate vx 0 vy 1 rough",
-       "Fix mpm: rigid plate is given twice"},
+       "fix mpm soil: rigid plate is given twice"},
       {scene + "fix soil all mpm 1.0 " + law +
            " traction all 0 -1 face xhi traction all 0 -1 face xlo face yhi",
-       "Fix mpm: traction all number 2 face is given twice"},
+       "fix mpm soil: traction all number 2 face is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + " separation yes", "must follow a rigid body"},
       {scene + "fix soil all mpm 1.0 " + law + " face yhi",
        "must follow a traction, a pressure or a rigid body"},
       {scene + "fix soil all mpm 1.0 " + law + " traction lid 0 -1",
        "traction group 'lid' does not exist"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plat vx 0 vy 0 rough",
-       "Fix mpm: rigid group 'plat' does not exist; did you mean plate?"},
+       "fix mpm soil: rigid group 'plat' does not exist; did you mean plate?"},
       {scene + "fix soil all mpm 1.0 " + law + " traction all 0 v_q\nrun 0",
-       "Fix mpm: variable q does not exist"},
+       "fix mpm soil: variable q does not exist"},
       {scene + "variable q string 1\nfix soil all mpm 1.0 " + law + " traction all 0 v_q\nrun 0",
-       "Fix mpm: variable q must be of equal or atom style"},
+       "fix mpm soil: variable q must be of equal or atom style"},
       {scene + "variable q atom 1\ngroup plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy v_q rough\nrun 0",
-       "Fix mpm: variable q must be of equal style"},
+       "fix mpm soil: variable q must be of equal style"},
       {scene + "fix soil all mpm 1.0 " + law + " traction ground 0 -1\nregion ground delete\nrun 0",
-       "region 'ground' does not exist"},
+       "fix mpm soil: traction: region ground does not exist"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 0 rough rough rough",
-       "rigid has '0' where vy must be; it must read: rigid group-ID vx value vy value rough | "
+       "rigid has '0' instead of vy; it must read: rigid group-ID vx value vy value rough | "
        "smooth"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plate vx 0 vy 0 glued",
        "rigid contact is 'glued'; it must be smooth, rough or friction"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law + " rigid plate vx 0 vy free rough",
-       "Fix mpm rigid plate: free is for a body of form box, ball or convex"},
+       "fix mpm soil: rigid plate: free is for a body of form box, ball or convex"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough form box face yhi",
-       "Fix mpm rigid plate: face is for a body of form face"},
+       "fix mpm soil: rigid plate: face is for a body of form face"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough form convex 2 0 0 1 0",
        "form convex is 2; it must be at least 3"},
@@ -1656,7 +1665,7 @@ TEST(FixMpmErrors, AreReported)
        "friction"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 0 rough form box turned 1e30",
-       "Fix mpm rigid plate: turned must be between -360 and 360 degrees, got 1e+30"},
+       "fix mpm soil: rigid plate turned is 1e+30 [degrees]; it must be from -360 to 360"},
       {scene + "group plate id 4\nfix soil all mpm 1.0 " + law +
            " rigid plate vx 0 vy 10 rough\nrun 1000",
        "rigid body plate has lost 1 of its 1 points, which left the simulation box, x from 0 to 2"},
@@ -1681,36 +1690,37 @@ TEST(FixMpmErrors, AreReported)
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3 density -2000",
        "model all density is -2000 [mass/length^3]; it must be greater than 0, or rve"},
       {scene + "fix soil all mpm 1.0 model all elastic 1.0e6 0.3\nrun 0",
-       "keyword density must give its model, all, a value > 0"},
+       "give the model of group all a density > 0 with the keyword density"},
       {scene +
            "group low id 1\nfix soil all mpm 1.0 model all elastic 1e6 0.3 density 1800 "
            "model low elastic 1e6 0.3 density rve\nrun 0",
-       "atom 1 has no RVE, so the keyword density must give its model, low, a value > 0"},
+       "atom 1 has no RVE that gives a density; give the model of group low a density > 0"},
       {scene + "fix soil all mpm 1.0 " + law + " flip 1 density 1800",
-       "Fix mpm: model all density is given twice, as 'density 2000' and as 'density 1800'; give "
+       "fix mpm soil: model all density is given twice, as 'density 2000' and as 'density 1800'; "
+       "give "
        "it once"},
       {scene + "fix soil all mpm 1.0 density 2000 density 1800 model all elastic 1e6 0.3",
-       "Fix mpm: density is given twice"},
+       "fix mpm soil: density is given twice"},
       {scene + "fix soil all mpm 1.0 " + law + "\nrun_style respa 1\nrun 0", "respa"},
       {scene + "fix soil all mpm 1.0 model nobody elastic 1.0e6 0.3 density 2000",
        "group 'nobody' does not exist"},
       {scene + "fix soil all mpm 1.0 model all elastic -1.0e6 0.3 density 2000",
        "must be positive, got -1000000"},
       {scene + "fix soil all mpm 1.0 model all rve grains density rve\nrun 0",
-       "'grains' does not exist"},
+       "model all: fix grains does not exist"},
       {scene + "fix soil all mpm 1.0 density 2000\nrun 0", "no constitutive model"},
       {scene +
            "fix grains all gravity 9.81 vector 0 -1 0\nfix soil all mpm 1.0 model all rve "
            "grains\nrun 0",
-       "must be of style rve, got gravity"},
+       "model all: fix grains has style gravity; it must be rve"},
       {scene +
            "fix grains all rve test_fix_mpm.rve dt 1e-4 drive velocity_gradient xy 0.1\n"
            "fix soil all mpm 1.0 model all rve grains\nrun 0",
-       "must have drive mpm"},
+       "the drive must be mpm"},
       {scene +
            "group some id 1 2\nfix grains some rve test_fix_mpm.rve dt 1e-4 drive mpm\n"
            "fix soil all mpm 1.0 model all rve grains\nrun 0",
-       "atom 3 has no RVE of fix grains; is it in its group?"},
+       "atom 3 has no RVE of fix grains; the group of that fix must contain the atom"},
       {scene + "group none empty\nfix soil none mpm 1.0 " + law + "\nrun 0", "no atoms"},
       {scene + "fix soil all mpm 1.0 " + law + "\nfix hold all setforce 0 0 0\nrun 0",
        "keyword rigid or boundary"},
@@ -1726,12 +1736,12 @@ TEST(FixMpmErrors, AreReported)
       {"units si\ndimension 2\nregion b block 0 1 0 1 -0.1 0.1\ncreate_box 1 b\nfix soil all mpm "
        "1.0 " +
            law,
-       "not periodic"},
+       "fix mpm soil: the grid is not periodic; use boundary f, s or m in x and y"},
       {"units si\ndimension 2\nboundary f f p\nregion b block 0 1 0 1 -0.1 0.1\ncreate_box 1 b\n"
        "mass 1 1900\ncreate_atoms 1 single 0.5 0.5 0\npair_style none\ncomm_modify cutoff 1\n"
        "fix soil all mpm 1.0 " +
            law + "\nrun 0",
-       "has mass 2000 = density * volume, but type 1 has 1900"},
+       "has the mass 2000 (density * volume), but atom type 1 has the mass 1900"},
   };
 
   for (const auto &one : cases) {
@@ -1777,7 +1787,7 @@ TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
 {
   const double quantum = std::ldexp(1.0, -30), far = 5621000;
   const std::string warning =
-      "Fix mpm soil, step 0: near the coordinate 5621008 [distance] positions are multiples of "
+      "fix mpm soil: step 0: near the coordinate 5621008 [distance] positions are multiples of "
       "9.31e-10, and the largest motion in a step is 1e-09: rounding changes it by up to 47 %, and "
       "motions below 4.66e-10 are lost";
   double moved;
@@ -1812,19 +1822,19 @@ TEST(FixMpmWarnings, NameProbableMistakes)
   const std::string run = "\nrun 2\n";
   const std::vector<std::pair<std::string, std::string>> cases = {
       {points_in_box(4, 4) + fix + run,
-       "The time step is 1e-08 [time], the default of LAMMPS: set it with the command timestep; "
-       "0.019 has a "
-       "Courant number of 0.5"},
-      {scene + "timestep 1e-9\n" + fix + run, "The time step is 1e-09 [time]; 0.019 has"},
+       "The time step is 1e-08 [time], the default of LAMMPS: set it with the timestep command; "
+       "the Courant number is 0.5 with the time step 0.019"},
+      {scene + "timestep 1e-9\n" + fix + run,
+       "The time step is 1e-09 [time]; the Courant number is 0.5 with the time step 0.019"},
       {points_in_box(4, 4) + fix + "\nrun 0\n", ""},
       {scene + "group some id 1 2 3\n" + fix + " model some elastic 1e6 0.2" + run,
        "3 points are in the groups of more than one model"},
       {scene + "region air block 0 4 5 6 INF INF units box\n" + fix + " traction air 0 -1" + run,
-       "the region 'air' of a traction has no deformable points at step 0"},
+       "region air of a traction contains no deformable points at step 0"},
       {scene + fix + run + "displace_atoms all move 0.1 0 0 units box" + run,
        "points have been moved since the last run"},
       {scene + "create_atoms 1 single 1.5 1.5 0\n" + fix + run,
-       "1 of 16 cells that points fill, 1 by 1 [distance] each, have more than 1.3 times"},
+       "1 of 16 cells with points, 1 by 1 [distance] each, contain more than 1.3 times"},
       {scene +
            "fix soil all mpm 1.0 model all mohr_coulomb 1e6 0.3 1e4 30 0 density 2000 stress 100 "
            "200 0" +
@@ -1838,20 +1848,19 @@ TEST(FixMpmWarnings, NameProbableMistakes)
       {scene + fix + run + "change_box all y final 0 7" + run, ""},
       {scene + "group block id 16\n" + fix + " rigid block vx 0 vy 0 rough form box" + run, ""},
       {scene + "group block id 1 11\n" + fix + " rigid block vx 0 vy 0 rough form box" + run,
-       "Fix mpm soil: 7 points that are not of the rigid body block are inside of its form"},
+       "fix mpm soil: 7 points that do not belong to the rigid body block are inside its form"},
       // c_p = sqrt(1.346 E/rho) = 25.9, c_s = sqrt(E/2.6/rho) = 13.9; twice or half of these speeds
       // reflects a third.
       {scene + fix + " boundary xlo absorbing 26 14 boundary xhi absorbing 51 7" + run, ""},
       {scene + fix + " boundary xlo absorbing 53 14" + run,
-       "Fix mpm soil: boundary xlo absorbing cp is 53 [length/time]; expected is a speed between "
-       "12.97 and 51.89, since compression waves of the points within a cell of that side have "
-       "25.94 to 25.94: it sends back more than a third of their stress"},
+       "fix mpm soil: boundary xlo absorbing cp is 53 [length/time]; it should be between 12.97 "
+       "and 51.89, because compression waves of the points within a cell of this side have speeds "
+       "from 25.94 to 25.94. More than a third of their stress is reflected"},
       {scene + fix + " boundary xhi absorbing 12 7" + run,
-       "boundary xhi absorbing cp is 12 [length/time]; expected is a speed between 12.97 and "
-       "51.89"},
+       "boundary xhi absorbing cp is 12 [length/time]; it should be between 12.97 and 51.89"},
       {scene + fix + " boundary ylo absorbing roller 6" + run,
-       "boundary ylo absorbing cs is 6 [length/time]; expected is a speed between 6.934 and 27.74, "
-       "since shear waves"},
+       "boundary ylo absorbing cs is 6 [length/time]; it should be between 6.934 and 27.74, "
+       "because shear waves"},
       {scene + fix + " boundary ylo absorbing 26 0" + run, ""},
       // Two layers touch xlo and one touches ylo; the stiff one has four times the speed.
       {scene +
@@ -1865,15 +1874,14 @@ TEST(FixMpmWarnings, NameProbableMistakes)
            "fix soil all mpm 1.0 model stiff elastic 1.6e7 0.3 model soft elastic 1.0e6 0.3 "
            "density 2000 boundary ylo absorbing 30 14" +
            run,
-       "boundary ylo absorbing cp is 30 [length/time]; expected is a speed between 51.89 and "
-       "207.5"},
+       "boundary ylo absorbing cp is 30 [length/time]; it should be between 51.89 and 207.5"},
       {scene + fix + run + "velocity all set 0.1 0 0" + run, ""}};
   const std::string path = file_of_rank("log");
   for (const auto &one : cases) {
     Script(MPI_COMM_SELF) << "log " + path + "\n" + one.first + "log none\n";
     const std::string log = rve_test::text_of(path);
     if (one.second.empty())
-      EXPECT_EQ(log.find("WARNING: Fix mpm"), std::string::npos) << log;
+      EXPECT_EQ(log.find("WARNING: fix mpm"), std::string::npos) << log;
     else
       EXPECT_NE(log.find(one.second), std::string::npos) << log;
   }
@@ -1909,8 +1917,8 @@ TEST(FixMpm, APointThatLeavesTheGroupsOfAllModelsIsNamed)
   // The point leaves in a step with a check of the Courant number, and in another one.
   for (const std::string speed : {"5.07", "5.3"}) {
     const std::string message = message_of(rising_block(speed, groups, fix));
-    EXPECT_NE(message.find("Fix mpm m, step 1"), std::string::npos) << message;
-    EXPECT_NE(message.find("atom 13 has left the groups of all models in the run"),
+    EXPECT_NE(message.find("fix mpm m: step 1"), std::string::npos) << message;
+    EXPECT_NE(message.find("atom 13 has left the groups of all models during the run"),
               std::string::npos)
         << message;
   }
@@ -1929,8 +1937,8 @@ TEST(FixMpm, APointThatJoinsTheGroupOfAModelWithoutAnRveIsNamed)
                             "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller " +
         waves + "model low elastic 1e6 0.3 model high rve r density 2000\n";
     const std::string message = message_of(rising_block("5.07", groups, fix));
-    EXPECT_NE(message.find("atom 13 has joined group high of the model rve r in the run and has no "
-                           "RVE"),
+    EXPECT_NE(message.find(
+                  "atom 13 has joined group high of the model rve r during the run and has no RVE"),
               std::string::npos)
         << message;
   }
@@ -1947,8 +1955,8 @@ TEST(FixMpm, APointThatJoinsTheGroupOfItsRveInARunIsNamed)
                           "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller "
                           "model low elastic 1e6 0.3 model high rve r density 2000\n";
   const std::string message = message_of(rising_block("5.07", groups, fix));
-  EXPECT_NE(message.find("atom 13 has joined group high of the model rve r in the run, and its RVE "
-                         "has not followed"),
+  EXPECT_NE(message.find("atom 13 has joined group high of the model rve r during the run, but its "
+                         "RVE does not have its earlier deformation"),
             std::string::npos)
       << message;
 }
@@ -1960,7 +1968,7 @@ TEST(FixMpm, DeletedFixOfRvesIsNamedInARunWithoutSetUp)
       "fix m all mpm 1.0 domain 0 8 0 8 boundary ylo fixed model all rve r\nrun 1\nunfix r\n";
   for (const std::string &anew : {std::string(), rves}) {
     const std::string message = message_of(rising_block("0", "", fix + anew + "run 1 pre no\n"));
-    EXPECT_NE(message.find("fix 'r' has been deleted or defined anew since the last run"),
+    EXPECT_NE(message.find("model all: fix r has been deleted or redefined since the last run"),
               std::string::npos)
         << message;
   }

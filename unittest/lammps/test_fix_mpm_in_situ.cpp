@@ -468,7 +468,7 @@ TEST(FixMpmInSitu, InitialStressBeyondTheStrengthGivesAWarning)
     Script(MPI_COMM_SELF) << "log " + path + "\n" + GROUND +
             soil(law, "density 2000 stress -1e3 -1e5 0") + "run 0\nlog none\n";
     const std::string text = rve_test::text_of(path);
-    EXPECT_NE(text.find("the initial stress of 12 points is beyond the strength of their law"),
+    EXPECT_NE(text.find("the initial stress of 12 points exceeds the strength of their law"),
               std::string::npos)
         << text;
   }
@@ -518,20 +518,21 @@ TEST(FixMpmInSitu, RestartContinuesBitForBit)
 TEST(FixMpmInSitu, ReportsUnbalancedForces)
 {
   const std::string law = "elastic 1e7 0.3";
-  EXPECT_IN("in situ the largest unbalanced nodal force is",
+  EXPECT_IN("the largest unbalanced nodal force of the in-situ state is",
             log_of(GROUND + WEIGHT + soil(law, "density 1800 " + AT_REST) + "run 0"));
   EXPECT_IN("No force acts on the points: define fix gravity before this fix",
             log_of(GROUND + soil(law, "density 1800 " + AT_REST) + WEIGHT + "run 0"));
   // Without its surcharge, a tension of 5000 acts on the surface, where a cell weighs 4414 per
   // width.
   EXPECT_IN(
-      "of the weight of a cell, above 0.001: the ground will move",
+      "of the weight of a cell, above 0.001, so that the ground will move",
       log_of(GROUND + WEIGHT + soil(law, "density 1800 insitu gravity 9.81 k0 0.5") + "run 0"));
-  EXPECT_IN("the stress in situ of 12 points is beyond the strength of their law, that of atom 1",
-            log_of(GROUND + WEIGHT +
-                   soil("mohr_coulomb 1e7 0.3 0 30 0",
-                        "density 1800 insitu gravity 9.81 k0 0.2 surcharge 5000") +
-                   "run 0"));
+  EXPECT_IN(
+      "the in-situ stress of 12 points exceeds the strength of their law (atom 1, for example)",
+      log_of(GROUND + WEIGHT +
+             soil("mohr_coulomb 1e7 0.3 0 30 0",
+                  "density 1800 insitu gravity 9.81 k0 0.2 surcharge 5000") +
+             "run 0"));
 }
 
 TEST(FixMpmInSitu, InvalidArgumentsAreNamed)
@@ -552,14 +553,15 @@ TEST(FixMpmInSitu, InvalidArgumentsAreNamed)
       {with("insitu gravity 9.81 k0 0.7 gravity 9.81"), "insitu has gravity twice; give it once"},
       {with("insitu gravity 9.81 k0 v_none"), "variable none does not exist"},
       {with("insitu gravity 9.81 k0 -0.5"),
-       "Fix mpm insitu: k0 of atom 1 is -0.5 [-]; it must be greater than 0 (atoms with another "
-       "one: 12)"},
+       "fix mpm soil: insitu: k0 of atom 1 is -0.5 [-]; it must be greater than 0 (atoms with an "
+       "invalid value: 12)"},
       {with("insitu gravity 9.81 k0 0.5 surface 2.5"),
-       "Fix mpm insitu: the vertical pressure of atom 11 is -4414.5 [stress], at the height 2.75 "
-       "under a surface at 2.5 [length]; it must be greater than 0 (atoms with another one: 2)"},
+       "fix mpm soil: insitu: the vertical pressure of atom 11 is -4414.5 [stress] at the height "
+       "2.75 [length], under a surface at 2.5 [length]; it must be greater than 0 (atoms with an "
+       "invalid value: 2)"},
       {with("insitu gravity 9.81 k0 rest"),
-       "k0 rest is what the grains of RVEs find, and atom 1 has no RVE; give k0 as a number "
-       "(atoms without: 12)"},
+       "k0 rest takes k0 from RVEs, but atom 1 has no RVE; give k0 as a number (atoms without an "
+       "RVE: 12)"},
       {with("stress -1 -1 0 insitu gravity 9.81 k0 0.5"), "stress and insitu exclude each other"},
       {GROUND + WEIGHT + grains() +
            soil("rve grains", "insitu gravity 9.81 k0 0.05 surcharge 5000") + "run 0\n",
@@ -598,11 +600,11 @@ TEST(PackingStress, ReportsInvalidInput)
     return GROUND + "variable sv atom 3000*(1-y)\nfix grains all rve " + library() + " " +
         keywords + " threads 1 device cpu\nrun 0\n";
   };
-  EXPECT_IN("packing_stress leaves 2 packings of 5000.", message_of(with("packing_stress 1000")));
+  EXPECT_IN("packing_stress selects 2 packings of 5000.", message_of(with("packing_stress 1000")));
   EXPECT_IN("packing_stress of atom 5 is -750 [stress]; it is positive in compression",
             message_of(with("packing_stress v_sv packing_random 1")));
   EXPECT_IN("packing_variable and packing_stress exclude each other",
             message_of(with("packing_variable v_sv packing_stress 1000")));
-  EXPECT_IN("void ratios of the packings at its packing_stress are from",
+  EXPECT_IN("void ratios of the packings with its packing_stress are from",
             message_of(with("packing_stress 1000 packing_void_ratio 0.9 0.01")));
 }

@@ -394,7 +394,7 @@ TEST(FixMpmInSpaceMessage, NamesTheArgumentsOfTheThirdAxis)
 {
   const std::string scene = points_in_box(2, 2, 2) + "group ground type 1\n";
   const std::string model = "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000 ";
-  EXPECT_IN("rigid has 'rough' where vz must be; it must read: rigid group-ID vx value vy value vz "
+  EXPECT_IN("rigid has 'rough' instead of vz; it must read: rigid group-ID vx value vy value vz "
             "value rough | smooth",
             message_of(scene + model + "rigid ground vx 0 vy 0 rough\n"));
   EXPECT_IN("sxx syy szz sxy sxz syz", message_of(scene + model + "stress -1 -1 0\n"));
@@ -402,7 +402,7 @@ TEST(FixMpmInSpaceMessage, NamesTheArgumentsOfTheThirdAxis)
   EXPECT_IN("'zl'", message_of(scene + model + "boundary zl fixed\n"));
   EXPECT_IN("tx ty tz", message_of(scene + model + "traction ground 0 -1\n"));
   EXPECT_IN("xlo xhi ylo yhi zlo zhi", message_of(scene + model + "domain 0 2 0 2\n"));
-  EXPECT_IN("volume is 1.5 [length^3]; it must be from 0.0001 to 1, that of a cell",
+  EXPECT_IN("volume is 1.5 [length^3]; it must be from 0.0001 to 1 (the volume of a cell)",
             message_of(scene + model + "volume 1.5\n"));
   EXPECT_IN("grid extent in z must be a whole number of cells",
             message_of(scene + model + "domain 0 2 0 2 0 2.5\n"));
@@ -412,7 +412,7 @@ TEST(FixMpmInSpaceMessage, OfAPeriodicAxisNamesAllThree)
 {
   std::string scene = points_in_box(2, 2, 2);
   scene.replace(scene.find("boundary f f f"), 14, "boundary f f p");
-  EXPECT_IN("Fix mpm requires boundary f, s or m in x, y and z: its grid is not periodic",
+  EXPECT_IN("fix mpm soil: the grid is not periodic; use boundary f, s or m in x, y and z",
             message_of(scene + "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000\n"));
 }
 

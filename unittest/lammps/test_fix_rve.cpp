@@ -218,7 +218,8 @@ TEST(FixRve, RestartFilesOfDifferentStepsAreRefused)
   ASSERT_EQ(message_of("read_restart " + late + "%\n" + rate + SHEAR), "");
   std::ofstream(late + "0", std::ios::binary) << text_of(early + "0");
 
-  EXPECT_IN("is of step 5, the head of the restart files of step 10: they were not written at once",
+  EXPECT_IN("is of step 5, but the header of the restart files is of step 10: these files were "
+            "written at different steps",
             message_of("read_restart " + late + "%\n" + rate + SHEAR));
 }
 
@@ -240,9 +241,12 @@ TEST(FixRve, RestartFileOfAnotherVersionIsRefused)
     return message_of("read_restart " + file + "\nvariable rate atom -0.05*id\n" + SHEAR);
   };
 
-  EXPECT_IN("have version 5; this fix reads version 6", message_with(older));
-  EXPECT_IN("have version 7; this fix reads version 6", message_with(newer));
-  EXPECT_IN("have version 1 or 2, without a number; this fix reads version 6", message_with(none));
+  EXPECT_IN("has version 5 of the data of this fix; this program reads version 6",
+            message_with(older));
+  EXPECT_IN("has version 7 of the data of this fix; this program reads version 6",
+            message_with(newer));
+  EXPECT_IN("has version 1 or 2 of the data of this fix; this program reads version 6",
+            message_with(none));
 }
 
 TEST(FixRve, ClearAndRunAgainGivesTheSame)
@@ -817,7 +821,7 @@ TEST(Warnings, NameValueLimitAndRemedyOnce)
   const std::string log =
       log_of(FOUR_ATOMS + FIX + "dt 1e-4 dt_check 5 drive velocity_gradient yy -5\nrun 20");
 
-  EXPECT_IN("WARNING: fix rve: in the RVE of atom", log);
+  EXPECT_IN("WARNING: fix rve grains: in the RVE of atom", log);
   EXPECT_IN("(and 3 others, 100 % of the RVEs) at step 5, the inertial number is 0.0", log);
   EXPECT_IN("above 0.001, the limit of quasi-static deformation", log);
   EXPECT_IN("use a lower strain rate", log);
@@ -852,8 +856,8 @@ TEST(Warnings, OfInertialNumbersAppearOncePerRunAboveAShare)
   const std::string one = log_of(some_fast_rves(1) + "run 20\nrun 0\nrun 20");
   EXPECT_EQ(count(one, "the inertial number is"), 0) << one;
   EXPECT_EQ(count(one,
-                  "fix rve grains: up to 4 % of the RVEs had inertial numbers above the 0.001 "
-                  "of quasi-static deformation at a check, the largest 0.0"),
+                  "fix rve grains: up to 4 % of the RVEs had inertial numbers above 0.001, the "
+                  "limit of quasi-static deformation; the largest was 0.0"),
             2)
       << one;
   EXPECT_IN("in the RVE of atom 1 at step", one);
@@ -881,7 +885,8 @@ TEST(Warnings, AppearForCellSizesUnderStrainAndForInitialOverlaps)
   ASSERT_NE(warning, std::string::npos);
   EXPECT_GT(warning, log.find("Step", log.find("Step") + 1)) << "a strain of 1 % makes no band";
   EXPECT_IN("use more grains", log);
-  EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "\nrun 0").find("WARNING: fix rve"), std::string::npos);
+  EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "\nrun 0").find("WARNING: fix rve grains"),
+            std::string::npos);
 
   // Grains a thousand times as stiff have overlaps of 5e-6, which `fast` does not resolve.
   std::string stiff = make;
@@ -897,7 +902,7 @@ TEST(Warnings, NameASlowRateInFast)
   const std::string slow = "dt 1e-4 dt_check 2 drive velocity_gradient yy -1e-7\nrun 4";
 
   EXPECT_IN("use format mixed", log_of(FOUR_ATOMS + FIX + "format fast " + slow));
-  EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "format mixed " + slow).find("WARNING: fix rve"),
+  EXPECT_EQ(log_of(FOUR_ATOMS + FIX + "format mixed " + slow).find("WARNING: fix rve grains"),
             std::string::npos);
 }
 
@@ -906,8 +911,8 @@ TEST(Shadow, StatesItsCostInTheLog)
   const std::string log =
       log_of(FOUR_ATOMS + FIX + "shadow 1 dt 1e-4 drive velocity_gradient yy -0.1\nrun 5");
 
-  EXPECT_IN("1 of 4 RVEs have shadows in double with 4 DEM steps for one: 1 DEM steps of shadows "
-            "for each",
+  EXPECT_IN("1 of 4 RVEs have shadows in format double with 4 DEM steps for each DEM step of the "
+            "RVE; on average an RVE has 1 DEM steps of shadows for each of its own",
             log);
   EXPECT_IN("shadows took", log);
   EXPECT_IN("% of the wall time of RVEs", log);
@@ -921,7 +926,7 @@ TEST(FixRveMessage, KnobsOutOfRange)
             message_of(FOUR_ATOMS + FIX + "quiescent 0.5\n"));
   EXPECT_IN("quiescent and servo exclude each other",
             message_of(FOUR_ATOMS + FIX + "quiescent 1e-6 servo xx -1e5\n"));
-  EXPECT_IN("substeps adaptive needs a strain that is known beforehand",
+  EXPECT_IN("substeps adaptive and servo exclude each other",
             message_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 servo xx -1e5\n"));
   EXPECT_IN("substeps adaptive strain is 0 [-]; it must be greater than 0",
             message_of(FOUR_ATOMS + FIX + "substeps adaptive 0 1e-3\n"));
@@ -1228,7 +1233,7 @@ TEST(FixRveMessage, GroupWithoutAtoms)
 
 TEST(FixRveMessage, ComputeWithoutFix)
 {
-  EXPECT_IN("compute rve/atom p: there is no fix rve",
+  EXPECT_IN("compute rve/atom p: no fix of style rve is defined",
             message_of(FOUR_ATOMS + "compute p all rve/atom p\nrun 0"));
   EXPECT_IN("fix other does not exist",
             message_of(FOUR_ATOMS + FIX + "\ncompute p all rve/atom p fix other\nrun 0"));
@@ -1241,7 +1246,8 @@ TEST(FixRveMessage, ThreeDimensions)
   std::string script = FOUR_ATOMS + FIX + "\n";
   script.replace(script.find("dimension 2"), 11, "dimension 3");
 
-  EXPECT_IN("fix rve needs a 2d system", message_of(script));
+  EXPECT_IN("fix rve grains: the dimension is 3; it must be 2 for packings of disks",
+            message_of(script));
 }
 
 TEST(FixRveMessage, UnitsThatAreNotConsistent)
@@ -1249,7 +1255,8 @@ TEST(FixRveMessage, UnitsThatAreNotConsistent)
   std::string script = FOUR_ATOMS + FIX + "\n";
   script.replace(script.find("units si"), 8, "units real");
 
-  EXPECT_IN("not in units real", message_of(script));
+  EXPECT_IN("fix rve grains: units are real; they must be lj, si, cgs or micro",
+            message_of(script));
 }
 
 // ---- contact laws in the form of LAMMPS' pair_coeff ----
@@ -1301,12 +1308,12 @@ TEST(ContactWords, UnsupportedLammpsOptionsAreNamed)
             message_with("jkr 1e6 0 "));
   EXPECT_IN("contact tangential model is 'mindlin'; it must be linear_history or linear_nohistory",
             message_with(hooke + "tangential mindlin NULL 0 0.5"));
-  EXPECT_IN("tangential linear_nohistory is friction by a dashpot alone",
+  EXPECT_IN("tangential linear_nohistory (friction by a dashpot alone) is not supported",
             message_with("hooke 1e6 50 tangential linear_nohistory 1 0.5 damping velocity"));
   EXPECT_IN("contact damping model is 'tsuji'; it must be velocity",
             message_with(hooke + history + "damping tsuji"));
-  EXPECT_IN("contact has eta_n 50 and no damping model, which is viscoelastic in pair_style "
-            "granular",
+  EXPECT_IN("contact has eta_n 50 and no damping model; viscoelastic, the default of pair_style "
+            "granular, is not supported",
             message_with("hooke 1e6 50 " + history));
   EXPECT_IN(
       "rolling viscosity is 3 [force time/length], but rolling stiffness is 0; with a rolling "
@@ -1314,10 +1321,10 @@ TEST(ContactWords, UnsupportedLammpsOptionsAreNamed)
       message_with(hooke + history + "rolling sds 0 3 0.1"));
   EXPECT_IN("contact twisting model is 'coulomb'; it must be sds, marshall or none",
             message_with(hooke + history + "twisting coulomb"));
-  EXPECT_IN("contact has no limit_damping; of pair_style granular it has tangential, damping, "
-            "rolling and twisting",
+  EXPECT_IN("contact does not support limit_damping; of pair_style granular it supports "
+            "tangential, damping, rolling and twisting",
             message_with(hooke + history + "limit_damping"));
-  EXPECT_IN("contact hooke has no reach; only the attraction of dmt reaches beyond touching",
+  EXPECT_IN("contact hooke has no reach, because only dmt has an attraction beyond contact",
             message_with(hooke + history + "reach 1e-4"));
   EXPECT_IN("contact has no tangential model", message_with(hooke + "damping velocity"));
   EXPECT_IN("contact has rolling twice",
@@ -1335,31 +1342,31 @@ TEST(ContactWords, UnsupportedLammpsOptionsAreNamed)
 
 TEST(FixRveMessage, UnknownKeyword)
 {
-  EXPECT_IN("fix rve: unknown keyword 'frition'; did you mean friction?",
+  EXPECT_IN("fix rve grains: unknown keyword 'frition'; did you mean friction?",
             message_of(FOUR_ATOMS + FIX + "frition 0.5\n"));
-  EXPECT_IN("fix rve: packing file has no value; the command ends there",
+  EXPECT_IN("fix rve grains: packing file has no value; the command ends there",
             message_of(FOUR_ATOMS + "fix grains all rve\n"));
-  EXPECT_IN("fix rve: unknown keyword 'yw'; did you mean yx or yy?",
+  EXPECT_IN("fix rve grains: unknown keyword 'yw'; did you mean yx or yy?",
             message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 yw 2\n"));
-  EXPECT_IN("drive velocity_gradient has component yz, and the RVEs are of disks",
+  EXPECT_IN("drive velocity_gradient has component yz, but the RVEs consist of disks",
             message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 yz 2\n"));
-  EXPECT_IN("fix rve: found '0.5' after 'kn 1e6', where a keyword or the end was expected",
+  EXPECT_IN("fix rve grains: found '0.5' after 'kn 1e6', where a keyword or the end was expected",
             message_of(FOUR_ATOMS + FIX + "kn 1e6 0.5\n"));
-  EXPECT_IN("fix rve: dt is 'short'; it must be a number",
+  EXPECT_IN("fix rve grains: dt is 'short'; it must be a number",
             message_of(FOUR_ATOMS + FIX + "dt short\n"));
-  EXPECT_IN("fix rve: threads is '1.5'; it must be a whole number",
+  EXPECT_IN("fix rve grains: threads is '1.5'; it must be a whole number",
             message_of(FOUR_ATOMS + "fix grains all rve " + PACKING + " threads 1.5\n"));
-  EXPECT_IN(
-      "fix rve: substeps is 'adaptiv'; it must be a whole number; it must read: substeps N | match "
-      "| adaptive strain inertia [most]",
-      message_of(FOUR_ATOMS + FIX + "substeps adaptiv 1e-5 1e-3\n"));
+  EXPECT_IN("fix rve grains: substeps is 'adaptiv'; it must be a whole number; it must read: "
+            "substeps N | match "
+            "| adaptive strain inertia [most]",
+            message_of(FOUR_ATOMS + FIX + "substeps adaptiv 1e-5 1e-3\n"));
   EXPECT_IN(
       "drive velocity_gradient yy is 'rate'; it must be a number or v_name of a variable; did "
       "you mean v_rate?",
       message_of(FOUR_ATOMS + FIX + "drive velocity_gradient yy rate\n"));
   EXPECT_IN("format is 'half'; it must be fast, mixed, double or single",
             message_of(FOUR_ATOMS + FIX + "format half\n"));
-  EXPECT_IN("component xx is driven by both",
+  EXPECT_IN("component xx is prescribed by both",
             message_of(FOUR_ATOMS + FIX + "drive velocity_gradient xx 1 servo xx -1e5\n"));
 }
 
@@ -1392,13 +1399,13 @@ TEST(FixRveMessage, FailedRveNamesAtomAndReason)
   EXPECT_IN("RVE of atom 2 failed at step", message);
   EXPECT_IN("overlap too large", message);
   EXPECT_IN("use a shorter DEM time step, a lower strain rate or a larger kn; with "
-            "policy freeze the run goes on without this RVE",
+            "policy freeze the run continues without this RVE",
             message);
 }
 
 TEST(FixRveMessage, MinimizeIsRefused)
 {
-  EXPECT_IN("fix rve cannot be used with minimize",
+  EXPECT_IN("fix rve grains: minimize cannot be used",
             message_of(FOUR_ATOMS + SHEAR + "minimize 0 0 10 10"));
 }
 
@@ -1411,7 +1418,7 @@ TEST(FixRveMessage, PackingVariableOutOfRange)
 
 TEST(FixRveMessage, DriveMpmWithoutFixMpm)
 {
-  EXPECT_IN("drive mpm needs a fix mpm", message_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
+  EXPECT_IN("drive mpm requires a fix mpm", message_of(FOUR_ATOMS + FIX + "drive mpm\nrun 0"));
 }
 
 // LAMMPS deletes a file-style variable that ends and renumbers the variables after it. The fix must

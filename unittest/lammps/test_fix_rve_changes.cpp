@@ -207,7 +207,7 @@ TEST(FixModify, MaterialAppliesAtOnce)
   script << "fix_modify grains thickness 0.075\nrun 0";
 
   EXPECT_NEAR(script.per_atom("p", 1) / thick, 2.0, 1e-9);
-  EXPECT_IN("from step 5 on friction 0.5 -> 0.4 (4 RVEs)",
+  EXPECT_IN("from step 5 on, friction 0.5 -> 0.4 (4 RVEs)",
             log_of(FOUR_ATOMS + SHEAR + "run 5\nfix_modify grains friction 0.4\n"));
 }
 
@@ -277,17 +277,17 @@ TEST(FixModify, RefusesFixedSettingsWithTheReason)
     return message_of(FOUR_ATOMS + SHEAR + "run 1\nfix_modify grains " + words);
   };
 
-  EXPECT_IN("format cannot be changed: the engine that holds the RVEs is made with it",
+  EXPECT_IN("format cannot be changed: it is fixed when the RVEs are created",
             message_with("format fast"));
-  EXPECT_IN("packing_random cannot be changed: RVEs that are there keep their grains",
+  EXPECT_IN("packing_random cannot be changed: it selects the grains of new RVEs only",
             message_with("packing_random 5"));
-  EXPECT_IN("fix_modify of fix rve: unknown keyword 'frition'; did you mean friction?",
+  EXPECT_IN("fix_modify grains: unknown keyword 'frition'; did you mean friction?",
             message_with("frition 0.3"));
   EXPECT_IN("friction coefficient is -1 [-]; it must be finite and at least 0",
             message_with("friction -1"));
   EXPECT_IN("is above the stability bound", message_with("dt 5e-4"));
   EXPECT_IN("is above the stability bound", message_with("kn 1e8"));
-  EXPECT_IN("is driven by both", message_with("servo yy -1e5"));
+  EXPECT_IN("is prescribed by both", message_with("servo yy -1e5"));
 }
 
 // ---- deleted RVEs ----
@@ -296,7 +296,7 @@ TEST(Unfix, OfAdvancedRvesGivesAWarning)
 {
   const std::string run = FOUR_ATOMS + SHEAR + "run 5\n";
   const std::string warning =
-      "fix rve grains is deleted, and with it its RVEs, which have advanced";
+      "fix rve grains: the fix is deleted with its RVEs, which have advanced";
 
   EXPECT_IN(warning, log_of(run + "unfix grains\n"));
   EXPECT_IN("use fix_modify grains", log_of(run + "unfix grains\n"));
@@ -356,11 +356,11 @@ TEST(DamagedRestart, HeadOfTheFixIsRefused)
   for (std::size_t byte = 0; byte < 120; byte += 3) {
     const std::string message = file.message_with_flip(file.head + byte, byte % 8);
     EXPECT_TRUE(message.find("damaged") != std::string::npos ||
-                message.find("this fix reads version 6") != std::string::npos)
+                message.find("this program reads version 6") != std::string::npos)
         << byte << ": " << message;
   }
   // The message shows a fractional version with all digits.
-  EXPECT_IN("damaged: the version reads -6.00000000000", file.message_with_flip(file.head, 3));
+  EXPECT_IN("damaged: its version is -6.00000000000", file.message_with_flip(file.head, 3));
 }
 
 TEST(DamagedRestart, LengthOfARecordIsRefusedInEveryBit)
@@ -400,23 +400,23 @@ TEST(NumberOfDemSteps, BeyondTheRangeOfIntegersIsAnErrorBeforeAnythingRuns)
   // 5e10 steps would overflow and become one step of 5e-4.
   const std::string message =
       message_of(FOUR_ATOMS + FIX + "dt 2e-14 drive velocity_gradient yy -0.05\nrun 1");
-  EXPECT_IN("a timestep of 0.001 [time] takes 5e+10 DEM steps of dt 2e-14 [time]; there can be "
-            "2147483647 at most: use a longer dt or a shorter timestep",
+  EXPECT_IN("a timestep of 0.001 [time] needs 5e+10 DEM steps of dt 2e-14 [time]; the limit is "
+            "2147483647: use a longer dt or a shorter timestep",
             message);
-  EXPECT_IN("4 times as many of a shadow",
+  EXPECT_IN("4 times as many for a shadow",
             message_of(FOUR_ATOMS + FIX + "dt 1e-12 shadow 1 4 " + DRIVE + "\nrun 1"));
-  EXPECT_IN("takes 1e+10 DEM steps",
+  EXPECT_IN("needs 1e+10 DEM steps",
             message_of(FOUR_ATOMS + FIX + "dt 1e-4 " + DRIVE + "\nrun 1\ntimestep 1e6\nrun 1"));
 }
 
 TEST(NumberOfDemSteps, TimesTheRefinementOfShadowsHasTheSameLimit)
 {
+  EXPECT_IN("1000000000 DEM steps per LAMMPS step, times 4 for a shadow, are 4e+09; the limit is "
+            "2147483647",
+            message_of(FOUR_ATOMS + FIX + "dt 1e-4 substeps 1000000000 shadow 1 4\n"));
   EXPECT_IN(
-      "1000000000 DEM steps per LAMMPS step times 4 for each one of a shadow are 4e+09; there "
-      "can be 2147483647 at most",
-      message_of(FOUR_ATOMS + FIX + "dt 1e-4 substeps 1000000000 shadow 1 4\n"));
-  EXPECT_IN("1000000000 DEM steps per LAMMPS step (the most of substeps adaptive) times 3",
-            message_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 1000000000 shadow 1 3\n"));
+      "1000000000 DEM steps per LAMMPS step (the most of substeps adaptive), times 3 for a shadow",
+      message_of(FOUR_ATOMS + FIX + "substeps adaptive 1e-6 1e-3 1000000000 shadow 1 3\n"));
 }
 
 // ---- keywords given twice ----
@@ -467,10 +467,10 @@ TEST(NarrowCell, IsReportedAtTheStartWithARemedy)
   const std::size_t begin = log.rfind(before, end);
   ASSERT_NE(end, std::string::npos) << log;
   const double share = std::stod(log.substr(begin + before.size()));
-  EXPECT_IN("and ends the run (policy stop)", log);
+  EXPECT_IN("and its RVE ends the run (policy stop)", log);
   EXPECT_IN("cell too narrow", message);
   EXPECT_IN("use a packing with more grains", message);
-  EXPECT_IN("with policy freeze the run goes on without this RVE", message);
+  EXPECT_IN("with policy freeze the run continues without this RVE", message);
   // The list is rebuilt shortly after the cell has become too narrow, after 1e-3 of time per step.
   const std::size_t at = message.find("failed at step ");
   ASSERT_NE(at, std::string::npos) << message;
@@ -509,7 +509,7 @@ TEST(FixRveMessage, DriveMpmThatNoModelUses)
 {
   const std::string script = POINTS + SOIL;
 
-  EXPECT_IN("fix rve grains: drive mpm, but no model of a fix mpm uses it",
+  EXPECT_IN("fix rve grains: the drive is mpm, but no model of a fix mpm uses this fix",
             message_of(script + "elastic 1e7 0.2 density 2200\nrun 1"));
   EXPECT_EQ(message_of(script + "rve grains\nrun 1"), "");
 }
@@ -520,15 +520,15 @@ TEST(FixRveMessage, FailureInAnMpmAnalysisIsReportedOnce)
   const std::string message =
       message_of(POINTS + "velocity all set 0 -400 0\n" + SOIL + "rve grains\nrun 200");
 
-  EXPECT_IN("fix rve: RVE of atom", message);
-  EXPECT_EQ(message.find("Fix mpm"), std::string::npos) << message;
+  EXPECT_IN("fix rve grains: RVE of atom", message);
+  EXPECT_EQ(message.find("fix mpm"), std::string::npos) << message;
   EXPECT_EQ(message.rfind("ERROR"), message.find("ERROR")) << message;
 }
 
 TEST(FixRveMessage, TensionAsTheGoalOfTheServo)
 {
-  EXPECT_IN("the goal of servo xx is 100000 [stress], a tension, and grains without cohesion carry "
-            "none; it must be at most 0",
+  EXPECT_IN("the goal of servo xx is 100000 [stress], which is a tension; grains without cohesion "
+            "carry no tension. It must be at most 0",
             message_of(FOUR_ATOMS + FIX + "servo xx 1e5\n"));
   EXPECT_IN("the goal of servo yy is 100000 [stress] for atom 1 at step 3",
             log_of(FOUR_ATOMS +
@@ -539,14 +539,14 @@ TEST(FixRveMessage, TensionAsTheGoalOfTheServo)
 
 TEST(FixRveMessage, DumpOfAnAtomThatIsNotThere)
 {
-  EXPECT_IN("dump names atom 7, which has no RVE of this fix",
+  EXPECT_IN("dump: atom 7 has no RVE of this fix",
             message_of(FOUR_ATOMS + FIX + "dump 1 a 1 7\nrun 1"));
 }
 
 TEST(FixRveMessage, Rerun)
 {
   const std::string dump = temporary_path("dump");
-  EXPECT_IN("fix rve grains cannot be used with rerun",
+  EXPECT_IN("fix rve grains: rerun cannot be used",
             message_of(FOUR_ATOMS + SHEAR + "dump d all atom 1 " + dump +
                        "\nrun 2\nundump d\nrerun " + dump + " dump x y"));
 }
@@ -556,9 +556,8 @@ TEST(Warnings, NameAnUnsetTimestep)
   std::string script = FOUR_ATOMS + FIX + DRIVE;
   script.replace(script.find("timestep 1e-3"), 13, "");
 
-  EXPECT_IN(
-      "the timestep is 1e-08 [time], the default of units si, and no longer than one DEM step",
-      log_of(script + "\nrun 1"));
+  EXPECT_IN("the timestep 1e-08 [time] is the default of units si and not longer than one DEM step",
+            log_of(script + "\nrun 1"));
   EXPECT_EQ(log_of(script + "\nrun 0").find("the default of units"), std::string::npos)
       << "no step, whatever its length";
   EXPECT_EQ(log_of(script + "substeps 5\nrun 1").find("the default of units"), std::string::npos);

@@ -41,20 +41,19 @@ TEST(NarrowCell, ContinuesAsCopiesThatAreCountedAndLogged)
   for (const auto &[id, pressure] : p) EXPECT_GT(pressure, 0.0) << id;
 
   const std::string log = log_of(stretched("") + "run 120");
-  EXPECT_IN("is continued by up to 4 copies of it side by side, and then ends the run", log);
-  const std::size_t first = log.find("the cell of the RVE of atom 2 has become too narrow at step"),
-                    second =
-                        log.find("the cell of the RVE of atom 1 has become too narrow at step");
+  EXPECT_IN("continues as up to 4 copies side by side, and then ends the run", log);
+  const std::size_t first = log.find("the cell of the RVE of atom 2 became too narrow at step"),
+                    second = log.find("the cell of the RVE of atom 1 became too narrow at step");
   ASSERT_NE(first, std::string::npos) << log;
   ASSERT_NE(second, std::string::npos) << log;
   EXPECT_LT(first, second);
-  EXPECT_IN("it goes on as 2 copies side by side, of 32 grains", log);
+  EXPECT_IN("the RVE continues as 2 copies side by side with 32 grains in total", log);
 }
 
 TEST(NarrowCell, IsAnErrorWithoutCopies)
 {
   EXPECT_IN("failed at step", message_of(stretched("copies 1") + "run 120"));
-  EXPECT_IN("copies is 3; cells are doubled, so it must be a power of two: 1, 2, 4 ...",
+  EXPECT_IN("copies is 3; it must be a power of two (1, 2, 4 ...), because cells are doubled",
             message_of(stretched("copies 3")));
 }
 
@@ -80,9 +79,11 @@ TEST(PolicyFresh, ContinuesWithFreshRvesThatAreCountedAndLogged)
   for (const auto &[id, pressure] : run.compute("p")) EXPECT_GT(pressure, 1e4) << id;
 
   const std::string log = log_of(script + "run 20");
-  EXPECT_IN("a fresh RVE takes its place", log);
-  EXPECT_IN("the RVE of atom 2 failed at step 5: overlap too large; a fresh one of packing", log);
-  EXPECT_IN("the RVE of atom 2 failed at step 15: overlap too large; a fresh one of packing", log);
+  EXPECT_IN("its RVE continues as up to 4 copies side by side, and then is replaced by a fresh RVE "
+            "(policy fresh)",
+            log);
+  EXPECT_IN("the RVE of atom 2 failed at step 5: overlap too large; a fresh RVE of packing", log);
+  EXPECT_IN("the RVE of atom 2 failed at step 15: overlap too large; a fresh RVE of packing", log);
   EXPECT_IN(" DEM steps: stress xx -", log);
 }
 
@@ -159,8 +160,9 @@ TEST(RestartRecords, RecordsThatLammpsDroppedAreReported)
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + file;
   const std::string read = "read_restart " + file + "\nvariable rate atom -0.05*id\n";
 
-  EXPECT_IN("begins without records of a restart file", log_of(read + "run 0\n" + SHEAR));
-  EXPECT_EQ(log_of(read + SHEAR + "run 0").find("without records"), std::string::npos);
+  EXPECT_IN("records of the restart file are lost", log_of(read + "run 0\n" + SHEAR));
+  EXPECT_EQ(log_of(read + SHEAR + "run 0").find("records of the restart file are lost"),
+            std::string::npos);
 }
 
 TEST(RestartRecords, AtomsWithoutAnRveAreReported)

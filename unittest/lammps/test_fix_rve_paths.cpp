@@ -232,10 +232,10 @@ TEST(PathsOfFixRve, ReportInvalidInput)
             message_of(begin + "path stage rate yy 1 drive velocity_gradient xy 1"));
   EXPECT_IN("path and servo exclude each other",
             message_of(begin + "servo xx -1e5 path stage rate yy 1"));
-  EXPECT_IN("path_variable without a path", message_of(begin + "path_variable v_number"));
+  EXPECT_IN("path_variable requires a path", message_of(begin + "path_variable v_number"));
   EXPECT_IN("the quantities are xx yy xy volume", message_of(begin + "path stage rate zz 1"));
   EXPECT_IN(
-      "cannot be used with servo",
+      "substeps adaptive and servo exclude each other",
       message_of(begin + "path stage stress p 1e5 stress xx-yy 0 substeps adaptive 1e-5 1e-3"));
   EXPECT_IN("no_such_file", message_of(begin + "path no_such_file"));
   EXPECT_IN("2: the stage has 1 conditions on 2 components (xx yy)",

@@ -335,16 +335,16 @@ TEST(SpheresMessage, OfAMixtureNamesTwoFiles)
 {
   const std::string spheres = lattice();
   const std::string choose = " packing_random 1\n";
-  EXPECT_IN("packing " + spheres + " is of spheres, and packing " + PACKING +
-                " of disks; all packings of a fix must have the same grains",
+  EXPECT_IN("packing " + spheres + " consists of spheres and packing " + PACKING +
+                " of disks; all packings of a fix must have the same kind of grains",
             message_of(atoms_in(2) + fix_with(spheres) + "packings " + PACKING + choose));
-  EXPECT_IN("packing " + PACKING + " is of disks, and packing " + spheres + " of spheres",
+  EXPECT_IN("packing " + PACKING + " consists of disks and packing " + spheres + " of spheres",
             message_of(atoms_in(2) + fix_with(PACKING) + "packings " + spheres + choose));
 }
 
 TEST(SpheresMessage, OfDisksInSpaceNamesTheirNeeds)
 {
-  EXPECT_IN("fix rve needs a 2d system (its grains are disks)",
+  EXPECT_IN("the dimension is 3; it must be 2 for packings of disks",
             message_of(atoms_in(3) + fix_with(PACKING)));
 }
 
@@ -353,7 +353,7 @@ TEST(SpheresMessage, OfAMissingFileNamesItInAnyDimension)
   for (const int dimension : {2, 3}) {
     const std::string message = message_of(atoms_in(dimension) + fix_with("missing.rve"));
     EXPECT_IN("missing.rve", message);
-    EXPECT_EQ(message.find("2d system"), std::string::npos) << message;
+    EXPECT_EQ(message.find("packings of disks"), std::string::npos) << message;
   }
 }
 
@@ -369,15 +369,15 @@ TEST(SpheresMessage, OfAMissingFileComesBeforeThatOfComponents)
 TEST(SpheresMessage, OfComponents)
 {
   const std::string spheres = lattice(), servo = "servo xx -1e5 ";
-  EXPECT_IN("servo has component zz, and the RVEs are of disks",
+  EXPECT_IN("servo has component zz, but the RVEs consist of disks",
             message_of(atoms_in(2) + fix_with(PACKING) + servo + "zz -1e5\n"));
-  EXPECT_IN("servo has no component zy; the servo shears by yz",
+  EXPECT_IN("servo has no component zy; use yz, because the stress is symmetric",
             message_of(atoms_in(3) + fix_with(spheres) + servo + "zy 1e3\n"));
   EXPECT_IN("servo needs at least one of the components xx yy zz xy xz yz, got 'up'",
             message_of(atoms_in(3) + fix_with(spheres) + "servo up -1e5\n"));
   EXPECT_IN("velocity_gradient needs at least one of the components xx yy zz xy xz yz yx zx zy",
             message_of(atoms_in(3) + fix_with(spheres) + "drive velocity_gradient up 1\n"));
-  EXPECT_IN("component zz is driven by both velocity_gradient and servo",
+  EXPECT_IN("component zz is prescribed by both velocity_gradient and servo",
             message_of(atoms_in(3) + fix_with(spheres) +
                        "drive velocity_gradient zz -1 servo zz -1e5\n"));
 }

@@ -160,20 +160,20 @@ TEST(OnThisRank, AbortsWithThePositionForEveryKindOfException)
 TEST(OneRankFails, InTheMemoryOfItsRves)
 {
   const EnvironmentOfLastRank limit("GPU_RVE_MEMORY_LIMIT", "abc");
-  EXPECT_IN("fix rve: GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes",
+  EXPECT_IN("fix rve grains: GPU_RVE_MEMORY_LIMIT in the environment must be a number of bytes",
             message_on_all_ranks(FOUR_ATOMS + SHEAR + "run 1"));
 }
 
 TEST(OneRankFails, InTheEngineOfFixRve)
 {
   const EnvironmentOfLastRank device("GPU_RVE_REQUIRE_CUDA", "perhaps");
-  EXPECT_IN("fix rve: GPU_RVE_REQUIRE_CUDA", message_on_all_ranks(FOUR_ATOMS + SHEAR));
+  EXPECT_IN("fix rve grains: GPU_RVE_REQUIRE_CUDA", message_on_all_ranks(FOUR_ATOMS + SHEAR));
 }
 
 TEST(OneRankFails, InTheSolverOfFixMpm)
 {
   const EnvironmentOfLastRank device("GPU_RVE_REQUIRE_CUDA", "perhaps");
-  EXPECT_IN("Fix mpm: GPU_RVE_REQUIRE_CUDA",
+  EXPECT_IN("fix mpm g: GPU_RVE_REQUIRE_CUDA",
             message_on_all_ranks(GROUND + "fix g all mpm 1.0 model all elastic 1e6 0.3"));
 }
 
@@ -203,6 +203,8 @@ TEST(WarningsOfAllRanks, OfFrozenRvesAreInTheLog)
                                  "dt 1e-4 policy freeze overlap_limit 0.1 "
                                  "drive velocity_gradient yy v_crush xy 0.1\nrun 5");
   EXPECT_EQ(count_of("; it is frozen", log), 3) << log;
+  EXPECT_EQ(count_of("WARNING: fix rve grains: RVE of atom", log), 1) << log;
+  EXPECT_IN("fix rve grains: 3 RVEs were frozen in this run", log);
   for (const int id : {1, 2, 4})
     EXPECT_EQ(count_of("RVE of atom " + std::to_string(id) + " failed at step 3", log), 1) << log;
   EXPECT_LT(log.find("RVE of atom 2 failed"), log.find("RVE of atom 4 failed"));
@@ -217,7 +219,7 @@ TEST(ErrorsOfAllRanks, OfAFailedRveAreInTheLog)
       "log " + path + "\n" + FOUR_ATOMS + "variable crush atom -400*(id==4)\n" + FIX +
           "dt 1e-4 overlap_limit 0.1 drive velocity_gradient yy v_crush xy 0.1\nrun 5");
   EXPECT_IN("RVE of atom 4 failed at step", message);
-  EXPECT_IN("with policy freeze the run goes on without this RVE", message);
+  EXPECT_IN("with policy freeze the run continues without this RVE", message);
   script << "log none";
   MPI_Barrier(MPI_COMM_WORLD);
   EXPECT_IN("RVE of atom 4 failed at step", rve_test::text_of(path));
@@ -227,7 +229,7 @@ TEST(WarningsOfAllRanks, OfATensionAppearsOnce)
 {
   const std::string log = log_of(FOUR_ATOMS + "variable pull atom 1e3*(id==4||step>1)\n" + FIX +
                                  "dt 1e-4 policy freeze servo yy v_pull\nrun 3");
-  EXPECT_EQ(count_of("a tension, and grains without cohesion carry none", log), 1) << log;
+  EXPECT_EQ(count_of("grains without cohesion carry no tension", log), 1) << log;
   EXPECT_IN("for atom 4 at step 1", log);
 }
 
@@ -236,10 +238,10 @@ TEST(WarningsOfAllRanks, OfAdviceAppearsOnce)
   const std::string log = log_of(FOUR_ATOMS + "variable fast atom -20*(id==4)\n" + FIX +
                                  "dt 1e-4 dt_check 1 "
                                  "drive velocity_gradient yy v_fast\nrun 2");
-  EXPECT_EQ(count_of("fix rve: in the RVE of atom 4", log),
-            count_of("fix rve: in the RVE of atom", log))
+  EXPECT_EQ(count_of("fix rve grains: in the RVE of atom 4", log),
+            count_of("fix rve grains: in the RVE of atom", log))
       << log;
-  EXPECT_GE(count_of("fix rve: in the RVE of atom 4", log), 1) << log;
+  EXPECT_GE(count_of("fix rve grains: in the RVE of atom 4", log), 1) << log;
 }
 
 // ---- refused changes ----

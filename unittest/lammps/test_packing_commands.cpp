@@ -136,9 +136,9 @@ TEST(CreateRve, ACellThatIsTooNarrowForItsGrainsHasARemedy)
 // The error comes before anything runs: the recipes alone would fill the memory of most machines.
 TEST(CreateRve, LibraryBeyondAllMemoryIsRefused)
 {
-  EXPECT_IN("create_rve: a library of 2000000000 packings with 40 grains each is too large; it can "
-            "have at most 1000000 of them, 100000000 grains in all, which take tens of GB: use "
-            "fewer seeds, or make several libraries",
+  EXPECT_IN("create_rve: a library of 2000000000 packings with 40 grains each is too large; the "
+            "limit is 1000000 packings of this size, 100000000 grains in total, which take tens of "
+            "GB: use fewer seeds, or make several libraries",
             message_of("create_rve none.rve" + RECIPE.substr(0, RECIPE.find("seed")) +
                        RECIPE.substr(RECIPE.find("radius")) + "seeds 1 2000000000\n"));
 }
@@ -161,9 +161,7 @@ TEST(WriteRve, AKeywordGivenTwiceIsAnError)
 TEST(CreateRve, UnitsInWhichForcesDoNotFollowFromMassesAreRefused)
 {
   for (const char *units : {"metal", "real", "electron"})
-    EXPECT_IN(std::string("create_rve works in units lj, si, cgs or micro, in which forces follow "
-                          "from masses, not in units ") +
-                  units,
+    EXPECT_IN(std::string("create_rve: units are ") + units + "; they must be lj, si, cgs or micro",
               message_of(std::string("units ") + units + "\ncreate_rve none.rve" + RECIPE + "\n"));
 }
 
@@ -231,7 +229,7 @@ TEST(FixRve, PackingThatIsNoFileIsRefusedWithTheReason)
 {
   const std::string folder = testing::TempDir();
 
-  EXPECT_IN("fix rve: cannot open packing file " + folder + ": Is a directory",
+  EXPECT_IN("fix rve grains: cannot open packing file " + folder + ": Is a directory",
             message_of(FOUR_ATOMS + "fix grains all rve " + folder + "\n"));
 }
 
@@ -239,10 +237,11 @@ TEST(FixRve, MissingPackingNamesTheSearchedPathsAndACommand)
 {
   const std::string here = fs::current_path().string();
 
-  EXPECT_IN("fix rve: cannot open packing file ground.rve: No such file or directory (looked in "
-            "folder " +
-                here + "). The command create_rve makes packings",
-            message_of(FOUR_ATOMS + "fix grains all rve ground.rve\n"));
+  EXPECT_IN(
+      "fix rve grains: cannot open packing file ground.rve: No such file or directory (looked in "
+      "folder " +
+          here + "). The command create_rve makes packings",
+      message_of(FOUR_ATOMS + "fix grains all rve ground.rve\n"));
   EXPECT_IN("(looked in folder /nowhere)",
             message_of(FOUR_ATOMS + "fix grains all rve /nowhere/ground.rve\n"));
   EXPECT_IN("did you mean the keyword friction?",
@@ -296,14 +295,14 @@ TEST(PackingImage, AnisotropicPackingGivesAWarning)
 
   const std::string log = log_with(path, "packing_image 1");
 
-  EXPECT_IN("WARNING: fix rve: packing_image changes the ground: packing " + path +
-                " has sxx, syy, sxy of ",
+  EXPECT_IN("WARNING: fix rve grains: packing_image changes the stress of the ground: packing " +
+                path + " has sxx, syy, sxy = ",
             log);
   EXPECT_IN("its image 1", log);
-  EXPECT_IN("1 of 1 packings are not isotropic in this way", log);
+  EXPECT_IN("this applies to 1 of 1 packings", log);
   for (const char *image : {"packing_image 0", "packing_image 2", "packing_image 6"})
-    EXPECT_NOT_IN("changes the ground", log_with(path, image)) << image;
-  EXPECT_NOT_IN("changes the ground",
+    EXPECT_NOT_IN("changes the stress of the ground", log_with(path, image)) << image;
+  EXPECT_NOT_IN("changes the stress of the ground",
                 log_with(EXAMPLE_PACKINGS "/A_h0075.rve", "packing_image random 1"));
 }
 

@@ -138,7 +138,7 @@ TEST(RandomFieldErrors, AreReported)
   const std::string scene = points + "random_field all d_phi ";
   const std::string law = "covariance exponential lengths 3 1 ", grid = "spacing 0.5 0.25 ";
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"random_field all d_phi", "there is no simulation box yet"},
+      {"random_field all d_phi", "the simulation box must be defined before"},
       {"region b block 0 1 0 1 0 1\ncreate_box 1 b\nrandom_field all d_phi",
        "dimension is 3; it must be 2"},
       {points + "random_field all", "random_field: property has no value; the command ends there"},
@@ -163,9 +163,9 @@ TEST(RandomFieldErrors, AreReported)
        "exponential | gaussian | matern nu"},
       {scene + "lengths 3 1 " + grid + "covariance matern -2",
        "smoothness nu of the Matern covariance must be in (0, 25], got -2"},
-      {scene + grid + "lengths 3 1", "no covariance is given"},
-      {scene + grid + "covariance gaussian", "no correlation lengths are given"},
-      {scene + law, "no grid spacing is given"},
+      {scene + grid + "lengths 3 1", "the keyword covariance must be given"},
+      {scene + grid + "covariance gaussian", "the keyword lengths must be given"},
+      {scene + law, "the keyword spacing must be given"},
       {scene + law + "spacing 0.5 -1", "grid spacing in y must be positive, got -1"},
       {scene + grid + "covariance gaussian lengths 0.4 1",
        "horizontal correlation length 0.4 is below the grid spacing, 0.5"},
@@ -193,10 +193,10 @@ TEST(RandomFieldErrors, AreReported)
       {scene + "covariance gaussian lengths 6 4 " + grid + "max_points 1000",
        " negative eigenvalues, down to -"},
       {scene + law + grid + "domain 0 6 2 4",
-       "atom 1 at (0.215, 0.185) is outside of the domain, x from 0 to 6 and y from 2 to 4 (48 "
-       "atoms are)"},
+       "atom 1 at (0.215, 0.185) is outside the domain, x from 0 to 6 and y from 2 to 4 (atoms "
+       "outside: 48)"},
       {scene + law + grid + "marginal normal 0.5 0.2 bounds 0.49 0.51",
-       "is outside of the bounds [0.49, 0.51] ("},
+       "is outside the bounds [0.49, 0.51] ("},
       {scene + law + grid + "bounds 1 0", "lower bound must be below the upper one, got 1 and 0"},
   };
 

@@ -285,7 +285,7 @@ TEST(RveContacts, InvalidInputIsNamed)
             message_of(scene + "compute c all rve/contact/local fix grains"));
   EXPECT_IN("compute rve/contact/local c: fix is given twice",
             message_of(scene + "compute c all rve/contact/local fix a fix b"));
-  EXPECT_IN("compute rve/contact/local c: there is no fix rve",
+  EXPECT_IN("compute rve/contact/local c: no fix of style rve is defined",
             message_of(FOUR_ATOMS + "compute c all rve/contact/local fn\nrun 0"));
   EXPECT_IN("compute rve/contact/local c: no atom of group look has an RVE of fix grains; choose",
             message_of(scene +
@@ -298,7 +298,7 @@ TEST(RveContacts, InvalidInputIsNamed)
             message_of(scene + "dump g two rve/grain 1 none id x y\nrun 0"));
   EXPECT_IN("dump rve/grain g: file none.bin would be binary; write text",
             message_of(scene + "dump g two rve/grain 1 none.bin id x y"));
-  EXPECT_IN("dump_modify g: thresh is of atoms and of the simulation box",
+  EXPECT_IN("dump_modify g: thresh is not supported by dump rve/grain",
             message_of(scene + "dump g two rve/grain 1 none id x y\ndump_modify g thresh x > 0"));
   EXPECT_IN("dump rve/grain g: fix other does not exist",
             message_of(scene + "dump g two rve/grain 1 none id x fix other\nrun 0"));

@@ -364,22 +364,22 @@ TEST(PackingChoiceErrors, AreReported)
   const std::string create = "create_rve test_rve_none.lib" + GRAINS;
   const std::vector<std::pair<std::string, std::string>> cases = {
       {with_fix(""),
-       "9 packings are given; packing_variable, packing_random, packing_stress or "
-       "packing_void_ratio must choose among them"},
+       "9 packings are given; choose among them with packing_variable, packing_random, "
+       "packing_stress or packing_void_ratio"},
       {with_fix("packing_variable v_which", "variable which atom id"),
-       "packing_variable of atom 9 is 9; it must be a whole number from 0 to 8 (atoms with "
-       "another one: 88)"},
+       "packing_variable of atom 9 is 9; it must be a whole number from 0 to 8 (atoms with an "
+       "invalid value: 88)"},
       {with_fix("packing_variable v_which", "variable which atom 0.5*(id==7)"),
        "packing_variable of atom 7 is 0.5"},
       {with_fix("packing_variable v_none"), "variable none does not exist"},
       {with_fix("packing_random 1 packing_image v_image", "variable image atom 8*(id==3)"),
-       "packing_image of atom 3 is 8; it must be a whole number from 0 to 7 (atoms with "
-       "another one: 1)"},
+       "packing_image of atom 3 is 8; it must be a whole number from 0 to 7 (atoms with an invalid "
+       "value: 1)"},
       {with_fix("packing_void_ratio v_e 0.01", "variable e atom 0.2+0.4*(id>90)"),
-       "packing_void_ratio of atom 91 is 0.6, and no packing has it within 0.01; void ratios of "
-       "the packings are from 0."},
-      {with_fix("packing_void_ratio 0.6 0.01"), "(96 atoms find none)"},
-      {with_fix("packing_void_ratio 0.6 0.01 packing_random 1"), "(96 atoms find none)"},
+       "packing_void_ratio of atom 91 is 0.6 [-], and no packing has a void ratio within 0.01 of "
+       "it; void ratios of the packings are from 0."},
+      {with_fix("packing_void_ratio 0.6 0.01"), "(atoms without a packing: 96)"},
+      {with_fix("packing_void_ratio 0.6 0.01 packing_random 1"), "(atoms without a packing: 96)"},
       {with_fix("packing_void_ratio 0.2"), "packing_void_ratio tolerance has no value"},
       {with_fix("packing_void_ratio 0.2 0"),
        "packing_void_ratio tolerance is 0 [-]; it must be greater than 0"},

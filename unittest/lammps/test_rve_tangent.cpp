@@ -204,13 +204,13 @@ TEST(RveTangent, InvalidInputIsNamed)
       "compute rve/tangent c: probe is 2; it must be above 0 and at most 0.5 [-], of the mean "
       "overlap",
       refused("shear probe 2"));
-  EXPECT_IN("compute rve/tangent c: lead is of kind loading, and its kind is elastic",
+  EXPECT_IN("compute rve/tangent c: lead is for kind loading, but the kind is elastic",
             refused("shear lead 0.1"));
   EXPECT_IN("compute rve/tangent c: probe is given twice", refused("shear probe 0.1 probe 0.2"));
   EXPECT_IN("compute rve/tangent c: strain_steps is 0; it must be at least 1",
             refused("shear strain_steps 0"));
   EXPECT_IN("compute rve/tangent c: czzzz is of spheres, and the RVEs of fix grains are of disks",
             refused("czzzz"));
-  EXPECT_IN("compute rve/tangent c: there is no fix rve",
+  EXPECT_IN("compute rve/tangent c: no fix of style rve is defined",
             message_of(FOUR_ATOMS + "compute c all rve/tangent shear\nrun 0"));
 }

@@ -83,8 +83,8 @@ void read_linear_tangential(ScriptArguments &words, Contact &contact)
     contact.material[&rve::Material::tangential_viscosity] = gamma_t;
     contact.material[&rve::Material::friction] = friction;
   } else if (gamma_t * friction != 0.0) {
-    words.refuse("contact tangential linear_nohistory is friction by a dashpot alone, which does "
-                 "not exist here; it must have x_gammat or mu 0, or be linear_history");
+    words.refuse("contact tangential linear_nohistory (friction by a dashpot alone) is not "
+                 "supported; use linear_history, or x_gammat 0 or mu 0");
   }
 }
 
@@ -101,9 +101,8 @@ void read_mindlin(ScriptArguments &words, Contact &contact)
   } else {
     words.next();
     if (!contact.youngs)
-      words.refuse(
-          "contact tangential k_t is NULL, which takes it from E and nu of hertz/material; "
-          "with another normal model it must be a number [force/length^2]");
+      words.refuse("contact tangential k_t is NULL, which takes it from E and nu of hertz/material "
+                   "or dmt; with another normal model it must be a number [force/length^2]");
     // 8 G* of two equal bodies
     const double nu = *contact.poisson;
     k_t = 8.0 * *contact.youngs / (4.0 * (2.0 - nu) * (1.0 + nu));
@@ -148,8 +147,9 @@ void read_damping(ScriptArguments &words, Contact &contact)
                                          {"velocity", &rve::Material::normal_viscosity},
                                          {"coeff_restitution", RESTITUTION}});
   if (damping == RESTITUTION && *material.law == rve::ContactLaw::Dmt)
-    words.refuse("contact dmt has no damping coeff_restitution, as in pair_style granular: what an "
-                 "impact loses depends on the attraction, too");
+    words.refuse("contact dmt does not support damping coeff_restitution (as in pair_style "
+                 "granular), because the energy loss of an impact also depends on the attraction; "
+                 "use another damping model");
   material[damping] = damping == RESTITUTION ? damping_of_restitution(words, contact.eta_n)
                                              : contact.eta_n;
 }
@@ -160,10 +160,10 @@ void take_default_damping(ScriptArguments &words, Contact &contact)
   if (*contact.material.law != rve::ContactLaw::Linear)
     contact.material[&rve::Material::viscoelastic_damping] = contact.eta_n;
   else if (contact.eta_n != 0.0)
-    words.refuse(fmt::format("contact has eta_n {} and no damping model, which is viscoelastic in "
-                             "pair_style granular and does not exist here for hooke; it must have "
-                             "damping velocity, or eta_n 0",
-                             rve::number(contact.eta_n)));
+    words.refuse(fmt::format(
+        "contact has eta_n {} and no damping model; viscoelastic, the default of pair_style "
+        "granular, is not supported for hooke: use damping velocity, or eta_n 0",
+        rve::number(contact.eta_n)));
 }
 
 // ---- rolling and twisting ----
@@ -192,9 +192,9 @@ void read_twisting(ScriptArguments &words, Contact &contact)
 void read_reach(ScriptArguments &words, Contact &contact)
 {
   if (*contact.material.law != rve::ContactLaw::Dmt)
-    words.refuse(fmt::format("contact {} has no reach; only the attraction of dmt reaches beyond "
-                             "touching",
-                             rve::word_of(*contact.material.law)));
+    words.refuse(
+        fmt::format("contact {} has no reach, because only dmt has an attraction beyond contact",
+                    rve::word_of(*contact.material.law)));
   contact.material[&rve::Material::adhesion_reach] = words.number("reach");
 }
 
@@ -235,20 +235,20 @@ void read_contact(ScriptArguments &words, MaterialArguments &material)
     const std::string_view word = words.peek();
     for (const std::string_view other : {"limit_damping", "cutoff", "heat"})
       if (word == other)
-        words.refuse(fmt::format("contact has no {}; of pair_style granular it has tangential, "
-                                 "damping, rolling and twisting",
+        words.refuse(fmt::format("contact does not support {}; of pair_style granular it supports "
+                                 "tangential, damping, rolling and twisting",
                                  words.next()));
     const auto part = std::find_if(std::begin(PARTS), std::end(PARTS),
                                    [&](const auto &row) { return word == row.name; });
     // damping with a number is the keyword of the local damping of grains, not a part of contact
     if (part == std::end(PARTS) || (word == "damping" && utils::is_double(words.peek(1)))) break;
     words.next();
-    if (has(word)) words.refuse(fmt::format("contact has {} twice", part->name));
+    if (has(word)) words.refuse(fmt::format("contact has {} twice; give it once", part->name));
     given.push_back(word);
     part->read(words, contact);
   }
   if (!has("tangential"))
-    words.refuse("contact has no tangential model; without tangential forces it is tangential "
+    words.refuse("contact has no tangential model; without tangential forces give tangential "
                  "linear_nohistory 0 0");
   if (!has("damping")) take_default_damping(words, contact);
 }
@@ -272,8 +272,8 @@ bool MaterialArguments::read(ScriptArguments &words)
     const bool is_this = words.keyword() == keyword;
     if (parameter.of_contact() &&
         ((is_contact && words.has(keyword)) || (is_this && words.has("contact"))))
-      words.refuse(fmt::format("contact and {} exclude each other: contact gives {}, too", keyword,
-                               keyword));
+      words.refuse(fmt::format("contact and {} exclude each other, because contact also sets {}",
+                               keyword, keyword));
     if (!is_this) continue;
     (*this)[parameter.member] = words.number();
     return true;

@@ -10,6 +10,7 @@
 #include "universe.h"
 
 #include <mpi.h>
+#include <string>
 #include <vector>
 
 using namespace LAMMPS_NS;
@@ -30,7 +31,7 @@ static void exchange(MPI_Comm ranks, const std::vector<mpm::Message> &messages)
   MPI_Waitall((int) requests.size(), requests.data(), MPI_STATUSES_IGNORE);
 }
 
-mpm::Communication LAMMPS_NS::mpm_communication(LAMMPS *lmp)
+mpm::Communication LAMMPS_NS::mpm_communication(LAMMPS *lmp, const std::string &who)
 {
   const MPI_Comm ranks = lmp->world;
   mpm::Communication communication;
@@ -45,8 +46,8 @@ mpm::Communication LAMMPS_NS::mpm_communication(LAMMPS *lmp)
   communication.exchange = [ranks](const std::vector<mpm::Message> &messages) {
     exchange(ranks, messages);
   };
-  communication.raise_on_all = [lmp](const std::string &problem) {
-    error_if_any(lmp, problem.empty() ? "" : "Fix mpm: " + problem);
+  communication.raise_on_all = [lmp, who](const std::string &problem) {
+    error_if_any(lmp, problem.empty() ? "" : who + ": " + problem);
   };
   // ranks of several partitions may use the same devices, whose kernels then cannot synchronise
   if (lmp->universe->nworlds == 1)

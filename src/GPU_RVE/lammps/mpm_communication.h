@@ -5,11 +5,14 @@
 
 #include "mpm/solver_options.h"
 
+#include <string>
+
 namespace LAMMPS_NS {
 
 class LAMMPS;
 
 /// Returns the communication between the ranks of the world of `lmp`.
-mpm::Communication mpm_communication(LAMMPS *lmp);
+/// Errors of ranks begin with `who`.
+mpm::Communication mpm_communication(LAMMPS *lmp, const std::string &who);
 
 }    // namespace LAMMPS_NS

@@ -51,14 +51,14 @@ MpmModel<D> &model_to_modify(ScriptArguments &words, std::vector<MpmModel<D>> &m
     groups.emplace_back(model.group);
     if (model.group != group) continue;
     if (!model.law)
-      words.refuse(fmt::format("the model of group '{}' is the RVEs of fix {}; change these with "
-                               "fix_modify {}",
-                               group, model.fix_rve, model.fix_rve));
+      words.refuse(fmt::format(
+          "the model of group '{}' uses the RVEs of fix {}; change them with fix_modify {}", group,
+          model.fix_rve, model.fix_rve));
     model.is_modified = true;
     return model;
   }
   words.refuse(fmt::format("the fix has no model of group '{}'{}", group,
-                           rve::did_you_mean(group, groups, "its models are those of")));
+                           rve::did_you_mean(group, groups, "groups with a model are")));
 }
 
 template <int D> void modify_model(ScriptArguments &words, std::vector<MpmModel<D>> &models)
@@ -66,11 +66,11 @@ template <int D> void modify_model(ScriptArguments &words, std::vector<MpmModel<
   MpmModel<D> &model = model_to_modify(words, models);
   const std::string law = words.next("law");
   if (law != model.word)
-    words.refuse(fmt::format(
-        "the model of group '{}' has the law {}, and fix_modify gives this law other parameters, "
-        "not another law, '{}'; a point changes its law when it changes its group: define the fix "
-        "with a model of each law",
-        model.group, model.word, law));
+    words.refuse(
+        fmt::format("the model of group '{}' has the law {}; fix_modify changes parameters of this "
+                    "law and cannot replace it by '{}'. Define the fix with a model of each law, "
+                    "and change the groups of points to change their law",
+                    model.group, model.word, law));
   words.set_form("group-ID " + law + " " + utils::join_words(entry_of(model).arguments, " "));
   read_parameters(words, model);
 }
@@ -82,8 +82,9 @@ template <int D> void modify_strength(ScriptArguments &words, std::vector<MpmMod
 {
   MpmModel<D> &model = model_to_modify(words, models);
   if (!entry_of(model).reduce_strength)
-    words.refuse(fmt::format("the law of group '{}' is {}, which has no strength to be reduced",
-                             model.group, model.word));
+    words.refuse(
+        fmt::format("the law of group '{}' is {}, which has no strength that could be reduced",
+                    model.group, model.word));
   const double factor = words.number(model.group);
   if (!(factor >= LEAST_REDUCTION && factor <= MOST_REDUCTION))
     words.refuse(fmt::format("strength_reduction {} is {} [-]; it must be from {} to {}",
@@ -122,13 +123,14 @@ template <int D> MpmModel<D> MpmModel<D>::read(ScriptArguments &words)
 }
 
 template <int D>
-std::vector<MpmModel<D>> MpmModel<D>::modified(LAMMPS *lmp, std::vector<MpmModel> models, int narg,
-                                               char **arg)
+std::vector<MpmModel<D>> MpmModel<D>::modified(LAMMPS *lmp, std::vector<MpmModel> models,
+                                               const std::string &fix_id, int narg, char **arg)
 {
-  ScriptArguments words(lmp, "Fix_modify of fix mpm", narg, arg, 0);
+  const std::string command = "fix_modify " + fix_id;
+  ScriptArguments words(lmp, command, narg, arg, 0);
   words.limit_numbers(LARGEST_MPM_NUMBER);
   words.set_keywords(names_of(KEYWORDS_OF_MODIFY<D>));
-  collectively(lmp, "Fix_modify of fix mpm", [&] {
+  collectively(lmp, command, [&] {
     while (words.next_keyword()) words.read(KEYWORDS_OF_MODIFY<D>, models);
   });
   return models;

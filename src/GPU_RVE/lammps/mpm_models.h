@@ -33,9 +33,10 @@ template <int D> struct MpmModel {
 
   /// Reads the values of the keyword *model*. An error ends in error->all.
   static MpmModel read(ScriptArguments &words);
-  /// Returns `models` with the changes of `fix_modify ID ...`. An error ends in error->all.
-  static std::vector<MpmModel> modified(LAMMPS *lmp, std::vector<MpmModel> models, int narg,
-                                        char **arg);
+  /// Returns `models` with the changes of `fix_modify ID ...`, whose words after the ID are `arg`.
+  /// An error ends in error->all.
+  static std::vector<MpmModel> modified(LAMMPS *lmp, std::vector<MpmModel> models,
+                                        const std::string &fix_id, int narg, char **arg);
   /// Returns the words of a fix_modify that turns the model as the fix defines it into this one, or
   /// "" if fix_modify has not changed it.
   std::string modification() const;

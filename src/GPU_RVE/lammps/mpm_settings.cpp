@@ -89,7 +89,7 @@ template <int D> void read_boundary(ScriptArguments &words, ParseState<D> &state
   dashpots.tangential = words.number(what + " cs");
   if (!(dashpots.tangential >= 0.0 && dashpots.tangential < dashpots.normal))
     words.refuse(fmt::format("boundary {} cs is {} [length/time]; it must be at least 0 and below "
-                             "cp, {}: shear waves are slower than compression waves",
+                             "cp, {}, because shear waves are slower than compression waves",
                              what, rve::number(dashpots.tangential), rve::number(dashpots.normal)));
 }
 
@@ -151,8 +151,8 @@ template <int D> void read_volume(ScriptArguments &words, ParseState<D> &state)
     words.refuse(is_share
                      ? fmt::format("points_per_cell is {} [-]; it must be from 1 to {}",
                                    rve::number(given), rve::number(MOST_POINTS_PER_CELL))
-                     : fmt::format("volume is {} [length^{}]; it must be from {} to {}, that of a "
-                                   "cell, since a cell has at most {} points",
+                     : fmt::format("volume is {} [length^{}]; it must be from {} to {} (the volume "
+                                   "of a cell), because a cell has at most {} points",
                                    rve::number(given), D, rve::number(cell / MOST_POINTS_PER_CELL),
                                    rve::number(cell), rve::number(MOST_POINTS_PER_CELL)));
   state.settings.initial_volume = is_share ? cell / given : given;
@@ -194,7 +194,7 @@ template <int D> void read_rigid(ScriptArguments &words, ParseState<D> &state)
   if (D == 3) how.face = mpm::Face::ZLo;
   for (int a = 0; a < D; a++) {
     if (!words.take(VELOCITIES[a]))
-      words.refuse(fmt::format("rigid has '{}' where {} must be; it must read: rigid {}",
+      words.refuse(fmt::format("rigid has '{}' instead of {}; it must read: rigid {}",
                                words.next(VELOCITIES[a]), VELOCITIES[a], rigid_form<D>()));
     read_rate(words, state, a, VELOCITIES[a]);
   }
@@ -207,9 +207,10 @@ template <int D> void read_rigid(ScriptArguments &words, ParseState<D> &state)
       if (how.friction > rve::LARGEST_USUAL_FRICTION && words.owner()->comm->me == 0)
         words.owner()->error->warning(
             FLERR,
-            "Fix mpm {}: the friction coefficient is {} [-], above {}; if that is an angle in "
-            "degrees, use its tangent",
-            state.owner, rve::number(how.friction), rve::number(rve::LARGEST_USUAL_FRICTION));
+            "{}: friction of {} is {} [-], above {}; if this is an angle in degrees, use its "
+            "tangent",
+            state.settings.name(), state.owner, rve::number(how.friction),
+            rve::number(rve::LARGEST_USUAL_FRICTION));
     } else {
       state.settings.bodies.back().friction = words.value("friction");
       how.friction = 1.0;    // replaced when the variable is evaluated
@@ -285,9 +286,8 @@ template <int D> void read_turned(ScriptArguments &words, ParseState<D> &state)
   for (int k = 0; k < rve::Space<D>::spins; k++) {
     const double angle = words.number(D == 2 ? "angle" : AXES[k]);
     if (!(std::fabs(angle) <= MOST))
-      words.owner()->error->all(
-          FLERR, "Fix mpm rigid {}: turned must be between {} and {} degrees, got {}",
-          state.settings.bodies.back().group, -MOST, MOST, rve::number(angle));
+      words.refuse(fmt::format("{} turned is {} [degrees]; it must be from {} to {}", state.owner,
+                               rve::number(angle), -MOST, MOST));
     body.turned[k] = DEGREE * angle;
   }
 }
@@ -299,7 +299,7 @@ template <int D> void check_forms(LAMMPS *lmp, const ParseState<D> &state)
     const bool has_face = state.options.rigid_bodies[b].form == mpm::BodyForm::Face;
     const std::string &misplaced = has_face ? state.needs_form[b] : state.needs_face[b];
     if (misplaced.empty()) continue;
-    lmp->error->all(FLERR, "Fix mpm rigid {}: {} is for a body of form {}",
+    lmp->error->all(FLERR, "{}: rigid {}: {} is for a body of form {}", state.settings.name(),
                     state.settings.bodies[b].group, misplaced,
                     has_face ? (D == 2 ? "box, ball or convex" : "box, ball, cylinder or convex")
                              : "face");
@@ -406,10 +406,10 @@ template <int D> void read_cfl(ScriptArguments &words, ParseState<D> &state)
   s.courant_error = words.number("error");
   if (!(s.courant_warn > 0.0 && s.courant_error >= s.courant_warn &&
         s.courant_error <= MAX_COURANT))
-    words.refuse(fmt::format("cfl must have 0 < warn <= error <= {:g}, got {} {}; above 1 a step "
-                             "is unstable",
-                             MAX_COURANT, rve::number(s.courant_warn),
-                             rve::number(s.courant_error)));
+    words.refuse(fmt::format("cfl is {} {}; it must be 0 < warn <= error <= {:g}, because steps "
+                             "with larger Courant numbers are unstable",
+                             rve::number(s.courant_warn), rve::number(s.courant_error),
+                             MAX_COURANT));
 }
 
 template <int D> void read_wave_speed(ScriptArguments &words, ParseState<D> &state)
@@ -493,9 +493,11 @@ const ScriptKeyword<ParseState<D>> KEYWORDS[] = {
 
 template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, char **arg)
 {
-  ScriptArguments words(lmp, "Fix mpm", narg, arg, 3);
-  words.limit_numbers(LARGEST_MPM_NUMBER);
   MpmSettings settings;
+  settings.id = arg[0];
+  const std::string name = settings.name();
+  ScriptArguments words(lmp, name, narg, arg, 3);
+  words.limit_numbers(LARGEST_MPM_NUMBER);
   mpm::SolverOptions<D> &options = settings.options;
   settings.words.emplace_back("cell size", words.peek());
   options.cell_size = words.positive("cell size", "[length]");
@@ -512,11 +514,11 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
   rve::Words keywords = names_of(KEYWORDS<D>);
   if (D == 2) keywords.pop_back();
   words.set_keywords(std::move(keywords));
-  collectively(lmp, "Fix mpm", [&] {
+  collectively(lmp, name, [&] {
     ParseState<D> state{settings};
     while (words.next_keyword()) words.read(KEYWORDS<D>, state);
     if (settings.in_situ.given && words.has("stress"))
-      lmp->error->all(FLERR, "Fix mpm: stress and insitu exclude each other");
+      lmp->error->all(FLERR, "{}: stress and insitu exclude each other", name);
     check_forms(lmp, state);
   });
   const std::string only_density = share_density(words, settings);
@@ -525,9 +527,9 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
       (utils::strmatch(only_density, "^model ") && settings.models.size() > 1);
   if (may_mislead && lmp->comm->me == 0)
     utils::logmesg(lmp,
-                   "Fix mpm: the only density is that of {}; it applies to all points, of other "
-                   "models and bodies as well\n",
-                   only_density.substr(0, only_density.rfind(' ')));
+                   "{}: the density of {} is the only one and applies to all points, also to those "
+                   "of other models and bodies\n",
+                   name, only_density.substr(0, only_density.rfind(' ')));
   for (const auto &given : words.given())
     settings.words.emplace_back(given.subject == only_density ? "density" : given.subject,
                                 given.keyword == "points_per_cell"
@@ -549,16 +551,16 @@ template <int D> double MpmSettings<D>::width_of_point() const
 template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const
 {
   // another group may have the bit of a deleted one
-  const auto check_group = [lmp](const char *keyword, const std::string &name, int bit) {
-    const int found = lmp->group->find(name);
+  const auto check_group = [&](const char *keyword, const std::string &group, int bit) {
+    const int found = lmp->group->find(group);
     if (found < 0)
-      lmp->error->all(FLERR, "Fix mpm {}: group '{}' has been deleted since the fix was defined",
-                      keyword, name);
+      lmp->error->all(FLERR, "{}: {}: group {} has been deleted since the fix was defined", name(),
+                      keyword, group);
     if (lmp->group->bitmask[found] != bit)
       lmp->error->all(FLERR,
-                      "Fix mpm {}: group '{}' has been deleted and defined anew since the fix was "
-                      "defined; define the fix after its groups",
-                      keyword, name);
+                      "{}: {}: group {} has been deleted and redefined since the fix was defined; "
+                      "define the fix after its groups",
+                      name(), keyword, group);
   };
   for (const auto &body : bodies) check_group("rigid", body.group, body.groupbit);
   for (const auto &model : models) check_group("model", model.group, model.groupbit);
@@ -566,7 +568,7 @@ template <int D> void MpmSettings<D>::check_groups(LAMMPS *lmp) const
     if (load.groupbit)
       check_group(load.keyword(), load.id, load.groupbit);
     else if (!lmp->domain->get_region_by_id(load.id))
-      lmp->error->all(FLERR, "Fix mpm {}: region '{}' does not exist", load.keyword(), load.id);
+      lmp->error->all(FLERR, "{}: {}: region {} does not exist", name(), load.keyword(), load.id);
 }
 
 template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
@@ -574,16 +576,17 @@ template <int D> void MpmSettings<D>::find(LAMMPS *lmp)
   check_groups(lmp);
   for (const auto &load : tractions)
     if (load.groupbit && lmp->group->count(lmp->group->find(load.id)) == 0)
-      lmp->error->all(FLERR, "Fix mpm {}: group '{}' has no atoms", load.keyword(), load.id);
+      lmp->error->all(FLERR, "{}: {}: group {} has no atoms", name(), load.keyword(), load.id);
   for (auto &body : bodies) {
-    for (auto &rate : body.rates) rate.find(lmp, "Fix mpm", false);
-    body.friction.find(lmp, "Fix mpm", false);
+    for (auto &rate : body.rates) rate.find(lmp, name(), false);
+    body.friction.find(lmp, name(), false);
   }
-  for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, "Fix mpm insitu");
-  if (in_situ.surface) in_situ.surface->find(lmp, "Fix mpm insitu");
-  for (ScriptValue &component : in_situ.components) component.find(lmp, "Fix mpm insitu");
+  const std::string of_in_situ = name() + ": insitu";
+  for (ScriptValue *value : {&in_situ.k0, &in_situ.surcharge}) value->find(lmp, of_in_situ);
+  if (in_situ.surface) in_situ.surface->find(lmp, of_in_situ);
+  for (ScriptValue &component : in_situ.components) component.find(lmp, of_in_situ);
   for (auto &load : tractions)
-    for (auto &component : load.traction) component.find(lmp, "Fix mpm");
+    for (auto &component : load.traction) component.find(lmp, name());
 }
 
 template struct LAMMPS_NS::MpmSettings<2>;

@@ -61,6 +61,7 @@ using MpmArguments = std::vector<std::pair<std::string, std::string>>;
 
 /// Parsed arguments of a fix mpm in D dimensions.
 template <int D> struct MpmSettings {
+  std::string id;    ///< ID of the fix
   mpm::SolverOptions<D> options;
   std::vector<MpmRigidBody<D>> bodies;    ///< contact properties are in options.rigid_bodies
   std::vector<MpmTraction<D>> tractions;
@@ -83,6 +84,9 @@ template <int D> struct MpmSettings {
 
   /// Parses `fix ID group mpm ...`. An error ends in error->all. Collective.
   static MpmSettings parse(LAMMPS *lmp, int narg, char **arg);
+
+  /// Returns the name of the fix, with which messages begin.
+  std::string name() const { return "fix mpm " + id; }
 
   /// Returns the name of a side in the keyword *boundary*, in the order of mpm::Face.
   static const char *name_of_side(int side);

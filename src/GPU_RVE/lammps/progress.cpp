@@ -109,8 +109,8 @@ double LAMMPS_NS::read_progress(ScriptArguments &words)
 {
   const double seconds = words.number();
   if (!(seconds >= 0.0))
-    words.refuse(fmt::format("progress is {} [seconds of wall time]; it must be at least 0, which "
-                             "means never",
+    words.refuse(fmt::format("progress is {} [seconds of wall time]; it must be at least 0, and 0 "
+                             "means no progress lines",
                              rve::number(seconds)));
   return seconds;
 }

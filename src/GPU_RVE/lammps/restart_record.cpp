@@ -82,7 +82,7 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   };
   const auto require_sound = [&](const double *values) {
     if (is_damaged(values))
-      fail("in the restart file is damaged: the checksum of its header does not match. Use an "
+      fail("in the restart file is damaged: the checksum of its header does not match; use an "
            "earlier file");
   };
   if (num_rows < 0) count_rows(lmp);
@@ -90,37 +90,38 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   if (i < num_rows) part = part_of_row(atom, i, nth);
   // a search is no remedy: memory after the rows may still have records of an earlier file
   if (part.bad >= 0)
-    fail(fmt::format("in the restart file is damaged: part {} of it says that it has {} numbers, "
-                     "and {} are left. Use an earlier file. If atoms were created since "
-                     "read_restart, create them after this fix",
-                     part.bad + 1, part.size, part.left));
+    fail(fmt::format(
+        "in the restart file is damaged: its part {} has {} values by its header, but {} are left; "
+        "use an earlier file. If atoms were created since read_restart, create them after this fix",
+        part.bad + 1, part.size, part.left));
   if (i >= num_rows || part.record.values[2] != static_cast<double>(id)) {
     if (i < num_rows) require_sound(part.record.values);
     if (row_of_id.empty()) find_rows(lmp, nth, step);
     const auto found = row_of_id.find(id);
     if (found == row_of_id.end())
-      fail("is not in the restart file, or on another MPI rank: the atom was created or moved, or "
-           "got another ID, since read_restart, or the file is damaged. Define the fix directly "
+      fail("is not in the restart file, or on another MPI rank: the atom was created or moved or "
+           "its ID was changed since read_restart, or the file is damaged; define the fix directly "
            "after read_restart, and change atoms after it");
     part = part_of_row(atom, found->second, nth);
   }
   const double *values = part.record.values;
   require_sound(values);
   if (values[1] != step)
-    fail(fmt::format("is of step {}, the head of the restart files of step {}: they were not "
-                     "written at once, or are damaged. Use those before",
-                     values[1], step));
+    fail(
+        fmt::format("is of step {}, but the header of the restart files is of step {}: these files "
+                    "were written at different steps, or they are damaged; use earlier files",
+                    values[1], step));
   double now[3];
   lmp->domain->unmap(atom->x[i], atom->image[i], now);
   for (int a = 0; a < 3; a++)
     if (!(std::fabs(now[a] - values[3 + a]) <=
           ROUNDING * (lmp->domain->prd[a] + std::fabs(now[a]))))
-      fail(fmt::format("in the restart file is of a point at {:g} {:g} {:g} [length], and the atom "
-                       "is at {:g} {:g} {:g}: atoms were moved or got other IDs since read_restart "
-                       "(delete_atoms renumbers unless it has compress no), or the file is "
-                       "damaged. Define the fix directly after read_restart, and change atoms "
-                       "after it",
-                       values[3], values[4], values[5], now[0], now[1], now[2]));
+      fail(fmt::format(
+          "in the restart file is of a point at {:g} {:g} {:g} [length], but the atom is at {:g} "
+          "{:g} {:g}: atoms were moved or their IDs were changed since read_restart (delete_atoms "
+          "renumbers unless it has compress no), or the file is damaged; define the fix directly "
+          "after read_restart, and change atoms after it",
+          values[3], values[4], values[5], now[0], now[1], now[2]));
   return part.record;
 }
 
@@ -153,11 +154,11 @@ void LAMMPS_NS::warn_of_dropped_records(LAMMPS *lmp, const std::string &whose)
 {
   const bool is_initialized = lmp->neighbor->cutneighsq != nullptr;
   if (lmp->restart_ver < 0 || !is_initialized || lmp->comm->me) return;
-  lmp->error->warning(FLERR,
-                      "{} begins without records of a restart file: a run or another command that "
-                      "initializes LAMMPS (balance, velocity, reset_atoms, delete_atoms overlap, "
-                      "write_data) came between read_restart and this fix, and LAMMPS then drops "
-                      "all records that no fix has taken. If the file has records of this fix, "
-                      "define the fix directly after read_restart",
-                      whose);
+  lmp->error->warning(
+      FLERR,
+      "{}: records of the restart file are lost: a run or another command that initializes LAMMPS "
+      "(balance, velocity, reset_atoms, delete_atoms overlap, write_data) came between "
+      "read_restart and this fix, and LAMMPS then drops the records of fixes that are not defined "
+      "yet. If the file has records of this fix, define the fix directly after read_restart",
+      whose);
 }

@@ -57,7 +57,7 @@ auto read_columns(LAMMPS *lmp, const std::string &style, const char *id, const c
                                rve::did_you_mean(word, names, "there are")));
     columns.push_back(found);
   }
-  if (columns.empty()) words.refuse(fmt::format("it needs at least one {}", kind));
+  if (columns.empty()) words.refuse(fmt::format("at least one {} must be given", kind));
   return columns;
 }
 
@@ -82,8 +82,8 @@ FixRve *fix_of_columns(LAMMPS *lmp, const std::string &style, const char *id,
   const bool of_disks = fix->rves().dimension == 2;
   for (const Entry *column : columns)
     if (!column->is_of(fix->rves().dimension))
-      lmp->error->all(FLERR, "{} {}: {} is of {}, and the RVEs of fix {} are of {}", style, id,
-                      column->name, of_disks ? "spheres" : "disks", fix->id,
+      lmp->error->all(FLERR, "{} {}: {} is for {} only, but the RVEs of fix {} consist of {}",
+                      style, id, column->name, of_disks ? "spheres" : "disks", fix->id,
                       of_disks ? "disks" : "spheres");
   return fix;
 }

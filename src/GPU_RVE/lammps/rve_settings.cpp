@@ -29,7 +29,7 @@ std::string where_packings_come_from(const std::string &file)
 {
   const rve::Words near = rve::nearest_words(file, fix_rve_keywords());
   if (!near.empty() && file.find_first_of("./") == std::string::npos)
-    return fmt::format("; if {} is no file, did you mean the keyword {}?", file, near.front());
+    return fmt::format("; {} is not a file: did you mean the keyword {}?", file, near.front());
   return fmt::format(
       " (looked in folder {}). The command create_rve makes packings, as in create_rve "
       "{} grains 400 radius uniform 0.0025 0.005 ...",
@@ -75,16 +75,16 @@ std::vector<TensorComponent> read_components(ScriptArguments &words, const std::
   while (find_component(words.peek(), dimension, row, column)) {
     const std::string name = words.next();
     if (symmetric && row > column)
-      words.refuse(fmt::format("{} has no component {}; the servo shears by {}", what, name,
-                               COMPONENTS[column][row]));
+      words.refuse(fmt::format("{} has no component {}; use {}, because the stress is symmetric",
+                               what, name, COMPONENTS[column][row]));
     for (const auto &other : list)
       if (other.row == row && other.column == column)
         words.refuse(what + " has component " + name + " twice");
     list.push_back({row, column, words.value(part.empty() ? name : part + " " + name)});
   }
   if (find_component(words.peek(), 3, row, column))
-    words.refuse(fmt::format("{} has component {}, and the RVEs are of disks: only RVEs of spheres "
-                             "have components of z",
+    words.refuse(fmt::format("{} has component {}, but the RVEs consist of disks: only RVEs of "
+                             "spheres have z components",
                              what, words.peek()));
   if (list.empty()) {
     std::string names;
@@ -232,7 +232,8 @@ void read_stress(ScriptArguments &words, FixRveSettings &s)
 void read_preset(ScriptArguments &words, FixRveSettings &s)
 {
   if (!words.given().empty())
-    words.refuse("preset must be the first keyword: those that follow replace parts of it");
+    words.refuse(
+        "preset must be the first keyword, because later keywords replace some of its values");
   struct Preset {
     rve::Format format;
     double dt_fraction, mass_scaling;
@@ -258,10 +259,10 @@ void read_dump(ScriptArguments &words, FixRveSettings &s)
 }
 
 // Reasons why fix_modify cannot change the value of a keyword.
-constexpr const char *OF_ENGINE = "the engine that holds the RVEs is made with it; write a restart "
-                                  "file and read it with another fix rve";
-constexpr const char *OF_PACKING = "RVEs that are there keep their grains; define another fix rve "
-                                   "for other packings";
+constexpr const char *OF_ENGINE = "it is fixed when the RVEs are created; write a restart file, "
+                                  "and define fix rve with another value after read_restart";
+constexpr const char *OF_PACKING =
+    "it selects the grains of new RVEs only; define another fix rve for other packings";
 
 using Settings = FixRveSettings;
 using rve::Options;
@@ -304,9 +305,9 @@ const FixRveKeyword KEYWORDS[] = {
      [](ScriptArguments &words, Settings &s) {
        s.macro_step.most_copies = words.integer("", 1);
        if (s.macro_step.most_copies & (s.macro_step.most_copies - 1))
-         words.refuse(fmt::format("copies is {}; cells are doubled, so it must be a power of two: "
-                                  "1, 2, 4 ...",
-                                  s.macro_step.most_copies));
+         words.refuse(fmt::format(
+             "copies is {}; it must be a power of two (1, 2, 4 ...), because cells are doubled",
+             s.macro_step.most_copies));
      }},
     {"progress", "seconds", into(read_progress, &Settings::progress_interval)},
     {"dump", "none | N prefix atom-ID ...", read_dump},
@@ -317,7 +318,7 @@ const FixRveKeyword KEYWORDS[] = {
      },
      OF_ENGINE},
     {"preset", "draft | standard | reference", read_preset,
-     "it also sets the number format; give dt and mass_scaling one by one"},
+     "it also sets the number format; give dt and mass_scaling instead"},
     {"packings", "file ...",
      [](ScriptArguments &words, Settings &s) {
        while (!words.empty() && !words.at_keyword()) s.packings.emplace_back(words.next());
@@ -393,8 +394,8 @@ std::string LAMMPS_NS::packing_failure(const std::string &file, const rve::Input
 }
 
 /// Returns the dimension of a packing file, which rank 0 reads. Ends with error->all if it cannot
-/// be read. Collective.
-static int dimension_of(LAMMPS *lmp, const std::string &file)
+/// be read. The message begins with `name`. Collective.
+static int dimension_of(LAMMPS *lmp, const std::string &name, const std::string &file)
 {
   int dimension = 0;
   const std::string failure = on_rank_zero(lmp->world, [&] {
@@ -404,7 +405,7 @@ static int dimension_of(LAMMPS *lmp, const std::string &file)
       throw rve::InputError(packing_failure(file, e));
     }
   });
-  if (!failure.empty()) lmp->error->all(FLERR, "fix rve: {}", failure);
+  if (!failure.empty()) lmp->error->all(FLERR, "{}: {}", name, failure);
   MPI_Bcast(&dimension, 1, MPI_INT, 0, lmp->world);
   return dimension;
 }
@@ -413,30 +414,31 @@ void FixRveSettings::require_one_dimension(LAMMPS *lmp) const
 {
   const auto grains = [](int d) { return d == 2 ? "disks" : "spheres"; };
   for (const std::string &file : packings)
-    if (const int other = dimension_of(lmp, file); other != dimension)
-      lmp->error->all(FLERR,
-                      "fix rve: packing {} is of {}, and packing {} of {}; all packings of a fix "
-                      "must have the same grains",
-                      packings.front(), grains(dimension), file, grains(other));
+    if (const int other = dimension_of(lmp, name(), file); other != dimension)
+      lmp->error->all(
+          FLERR,
+          "{}: packing {} consists of {} and packing {} of {}; all packings of a fix must "
+          "have the same kind of grains",
+          name(), packings.front(), grains(dimension), file, grains(other));
 }
 
 FixRveSettings FixRveSettings::parse(LAMMPS *lmp, int narg, char **arg)
 {
-  const std::string command = "fix rve";
-  ScriptArguments words(lmp, command, narg, arg, 3);
   FixRveSettings s;
+  s.id = arg[0];
+  ScriptArguments words(lmp, s.name(), narg, arg, 3);
   s.macro_step.most_copies = MOST_COPIES;
   s.packings.emplace_back(words.next("packing file"));
-  s.dimension = dimension_of(lmp, s.packings.front());
+  s.dimension = dimension_of(lmp, s.name(), s.packings.front());
   s.read(words, false);
   s.require_one_dimension(lmp);
-  s.check(lmp, command);
+  s.check(lmp, s.name());
   return s;
 }
 
 FixRveSettings FixRveSettings::modified(LAMMPS *lmp, int narg, char **arg) const
 {
-  const std::string command = "fix_modify of fix rve";
+  const std::string command = "fix_modify " + id;
   ScriptArguments words(lmp, command, narg, arg, 0);
   FixRveSettings s = *this;
   s.material = MaterialArguments();
@@ -473,25 +475,27 @@ void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
   if (driver == RveDriver::Mpm && !stress_goal.empty())
     refuse("servo and drive mpm exclude each other");
   if (path.any() && (has_drive || !stress_goal.empty()))
-    refuse(fmt::format("path and {} exclude each other; a path has rates and stresses of its own",
-                       has_drive ? "drive" : "servo"));
+    refuse(fmt::format(
+        "path and {} exclude each other, because a path has rates and stresses of its own",
+        has_drive ? "drive" : "servo"));
   if (!path.any() && (path.number_given || path.halts))
-    refuse(fmt::format("{} without a path", path.halts ? "path_end halt" : "path_variable"));
+    refuse(fmt::format("{} requires a path", path.halts ? "path_end halt" : "path_variable"));
   if (adaptive && has_servo)
-    refuse("substeps adaptive needs a strain that is known beforehand and cannot be used with "
-           "servo");
+    refuse("substeps adaptive and servo exclude each other, because the strain of a step must be "
+           "known before the step");
   if (quiescent > 0.0 && has_servo)
-    refuse("quiescent and servo exclude each other: a servo needs the stress of the grains in each "
-           "step");
+    refuse("quiescent and servo exclude each other, because a servo needs the stress of the grains "
+           "in each step");
   if (adaptive && quiescent > 0.0 && quiescent < adaptive->strain_per_step)
-    lmp->error->warning(FLERR,
-                        "fix rve: quiescent strain {} is less than the strain of one adaptive "
-                        "substep, {}: an RVE is then active for a single step",
-                        rve::number(quiescent), rve::number(adaptive->strain_per_step));
+    lmp->error->warning(
+        FLERR,
+        "{}: quiescent strain {} is less than the strain of one adaptive substep, {}, so that an "
+        "RVE is active for a single step only; use a larger quiescent strain",
+        command, rve::number(quiescent), rve::number(adaptive->strain_per_step));
   for (const auto &goal : stress_goal)
     for (const auto &rate : velocity_gradient)
       if (goal.row == rate.row && goal.column == rate.column)
-        refuse(fmt::format("component {} is driven by both velocity_gradient and servo",
+        refuse(fmt::format("component {} is prescribed by both velocity_gradient and servo",
                            rve_component_name(goal.row, goal.column)));
   if (!choice.number.variable.empty() && choice.is_by_property())
     refuse(fmt::format("packing_variable and {} exclude each other",
@@ -500,19 +504,17 @@ void FixRveSettings::check(LAMMPS *lmp, const std::string &command) const
                                            : "packing_void_ratio"));
   for (const auto &goal : stress_goal)
     if (goal.row == goal.column && goal.value.variable.empty() && goal.value.constant > 0.0)
-      refuse(fmt::format("the goal of servo {} is {} [stress], a tension, and grains without "
-                         "cohesion carry none; it must be at most 0, because stresses are negative "
-                         "in compression",
-                         rve_component_name(goal.row, goal.column),
-                         rve::number(goal.value.constant)));
+      refuse(fmt::format(
+          "the goal of servo {} is {} [stress], which is a tension; grains without cohesion carry "
+          "no tension. It must be at most 0, because stresses are negative in compression",
+          rve_component_name(goal.row, goal.column), rve::number(goal.value.constant)));
   const int most = adaptive ? adaptive->most : substeps;
   const double steps = static_cast<double>(most) * steps_per_step();
   if (steps > MAXSMALLINT)
-    refuse(
-        fmt::format("{} DEM steps per LAMMPS step{} times {} for each one of a shadow are {}; "
-                    "there can be {} at most: use fewer substeps or a lower refinement of shadow",
-                    most, adaptive ? " (the most of substeps adaptive)" : "", steps_per_step(),
-                    rve::number(steps), MAXSMALLINT));
+    refuse(fmt::format("{} DEM steps per LAMMPS step{}, times {} for a shadow, are {}; the limit "
+                       "is {}: use fewer substeps or a lower refinement of shadow",
+                       most, adaptive ? " (the most of substeps adaptive)" : "", steps_per_step(),
+                       rve::number(steps), MAXSMALLINT));
 }
 
 std::map<std::string, std::string> FixRveSettings::account() const

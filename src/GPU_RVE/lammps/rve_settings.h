@@ -80,6 +80,7 @@ struct PathSettings {
 
 /// Parsed arguments of a fix rve.
 struct FixRveSettings {
+  std::string id;       ///< ID of the fix
   int dimension = 2;    ///< dimension of the packings: 2 for disks, 3 for spheres
   std::vector<std::string> packings;
   PackingChoice choice;
@@ -118,6 +119,9 @@ struct FixRveSettings {
   /// Returns these settings with the changes of `fix_modify ID ...`. The material and the mass
   /// scaling of the result are those of fix_modify alone. An error ends in error->all.
   FixRveSettings modified(LAMMPS *lmp, int narg, char **arg) const;
+
+  /// Returns the name of the fix, with which messages begin.
+  std::string name() const { return "fix rve " + id; }
 
   /// Returns the number of DEM steps of a shadow for each step of its RVE; 1 without shadows.
   int steps_per_step() const { return num_shadows > 0 ? macro_step.shadow_refinement : 1; }

@@ -38,7 +38,8 @@ int ScriptValue::index(LAMMPS *lmp) const
   const int found = variables->find(variable.c_str());
   if (found < 0 || !(per_atom ? variables->atomstyle(found) : variables->equalstyle(found)))
     lmp->error->all(
-        FLERR, "{}: variable {} has been deleted or has another style since the run was set up",
+        FLERR,
+        "{}: variable {} has been deleted or its style has changed since the setup of the run",
         owner, variable);
   return found;
 }

@@ -15,8 +15,9 @@ void LAMMPS_NS::require_mechanical_units(LAMMPS *lmp, const std::string &command
   constexpr const char *STYLES[] = {"lj", "si", "cgs", "micro"};
   const std::string units = lmp->update->unit_style;
   if (std::find(std::begin(STYLES), std::end(STYLES), units) == std::end(STYLES))
-    lmp->error->all(FLERR,
-                    "{} works in units lj, si, cgs or micro, in which forces follow from masses, "
-                    "not in units {}",
-                    command, units);
+    lmp->error->all(
+        FLERR,
+        "{}: units are {}; they must be lj, si, cgs or micro, in which a force is a mass "
+        "times an acceleration",
+        command, units);
 }

@@ -66,19 +66,19 @@ namespace {
   }
 
   template <int D>
-  std::unique_ptr<StepRunner<D>> make_rank_runner(const SolverOptions<D> &options,
-                                                  const Communication &communication,
-                                                  const Grid<D> &grid, std::string *notice)
+  std::unique_ptr<StepRunner<D>>
+  make_rank_runner(const SolverOptions<D> &options, const Communication &communication,
+                   const Grid<D> &grid, [[maybe_unused]] std::string *notice)
   {
     if (options.device != Device::Cpu) {
       const bool required = rve::cuda_required();
       std::string obstacle = "GPU_RVE was built without CUDA";
 #if defined(GPU_RVE_WITH_CUDA)
       if (auto runner = make_cuda_machine(options, communication, grid, obstacle)) return runner;
+      if (notice) *notice = obstacle + "; material points run on the CPU";
 #endif
       require(options.device != Device::Cuda, "a CUDA device was requested, but ", obstacle);
       require(!required, rve::cuda_requirement, " forbids the CPU as a fallback: ", obstacle);
-      if (notice) *notice = obstacle + "; material points run on the CPU";
     }
     return std::make_unique<StepSequence<D, HostMachine>>(options, communication, grid);
   }

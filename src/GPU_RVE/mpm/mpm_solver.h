@@ -36,7 +36,8 @@ template <int D> class MpmSolver {
  public:
   /// Throws rve::InputError for wrong options, for Device::Cuda without a device, and for any
   /// missing device if the environment has GPU_RVE_REQUIRE_CUDA (cuda/cuda_required.h). `notice`,
-  /// if given, receives the reason if Device::Auto falls back to the CPU. Collective.
+  /// if given, receives the reason if Device::Auto falls back to the CPU in a build with CUDA.
+  /// Collective.
   explicit MpmSolver(const SolverOptions<D> &options, Communication communication = {},
                      std::string *notice = nullptr);
 

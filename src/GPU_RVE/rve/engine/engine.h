@@ -284,9 +284,10 @@ template <int D> class EngineOf {
 using Engine = EngineOf<2>;
 
 /// Returns the engine that the options request. Device::Auto uses a GPU if there is one; `notice`,
-/// if given, receives the reason for a fallback to the CPU. Throws InputError on invalid options,
-/// on Device::Cuda without a device, and on any fallback or missing device if the environment
-/// requires one (cuda/cuda_required.h).
+/// if given, receives the reason for a fallback to the CPU, or "" if the build has no CUDA and the
+/// arithmetic is as requested. Throws InputError on invalid options, on Device::Cuda without a
+/// device, and on any fallback or missing device if the environment requires one
+/// (cuda/cuda_required.h).
 template <int D = 2>
 std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *notice = nullptr);
 

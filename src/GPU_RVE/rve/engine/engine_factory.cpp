@@ -36,14 +36,17 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
       "double, or device cpu");
   if (only_on_cpu) return make_host_engine<D>(options);
   std::string obstacle = "GPU_RVE was built without CUDA";
+  // a build without CUDA always uses the CPU, which is worth a notice only if arithmetic changes
+  const bool is_relaxed = options.arithmetic == Arithmetic::Relaxed;
+  bool is_notable = is_relaxed;
 #if defined(GPU_RVE_WITH_CUDA)
+  is_notable = true;
   if (auto engine = make_cuda_engine<D>(options, obstacle)) return engine;
 #endif
   require(options.device != Device::Cuda, "a CUDA device was requested, but ", obstacle);
   require(!required, cuda_requirement(), " forbids the CPU as a fallback: ", obstacle);
-  if (notice)
-    *notice = obstacle + "; RVEs run on the CPU" +
-        (options.arithmetic == Arithmetic::Relaxed ? ", with strict arithmetic" : "");
+  if (notice && is_notable)
+    *notice = obstacle + "; RVEs run on the CPU" + (is_relaxed ? ", with strict arithmetic" : "");
   return make_host_engine<D>(options);
 }
 
