@@ -30,7 +30,7 @@ def programs():
     """Returns the names of programs in the order of the table."""
     table = (HERE.parent / "src" / "GPU_RVE" / "rve" / "engine" /
              "kernel_variants.h").read_text(encoding="utf-8")
-    return [name.lower() for name in re.findall(r"^  program\((\w+),", table, re.M)]
+    return [name.lower() for name in re.findall(r"^  variant\((\w+),", table, re.M)]
 
 
 def kernels(text):
