@@ -212,7 +212,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   const char *const volume = D == 2 ? "area" : "volume";
   const std::string text =
       fmt::format("{} of {} cells with {}points, {} [distance] each, contain more than {} times "
-                  "their {}, at most {:.3g} times. Mass and stiffness are too large by this "
+                  "their {}, the fullest {:.3g} times. Mass and stiffness are too large by this "
                   "factor. Each new point has the {} {} [distance^{}]: give the correct value with "
                   "points_per_cell or volume, and check for points that were created twice{}",
                   over, cells, are_all_new ? "" : "new ",

@@ -587,7 +587,7 @@ class Batches(unittest.TestCase):
                               ("the recipe lacks grains",
                                lambda: gpu_rve.Packing.create(radius=(1, 2))),
                               ("must be below 1", lambda: batch.time_steps([1])),
-                              ("of disks, and packing 1 of spheres",
+                              ("packing 0 has disks, but packing 1 has spheres",
                                lambda: gpu_rve.Batch([DISKS, SPHERES])),
                               ("strain_rates is a null pointer",
                                lambda: batch.tangents(kind="loading"))):

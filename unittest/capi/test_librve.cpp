@@ -387,7 +387,7 @@ TEST(Librve, InvalidPathChangesNothing)
     EXPECT_EQ(table, untouched);
   };
   expect("stage rate yy v_x until time > 1", DT_DISKS, 1, "p", "the path has v_x");
-  expect("stage rate yy 1 until time > 1", 0.0, 1, "p", "dt is 0; it must be positive");
+  expect("stage rate yy 1 until time > 1", 0.0, 1, "p", "dt is 0 [time]; it must be positive");
   expect("stage rate yy 1 until time > 1", DT_DISKS, 0, "p", "substeps is 0");
   expect("stage rate yy 1 until time > 1", DT_DISKS, 1, "pea", "there is no");
   expect("stage rat yy 1", DT_DISKS, 1, "p", "path:1");

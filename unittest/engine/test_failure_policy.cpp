@@ -97,7 +97,7 @@ TEST(Failure, NotANumberIsRefusedBeforeAnythingRuns)
       << message(with_nan_gradient);
   EXPECT_TRUE(contains(message(negative_steps), "got -1")) << message(negative_steps);
   EXPECT_TRUE(contains(message(without_dt), "got 0 [time]")) << message(without_dt);
-  EXPECT_TRUE(contains(message(inside_out), "determinant is -1")) << message(inside_out);
+  EXPECT_TRUE(contains(message(inside_out), "must be positive, got -1")) << message(inside_out);
   EXPECT_TRUE(contains(message(sheared_along_y), "yx")) << message(sheared_along_y);
   EXPECT_EQ(serialize(rig.state()), before);
 }

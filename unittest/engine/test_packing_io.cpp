@@ -374,9 +374,10 @@ TEST(PackingFile, OfSpheresIsRefusedWithLineNumberWhereItIsBroken)
             "tangential_force_y tangential_force_z'");
   EXPECT_EQ(message_after<3>(two, "0.5 1\nchecksum", "0.5 z\nchecksum"),
             ":19: z component of the tangential force is 'z'; it must be a number");
-  EXPECT_EQ(message_after<3>(two, "checksum none", "checksum 0123456789abcdef")
-                .find(":20: checksum is 0123456789abcdef, that of the statements before it is "),
-            0u);
+  EXPECT_EQ(
+      message_after<3>(two, "checksum none", "checksum 0123456789abcdef")
+          .find(":20: checksum is 0123456789abcdef, but the statements before it have checksum "),
+      0u);
 }
 
 TEST(PackingFile, TextAfterTheEndIsRefused)

@@ -215,10 +215,11 @@ TEST(PackingLibrary, MayHoldSpheres)
   for (int k = 0; k < 2; ++k)
     EXPECT_EQ(copy.packings[k].fractional, library.packings[k].fractional);
   // All packings of a library have one dimension.
-  EXPECT_NE(message_of([&] {
-              read_library(path);
-            }).find("the packing is of spheres (dimension 3); one of plane disks"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of([&] {
+        read_library(path);
+      }).find("the packing has spheres (dimension 3); a packing of plane disks (dimension 2)"),
+      std::string::npos);
   write_library(path, library_of(2));
   EXPECT_EQ(dimension_of_packing(path), 2);
 }

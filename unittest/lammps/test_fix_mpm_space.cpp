@@ -421,8 +421,8 @@ TEST(FixMpmInSpaceMessage, OfOverfullCellsNamesVolumes)
   const std::string message = message_of(
       points_in_box(2, 2, 2) + "create_atoms 1 region ground\nset group all diameter 1.0\n" +
       "fix soil all mpm 1.0 model all elastic 1e6 0.3 density 2000\nrun 0\n");
-  EXPECT_IN("8 of 8 cells that points fill, 1 by 1 by 1 [distance] each, have more than 1.3 times "
-            "their volume in points, the fullest 2 times",
+  EXPECT_IN("8 of 8 cells with points, 1 by 1 by 1 [distance] each, contain more than 1.3 times "
+            "their volume, the fullest 2 times",
             message);
   EXPECT_IN("Each new point has the volume 1 [distance^3]", message);
 }

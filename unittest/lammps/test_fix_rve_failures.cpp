@@ -119,7 +119,8 @@ TEST(FailureAtTheStart, NamesThePropertyOfThePacking)
   const std::string message =
       message_of(FOUR_ATOMS + FIX + "dt 1e-4 overlap_limit 1e-9 drive none\nrun 1");
 
-  EXPECT_IN("failed at step 0: overlap too large (its packing: largest overlap 0.0236", message);
+  EXPECT_IN("failed at step 0: overlap too large (state of its packing: largest overlap 0.0236",
+            message);
   EXPECT_IN("of the sum of radii, overlap_limit 1e-09 [radius], void ratio 0.161", message);
 }
 

@@ -385,13 +385,14 @@ TEST(SpheresMessage, OfComponents)
 TEST(SpheresMessage, OfColumnsThatDisksDoNotHave)
 {
   const std::string disks = atoms_in(2) + fix_with(PACKING) + "dt 1e-5\n";
-  EXPECT_IN("compute rve/atom c: szz is of spheres, and the RVEs of fix grains are of disks",
-            message_of(disks + "compute c all rve/atom sxx szz\nrun 0"));
-  EXPECT_IN("compute rve/contact/local c: normal_z is of spheres",
+  EXPECT_IN(
+      "compute rve/atom c: szz is for spheres only, but the RVEs of fix grains consist of disks",
+      message_of(disks + "compute c all rve/atom sxx szz\nrun 0"));
+  EXPECT_IN("compute rve/contact/local c: normal_z is for spheres only",
             message_of(disks + "compute c all rve/contact/local normal_z\nrun 0"));
-  EXPECT_IN("dump rve/grain d: omegax is of spheres",
+  EXPECT_IN("dump rve/grain d: omegax is for spheres only",
             message_of(disks + "group one id 1\ndump d one rve/grain 1 " +
                        temporary_path("d.dump") + " id omegax\nrun 0"));
-  EXPECT_IN("compute rve/contact/local c: mt is of spheres",
+  EXPECT_IN("compute rve/contact/local c: mt is for spheres only",
             message_of(disks + "compute c all rve/contact/local mt\nrun 0"));
 }

@@ -281,22 +281,24 @@ TEST(RveContacts, InvalidInputIsNamed)
   const std::string scene = SHEARED + "group look id 7\ngroup two id 1 2\n";
   EXPECT_IN("compute rve/contact/local c: there is no quantity 'force'",
             message_of(scene + "compute c all rve/contact/local id1 force"));
-  EXPECT_IN("compute rve/contact/local c: it needs at least one quantity",
+  EXPECT_IN("compute rve/contact/local c: at least one quantity must be given",
             message_of(scene + "compute c all rve/contact/local fix grains"));
   EXPECT_IN("compute rve/contact/local c: fix is given twice",
             message_of(scene + "compute c all rve/contact/local fix a fix b"));
   EXPECT_IN("compute rve/contact/local c: no fix of style rve is defined",
             message_of(FOUR_ATOMS + "compute c all rve/contact/local fn\nrun 0"));
-  EXPECT_IN("compute rve/contact/local c: no atom of group look has an RVE of fix grains; choose",
+  EXPECT_IN("compute rve/contact/local c: no atom of group look has an RVE of fix grains; use",
             message_of(scene +
                        "compute c look rve/contact/local fn\ndump c all local 1 none c_c\nrun 0"));
   EXPECT_IN("dump rve/grain g: there is no column 'spin'",
             message_of(scene + "dump g two rve/grain 1 none id spin"));
-  EXPECT_IN("dump rve/grain g: 0 atoms of group look have an RVE of fix grains; it must be one",
+  EXPECT_IN("dump rve/grain g: 0 atoms of group look have an RVE of fix grains; there must be "
+            "exactly one",
             message_of(scene + "dump g look rve/grain 1 none id x y\nrun 0"));
-  EXPECT_IN("dump rve/grain g: 2 atoms of group two have an RVE of fix grains; it must be one",
-            message_of(scene + "dump g two rve/grain 1 none id x y\nrun 0"));
-  EXPECT_IN("dump rve/grain g: file none.bin would be binary; write text",
+  EXPECT_IN(
+      "dump rve/grain g: 2 atoms of group two have an RVE of fix grains; there must be exactly one",
+      message_of(scene + "dump g two rve/grain 1 none id x y\nrun 0"));
+  EXPECT_IN("dump rve/grain g: file none.bin would be binary; use a text file",
             message_of(scene + "dump g two rve/grain 1 none.bin id x y"));
   EXPECT_IN("dump_modify g: thresh is not supported by dump rve/grain",
             message_of(scene + "dump g two rve/grain 1 none id x y\ndump_modify g thresh x > 0"));

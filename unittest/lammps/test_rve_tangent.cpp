@@ -195,7 +195,7 @@ TEST(RveTangent, InvalidInputIsNamed)
   const auto refused = [](const std::string &words) {
     return message_of(FOUR_ATOMS + SHEAR + "compute c all rve/tangent " + words + "\nrun 0");
   };
-  EXPECT_IN("compute rve/tangent c: it needs at least one quantity", refused("fix grains"));
+  EXPECT_IN("compute rve/tangent c: at least one quantity must be given", refused("fix grains"));
   EXPECT_IN("compute rve/tangent c: unknown keyword 'cxxxw'", refused("cxxxx cxxxw"));
   EXPECT_IN("did you mean shear?", refused("cxxxx sheer"));
   EXPECT_IN("compute rve/tangent c: kind is 'plastic'; it must be elastic or loading",
@@ -209,7 +209,8 @@ TEST(RveTangent, InvalidInputIsNamed)
   EXPECT_IN("compute rve/tangent c: probe is given twice", refused("shear probe 0.1 probe 0.2"));
   EXPECT_IN("compute rve/tangent c: strain_steps is 0; it must be at least 1",
             refused("shear strain_steps 0"));
-  EXPECT_IN("compute rve/tangent c: czzzz is of spheres, and the RVEs of fix grains are of disks",
+  EXPECT_IN("compute rve/tangent c: czzzz is for spheres only, but the RVEs of fix grains consist "
+            "of disks",
             refused("czzzz"));
   EXPECT_IN("compute rve/tangent c: no fix of style rve is defined",
             message_of(FOUR_ATOMS + "compute c all rve/tangent shear\nrun 0"));
