@@ -40,7 +40,7 @@ template <class T> class HostBuffer {
  public:
   explicit HostBuffer(unsigned flags_in = cudaHostAllocDefault) : flags(flags_in) {}
 
-  T *reserve(std::size_t count)
+  T *host_array(std::size_t count)
   {
     if (count > capacity) {
       memory.reset();
@@ -91,37 +91,37 @@ template <class T> class DeviceBuffer {
   }
 
   /// Returns host memory for the values that send() uploads.
-  T *reserve(std::size_t count) { return staging.reserve(count); }
+  T *host_array(std::size_t count) { return staging.host_array(count); }
 
   T *send(std::size_t count)
   {
     T *to = reserve(count);
-    check_cuda(cudaMemcpyAsync(to, reserve(count), count * sizeof(T), cudaMemcpyHostToDevice),
+    check_cuda(cudaMemcpyAsync(to, host_array(count), count * sizeof(T), cudaMemcpyHostToDevice),
                "upload");
     return to;
   }
 
   T *upload(const std::vector<T> &values)
   {
-    std::memcpy(reserve(values.size()), values.data(), values.size() * sizeof(T));
+    std::memcpy(host_array(values.size()), values.data(), values.size() * sizeof(T));
     return send(values.size());
   }
 
-  /// Waits for the launched kernels and returns the values, valid until the next reserve().
+  /// Waits for the launched kernels and returns the values, valid until the next host_array().
   const T *receive(std::size_t count)
   {
-    T *host = reserve(count);
+    T *host = host_array(count);
     if (count > 0)
       check_cuda(cudaMemcpy(host, memory.get(), count * sizeof(T), cudaMemcpyDeviceToHost),
                  "download");
     return host;
   }
 
-  /// Returns `count` elements from `first` on, within the size of the last reserve(). Synchronises
+  /// Returns `count` elements from `first` on, within the last host_array(). Synchronises
   /// with its own stream alone, so the kernels that write the elements must have ended.
   const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
   {
-    T *host = reserve(first + count) + first;
+    T *host = host_array(first + count) + first;
     if (count == 0) return host;
     check_cuda(cudaMemcpyAsync(host, memory.get() + first, count * sizeof(T),
                                cudaMemcpyDeviceToHost, stream),

@@ -76,7 +76,7 @@ namespace {
       send_loads(input.loads);
 
       // the words of passes precede the motion in one buffer, so that one copy downloads both
-      double *words = motion_.reserve(motion_size());
+      double *words = motion_.host_array(motion_size());
       std::fill_n(words, view_.body_maximum(0), 0.0);
       std::fill(words + view_.body_maximum(0), words + view_.num_maxima(),
                 -std::numeric_limits<double>::infinity());
@@ -165,7 +165,7 @@ namespace {
     void halt_if(const std::int32_t *flag) { findings_.halt = flag; }
     void request_findings()
     {
-      launch(copy_few<double>, num_words(), findings_.maxima, motion_.reserve(motion_size()),
+      launch(copy_few<double>, num_words(), findings_.maxima, motion_.host_array(motion_size()),
              num_words());
       submit();
       asked_.set();
@@ -179,7 +179,7 @@ namespace {
       if (view_.num_rigid > 0) {
         static_assert(std::is_trivially_copyable_v<RigidBodyStep<D>>);
         std::memcpy(static_cast<void *>(host_rigid_),
-                    motion_.reserve(motion_size()) + rigid_offset(),
+                    motion_.host_array(motion_size()) + rigid_offset(),
                     view_.num_rigid * sizeof(*host_rigid_));
       }
     }
@@ -205,7 +205,7 @@ namespace {
       }
       return PointErrorKey::NO_ERROR;
     }
-    const double *maxima() { return motion_.reserve(motion_size()); }
+    const double *maxima() { return motion_.host_array(motion_size()); }
 
     void share_maxima(const Communication &communication, int first, int count)
     {
@@ -217,7 +217,7 @@ namespace {
         return;
       }
       submit();
-      double *shared = shared_maxima_.reserve(count);
+      double *shared = shared_maxima_.host_array(count);
       launch(copy_few<double>, count, on_device, shared, count);
       wait();
       communication.max_over_ranks(shared, count);
@@ -248,7 +248,7 @@ namespace {
     std::int64_t *exchange_buffer(std::size_t count)
     {
       submit();
-      return exchange_.reserve(count);
+      return exchange_.host_array(count);
     }
 
     template <class P> void scatter(const P &pass)
@@ -309,7 +309,7 @@ namespace {
       submit();
       use_device();
       const std::size_t bytes = num_nodes_ * sizeof(T);
-      char *values = of_nodes_.reserve(bytes);
+      char *values = of_nodes_.host_array(bytes);
       if (bytes > 0)
         check_cuda(cudaMemcpy(values, field + view_.in_row(row, 0), bytes, cudaMemcpyDeviceToHost),
                    "download of a field of nodes");
@@ -407,7 +407,7 @@ namespace {
 
     template <class T> T *send(DeviceBuffer<T> &buffer, const T *from, std::size_t count) const
     {
-      copy(buffer.reserve(count), from, count);
+      copy(buffer.host_array(count), from, count);
       return buffer.send(count);
     }
 
@@ -429,8 +429,8 @@ namespace {
       }
       // the host seldom changes these arrays; one team compares all of them
       const std::size_t size = 3 * static_cast<std::size_t>(count);
-      double *motion = motion_.reserve(motion_size()) + num_words();
-      double *velocities = motion + rows(count), *force = body_force_.reserve(size);
+      double *motion = motion_.host_array(motion_size()) + num_words();
+      double *velocities = motion + rows(count), *force = body_force_.host_array(size);
       bool other_kinds = all, other_force = all;
       motion_is_old_ = all || other_words;
       if (!all) {

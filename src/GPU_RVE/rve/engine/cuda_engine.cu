@@ -137,7 +137,7 @@ namespace {
 
     bool launch() override
     {
-      const CallFindings &found = *plan_findings.reserve(1);
+      const CallFindings &found = *plan_findings.host_array(1);
       if (found.held && std::exchange(is_launched_early, false)) {
         wait_for_answers();
         drives_in_use = 1 - drives_in_use;    // undo the early launch
@@ -153,7 +153,7 @@ namespace {
     StressesAre wait() override
     {
       wait_for_answers();
-      const CallFindings &found = *answer_findings.reserve(1);
+      const CallFindings &found = *answer_findings.host_array(1);
       int unfinished = found.unfinished;
       const bool host_helps = unfinished > 0;
       if (host_helps && unfinished <= kMostUnfinished) unfinished = repeat_some(unfinished);
@@ -317,7 +317,7 @@ namespace {
       const std::size_t count = rves.size();
       // The former upload must have ended. The next launch waits for this one.
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
-      TurnRecord<D> *turns = turn_buffer.reserve(count);
+      TurnRecord<D> *turns = turn_buffer.host_array(count);
       for (std::size_t k = 0; k < count; ++k) {
         turns[k].rve = device_states[rves[k]].handle;
         store_tensor(rotations[k], turns[k].rotation);
@@ -328,7 +328,7 @@ namespace {
     DriveRecord<D> *drive_buffer(std::size_t count) override
     {
       use_device();
-      return drives.reserve(count);
+      return drives.host_array(count);
     }
 
     Answers begin_launch(const Call &call) override
@@ -337,14 +337,14 @@ namespace {
       LaunchRecord<D> record;
       record.drives = call.drives;
       record.order = call.order ? order_buffer.upload(*call.order) : nullptr;
-      record.answers = answers.reserve(call.num_rves);
+      record.answers = answers.host_array(call.num_rves);
       record.detail_of = call.detail_of ? asked_buffer.upload(*call.detail_of) : nullptr;
       record.launched = call.num_rves;
       record.hold = nullptr;
       run(call, record);
       details_to_receive = call.with_details ? num_details(call) : 0;
       return {record.answers,
-              call.with_details ? detail_buffer.reserve(details_to_receive) : nullptr};
+              call.with_details ? detail_buffer.host_array(details_to_receive) : nullptr};
     }
 
     void end_launch() override
@@ -403,8 +403,8 @@ namespace {
         record.hold = hold;
         run(call, record);
       }
-      launch.stiffened = stiffened_buffer.reserve(this->MOST_STIFFENED);
-      launch.unfinished = unfinished_buffer.reserve(kMostUnfinished);
+      launch.stiffened = stiffened_buffer.host_array(this->MOST_STIFFENED);
+      launch.unfinished = unfinished_buffer.host_array(kMostUnfinished);
       take_answers<D><<<blocks_for(launch.count, kIncrementBlock), kIncrementBlock>>>(launch);
       check_cuda(cudaGetLastError(), "launch of the kernel that collects results");
       bring_findings(answer_findings);
@@ -513,7 +513,7 @@ namespace {
       const Answers last = this->repeat(
           rves, [&drives](std::size_t m) { return drives[m]; }, {first.data(), nullptr},
           evaluations ? Base::Answer::Longest : Base::Answer::Short);
-      RepeatedRecord<D> *records = repeated_buffer.reserve(repeats);
+      RepeatedRecord<D> *records = repeated_buffer.host_array(repeats);
       int finished = 0;
       for (int m = 0; m < repeats; ++m) {
         if (!is_sound(last.answers[m])) continue;
@@ -545,7 +545,7 @@ namespace {
     {
       constexpr int words = kHostFindings / sizeof(int);
       copy_few<<<1, words>>>(reinterpret_cast<const int *>(increments_of_call.findings),
-                             reinterpret_cast<int *>(to.reserve(1)), words);
+                             reinterpret_cast<int *>(to.host_array(1)), words);
       check_cuda(cudaGetLastError(), "download of the outcome of a call");
     }
 
@@ -553,7 +553,7 @@ namespace {
     const SteeringRecord<D> *upload_steering(const Call &call)
     {
       const std::size_t count = call.steering.size();
-      SteeringRecord<D> *records = steering_buffer.reserve(count);
+      SteeringRecord<D> *records = steering_buffer.host_array(count);
       std::copy(call.steering.begin(), call.steering.end(), records);
       if (!call.modes.empty()) {
         const SteeredModes<D> *modes = modes_buffer.upload(call.modes);
@@ -581,7 +581,7 @@ namespace {
       if (!device_states_moved && ((is_call && handled_call) || rves == handled))
         return handle_buffer.reserve(rves.size());
       handled_call = false;
-      RveHandle *handles = handle_buffer.reserve(rves.size());
+      RveHandle *handles = handle_buffer.host_array(rves.size());
       for (std::size_t k = 0; k < rves.size(); ++k) handles[k] = device_states[rves[k]].handle;
       handled = rves;
       device_states_moved = false;
