@@ -41,7 +41,7 @@ template <int D> class StepsOnDevice {
     increments_.all = increment;
     increments_.dt = dt;
     increments_.substeps = substeps;
-    double *numbers = deformations_.room(COMPONENTS * slots_.size());
+    double *numbers = deformations_.host_array(COMPONENTS * slots_.size());
     for (std::size_t k = 0; k < slots_.size(); ++k)
       rve::store_tensor(increment, numbers + COMPONENTS * k);
     there_.increment = deformations_.send(COMPONENTS * slots_.size());

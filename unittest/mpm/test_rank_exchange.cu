@@ -29,7 +29,7 @@ class RankMailTest : public rve_test::BlockTest {
   {
     rve_test::BlockTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    memory = common.room(ExchangeBuffers::size(RANKS));
+    memory = common.host_array(ExchangeBuffers::size(RANKS));
     std::memset(memory, 0, ExchangeBuffers::size(RANKS));
     rounds = rounds_of_ranks.reserve_zeros(RANKS);
     rve_test::check_cuda(cudaStreamSynchronize(nullptr));
@@ -56,20 +56,20 @@ TEST_F(RankMailTest, MaximaAreThoseOfAllRanksInEveryRound)
   };
   HostBuffer<double> numbers[RANKS];
   for (int rank = 0; rank < RANKS; ++rank) {
-    double *mine = numbers[rank].room(rounds * count);
+    double *mine = numbers[rank].host_array(rounds * count);
     for (int round = 0; round < rounds; ++round)
       for (int k = 0; k < count; ++k) mine[round * count + k] = value(rank, round, k);
   }
   for (int round = 0; round < rounds; ++round)
     for (int rank = 0; rank < RANKS; ++rank)
       mpm::exchange_maxima<<<1, THREADS, 0, streams[rank]>>>(
-          places(rank), nullptr, numbers[rank].room(1) + round * count, count);
+          places(rank), nullptr, numbers[rank].host_array(1) + round * count, count);
   wait();
   for (int round = 0; round < rounds; ++round)
     for (int k = 0; k < count; ++k) {
       const double most = std::max({value(0, round, k), value(1, round, k), value(2, round, k)});
       for (int rank = 0; rank < RANKS; ++rank)
-        ASSERT_EQ(numbers[rank].room(1)[round * count + k], most)
+        ASSERT_EQ(numbers[rank].host_array(1)[round * count + k], most)
             << "rank " << rank << ", round " << round << ", number " << k;
     }
 }
@@ -94,7 +94,7 @@ TEST_F(RankMailTest, SumsAreThoseOfTheSentNumbers)
 {
   const int rounds = 100;
   HostBuffer<unsigned long long> sums;
-  unsigned long long *sum = sums.room(RANKS);
+  unsigned long long *sum = sums.host_array(RANKS);
   std::fill_n(sum, RANKS, 0ull);
   for (int round = 1; round <= rounds; ++round)
     for (int rank = 0; rank < RANKS; ++rank) {
@@ -124,9 +124,9 @@ TEST_F(RankMailTest, SumsAreThoseOfTheSentNumbers)
 TEST_F(RankMailTest, CancelledRankSynchronisesLater)
 {
   HostBuffer<double> numbers;
-  double *number = numbers.room(RANKS);
+  double *number = numbers.host_array(RANKS);
   HostBuffer<std::int32_t> flags;
-  std::int32_t *halt = flags.room(1);
+  std::int32_t *halt = flags.host_array(1);
   *halt = 1;
   for (int rank = 0; rank < RANKS; ++rank) {
     number[rank] = 10.0 + rank;
@@ -144,7 +144,7 @@ TEST_F(RankMailTest, CancelledRankSynchronisesLater)
 TEST_F(RankMailTest, RanksThatHaveEndedDoNotBlockOthers)
 {
   HostBuffer<double> numbers;
-  double *number = numbers.room(1);
+  double *number = numbers.host_array(1);
   *number = 1.0;
   mpm::exchange_maxima<<<1, THREADS, 0, streams[0]>>>(places(0), nullptr, number, 1);
   EXPECT_EQ(cudaStreamQuery(streams[0]), cudaErrorNotReady);
