@@ -42,8 +42,8 @@ void require_pointers(std::initializer_list<Named> needed)
   for (const Named &one : needed) require(one.pointer != nullptr, one.name, " is a null pointer");
 }
 
-/// Runs `work` if none of the pointers is null. Turns an exception into an error code, which it
-/// returns, and a text for rve_error().
+/// Runs `work` if none of the pointers is null. Returns RVE_SUCCESS, or the error code of an
+/// exception, whose text it stores for rve_error().
 template <class Work> int guarded(std::initializer_list<Named> needed, const Work &work) noexcept
 {
   const auto failed = [](int code, const char *text) {
@@ -137,11 +137,12 @@ capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size
 
 // ---- arrays of callers: on the host, or on the device of a batch ----
 
-/// Memory in which the arrays of a call may be: of the host, or of the host or the device.
+/// Memory in which the arrays of a call may be: only that of the host, or also that of the device.
 enum class Arrays { OnHost, OnEither };
 
 /// Array of the caller, which the batch reads and writes on the host. An array on the device of the
-/// batch has a copy on the host. Number is const double for arguments that are read, else double.
+/// batch has a copy on the host. Number is const double for input arrays and double for output
+/// arrays.
 template <class Number> class CallerArray {
  public:
   /// Copies `count` values from the device if Number is const. Throws InputError, which names the
@@ -173,7 +174,7 @@ template <class Number> class CallerArray {
   std::vector<double> copy_;
 };
 
-/// Advances RVEs. Without `keeps` it is a trial.
+/// Advances RVEs. If `keeps` is false, the new states are trials.
 int run_batch(rve_batch *batch, const size_t *which, size_t count, const double *increments,
               const double *dt, const int32_t *substeps, double *stresses, uint32_t *statuses,
               bool keeps, Arrays arrays)
@@ -260,7 +261,7 @@ int rve_library_read(const char *file, rve_packing **packings, size_t capacity, 
     if (!packings) return;
     require(states.size() <= capacity, "capacity is ", capacity, " packings; it must be at least ",
             states.size());
-    // the caller gets all of them or none
+    // the caller gets all packings or none
     std::vector<std::unique_ptr<rve_packing>> all;
     for (capi::AnyState &state : states)
       all.push_back(std::make_unique<rve_packing>(rve_packing{std::move(state)}));

@@ -26,8 +26,8 @@ using rve::require;
 
 namespace {
 
-  /// Returns the number of values of a table of doubles. Throws InputError if it exceeds any
-  /// memory.
+  /// Returns the number of values of a table of doubles. Throws InputError if the table exceeds the
+  /// address space.
   std::size_t size_of_table(std::size_t rows, std::size_t columns)
   {
     constexpr std::size_t most = std::numeric_limits<std::size_t>::max() / sizeof(double);
@@ -66,8 +66,8 @@ namespace {
     }
   }
 
-  /// Parses the paths of an order. Throws InputError unless there is one path for all or for each
-  /// RVE.
+  /// Parses the paths of an order. Throws InputError unless there is one path for all RVEs or one
+  /// for each.
   template <int D> macro::LoadPathsOf<D> paths_of(const PathOrder &order, std::size_t num_rves)
   {
     require(order.dt > 0.0 && std::isfinite(order.dt), "dt is ", order.dt,
@@ -182,7 +182,7 @@ namespace {
         paths.begin(rves.back().state, paths.size() == 1 ? 0 : static_cast<int>(rves.size()) - 1,
                     members[m].result.deformation);
       }
-      // a later stage of a path may be impossible: all RVEs then return to these states
+      // drive() may throw in a later stage of a path: all RVEs then return to these states
       for (const std::size_t m : which) keep_committed(members[m]);
       try {
         write_row(quantities, which, found.data());
@@ -294,12 +294,12 @@ namespace {
       /// Copy of the committed state, from the first trial until the commit.
       std::optional<Version> committed = {};
       Result result = {};    ///< result of the RVE in the engine
-      /// DEM time step that the last check of the committed state found stable [time], and the
-      /// stiffening beyond which that no longer holds. 0: not checked yet.
+      /// Stability bound that the last check of the committed state found [time]; 0: not checked
+      /// yet. It is valid until the RVE exceeds `limit`.
       double stable_dt = 0.0;
       rve::StiffeningLimit limit = {};
-      /// Contact measures of the RVE in the engine, computed on request. One of them costs as much
-      /// as all.
+      /// Contact measures of the RVE in the engine. The first request computes all of them, because
+      /// one of them costs as much as all.
       mutable std::optional<rve::ContactMeasuresOf<D>> contacts = {};
 
       /// Returns the result of the committed state.
@@ -382,9 +382,9 @@ namespace {
     }
 
     /// Throws InputError if the DEM steps of a drive are too long for the committed state of its
-    /// RVE. Bounds are determined only for RVEs whose last check does not cover the step: first by
-    /// the engine, then exactly on the host for trials and for RVEs whose bound of the engine is
-    /// too low.
+    /// RVE. RVEs whose last check covers the step are skipped. Others get a bound from the engine.
+    /// The host computes the exact bound of RVEs with a trial and of RVEs whose step exceeds the
+    /// bound from the engine.
     void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
     {
       Members in_engine, exactly;    // indices in `which`
@@ -429,7 +429,8 @@ namespace {
       return {result.num_contacts, result.peak_force, result.mean_stress()};
     }
 
-    /// Returns true if the last check allows dt and the RVE has not stiffened since then.
+    /// Returns true if dt is at most the bound of the last check and the RVE has not stiffened
+    /// since.
     static bool is_known_stable(const Member &member, double dt)
     {
       return dt <= member.stable_dt &&
@@ -462,7 +463,8 @@ namespace {
         member.committed = Version{engine->state(member.number), member.result};
     }
 
-    /// Copies the committed state, and puts it back into the engine if a trial is there.
+    /// Copies the committed state unless there is a copy. If the engine has a trial, puts the
+    /// committed state back into the engine.
     void return_to_committed(Member &member)
     {
       keep_committed(member);
@@ -485,7 +487,7 @@ namespace {
       return answers;
     }
 
-    /// Evaluates the RVEs that have been added and stores their results.
+    /// Evaluates the RVEs that have no result yet and stores their results.
     void evaluate()
     {
       Members fresh;

@@ -28,8 +28,8 @@ struct PathOrder {
 
 }    // namespace capi
 
-/// Interface of a batch for both dimensions. All functions throw InputError on wrong input, and
-/// change nothing then.
+/// Interface of a batch for both dimensions. All functions throw InputError on wrong input. The
+/// batch is then unchanged.
 struct rve_batch {
   virtual ~rve_batch() = default;
   virtual int dimension() const = 0;
@@ -38,7 +38,7 @@ struct rve_batch {
   virtual int cuda_device() const = 0;
 
   virtual void time_steps(const capi::Members &which, double *dt) = 0;
-  /// Advances RVEs. Without `keeps` it is a trial, which commit() or revert() ends.
+  /// Advances RVEs. If `keeps` is false, the new state is a trial, which commit() or revert() ends.
   virtual void run(const capi::Members &which, const double *increments, const double *dt,
                    const std::int32_t *substeps, double *stresses, std::uint32_t *statuses,
                    bool keeps) = 0;
@@ -62,9 +62,9 @@ struct rve_batch {
 
 namespace capi {
 
-/// Makes a batch of one RVE for each packing, which begins as its copy. Throws InputError if there
-/// are no packings, if they have different dimensions or contact laws, or if the options do not
-/// suit them.
+/// Makes a batch with one RVE per packing. An RVE begins as a copy of its packing. There must be at
+/// least one packing. Throws InputError if packings have different dimensions or contact laws, or
+/// if the options do not suit them.
 std::unique_ptr<rve_batch> make_batch(const std::vector<const rve_packing *> &packings,
                                       const rve::Options &options);
 

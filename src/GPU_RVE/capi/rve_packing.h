@@ -20,17 +20,18 @@ inline int dimension_of(const AnyState &state)
 }
 
 /// Reads a packing file. Throws InputError if it cannot be read or is invalid, or if the grains
-/// drift.
+/// drift (rve::drift_of()).
 AnyState read_state(const std::string &file);
 
-/// Reads all packings of a library, or the packing of a packing file. Throws InputError as
-/// read_state().
+/// Reads all packings of a library, or the packing of a packing file. Throws InputError in the same
+/// cases as read_state().
 std::vector<AnyState> read_states(const std::string &file);
 
 /// Prepares a packing. Throws InputError if that fails.
 AnyState prepare(const Order &order);
 
-/// Returns the array of rve_packing_array() with this name. Throws InputError if there is none.
+/// Returns the array of rve_packing_array() with this name. Throws InputError if no array has this
+/// name.
 std::vector<double> array_named(const AnyState &packing, const std::string &name);
 
 /// Returns the table of rve_packing_contact_table().

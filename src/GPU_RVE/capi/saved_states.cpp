@@ -16,7 +16,7 @@ namespace {
 
   static_assert(std::has_unique_object_representations_v<SavedHeader>, "it is copied as bytes");
   constexpr char MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '2'};
-  /// Bytes of the first version, whose checksum does not cover the header.
+  /// Magic of the first version, whose checksum does not cover the header.
   constexpr char FIRST_MAGIC[8] = {'l', 'i', 'b', 'r', 'v', 'e', ' ', '1'};
 
   bool has_magic(const SavedHeader &header, const char (&magic)[8])
@@ -24,7 +24,7 @@ namespace {
     return std::memcmp(header.magic, magic, sizeof(magic)) == 0;
   }
 
-  /// Returns the checksum of the header, with a checksum of 0, and of the records.
+  /// Returns the checksum of the header, with its member `checksum` set to 0, and of the records.
   std::uint64_t checksum_of(SavedHeader header, const char *records, std::size_t size)
   {
     if (has_magic(header, FIRST_MAGIC)) return rve::checksum_of(records, size);

@@ -13,8 +13,8 @@
 
 namespace capi {
 
-/// `bytes` is the number of all bytes. The checksum covers the header, with a checksum of 0, and
-/// all records.
+/// `bytes` is the size of the header and all records [bytes]. The checksum covers the header, with
+/// its member `checksum` set to 0, and all records.
 struct SavedHeader {
   char magic[8];
   std::uint64_t dimension, count, bytes, checksum;
@@ -24,12 +24,12 @@ struct SavedHeader {
 std::vector<char> saved(int dimension, std::size_t count,
                         const std::function<std::vector<char>(std::size_t k)> &record_of);
 
-/// Returns the header. Throws InputError unless these are complete bytes of RVEs of dimension 2 or
-/// 3 with the right checksum.
+/// Returns the header. Throws InputError unless `bytes` are complete, have the right checksum and
+/// have RVEs of dimension 2 or 3.
 SavedHeader header_of(const char *bytes, std::size_t size);
 
-/// Returns the states in bytes with this header. Throws InputError unless its records are exactly
-/// those of header.count sound states.
+/// Returns the states in `bytes`, which begin with this header. Throws InputError unless the
+/// records are exactly those of header.count valid states.
 template <int D>
 std::vector<rve::RveStateOf<D>> states_in(const char *bytes, const SavedHeader &header);
 

@@ -150,7 +150,7 @@ namespace {
     m.require_known();
   }
 
-  /// The words kind and format have been read before.
+  /// The words kind and format are accepted but not read: read_tangent_options() reads them.
   void set_tangent_option(const Entry &e, macro::TangentOptions &o)
   {
     Matcher m(e);

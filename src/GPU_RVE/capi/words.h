@@ -12,7 +12,7 @@
 
 namespace capi {
 
-/// Parses the options of a batch. Throws InputError with the word that is wrong.
+/// Parses the options of a batch. Throws InputError, which names the wrong word.
 rve::Options read_options(const std::string &text);
 
 /// Parsed options of rve_tangents().
@@ -21,7 +21,7 @@ struct TangentOrder {
   macro::TangentOptions options;
 };
 /// Parses the options of tangents by probing. Defaults suit the number format, which is `format`
-/// unless the text gives one. Throws InputError with the word that is wrong.
+/// unless the text gives one. Throws InputError, which names the wrong word.
 TangentOrder read_tangent_options(const std::string &text, rve::Format format);
 
 /// Parsed recipe of rve_packing_create().
@@ -30,11 +30,11 @@ struct Order {
   rve::PackingRecipe recipe;
   rve::Options options;    ///< options of the engine that prepares the packing
 };
-/// Parses a recipe. Throws InputError with the word that is wrong, or with the missing words.
+/// Parses a recipe. Throws InputError, which names the wrong or missing words.
 Order read_recipe(const std::string &text);
 
 /// Returns the member of a material with this keyword for grains of this law and dimension. Throws
-/// InputError with the existing keywords if there is none.
+/// InputError, which lists the existing keywords, if there is no such member.
 rve::MaterialMember parameter_named(const std::string &keyword, rve::ContactLaw law, int dimension);
 
 }    // namespace capi
