@@ -12,7 +12,7 @@ namespace field {
 namespace {
 
   /// Smallest even number >= least whose prime factors are 2, 3, 5 and 7, for which FFTW is fast.
-  /// Returns MAX_POINTS + 1 if it is too large for FFTW.
+  /// Returns MAX_POINTS + 1 if `least` exceeds the limit of FFTW.
   std::int64_t good_size(double least)
   {
     if (least > static_cast<double>(MAX_POINTS)) return MAX_POINTS + 1;
@@ -24,8 +24,8 @@ namespace {
     }
   }
 
-  /// Torus that contains all lags of the grid, and `padding` correlation lengths more in each
-  /// direction.
+  /// Number of points of the torus that contains all lags of the grid and `padding` correlation
+  /// lengths in addition along each axis.
   Size torus_size(const Grid &grid, const Anisotropy &anisotropy, double padding)
   {
     Size points;
@@ -91,7 +91,7 @@ CirculantEmbedding::CirculantEmbedding(const Grid &grid, const Covariance &covar
     Size larger = torus_size(grid, covariance.anisotropy, padding);
     while (larger == torus) larger = torus_size(grid, covariance.anisotropy, padding += 1.0);
     torus = within(larger, limit, trials_);
-    fft_ = RealFft({2, 2});    // gives the memory back before more is taken
+    fft_ = RealFft({2, 2});    // frees the memory of the smaller torus first
     fft_ = RealFft(torus);
   }
 
@@ -122,9 +122,9 @@ TorusReport CirculantEmbedding::decompose(const Covariance &covariance)
   const std::int64_t half_x = torus[0] / 2, half_y = torus[1] / 2;
   const bool aligned = covariance.anisotropy.is_aligned();
 
-  // Lags of x from 0 to half way round are computed. The others follow from C(-x, -y) = C(x, y).
-  // Half way round, the lags x and -x are the same point, which gets the mean of both to keep this
-  // symmetry.
+  // Covariances are computed for lags x from 0 to half way round the torus. The others follow from
+  // C(-x, -y) = C(x, y). Half way round, the lags x and -x are the same point. It gets the mean of
+  // their two covariances, which keeps this symmetry.
   const auto fill = [&](const auto &function) {
     const auto value = [&](double x, double y) {
       return function(covariance.anisotropy.distance({x, y}));
@@ -165,7 +165,8 @@ TorusReport CirculantEmbedding::decompose(const Covariance &covariance)
     const std::complex<double> *eigenvalue = fft_.spectrum(row);
     for (std::int64_t k = 0; k < fft_.half_length(); ++k) {
       const double lambda = eigenvalue[k].real();
-      // each wave number stands for its conjugate, too, except at the ends of a row
+      // the conjugate of a wave number has the same eigenvalue and is not stored, except at the
+      // ends of a row
       const int times = k == 0 || 2 * k == torus[0] ? 1 : 2;
       report.smallest = std::min(report.smallest, lambda);
       report.largest = std::max(report.largest, lambda);

@@ -26,8 +26,8 @@ double Matern::operator()(double r) const
   if (smoothness_ == 0.5) return std::exp(-s);
   if (smoothness_ == 1.5) return (1.0 + s) * std::exp(-s);
   if (smoothness_ == 2.5) return (1.0 + s + s * s / 3.0) * std::exp(-s);
-  // above 700 the Bessel function underflows; near 0 it overflows, and 1 - O(s^2, s^(2 nu)) is 1 to
-  // rounding except for very small nu
+  // above 700 the Bessel function underflows; near 0 it overflows, and the covariance 1 - O(s^2,
+  // s^(2 nu)) rounds to 1 there, except for very small nu
   if (s > 700.0) return 0.0;
   if (s == 0.0) return 1.0;
   const double bessel = std::cyl_bessel_k(smoothness_, s);
@@ -41,7 +41,7 @@ Anisotropy::Anisotropy(const Vec &length, double angle) : length_(length)
     require(length[a] > 0.0 && std::isfinite(length[a]), a == 0 ? "horizontal" : "vertical",
             " correlation length must be positive, got ", length[a]);
   require(std::fabs(angle) <= 360.0, "angle must be from -360 to 360 [degrees], got ", angle);
-  // an ellipse is the same after half a turn, a circle after any
+  // an ellipse is unchanged by half a turn, a circle by any rotation
   const double turned = length[0] == length[1] ? 0.0 : std::remainder(angle, 180.0);
   const double radians = turned * (rve::kPi / 180.0);
   cos_ = std::fabs(turned) == 90.0 ? 0.0 : std::cos(radians);
@@ -71,10 +71,10 @@ void Covariance::check(const Grid &grid) const
     const double length = anisotropy.length(axis);
     double spacing = 0.0, width = 0.0;
     for (int a = 0; a < AXES; ++a) {
-      spacing = std::hypot(spacing, direction[a] * grid.spacing[a]);    // no square overflows
+      spacing = std::hypot(spacing, direction[a] * grid.spacing[a]);    // squares may overflow
       width += std::fabs(direction[a]) * grid.extent(a);
     }
-    // tolerances for rounding: equal lengths are allowed
+    // equal lengths are allowed: the tolerances cover their rounding errors
     require(length >= spacing * (1.0 - 1e-9), which, " correlation length ", length,
             " is below the grid spacing, ", spacing, " in its direction");
     require(length <= width * (1.0 + 1e-9), which, " correlation length ", length,

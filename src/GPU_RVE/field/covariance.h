@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Covariance functions of a stationary Gaussian field of variance 1. They are functions of the
-// distance r in correlation lengths. Matern's function with the smoothness 1/2 is the exponential
-// one, and with an infinite smoothness the Gaussian one.
+// distance r in correlation lengths. Matern's function is the exponential one for the smoothness
+// 1/2. It tends to the Gaussian one for infinite smoothness.
 //   Matern, Spatial Variation (1986)
 //   Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 4.2.1
 
@@ -27,8 +27,8 @@ struct Gaussian {
 /// 2^(1-nu) / Gamma(nu) s^nu K_nu(s), s = sqrt(2 nu) r, with the modified Bessel function K_nu.
 class Matern {
  public:
-  /// The field has derivatives of all orders below the smoothness nu. Throws InputError unless nu
-  /// is in (0, 25].
+  /// The field has mean-square derivatives of all orders below the smoothness nu. Throws InputError
+  /// unless nu is in (0, 25].
   explicit Matern(double smoothness);
   double operator()(double r) const;
   double smoothness() const { return smoothness_; }

@@ -44,7 +44,7 @@ double *RealFft::row(std::int64_t row)
 
 std::complex<double> *RealFft::spectrum(std::int64_t row)
 {
-  // the two layouts are the same (FFTW manual, section 4.1.1)
+  // fftw_complex and std::complex have the same layout (FFTW manual, section 4.1.1)
   return reinterpret_cast<std::complex<double> *>(this->row(row));
 }
 

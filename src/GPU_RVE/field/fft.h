@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Real Fourier transforms by FFTW, in place, with one thread, FFTW_ESTIMATE and no wisdom. So the
-// plan and the bits depend only on the sizes and the processor.
+// In-place Fourier transforms of real numbers by FFTW. They use one thread, FFTW_ESTIMATE and no
+// wisdom, so the plan and the bits of the results depend only on the sizes and the processor.
 
 #pragma once
 
@@ -18,7 +18,8 @@ class RealFft {
   /// Number of rows, which run along x.
   std::int64_t num_rows() const { return num_rows_; }
   std::int64_t row_length() const { return row_length_; }
-  /// Number of wave numbers that are kept in x. The others are complex conjugates of these.
+  /// Number of wave numbers along x that are stored. The coefficients of the others are complex
+  /// conjugates of the stored ones.
   std::int64_t half_length() const { return row_length_ / 2 + 1; }
 
   double *row(std::int64_t row);

@@ -12,8 +12,8 @@
 
 namespace field {
 
-/// Nodes of an interpolation (Grid::index) and their weights: low x, high x at low y, then at high
-/// y.
+/// Indices (Grid::index()) of the four nodes of a cell and their interpolation weights. Order of
+/// (x, y): (low, low), (high, low), (low, high), (high, high).
 struct Stencil {
   std::array<std::int64_t, 4> node;
   std::array<double, 4> weight;
@@ -36,7 +36,7 @@ inline Stencil linear_stencil(const Grid &grid, const Vec &position)
           {(1.0 - s[0]) * (1.0 - s[1]), s[0] * (1.0 - s[1]), (1.0 - s[0]) * s[1], s[0] * s[1]}};
 }
 
-/// Index of the nearest node; half way between two nodes the upper one.
+/// Index of the nearest node. Half way between two nodes it is the upper one.
 inline std::int64_t nearest_node(const Grid &grid, const Vec &position)
 {
   Size node;
@@ -50,9 +50,10 @@ inline std::int64_t nearest_node(const Grid &grid, const Vec &position)
 
 enum class InterpolationKind { Linear, Nearest };
 
-/// Values of a field of variance 1 at positions. A weighted mean of correlated numbers has the
-/// variance sum_ab w_a w_b C_ab below 1. Linear interpolation is divided by its square root, so
-/// that the value at any position has the variance 1 and the given distribution.
+/// Values of a field of variance 1 at positions. A linear interpolation with the weights w between
+/// nodes with the covariance C has the variance sum_ab w_a w_b C_ab, which is at most 1. The
+/// interpolated value is divided by the square root of this variance, so that it has the variance 1
+/// and the given distribution at any position.
 class Interpolation {
  public:
   Interpolation(InterpolationKind kind, const Grid &grid, const Covariance &covariance) :

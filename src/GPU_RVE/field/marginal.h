@@ -13,7 +13,7 @@
 
 namespace field {
 
-/// Bound of |z|. Larger values have a probability below 1e-349. All marginals are finite up to it.
+/// Bound of |z|. Larger values have a probability below 1e-349. All marginals are finite within it.
 constexpr double FARTHEST_Z = 40.0;
 
 /// Normal distribution: mean + deviation z.
@@ -46,7 +46,8 @@ class Lognormal {
     rve::require(deviation > 0.0 && std::isfinite(deviation),
                  "standard deviation must be positive, got ", deviation);
     // Values at z near zeta dominate the mean. zeta is 8.3 at this limit, and NormalNumbers end at
-    // 8.57. Samples with more variation would miss these values, and their mean would be too small.
+    // 8.57. Samples of a field with a larger variation would not contain these values, and their
+    // mean would be too small.
     constexpr double LARGEST_VARIATION = 1e15;
     const double variation = deviation / mean;
     rve::require(
@@ -80,7 +81,7 @@ class Interval {
     rve::require(std::isfinite(hi_ - lo_),
                  "bounds of a field must be less than 1.8e308 apart, got ", to_string());
   }
-  /// Value at the fraction f of the interval. Rounding does not place it outside.
+  /// Value at the fraction f of the interval. Rounding does not move it out of the interval.
   double at(double f) const { return std::fmin(lo_ + (hi_ - lo_) * f, hi_); }
   bool contains(double value) const { return value >= lo_ && value <= hi_; }
   std::string to_string() const { return "[" + rve::number(lo_) + ", " + rve::number(hi_) + "]"; }

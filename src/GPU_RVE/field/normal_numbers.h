@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Normal random numbers with mean 0 and variance 1 from a seed, by the 64-bit Mersenne twister of
-// the C++ standard and the transform of Box & Muller (1958). std::normal_distribution differs
-// between standard libraries. |z| is at most sqrt(106 ln 2) = 8.57.
+// the C++ standard and the transform of Box & Muller (1958). std::normal_distribution is not used,
+// because its numbers differ between standard libraries. |z| is at most sqrt(106 ln 2) = 8.57.
 
 #pragma once
 
@@ -17,7 +17,7 @@ class NormalNumbers {
  public:
   explicit NormalNumbers(std::uint64_t seed) : engine_(seed) {}
 
-  /// Writes the next `count` numbers. Pairs are generated, so `count` must be even.
+  /// Writes the next `count` numbers. `count` must be even, because numbers are generated in pairs.
   void fill(double *numbers, std::int64_t count)
   {
     for (std::int64_t i = 0; i + 1 < count; i += 2) {
