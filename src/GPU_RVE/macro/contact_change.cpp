@@ -94,7 +94,7 @@ template <int D> void RvePointsOf<D>::expect(const rve::ContactModel &contacts)
 }
 
 /// Contacts that support all RVEs with their new materials. Rolling resistance of the present
-/// contacts stays, unless the contact law changes. Throws InputError if contact laws differ.
+/// contacts is kept, unless the contact law changes. Throws InputError if contact laws differ.
 template <int D>
 rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) const
 {
@@ -115,8 +115,8 @@ rve::ContactModel RvePointsOf<D>::contacts_with(const NewMaterials &materials) c
 }
 
 /// Moves all RVEs to a new engine. Pairs lose their rolling forces if the new contacts have no
-/// rolling resistance. The present engine is deleted before, so its memory is free for the new one.
-/// Throws InputError if the memory does not suffice; then nothing has changed.
+/// rolling resistance. The present engine is deleted before the new one gets the RVEs, so that its
+/// memory is free. Throws InputError if the memory does not suffice; then nothing has changed.
 template <int D>
 void RvePointsOf<D>::move_to(const rve::ContactModel &contacts, const NewMaterials &materials)
 {

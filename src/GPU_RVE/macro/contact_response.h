@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Contact strain and grain frequency of an RVE, from its material and its mean grain size. The plan
-// of every macro step needs them for thousands of points, so constant values are computed once.
+// of every macro step needs both values for thousands of points, so values that are constant are
+// computed only once.
 
 #pragma once
 
@@ -15,7 +16,7 @@ template <int D> class ContactResponse {
   ContactResponse() = default;
   ContactResponse(const rve::Material &material, double grain_size);
 
-  /// Overlap over diameter at a pressure, rve::contact_strain() [-]. The material is that of the
+  /// Overlap over diameter at a pressure, rve::contact_strain() [-]. `material` must be that of the
   /// constructor.
   double contact_strain(double pressure, const rve::Material &material) const;
 
@@ -24,7 +25,7 @@ template <int D> class ContactResponse {
   /// radius r and the moment of inertia I [1/time].
   double frequency(double contact_strain, const rve::Material &material) const;
 
-  /// Density of inertial numbers, rve::inertial_density() [mass/length^3].
+  /// Density in the inertial number, rve::inertial_density() [mass/length^3].
   double density() const { return density_; }
   /// Mean grain size, rve::grain_size() [length].
   double grain_size() const { return grain_size_; }

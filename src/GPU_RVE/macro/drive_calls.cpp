@@ -72,7 +72,8 @@ void RvePointsOf<D>::call_and_widen(const Slots &slots, const Drives &drives, An
   widen_and_repeat(slots, drives, answers);
 }
 
-/// Repeats the call for RVEs whose cells were too narrow, until no cell is or can be widened.
+/// Widens RVEs whose cells were too narrow and repeats the call for them, until no cell is too
+/// narrow or none of these can be widened.
 template <int D>
 template <class Answers>
 void RvePointsOf<D>::widen_and_repeat(const Slots &slots, const Drives &drives, Answers &answers)
@@ -89,7 +90,7 @@ void RvePointsOf<D>::widen_and_repeat(const Slots &slots, const Drives &drives, 
   }
 }
 
-/// Returns results and stiffnesses of the present configurations. They cost no DEM steps.
+/// Returns results and stiffnesses of the present configurations, without DEM steps.
 template <int D>
 std::vector<rve::ElasticResultOf<D>> RvePointsOf<D>::evaluate(const Slots &slots) const
 {
@@ -120,7 +121,7 @@ template <int D> rve::Tensor<double, D> RvePointsOf<D>::defer_until(int slot, co
   return stress;
 }
 
-/// Slots that are skipped in this step and have no unsynchronised deferred increment yet.
+/// Slots of RVEs that are skipped in this step and whose cached copy has no deferred increment yet.
 template <int D> std::vector<int> RvePointsOf<D>::newly_quiescent(const Slots &slots) const
 {
   std::vector<int> some;
@@ -143,7 +144,8 @@ template <int D> void RvePointsOf<D>::complete_evaluations(const Slots &slots)
     points.synchronised(some[m]).evaluation->stiffness = found[m].stiffness;
 }
 
-/// Turns RVEs rigidly by rotations that their grains cannot follow. The drives keep the stretch.
+/// Turns RVEs rigidly by the rotations of their drives, which their grains cannot follow. The
+/// drives keep the stretch.
 template <int D>
 void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
                           const std::vector<char> &must_turn)
@@ -169,8 +171,8 @@ template <int D> bool RvePointsOf<D>::plan_actions(const Slots &slots, const Dri
   });
 }
 
-/// Sets the drives of the RVEs that make DEM steps. They include the deferred increments, except
-/// for servos, which ignore deformations. Returns true if an RVE with a servo has a deferred
+/// Sets the drives of the RVEs that make DEM steps. The drives include the deferred increments,
+/// except for servos, which ignore deformations. Returns true if an RVE with a servo has a deferred
 /// increment.
 template <int D> bool RvePointsOf<D>::plan_work(const Slots &slots, const Drives &drives)
 {
@@ -273,7 +275,7 @@ template <int D> void RvePointsOf<D>::advance_shadows(const Slots &slots, const 
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     Point &point = points.modify(originals[k]);
     if (responses[k].status & rve::status::Fatal)
-      remove_shadow(originals[k]);    // the caller may add another one
+      remove_shadow(originals[k]);    // the caller may add another shadow
     else
       point.shadow_stress = responses[k].stress;
   }
@@ -288,7 +290,7 @@ std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drive
   const auto start = rve::WallClock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
                                                   : advance_by_plan(slots, drives);
-  // a result of the call itself would have the velocities of half a step before
+  // details from the call itself would have the velocities of half a step earlier
   if (with_details) complete();
   if (shadows) {
     const auto shadows_start = rve::WallClock::now();
@@ -304,7 +306,8 @@ std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drive
    work for each of them significant
 ------------------------------------------------------------------------- */
 
-/// True if all RVEs make the DEM steps of their drives, without any option or deferred increment.
+/// True if all RVEs make exactly the DEM steps of their drives: no option changes them, and there
+/// are no deferred increments.
 template <int D> bool RvePointsOf<D>::is_plain(const Slots &slots) const
 {
   if (options.adaptive || options.quiescent_strain > 0.0 || options.stress_from != StressFrom::End)
@@ -394,8 +397,8 @@ template <int D> void RvePointsOf<D>::complete() const
     points.clear_any_stale();
     return;
   }
-  // some callers read thousands of points in every step: memory is kept, and threads share the
-  // copies
+  // some callers read thousands of points in every step, so the buffers are kept and several
+  // threads copy the results
   if (static_cast<int>(resting.size()) != count) resting = drives_at_rest(count);
   call_engine(stale_slots, resting, results);
   for_each(count, threads, [&](int k) {
@@ -433,8 +436,8 @@ std::vector<int> RvePointsOf<D>::advance_by_plan(const Slots &slots, const Drive
   return failed;
 }
 
-/// Advances `working_slots` by macro steps in parts, whose stresses are averaged. One call of the
-/// engine has the n-th parts of all RVEs.
+/// Advances `working_slots` by macro steps in parts. The stress of a macro step is the average or
+/// regression over its parts. One call of the engine makes the n-th parts of all RVEs.
 template <int D> void RvePointsOf<D>::advance_with_samples()
 {
   std::vector<SampledStep<D>> steps;

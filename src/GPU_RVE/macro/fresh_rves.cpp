@@ -24,8 +24,8 @@ template <int D> struct RvePointsOf<D>::Fresh {
   double gain = 0.0;
   rve::Counters of_packing;    ///< counters of the packing
 
-  /// Way to the stress of the failed RVE. An open RVE has no stress: its way ends after one call
-  /// without a servo.
+  /// Way to the stress of the failed RVE. An open RVE has no goal of stress: its way ends after one
+  /// call without a servo.
   WayToStress<D> way(std::size_t index, double dt) const
   {
     rve::DriveOf<D> drive;
@@ -40,7 +40,7 @@ template <int D> struct RvePointsOf<D>::Fresh {
   }
 };
 
-/// Replaces the RVE by its next candidate. Returns false if there is none left.
+/// Replaces the RVE by its next candidate. Returns false if there is no candidate left.
 template <int D>
 bool RvePointsOf<D>::begin_fresh(Fresh &fresh, const std::vector<rve::RveStateOf<D>> &packings)
 {
@@ -158,7 +158,7 @@ std::vector<RenewalOf<D>> RvePointsOf<D>::renew(const Slots &slots,
   }
   for (const int slot : slots) points.modify(slot).copies = 1;
 
-  // an RVE that fails on the way tries the next packing
+  // if an RVE fails on the way, its next packing is tried
   for (int trial = 0; trial < MOST_FRESH_TRIALS; ++trial) {
     std::vector<Way> ways;
     for (std::size_t k = 0; k < all.size(); ++k)

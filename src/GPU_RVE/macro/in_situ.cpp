@@ -23,33 +23,35 @@ namespace {
   // Largest number of DEM steps. A tenfold change of stress takes some ten thousand.
   constexpr std::int64_t MOST_STEPS = 1000000;
 
-  // DEM steps without progress after which an RVE stalls. Errors above FAR tolerances do not
-  // decrease any more once the grains are at rest. Smaller errors vary by rounding and may fall
-  // below the tolerance, and grains in motion rearrange slowly under small stresses.
+  // Number of DEM steps without progress after which an RVE stalls. STALLED_FAR applies to grains
+  // at rest with an error above FAR tolerances, because such an error does not decrease any more.
+  // STALLED applies otherwise: smaller errors vary by rounding and may still fall below the
+  // tolerance, and grains in motion rearrange slowly under small stresses.
   constexpr std::int64_t STALLED_FAR = 25000, STALLED = 200000;
   constexpr double FAR = 100.0;
-  // Progress is a decrease of left() to this share [-].
+  // Progress is a decrease of left() below this share of its least value so far [-].
   constexpr double PROGRESS = 0.9;
 
-  // Logarithm of the largest stretch of the cell [-]. Grains that are not at rest by then flow in
-  // the critical state.
+  // Limit of the logarithm of the largest stretch of the cell [-]. Grains that are not at rest at
+  // this stretch flow in the critical state.
   constexpr double LARGEST_EXTENSION = 1.0;
 
   // Least tolerance over the largest component of the goal [-]. Rounding changes stresses by more
-  // than that.
+  // than a smaller tolerance.
   constexpr double LEAST_TOLERANCE = 1e-13;
 
-  // Mean force on a grain over mean contact force at rest [-], as at the end of the preparation of
-  // packings.
+  // Largest unbalanced force ratio at rest, mean force on a grain over mean contact force [-]. The
+  // preparation of packings ends at the same ratio.
   constexpr double UNBALANCED_AT_REST = 1e-3;
 
   // Most rounds of weight and density, and largest relative change of a density in the last round.
   constexpr int MOST_ROUNDS = 10;
   constexpr double DENSITY_CHANGE = 1e-4;
 
-  // Share of the stability bound, which does not include contacts that form within a call.
+  // DEM time step over the stability bound [-]. The bound does not include contacts that form
+  // within a call.
   constexpr double SHARE_OF_BOUND = 0.8;
-  // Least estimate of the bound at the goal over the present one (bound_ratio).
+  // Lower limit of bound_ratio() [-].
   constexpr double LEAST_BOUND_RATIO = 0.3;
 
   template <int D> struct Way : WayToStress<D> {
@@ -58,9 +60,10 @@ namespace {
     /// Deformation at the start.
     rve::Tensor<double, D> begin = rve::Tensor<double, D>::identity();
     double least_left = HUGE_VAL;          ///< least left() so far
-    std::int64_t steps_at_progress = 0;    ///< steps when it was found
+    std::int64_t steps_at_progress = 0;    ///< steps at the last progress
 
-    /// Errors of stress and balance over the accepted ones [-]; 1 at the end.
+    /// Product of the stress error over its tolerance and the unbalanced force ratio over its
+    /// limit, each counted as at least 1 [-]. It is 1 when both are reached.
     double left(const rve::ResultOf<D> &now) const
     {
       return std::fmax(this->error(now) / this->tolerance, 1.0) *
@@ -114,7 +117,7 @@ namespace {
     return std::max(1.0 / std::sqrt(std::cbrt(growth)), LEAST_BOUND_RATIO);
   }
 
-  /// Texts component(a, b) of a symmetric tensor, in the order of names().
+  /// Text of a symmetric tensor: component(a, b) for each component, in the order of names().
   template <int D, class Component> std::string components(const Component &component)
   {
     std::string text = component(0, 0);
@@ -136,13 +139,14 @@ namespace {
     });
   }
 
-  /// Throws InSituError if a goal is a tension, which grains without cohesion do not bear.
+  /// Throws InSituError if the goal is not compressive in all directions, because grains without
+  /// cohesion do not carry tension.
   template <int D>
   void check_compression(const StressGoal &goal, const rve::Material &material, std::size_t index)
   {
     if (material.law == rve::ContactLaw::Dmt && material.surface_energy > 0.0) return;
     bool all_steered = true;
-    double largest = -HUGE_VAL;    // normal stress with a goal
+    double largest = -HUGE_VAL;    // largest steered normal stress
     for (int a = 0; a < D; ++a) {
       all_steered = all_steered && goal.steered[a][a];
       if (goal.steered[a][a]) largest = std::fmax(largest, goal.stress(a, a));
@@ -321,7 +325,8 @@ bool GroundAtRest::settles(const std::vector<double> &density, const std::vector
 {
   const HeightProfile now = level_means(points_.height, density, thickness_, ranks_);
   const double change = density_.change_to(now);
-  // k0 is the mean of different packings in a level, so the round after it has other goals
+  // k0 is the mean ratio of different packings in a level; most packings have another ratio, so
+  // that one more round is needed after k0 is found
   const bool has_k0 = !points_.finds_k0 || k0_;
   if (!has_k0) k0_ = level_means(points_.height, ratio, thickness_, ranks_);
   if (has_k0 && change <= DENSITY_CHANGE) return true;
@@ -352,7 +357,7 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
   for (std::size_t k = 0; k < slots.size(); ++k) check_tolerance(goals[k], tolerance, k);
 
   const MacroStepOptions options = points.macro_step();
-  // no RVE is skipped, and the stress is that of the last DEM step
+  // with the default options no RVE is skipped, and the stress is that of the last DEM step
   points.set_options(MacroStepOptions());
   Damping<D> damping(points, slots);
 
@@ -414,7 +419,8 @@ InSituReport bring_to_stress(RvePointsOf<D> &points, const std::vector<int> &slo
     if (way.steps >= MOST_STEPS || stalls)
       fail("it did not come to rest within " + number(tolerance) + " [stress] of this stress; " +
            ratio + ", or a larger tolerance");
-    // two calls in a row end at rest, because a servo that oscillates passes through its goal
+    // the RVE must be at rest after two calls in a row, because an oscillating servo passes through
+    // its goal
     const bool is_at_rest = way.is_at_rest(result);
     way.is_held = is_at_rest && way.was_at_rest && !way.is_held;
     way.was_at_rest = is_at_rest;

@@ -22,8 +22,8 @@ namespace macro {
 /// macro step, so each RVE is planned and stored while its data are in the cache of a core.
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
-  /// `macro` is null if only the points receive results. `has_actions`: RvePointsOf::actions are
-  /// those of the step.
+  /// `macro` is null if only the points receive results. `has_actions` is true if
+  /// RvePointsOf::actions were set for this macro step.
   IncrementCall(RvePointsOf &owner, MacroIncrementsOf<D> *macro, bool has_actions = false) :
       owner_(owner), macro_(macro), has_actions_(has_actions)
   {
@@ -61,7 +61,8 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   {
     deliver_stress(m, owner_.defer_until(owner_.call_slots[m], pending));
   }
-  /// Stores the response of an RVE, or adds a failed RVE to `failed`. end_failures() may repeat it.
+  /// Stores the response of an RVE, or adds a failed RVE to `failed`. end_failures() may repeat the
+  /// increment of a failed RVE.
   void take_one(int m, const rve::IncrementOf<D> &increment, const rve::ResponseOf<D> &response)
   {
     if (response.status & rve::status::Fatal) {
@@ -90,8 +91,8 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
   std::vector<Failure> failed;
 
  private:
-  /// Sets the increment of an RVE, with its deferred increment. Returns false if the RVE needs a
-  /// drive.
+  /// Sets the increment of an RVE, which includes its deferred increment. Returns false if the RVE
+  /// needs a drive.
   bool plan(int slot, const Matrix &deformation, rve::IncrementOf<D> &increment)
   {
     const CachedPoint<D> &cached = owner_.points.cached(slot);
@@ -100,7 +101,7 @@ template <int D> class RvePointsOf<D>::IncrementCall final : public rve::Increme
     increment.substeps = macro_->substeps;
     increment.deformation = deformation;
     if (macro_->substeps == 0) return !cached.has_deferred;
-    // the engine rejects it
+    // the engine rejects this increment
     if (!rve::finite(deformation)) return true;
     if (cached.has_deferred) increment.deformation = deformation * owner_.points.at(slot).pending;
     find_substeps(slot, increment);
@@ -169,7 +170,7 @@ rve::Request *RvePointsOf<D>::begin(const Slots &slots, MacroIncrementsOf<D> &in
   return request;
 }
 
-/// Sets the slots of the call of the engine and their indices in the macro step. The call has
+/// Sets the slots of the call of the engine and their indices in the macro step. The call contains
 /// neither RVEs that are advanced separately nor RVEs that are skipped in this step.
 template <int D> void RvePointsOf<D>::choose_slots(const Slots &slots, bool any_quiescent)
 {
@@ -284,11 +285,11 @@ bool RvePointsOf<D>::plan_device_call(const Slots &slots, const std::vector<int>
   return count > 0 && !any_misfit;
 }
 
-/// Sets the known rests of the RVEs of device_call.
+/// Sets device_call.resting: the states of rest of its RVEs, where they are known.
 template <int D> void RvePointsOf<D>::find_resting()
 {
   device_call.resting.clear();
-  // RVEs may still have deferred increments although no RVE may be skipped any more
+  // RVEs may have deferred increments from earlier steps although no RVE may be skipped now
   const bool any_deferred = std::any_of(call_slots.begin(), call_slots.end(), [this](int slot) {
     return points.cached(slot).has_deferred;
   });
@@ -335,8 +336,8 @@ rve::Request *RvePointsOf<D>::plan(const Slots &slots, const std::vector<int> &p
   return device;
 }
 
-/// Fetches the results of RVEs that have stiffened and are not known to have, or of all RVEs if
-/// they are many.
+/// Fetches the results of RVEs that have stiffened, unless the host knows this already. If there
+/// are many of them, fetches the results of all RVEs.
 template <int D> void RvePointsOf<D>::fetch_results_of_stiffened()
 {
   constexpr int MANY = 16;
@@ -397,8 +398,8 @@ void RvePointsOf<D>::advance_separately(const Slots &slots, const std::vector<in
   for (const int index : indices) increments.take_stress(index, stress(slots[index]));
 }
 
-/// Repeats failed increments of RVEs with narrow cells as copies side by side, and freezes the
-/// others.
+/// Repeats the failed increments of RVEs whose cells are too narrow, with copies of the RVE side by
+/// side. Freezes all other failed RVEs.
 template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vector<int> &failed)
 {
   auto failures = std::exchange(call.failed, {});

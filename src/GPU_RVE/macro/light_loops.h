@@ -15,7 +15,7 @@ template <class F> void for_each(int count, int threads, const F &f)
   for (int k = 0; k < count; ++k) f(k);
 }
 
-/// Calls f(k) for all k below `count`. Returns true if at least one call does.
+/// Calls f(k) for all k below `count`. Returns true if at least one call returns true.
 template <class F> bool for_each_any(int count, int threads, const F &f)
 {
   bool any = false;

@@ -13,7 +13,7 @@ namespace {
   /// Relative tolerance of a limit in time, for rounding of sums of steps [-].
   constexpr double ROUNDING_OF_TIME = 1e-9;
 
-  /// Strain c of a path. F is upper triangular, as L is.
+  /// Component c of the strain of a path. F is upper triangular, because L is.
   template <int D> double strain_component(const rve::Tensor<double, D> &f, int c)
   {
     const int a = rve::strain_row<D>(c), b = rve::strain_column<D>(c);
@@ -170,7 +170,7 @@ void LoadPathsOf<D>::next_stage(PathState<D> &state, const Matrix &deformation) 
   const Stage &stage = paths[state.path].stages[state.stage];
   const bool again = state.rounds + 1 < stage.times;
   const int next = again ? stage.back_to : state.stage + 1;
-  if (next == num_stages(state.path)) {    // resume() needs the rounds
+  if (next == num_stages(state.path)) {    // resume() needs the present `rounds`
     state.ended = 1;
     return;
   }

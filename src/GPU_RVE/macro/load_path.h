@@ -4,19 +4,20 @@
 //
 //   path NAME                            a file may have several; one path needs no name
 //   stage                                the following clauses hold until one of its events
-//     rate QUANTITY VALUE                of a velocity gradient [1/time]
+//     rate QUANTITY VALUE                of the velocity gradient [1/time]
 //     strain QUANTITY VALUE              since the stage began, as a function of time [-]
 //     stress QUANTITY VALUE              [stress]
 //     stress b MAJOR INTERMEDIATE MINOR VALUE
 //     circle P RADIUS PERIOD             normal stresses in the deviatoric plane
 //     reverse strain|stress QUANTITY LOW HIGH
 //     until strain|stress QUANTITY <|> LIMIT, or until ratio|void_ratio|time|cycles <|> LIMIT
-//     repeat TIMES STAGE                 goes back TIMES times when the stage has ended
+//     repeat TIMES STAGE                 goes back to STAGE at the end of the stage, TIMES times
 //
 // A quantity is a sum of components, "xx-0.5*yy", and of volume, p, qx, qy, qz. A value is a
-// number, v_NAME, ramp FROM TO TIME, wave MEAN AMPLITUDE PERIOD [PHASE], or table FILE COLUMN.
-// Components that no condition of a stage names have rate zero. Strains are logarithms of
-// stretches, and F_ab / F_bb off the diagonal. The cell shears along x: L is upper triangular.
+// number, v_NAME, ramp FROM TO TIME, wave MEAN AMPLITUDE PERIOD [PHASE], or table FILE COLUMN. A
+// component that no condition of a stage names has rate zero. Normal strains are logarithms of
+// stretches, shear strains are F_ab / F_bb. The velocity gradient L is upper triangular: its shear
+// components are xy, and xz and yz for spheres.
 
 #pragma once
 
@@ -39,10 +40,10 @@ template <int D> struct PathState {
   std::int32_t stage = 0;
   std::int32_t direction = 1;    ///< factor of the rates of the stage: 1 or -1
   std::int32_t limit = 0;        ///< limit that reversed the stage last: -1 low, 1 high, 0 none yet
-  std::int32_t reversals = 0;    ///< number in the stage
+  std::int32_t reversals = 0;    ///< number of reversals in the stage
   std::int32_t rounds = 0;       ///< rounds of a repeat that are done
-  std::int32_t ended = 0;        ///< 1 after the last stage: the RVE stays as it is
-  std::int32_t steered = 0;      ///< 1 if the last step was that of a servo of a path
+  std::int32_t ended = 0;        ///< 1 after the last stage: no further advances
+  std::int32_t steered = 0;      ///< 1 if a servo of the path made the last step
   double time = 0.0;             ///< time in the stage [time]
   rve::Tensor<double, D> begin = rve::Tensor<double, D>::identity();    ///< F when the stage began
 
@@ -63,8 +64,9 @@ template <int D> class LoadPathsOf {
  public:
   using Matrix = rve::Tensor<double, D>;
 
-  /// Throws InputError with the position of the wrong word. With `used` the path ends at the first
-  /// word that cannot belong to it, and `used` becomes the number of words before it.
+  /// Throws InputError with the position of the wrong word. If `used` is not null, the path ends at
+  /// the first word that cannot belong to it, and *used becomes the number of words before this
+  /// one.
   LoadPathsOf(const std::vector<PathWord> &words, const ReadPathFile &read_file,
               std::size_t *used = nullptr);
 
@@ -78,7 +80,7 @@ template <int D> class LoadPathsOf {
   /// True if a path depends on strains or void ratios. follow() then needs a complete result.
   bool needs_details() const { return any_strain; }
 
-  /// Throws InputError unless there is such a path, and such a stage of it.
+  /// Throws InputError unless the path and the stage of `state` exist.
   void check(const PathState<D> &state) const;
   void begin(PathState<D> &state, int path, const Matrix &deformation) const;
   /// Returns the drive of the next step. `script` has the values of script_names(). `deformation`
@@ -86,13 +88,14 @@ template <int D> class LoadPathsOf {
   /// a value is not a finite number.
   rve::DriveOf<D> drive(const PathState<D> &state, const PathStep &step, const double *script,
                         const Matrix &deformation) const;
-  /// Updates the state after that step. `result` has the stress, and cell and deformation if
-  /// needs_details(). `script` is that of drive().
+  /// Updates the state after the step of drive(). `result` is complete if needs_details();
+  /// otherwise only its stress must be set. `script` is that of drive().
   void follow(PathState<D> &state, const PathStep &step, const rve::ResultOf<D> &result,
               const double *script = nullptr) const;
-  /// Continues the state of another path on this one. If that path has ended, this one continues
-  /// with the last stage, or with the stage after it if an event of that stage has happened.
-  /// `result` is that of follow(). Throws InputError if there is no such stage.
+  /// Continues a state from earlier paths on the path with the same number of this object, in the
+  /// same stage. If the earlier path has ended, its last stage continues, or the next stage begins
+  /// if an event of the last stage has happened. `result` is that of follow(). Throws InputError if
+  /// this object has no such path or stage.
   void resume(PathState<D> &state, const rve::ResultOf<D> &result) const;
 
  private:

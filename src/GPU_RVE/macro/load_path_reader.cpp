@@ -136,7 +136,7 @@ template <int D> class LoadPathsOf<D>::Reader {
 
   // ---- quantities and values ----
 
-  /// Index of a component such as "xy"; -1: the word is none.
+  /// Index of a component such as "xy"; -1 if the word is no component.
   int component(const std::string &word) const
   {
     for (int c = 0; c < rve::Space<D>::strains; ++c)
@@ -181,8 +181,8 @@ template <int D> class LoadPathsOf<D>::Reader {
       for (int a = 0; a < D; ++a) sum[a] -= factor / D;
     } else if (name.size() == 2 && name[0] == 'q' && name[1] >= 'x' && name[1] < 'x' + D &&
                of == Of::Stress) {
-      // q of a state with symmetry about this axis, compression positive; in the plane half the
-      // difference
+      // spheres: q of a stress state with symmetry about this axis, compression positive; disks:
+      // half the difference of the normal stresses
       const int axis = name[1] - 'x';
       for (int a = 0; a < D; ++a)
         sum[a] += factor * (D == 3 && a == axis ? 1.0 : 0.5) * (a == axis ? -1.0 : 1.0);
@@ -325,7 +325,7 @@ template <int D> class LoadPathsOf<D>::Reader {
     add(of, sum, of_time, text);
   }
 
-  /// s_intermediate - s_minor = b (s_major - s_minor)
+  /// Reads the condition s_intermediate - s_minor = b (s_major - s_minor).
   void read_b()
   {
     next("");

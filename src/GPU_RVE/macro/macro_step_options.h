@@ -15,7 +15,7 @@ enum class StressFrom { End, Average, Regression };
 /// With the defaults, a macro step makes the DEM steps of its drive and takes the stress at their
 /// end.
 struct MacroStepOptions {
-  /// Number of DEM steps by strain; it does not apply to servos.
+  /// Adaptive number of DEM steps, which depends on the strain. Servos ignore it.
   std::optional<rve::AdaptiveSubsteps> adaptive;
   /// An RVE whose strain since its last DEM step is below this may be skipped [-]; 0: none is
   /// skipped.
@@ -25,7 +25,8 @@ struct MacroStepOptions {
   int stress_samples = 1;
   int stress_spacing = 1;       ///< DEM steps between samples
   int shadow_refinement = 4;    ///< DEM steps of a shadow per step of its RVE
-  /// Largest number of copies side by side that replace an RVE with a narrow cell; a power of two.
+  /// Largest number of copies of itself, side by side, that replace an RVE whose cell becomes too
+  /// narrow; a power of two.
   int most_copies = 1;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs whose cells become too narrow for their grains. Copies side by side, which are the same
-// medium, replace them.
+// RVEs whose cells become too narrow for their grains. Such an RVE is replaced by copies of itself
+// side by side, which are the same periodic medium.
 
 #include "macro/rve_points.h"
 
@@ -11,8 +11,8 @@
 
 namespace macro {
 
-/// Replaces the RVE with this number. Returns false if its engine cannot add the state, as without
-/// memory; then nothing has changed.
+/// Replaces the RVE with this number. Returns false if the engine cannot add the state, for example
+/// for lack of memory; then nothing has changed.
 template <int D>
 bool RvePointsOf<D>::replace(rve::EngineOf<D> &engine, int number, const rve::RveStateOf<D> &state)
 {
@@ -29,7 +29,7 @@ bool RvePointsOf<D>::replace(rve::EngineOf<D> &engine, int number, const rve::Rv
 }
 
 /// Estimates whether the memory suffices for an RVE with twice this number of grains and for its
-/// calls. Lists may grow.
+/// calls. The pair lists may grow later.
 template <int D> bool RvePointsOf<D>::has_memory_for_copies(int num_grains) const
 {
   const rve::Memory memory = engine->memory();
@@ -75,8 +75,8 @@ template <int D> bool RvePointsOf<D>::widen(int slot)
   return true;
 }
 
-/// Doubles the grains of shadows whose cells are too narrow, and repeats their calls. The limit of
-/// copies is that of RVEs.
+/// Doubles the grains of shadows whose cells are too narrow, and repeats their calls. The largest
+/// number of copies is that of RVEs.
 template <int D>
 void RvePointsOf<D>::widen_shadows(const Slots &slots, const Drives &drives,
                                    std::vector<rve::ResponseOf<D>> &responses)

@@ -35,8 +35,8 @@ namespace {
     return fields;
   }
 
-  /// True if the first field of a table looks like a number, even if it is none: "0s", "1d-3",
-  /// "\"0\"", "nan".
+  /// True if the first field of a table looks like a number, even if it is not a valid one: "0s",
+  /// "1d-3", "\"0\"", "nan".
   bool begins_like_a_number(const std::string &word)
   {
     std::string lower;

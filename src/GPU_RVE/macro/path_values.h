@@ -18,18 +18,19 @@ struct PathWord {
 /// Splits the text of a file into words. Comments from # to the end of a line are left out.
 std::vector<PathWord> path_words(const std::string &text, const std::string &file);
 
-/// Reads a finite number, independent of the locale. Returns false if the word is none.
+/// Reads a finite number, independent of the locale. Returns false if the word is no finite number.
 bool read_number(const std::string &word, double &value);
 
-/// Table of columns over time, its first column. Values are interpolated linearly between rows and
-/// constant beyond the ends. Commas or blanks separate the numbers of a row. A byte-order mark and
-/// the line ends of other systems are accepted.
+/// Table of columns over time. The first column is the time. Values are interpolated linearly
+/// between rows and constant beyond the ends. Commas or blanks separate the numbers of a row. A
+/// byte-order mark and the line ends of other systems are accepted.
 class PathTable {
  public:
-  /// Throws InputError unless the text has rows of numbers with increasing times. A first row of
-  /// words has the names of the columns.
+  /// Throws InputError unless the text has rows of numbers with increasing times. The first row may
+  /// have the names of the columns instead.
   PathTable(const std::string &text, const std::string &file);
-  /// Index of a column by its name, or by its number from 2 on. Throws InputError if there is none.
+  /// Index of a column, from 1, by its name or by its number, from 2. Throws InputError if there is
+  /// no such column.
   int column(const std::string &word) const;
   double at(int column, double time) const;
   /// Least and largest value of a column.

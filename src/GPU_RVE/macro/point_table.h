@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Table of the points that carry RVEs, with a small write-back cache: for each slot a point with
 // all data and a cached copy of the data that every macro step reads and writes. Thousands of
-// points exceed the caches of a CPU, their cached copies do not.
+// points do not fit into the caches of a CPU, but their cached copies do.
 //
 // Macro steps write their results into the cached copy only, which is then dirty. Access to the
 // point synchronises it first.
@@ -24,8 +24,8 @@ namespace macro {
 enum class PointState : char {
   Empty,    ///< the slot has no RVE
   Awake,    ///< the RVE made DEM steps
-  /// The RVE was skipped: `result` is that of its affine deformation, `rested` that of its last DEM
-  /// step.
+  /// The RVE was skipped: PointOf::result is that of its affine deformation, PointOf::rested that
+  /// of its last DEM step.
   Quiescent,
   Frozen    ///< the RVE failed once and is not advanced any more
 };
@@ -111,16 +111,16 @@ template <int D, class Point> class PointTable {
     synchronise(slot);
     return points_[slot];
   }
-  /// Synchronised point, to change members that the cached copy does not have.
+  /// Synchronised point, for changes of members that the cached copy does not have.
   Point &synchronised(int slot)
   {
     synchronise(slot);
     return points_[slot];
   }
-  /// Point without synchronisation, to read members that no update changes.
+  /// Point without synchronisation, for reading members that no update changes.
   const Point &unsynchronised(int slot) const { return points_[slot]; }
-  /// Point without synchronisation, to change members that neither updates nor the cached copy
-  /// have.
+  /// Point without synchronisation, for changes of members that are neither in an update nor in the
+  /// cached copy.
   Point &unsynchronised(int slot) { return points_[slot]; }
 
   const Cached &cached(int slot) const
@@ -129,7 +129,8 @@ template <int D, class Point> class PointTable {
     if (!copy.is_valid) copy = points_[slot].cached_copy();
     return copy;
   }
-  /// Sets the limit beyond which the time-step bound is checked again. Results do not change it.
+  /// Sets the limit beyond which the time-step bound is checked again. store() does not change this
+  /// limit.
   void set_limit(int slot, const rve::StiffeningLimit &limit)
   {
     points_[slot].limit = limit;
@@ -138,13 +139,13 @@ template <int D, class Point> class PointTable {
 
   /// True if the cached copy has an update that the point lacks.
   bool is_dirty(int slot) const { return cached_[slot].is_dirty; }
-  /// True if that update is a deferred increment.
+  /// True if the cached copy has a deferred increment that the point lacks.
   bool was_deferred(int slot) const
   {
     return is_dirty(slot) && cached_[slot].update == PointUpdate::Deferral;
   }
-  /// Rest of the RVE. It is unknown after DEM steps without an evaluation, which would have
-  /// synchronised the point.
+  /// State of rest of the RVE. It is Unknown after DEM steps without a diagnostic evaluation. An
+  /// evaluation synchronises the point.
   rve::Rest rest(int slot) const
   {
     if (!is_dirty(slot)) return points_[slot].rest();
@@ -165,8 +166,8 @@ template <int D, class Point> class PointTable {
   {
     return was_deferred(slot) ? quiescences_[slot].pending : at(slot).pending;
   }
-  /// Defers an increment. `pending` is the deformation since the last DEM step, `stress` the stress
-  /// after it. Precondition: quiescence() has been called.
+  /// Defers an increment. `pending` is the deformation since the last DEM step, and `stress` is the
+  /// stress after this deformation. Precondition: quiescence() has been called.
   void defer(int slot, const rve::Tensor<double, D> &pending, const rve::Tensor<double, D> &stress)
   {
     Cached &copy = cached_[slot];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Constitutive law of the MPM solver by RVEs. Its input is deformation increments, its output
-// Cauchy stresses.
+// Constitutive law of the MPM solver that uses RVEs: it maps deformation increments to Cauchy
+// stresses.
 
 #pragma once
 
@@ -29,15 +29,16 @@ template <int D> class RveOwner {
   /// Begins an advance of the RVEs of these atoms. Returns null if the advance is complete and the
   /// stresses are in `increments`. Otherwise `atoms` and `increments` must live until finish().
   virtual rve::Request *begin(const std::vector<int> &atoms, MacroIncrementsOf<D> &increments) = 0;
-  /// RvePointsOf::plan(); `atoms` are also the indices of the points on the device.
+  /// Plans an advance on the device as RvePointsOf::plan(). `atoms` are also the indices of the
+  /// points on the device.
   virtual rve::Request *plan(const std::vector<int> &atoms, bool is_as_before,
                              const rve::PointsOnDevice &there,
                              MacroIncrementsOf<D> &increments) = 0;
   /// Finishes the advance that is under way, if there is one.
   virtual void finish() = 0;
-  /// True if an advance of these atoms would be one of the same RVEs as the last plan.
+  /// True if these atoms have the same RVEs, in the same order, as in the last plan.
   virtual bool is_as_before(const std::vector<int> &atoms) = 0;
-  /// mpm::Constitutive::synchronise_ranks()
+  /// See mpm::Constitutive::synchronise_ranks().
   virtual void synchronise_ranks() = 0;
   virtual const rve::Tensor<double, D> &stress(int atom) const = 0;
   /// Point with complete results. Several threads may call it after complete().
@@ -67,14 +68,14 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
   void synchronise_ranks() override { owner.synchronise_ranks(); }
 
   void expect_questions() override { owner.complete(); }
-  /// Upper bound of the P-wave modulus, for grains that move with the mean field, times the share
-  /// of scale_waves() [stress].
+  /// Voigt's upper bound of the P-wave modulus, for which grains move with the mean field, times
+  /// the factor that scale_waves() sets [stress].
   double p_wave_modulus(int point_index) const override;
 
   /// Returns the state of the RVE of a point.
   using State = std::function<rve::RveStateOf<DimensionOfRves>(int point_index)>;
-  /// Largest ratio of the wave modulus of an elastic tangent to that bound over these points [-]; 0
-  /// if none could be measured. Precondition: expect_questions() was called.
+  /// Largest ratio, over these points, of the wave modulus of the elastic tangent to Voigt's bound
+  /// [-]; 0 if no tangent could be measured. Precondition: expect_questions() was called.
   double measured_wave_share(const std::vector<int> &points,
                              TangentProbesOf<DimensionOfRves> &probes, const State &state) const;
   void scale_waves(double share) { wave_share = share; }

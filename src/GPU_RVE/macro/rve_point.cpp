@@ -112,7 +112,7 @@ template <int D> rve::Tensor<double, D> PointOf<D>::rate_of_deformation() const
     return (1.0 / (drive.substeps * drive.dt)) *
         (polar.rotation * polar.strain * rve::transpose(polar.rotation));
   }
-  // modes steer sums of components, so all of L is that of the servo
+  // servo modes steer sums of components, so all components of L are those of the servo
   Matrix rate = drive.num_modes > 0 ? last_steps().servo_velocity_gradient
                                     : drive.velocity_gradient;
   for (int a = 0; a < D; ++a)

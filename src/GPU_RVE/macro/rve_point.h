@@ -34,10 +34,10 @@ template <int D> struct PointOf {
   double out_of_reach = 0.0;
   /// Terms of the energy balance at the start of the run, if the RVE was on this rank.
   std::optional<rve::EnergyTerms> energy_at_start;
-  /// Drive of the last DEM steps, without substeps if there were none so far. Its pointer to servo
-  /// modes is null, since the load path owns them; `num_modes` is kept.
+  /// Drive of the last DEM steps. Its number of substeps is 0 if there were none so far. Its
+  /// pointer to servo modes is null, since the load path owns them; `num_modes` is kept.
   rve::DriveOf<D> drive;
-  double servo_error = 0.0;    ///< largest error of a steered stress after these steps [stress]
+  double servo_error = 0.0;    ///< largest stress error of the servo after these steps [stress]
   PathState<D> path;
 
   std::int32_t copies = 1;      ///< number of copies side by side of the initial grains
@@ -50,8 +50,8 @@ template <int D> struct PointOf {
   struct Evaluation {
     bool is_at_rest;
     double mean_overlap;    ///< over contacts, overlap / sum of radii [-]
-    /// Empty after the RVE was read from a record, until it is needed. It follows from the
-    /// configuration.
+    /// Empty after the RVE was read from a record, until the stiffness is needed: it can be
+    /// computed from the configuration.
     std::optional<rve::AffineStiffnessOf<D>> stiffness;
 
     static Evaluation of(const rve::ElasticResultOf<D> &evaluated)
@@ -76,14 +76,14 @@ template <int D> struct PointOf {
   {
     return evaluation ? evaluation->mean_overlap : last_steps().mean_overlap;
   }
-  /// Size of the rate of deformation |D| during the last DEM steps, in DEM time [1/time].
+  /// Norm of the rate of deformation |D| during the last DEM steps, in DEM time [1/time].
   double strain_rate() const;
-  /// Sets the result of an RVE before its first DEM steps, and what follows from it.
+  /// Sets the result of a new RVE, and the grain size, number of contacts and peak force from it.
   void begin_with(const rve::ResultOf<D> &first);
-  /// Stores the response to a drive; the RVE has not failed.
+  /// Stores the response to a drive. Precondition: the RVE has not failed.
   void store(const rve::ResponseOf<D> &response, const rve::DriveOf<D> &last);
   /// Makes the RVE quiescent with this pending deformation. Stress, fabric, cell, deformation and
-  /// void ratio follow it, the other results are those of the last DEM step.
+  /// void ratio follow the pending deformation. The other results are those of the last DEM step.
   void defer(const rve::QuiescentStateOf<D> &quiescence);
   /// Sets the results that follow from `rested` and the pending deformation, except the stress.
   void follow_pending();
@@ -95,7 +95,7 @@ template <int D> struct PointOf {
   /// Rate of deformation D in the present axes; zero before the first DEM steps [1/time].
   Matrix rate_of_deformation() const;
   /// Completes the result of the last DEM steps from an evaluation of the same configuration.
-  /// Stress and status stay: the stress may be a mean.
+  /// Stress and status do not change, because the stress may be a mean over samples.
   void take_details(const rve::ResultOf<D> &details);
   /// |stress - stress of the shadow| over the larger of both [-].
   double shadow_deviation() const;

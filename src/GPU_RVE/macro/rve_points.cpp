@@ -11,7 +11,7 @@ namespace macro {
 
 namespace {
 
-  /// Factor of the default gain of the servo that depends on the material.
+  /// Factor by which the default gain of the servo depends on the material.
   double gain_factor(const rve::Material &material)
   {
     return material.thickness / (material.density * material.mass_depth);
@@ -49,7 +49,7 @@ void RvePointsOf<D>::follow_path(int slot, const LoadPathsOf<D> &paths, const Pa
    adding and removing RVEs
 ------------------------------------------------------------------------- */
 
-/// Sets the point of an RVE that the engine has under this number, and returns it.
+/// Sets the point of the RVE with this number in the engine, and returns the point.
 template <int D>
 typename RvePointsOf<D>::Point &RvePointsOf<D>::initialise(int slot,
                                                            const rve::RveStateOf<D> &state)
@@ -159,7 +159,7 @@ template <int D> void RvePointsOf<D>::note_check(const Slots &slots)
     const int slot = slots[k];
     limit_stiffening(slot);
     may_be_stiffer[slot] = 0;
-    // the plan of the device refers to indices in its call
+    // the plan on the device numbers RVEs by their index in the call
     if (updates_device) limits[k] = {index_of_slot[slot], points.cached(slot).limit};
   });
   any_stiffened.set(false);
@@ -228,7 +228,8 @@ template <int D> void RvePointsOf<D>::set_options(const MacroStepOptions &_optio
   device_plan = Plan::None;
 }
 
-/// Sets materials that need no other contacts. If one of them is out of range, nothing has changed.
+/// Sets materials whose contacts the engine supports. If one of them is out of range, nothing has
+/// changed.
 template <int D>
 void RvePointsOf<D>::set_materials_in_place(const Slots &slots,
                                             const std::vector<rve::Material> &materials)

@@ -22,12 +22,12 @@
 
 namespace macro {
 
-/// Deformation increments of a macro step and receiver of its stresses. An index is that of an RVE
-/// in the step. Several threads call the functions for different RVEs.
+/// Deformation increments of a macro step and receiver of its stresses. `index` is the index of an
+/// RVE in the macro step. Several threads call the functions for different RVEs.
 template <int D> class MacroIncrementsOf {
  public:
   virtual ~MacroIncrementsOf() = default;
-  /// Returns the same increment in every call.
+  /// Returns the increment of an RVE. Repeated calls must return the same increment.
   virtual rve::Tensor<double, D> increment(int index) const = 0;
   virtual void take_stress(int index, const rve::Tensor<double, D> &stress) = 0;
 
@@ -45,8 +45,8 @@ template <int D> struct RenewalOf {
   std::int64_t steps = 0;    ///< DEM steps of the fresh RVE on its way to the stress
 };
 
-/// A fresh RVE has reached its stress if no component is farther from its goal than this share of
-/// the norm of the goal and the unbalanced ratio is below it [-].
+/// A fresh RVE has reached its stress if the error of each component is at most this share of the
+/// norm of the goal, and if the unbalanced force ratio is at most this value [-].
 constexpr double FRESH_TOLERANCE = 1e-2;
 /// Most DEM steps of a fresh RVE, and DEM steps between checks.
 constexpr int MOST_FRESH_STEPS = 20000, FRESH_STEPS_AT_ONCE = 200;
@@ -86,22 +86,22 @@ template <int D> class RvePointsOf {
   /// are frozen. With stress samples a macro step is several calls of the engine, and a failed RVE
   /// stays as it was before the call that failed.
   ///
-  /// Without details, results consist of stress and status until a point is read, which costs a
-  /// call of the engine and gives the same results at any time. Stress and status are those of the
-  /// advance. The other results belong to the same configuration after the last half step of the
-  /// velocities, which changes the kinetic energy and the forces of dashpots. Sums of forces may be
-  /// rounded in another unit.
+  /// Without details, a result has only stress and status until a point is read. This read costs a
+  /// call of the engine, and its results do not depend on when it happens. Stress and status are
+  /// those of the advance. The other results are those of the same configuration after the last
+  /// half step of the velocities, which changes the kinetic energy and the forces of dashpots. Sums
+  /// of forces may differ by rounding.
   Slots advance(const Slots &slots, const Drives &drives, bool with_details = true);
   /// Launches an advance by deformation increments: the engine reads them and delivers stresses
-  /// while they are in the caches of a core. Returns null if the macro step needs drives, that is
-  /// advance(); then nothing has changed. `slots` and `increments` must live until finish(). Before
-  /// it, only finish() and fetch_results() may be called.
+  /// while they are in the caches of a core. Returns null if the macro step needs drives; then
+  /// nothing has changed, and the caller must use advance(). `slots` and `increments` must live
+  /// until finish(). Between begin() and finish(), only fetch_results() may be called.
   rve::Request *begin(const Slots &slots, MacroIncrementsOf<D> &increments);
   /// Plans an advance with increments and stresses in the memory of the engine's device. The RVE of
   /// slots[k] belongs to the point point_of[k] there. The caller launches the request. Returns null
-  /// if some RVEs need the host, that is begin(). `increments` has the time step, and receives the
-  /// stresses if finish() leaves them on the host. `is_as_before`: the arguments are those of the
-  /// last plan.
+  /// if some RVEs need the host; the caller must then use begin(). `increments` has the time step,
+  /// and receives the stresses if finish() leaves them on the host. `is_as_before`: the arguments
+  /// are those of the last plan.
   rve::Request *plan(const Slots &slots, const std::vector<int> &point_of, bool is_as_before,
                      const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments);
   /// True if slots and points are those of the last plan.
@@ -119,15 +119,15 @@ template <int D> class RvePointsOf {
   void fetch_results();
   /// Completes the results of all points that an advance left without details.
   void complete() const;
-  /// Slots whose cells became too narrow since the last call. These RVEs are copies side by side
-  /// now.
+  /// Slots of the RVEs whose cells became too narrow since the last call. Each of these RVEs now
+  /// consists of copies of itself side by side.
   Slots take_widened() { return std::exchange(widened, {}); }
 
-  /// Replaces failed RVEs by fresh ones. A fresh RVE is the packing whose void ratio is nearest to
-  /// that of the failed one, at rest under its stress, with its material and deformation. If the
-  /// failed RVE had no pressure, the packing is expanded to its void ratio. An RVE that fails
-  /// before it has made a macro step is not replaced again. `dt` is the DEM time step. Fresh RVEs
-  /// have no shadows.
+  /// Replaces failed RVEs by fresh ones. A fresh RVE begins as the packing whose void ratio is
+  /// nearest to that of the failed RVE. It comes to rest under the stress of the failed RVE, and
+  /// has its material and deformation. If the failed RVE had no pressure, the packing is instead
+  /// expanded to the void ratio of the failed RVE. A fresh RVE that fails before its first macro
+  /// step is not replaced again. `dt` is the DEM time step. Fresh RVEs have no shadows.
   std::vector<RenewalOf<D>> renew(const Slots &slots,
                                   const std::vector<rve::RveStateOf<D>> &packings, double dt);
 
@@ -135,12 +135,13 @@ template <int D> class RvePointsOf {
   /// more carry out their deferred increments in the next step.
   void set_options(const MacroStepOptions &_options);
   const MacroStepOptions &macro_step() const { return options; }
-  /// Changes the materials of RVEs and of their shadows and evaluates their stress. A default gain
-  /// of the servo follows. If new materials need other contacts, all RVEs move to a new engine.
-  /// Throws InputError if a material is out of range, if contact laws would differ, or if the RVEs
-  /// do not fit into the memory of the new engine; then nothing has changed.
+  /// Changes the materials of RVEs and of their shadows and evaluates their stress. The default
+  /// gain of the servo is scaled accordingly. If new materials need other contacts, all RVEs move
+  /// to a new engine. Throws InputError if a material is out of range, if contact laws would
+  /// differ, or if the RVEs do not fit into the memory of the new engine; then nothing has changed.
   void set_materials(const Slots &slots, const std::vector<rve::Material> &materials);
-  /// Data that a change of paths or, with the states, of materials can modify.
+  /// Data that a change of paths can modify, and with the states also the data that a change of
+  /// materials can modify.
   struct Kept {
     int slot;
     Point point;
@@ -161,9 +162,9 @@ template <int D> class RvePointsOf {
   /// Wall time of shadows, and of all advances [seconds].
   double shadow_time() const { return seconds_for_shadows; }
   double total_time() const { return seconds; }
-  /// Share of total_time() in the engine of the RVEs themselves [seconds].
+  /// Part of total_time() in the engine of the RVEs, without shadows [seconds].
   double engine_time() const { return seconds_in_engine; }
-  /// Wall time of bound_time_steps(), which the other times do not contain [seconds].
+  /// Wall time of bound_time_steps() [seconds]. The other times do not contain it.
   double bounding_time() const { return seconds_for_bounds; }
 
   const Point &point(int slot) const
@@ -171,11 +172,11 @@ template <int D> class RvePointsOf {
     if (points.is_stale(slot)) complete();
     return points.at(slot);
   }
-  /// Lower bounds of the stable DEM time steps, sharp below `enough` [time]
+  /// Lower bounds of the critical DEM time steps [time]. Bounds below `enough` are accurate
   /// (rve::EngineOf::bound_time_steps()).
   std::vector<double> bound_time_steps(const Slots &slots, double enough) const;
-  /// Sets new stiffening limits after the time-step bounds of these RVEs were checked. The caller
-  /// has checked all RVEs that have stiffened.
+  /// Sets new stiffening limits after the time-step bounds of these RVEs were checked.
+  /// Precondition: the caller has checked all RVEs that have stiffened.
   void note_check(const Slots &slots);
   /// Advice on the energy balance since the last call with `at_start`, which stores its terms.
   std::vector<rve::Advice> advice_on_energy(int slot, bool at_start);
@@ -202,7 +203,7 @@ template <int D> class RvePointsOf {
   /// Drive of the next step of an RVE on one of these paths, for advance().
   rve::DriveOf<D> path_drive(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
                              const double *script) const;
-  /// Updates the position on the path after that step.
+  /// Updates the position on the path after the step of path_drive().
   void follow_path(int slot, const LoadPathsOf<D> &paths, const PathStep &step,
                    const double *script);
   PathState<D> &path(int slot) { return points.unsynchronised(slot).path; }
@@ -216,8 +217,9 @@ template <int D> class RvePointsOf {
   rve::Memory memory() const { return engine->memory(); }
   /// rve::EngineOf::cuda_device()
   int cuda_device() const { return engine->cuda_device(); }
-  /// Estimated memory of `count` further RVEs, with the first `count` of these numbers of grains
-  /// and up to `num_shadows` shadows, and of calls that advance all RVEs [bytes]. Lists may grow.
+  /// Estimated memory of `count` more RVEs, of up to `num_shadows` shadows of them, and of calls
+  /// that advance all RVEs [bytes]. `grains` has the numbers of grains; only the first `count` are
+  /// used. The pair lists may grow later.
   double bytes_for(const std::vector<int> &grains, int count, int num_shadows) const;
   double bytes(int slot) const
   {
@@ -231,8 +233,8 @@ template <int D> class RvePointsOf {
   int add_record(const double *record, std::size_t size);
   /// Length of record(), stored until the next advance.
   int record_size(int slot) const;
-  /// Upper bound of the length of record() for any number of copies, while the list has at most
-  /// twice the present pairs. It does not call the engine.
+  /// Upper bound of the length of record() for any number of copies. It holds while the pair list
+  /// has at most twice its present length. The function does not call the engine.
   int record_bound(int slot) const;
 
  private:
@@ -240,9 +242,10 @@ template <int D> class RvePointsOf {
   MacroStepOptions options;
   int threads;
   SharedFlag any_stiffened{false};    ///< an RVE has stiffened since the last note_check()
-  /// By slot: false if the RVE has not stiffened. A compact filter for has_stiffened().
+  /// By slot: 0 if the RVE has not stiffened since its last check. A compact filter for
+  /// has_stiffened().
   std::vector<char> may_be_stiffer;
-  bool any_copies = false;    ///< some RVE consists of several copies, or did
+  bool any_copies = false;    ///< true once an RVE consists of several copies
   Slots widened;              ///< slots for take_widened()
   double seconds = 0.0, seconds_for_shadows = 0.0;
   mutable double seconds_in_engine = 0.0, seconds_for_bounds = 0.0;
@@ -257,7 +260,7 @@ template <int D> class RvePointsOf {
   // Advance by increments.
   class IncrementCall;
   Slots call_slots;                 ///< slots of the call of the engine
-  std::vector<int> call_indices;    ///< their indices in the macro step; empty: those of the call
+  std::vector<int> call_indices;    ///< their indices in the macro step; empty: same as in the call
   std::vector<int> separate_indices;    ///< indices of RVEs that are advanced separately
   /// The last request, until finish().
   struct UnderWay {
@@ -283,8 +286,8 @@ template <int D> class RvePointsOf {
   Plan device_plan = Plan::None;
   /// True if the points lack the results of the last advance.
   bool results_on_device = false;
-  /// By slot: true if the RVE is frozen or consists of several copies, which get calls of their
-  /// own.
+  /// By slot: true if the RVE is frozen or consists of several copies. RVEs with copies get calls
+  /// of their own.
   std::vector<char> is_separate;
   bool any_separate = false;
 
@@ -295,7 +298,7 @@ template <int D> class RvePointsOf {
   std::vector<int> working;       ///< indices of the RVEs that make DEM steps
   Slots working_slots;            ///< slots of these RVEs
   Drives working_drives;
-  std::vector<char> must_turn, is_evaluated;    ///< flags of these RVEs
+  std::vector<char> must_turn, is_evaluated;    ///< flags of working RVEs
 
   template <class Answers>
   void call_engine(const Slots &slots, const Drives &drives, Answers &answers) const;
@@ -322,7 +325,7 @@ template <int D> class RvePointsOf {
     may_be_stiffer[slot] = 1;
     any_stiffened.set(true);
   }
-  /// Notes that an RVE has stiffened if its last response exceeds its limit.
+  /// Notes that an RVE has stiffened if `response` exceeds its limit.
   void note_response(int slot, const rve::ResponseOf<D> &response)
   {
     if (points.cached(slot).limit.is_exceeded(rve::stiffness_measures(response)))

@@ -83,8 +83,8 @@ namespace {
   // "rve pt" for disks or "rve sp" for spheres, and a number that changes with the layout
   template <int D>
   constexpr std::uint64_t RECORD_VERSION = D == 2 ? 0x7276652070740009u : 0x7276652073700006u;
-  // Version of RVEs that consist of several copies or have replaced a failed one. Records of other
-  // RVEs stay readable for older programs.
+  // Version of the records of RVEs that consist of several copies or have replaced a failed RVE.
+  // Records of other RVEs stay readable for older programs.
   template <int D> constexpr std::uint64_t VERSION_WITH_COPIES = RECORD_VERSION<D> + 1;
   /// Values of RecordHead::rest.
   constexpr rve::Rest RESTS[] = {rve::Rest::Unknown, rve::Rest::Quiescent, rve::Rest::Rests,
@@ -106,7 +106,8 @@ namespace {
     copy(head.limit_force, point.limit.peak_force);
     copy(head.limit_pressure, point.limit.pressure);
     copy(head.grain_size, point.grain_size);
-    // the default gain follows from the radii of the packing before a number format rounded them
+    // the gain is stored because its default follows from radii that were not yet rounded by a
+    // number format
     copy(head.servo_gain, point.servo_gain);
     copy(head.drive, point.drive);
     copy(head.servo_error, point.servo_error);
@@ -206,7 +207,7 @@ template <int D> int RvePointsOf<D>::add_record(const double *record, std::size_
   point.copies = static_cast<std::int32_t>(copies);
   point.renewals = static_cast<std::int32_t>(head.renewals);
   any_copies = any_copies || copies > 1;
-  // the shadow of a restart file is ignored by a script without shadows
+  // a script without shadows ignores the shadow of a restart file
   if (shadow && shadows) point.shadow = shadows->add(*shadow);
   return slot;
 }

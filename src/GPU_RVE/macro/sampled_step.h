@@ -34,7 +34,7 @@ template <int D> struct SampledStep {
     first_steps = substeps - (parts - 1) * spacing;
   }
 
-  /// Drive of a part. The deformations of all parts multiply to that of the macro step.
+  /// Drive of a part. The product of the deformations of all parts is that of the macro step.
   rve::DriveOf<D> of_part(int part) const
   {
     if (parts == 1) return drive;
@@ -43,7 +43,7 @@ template <int D> struct SampledStep {
     const auto end = [&](int p) {
       return static_cast<double>(first_steps + p * spacing) / drive.substeps;
     };
-    // the last part ends where the macro step does, but for the last bit
+    // the last part ends at the deformation of the macro step, except for rounding
     const Matrix after = part + 1 == parts ? drive.deformation
                                            : rve::part_of_increment(drive.deformation, end(part));
     some.deformation = part == 0

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Plans the macro step of an RVE from its cached copy: the number of DEM steps, and whether the RVE
-// is skipped or turned rigidly before.
+// is skipped, or turned rigidly before the steps.
 
 #pragma once
 
@@ -22,8 +22,8 @@ inline bool advances(Action action)
   return action == Action::Advance || action == Action::AdvanceAndEvaluate;
 }
 
-/// Functions of options and points, which must outlive the planner. Several threads may call them
-/// for different slots.
+/// Plans macro steps from options and points, which must outlive the planner. Several threads may
+/// call the functions for different slots.
 template <int D> class StepPlanner {
   using Matrix = rve::Tensor<double, D>;
 
@@ -40,7 +40,7 @@ template <int D> class StepPlanner {
   /// rest.
   Action action(int slot, const Matrix &increment, double dt, int substeps) const;
 
-  /// Number of DEM steps of a drive: that of the drive, or the adaptive number for its strain.
+  /// Number of DEM steps of a drive: `drive.substeps`, or the adaptive number for its strain.
   int substeps(int slot, const rve::DriveOf<D> &drive) const;
   /// Adaptive number of DEM steps of an increment with this rve::strain_size().
   int substeps(int slot, double strain, double dt) const;

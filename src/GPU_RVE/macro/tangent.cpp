@@ -12,7 +12,7 @@ namespace macro {
 
 namespace {
 
-  /// Calls f(a, b, TangentOf::place(a, b)) for the components of a symmetric tensor.
+  /// Calls f(a, b, TangentOf::index(a, b)) for the components of a symmetric tensor.
   template <int D, class F> void for_places(const F &f)
   {
     for (int a = 0; a < D; ++a)
@@ -39,8 +39,9 @@ namespace {
     return n;
   }
 
-  /// Directions of a half circle or half sphere. They are closer than a minimum of the determinant
-  /// is wide, which is a polynomial of degree 2 D in n.
+  /// Directions of a half circle or half sphere. Neighbouring directions are closer together than a
+  /// minimum of the acoustic determinant is wide. The determinant is a polynomial of degree 2 D in
+  /// n.
   template <int D> std::vector<rve::Vec<double, D>> directions();
 
   template <> std::vector<rve::Vec<double, 2>> directions<2>()
@@ -193,8 +194,9 @@ double NominalTangentOf<D>::acoustic_determinant(const rve::Vec<double, D> &n) c
   return rve::determinant(acoustic);
 }
 
-/// Pattern search: steps along tangents, halved if no step decreases the determinant. It is smooth,
-/// so its value is exact to rounding before the direction is.
+/// Pattern search: steps along tangents, halved if no step decreases the determinant. The
+/// determinant is smooth, so its least value has only rounding errors even if the direction has
+/// larger ones.
 template <int D>
 LeastAcousticOf<D> NominalTangentOf<D>::downhill_from(LeastAcousticOf<D> best, double step) const
 {

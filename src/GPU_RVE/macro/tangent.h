@@ -8,13 +8,14 @@
 
 namespace macro {
 
-/// Isotropic tangent that is nearest in the norm sqrt(C_ijkl C_ijkl), and its distance.
+/// Isotropic tangent nearest to a tangent C in the norm sqrt(C_ijkl C_ijkl), and its distance from
+/// C.
 struct IsotropicPart {
   double lambda, shear;    ///< Lame's lambda, and mu = G [stress]
   double anisotropy;       ///< |C - isotropic part| / |isotropic part| [-]
 
   /// Young's modulus [stress]. A plane tangent is that of plane strain. 0 if lambda + shear is 0,
-  /// as without contacts, where there is no modulus.
+  /// as for an RVE without contacts.
   double young() const
   {
     const double sum = lambda + shear;
@@ -28,9 +29,9 @@ struct IsotropicPart {
   }
 };
 
-/// Tangent C of d sigma_ij = C_ijkl eps_kl. It has the minor symmetries, not always the major one.
-/// sigma is Cauchy's stress, tension positive, with Jaumann's rate: for a velocity gradient L = D +
-/// W
+/// Tangent C of d sigma_ij = C_ijkl eps_kl. C has the minor symmetries, but not always the major
+/// one. sigma is Cauchy's stress, tension positive, with Jaumann's rate: for a velocity gradient L
+/// = D + W
 ///     d sigma/dt = C : D + W sigma - sigma W.
 template <int D> struct TangentOf {
   using Matrix = rve::Tensor<double, D>;
@@ -69,7 +70,7 @@ template <int D> struct TangentOf {
   /// Directions are 2 to 6 degrees apart, so the modulus may be half a per cent too low.
   double wave_modulus() const;
 
-  /// Tangent with the components f(C_rc, D_rc).
+  /// Tangent with the components f(component[r][c], other.component[r][c]).
   template <class F> TangentOf combined(const TangentOf &other, const F &f) const
   {
     TangentOf result;
@@ -97,7 +98,7 @@ template <int D> struct LeastAcousticOf {
   rve::Vec<double, D> normal;    ///< normal of the band; its first nonzero component is positive
 };
 
-/// Tangent A of the rate of nominal stress P = A : L in the present configuration, with P = d
+/// Tangent A of the nominal stress rate P = A : L in the present configuration, where P = d
 /// sigma/dt + sigma tr(L) - sigma L^T. P_ij is the rate of the force along i on an area with the
 /// initial normal along j. A includes the terms of the rotation of the stress.
 template <int D> struct NominalTangentOf {

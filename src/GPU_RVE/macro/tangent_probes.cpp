@@ -16,7 +16,8 @@ namespace {
   /// Time step over the stability bound [-]. Contacts may stiffen while a clone is strained.
   constexpr double TIME_STEP_SHARE = 0.8;
 
-  /// Number of checks without a decrease by half after which unbalanced forces are rounding errors.
+  /// Number of checks without a decrease by half after which unbalanced forces count as rounding
+  /// errors.
   constexpr int CHECKS_WITHOUT_PROGRESS = 4;
 
   /// Share of the free memory for clones.
@@ -141,8 +142,8 @@ template <int D> void TangentProbesOf<D>::drop(Group &group)
   group.numbers.clear();
 }
 
-/// Advances groups until the clones of each are at rest. The steps of a group do not depend on the
-/// others.
+/// Advances groups until the clones of each are at rest. The number of steps of a group does not
+/// depend on the other groups.
 template <int D> void TangentProbesOf<D>::come_to_rest(std::vector<Group> &groups)
 {
   std::vector<Group *> moving;
@@ -179,7 +180,8 @@ template <int D> void TangentProbesOf<D>::strain_and_rest(std::vector<Group> &gr
   come_to_rest(groups);
 }
 
-/// Adds one clone of the RVE, without velocities, which belong to the straining of the RVE.
+/// Adds one clone of the RVE with zero velocities, because the velocities of the RVE are those of
+/// its straining.
 template <int D> void TangentProbesOf<D>::begin(Group &group, State state)
 {
   state.material.local_damping = options.damping;
@@ -191,7 +193,7 @@ template <int D> void TangentProbesOf<D>::begin(Group &group, State state)
   group.dt = bounds[0] > 0.0 ? TIME_STEP_SHARE * bounds[0] : 1.0;
 }
 
-/// Replaces the clone at rest by one for each strain.
+/// Replaces the clone at rest by one clone for each strain.
 template <int D> void TangentProbesOf<D>::multiply(Group &group)
 {
   if (group.has_failed()) return;
@@ -252,8 +254,8 @@ template <int D> void TangentProbesOf<D>::evaluate(Group &group) const
   answer.response = along;
 }
 
-/// Strains clones along the present direction, so that contacts that slid in the RVE, and left the
-/// limit of friction on the way to rest, return to it.
+/// Strains clones along the present direction. Contacts that slid in the RVE left the limit of
+/// friction while the clone came to rest, and this strain brings them back to it.
 template <int D> void TangentProbesOf<D>::strain_along(std::vector<Group> &groups)
 {
   for (Group &group : groups)

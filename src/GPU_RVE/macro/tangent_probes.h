@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangent stiffness of an RVE by probes: clones of the RVE are strained a little in all directions
-// and come to rest, and the tangent follows from their stresses.
+// Tangent stiffness of an RVE by probes: clones of the RVE are strained slightly in all directions
+// and come to rest, and the tangent is computed from their stresses.
 
 #pragma once
 
@@ -19,8 +19,8 @@ enum class TangentKind {
   /// Contacts do not slide, and do not roll where they have rolling resistance. Strains of both
   /// signs give the same stiffness.
   Elastic,
-  /// Contacts have their friction. The stiffness is that of strains close to the present direction
-  /// of straining.
+  /// Contacts keep the friction of the material. The stiffness is that of strains close to the
+  /// present direction of straining.
   Loading
 };
 
@@ -31,11 +31,12 @@ struct TangentOptions {
   double probe = 0.0;    ///< strain of a clone over the mean overlap [-]
   /// Loading: strain before the probes along the present direction, over the mean overlap [-].
   double lead = 0.0;
-  double spread = 0.1;    ///< loading: deviation of probes from this direction, over their size [-]
+  double spread = 0.1;    ///< loading: deviation of probes from the lead strain over their size [-]
   int strain_steps = 500;    ///< DEM steps of the strain of a probe
   int lead_steps = 10000;    ///< DEM steps of the lead
   int look_steps = 500;      ///< DEM steps between checks whether clones are at rest
-  /// Most DEM steps in which clones come to rest. Clones in motion are used as they are then.
+  /// Most DEM steps in which clones come to rest. Clones that still move after them are used as
+  /// they are.
   int most_steps = 50000;
   double tolerance = 1e-5;    ///< unbalanced force ratio at rest over `probe` [-]
   double damping = 0.7;       ///< local damping of clones [-]
@@ -52,7 +53,7 @@ template <int D> struct ProbedTangentOf {
   using Matrix = rve::Tensor<double, D>;
 
   std::uint32_t status = rve::status::Ok;    ///< status bits of all clones
-  /// False if a clone failed or if a direction of straining is needed and there is none. All values
+  /// False if a clone failed, or if a loading tangent has no direction of straining. All values
   /// except the status are zero then.
   bool is_measured = false;
   TangentOf<D> tangent;
@@ -60,19 +61,20 @@ template <int D> struct ProbedTangentOf {
       Matrix::zero();    ///< stress of the RVE at rest, where the tangent is measured [stress]
   /// Given direction of straining with norm 1; zero: none.
   Matrix strain_rate = Matrix::zero();
-  /// Change of stress along this direction: C : strain_rate, or measured for a loading tangent
-  /// [stress].
+  /// Change of stress per strain along this direction: C : strain_rate for an elastic tangent,
+  /// measured for a loading tangent [stress].
   Matrix response = Matrix::zero();
   double unrest =
       0.0;    ///< largest unbalanced force ratio of a clone over TangentOptions::probe [-]
-  /// Elastic: part of the response that depends on the sign of a strain, relative to the other
-  /// part. Loading: relative difference of C : strain_rate and `response` [-].
+  /// Elastic: part of a stress change that is even in the strain, over the part that is odd.
+  /// Loading: relative difference of C : strain_rate and `response` [-].
   double nonlinearity = 0.0;
   int changed_contacts = 0;    ///< largest net change of the number of contacts by a probe
   int steps = 0;               ///< DEM steps of a clone
 };
 
-/// Clones are in an engine of their own, and are removed at the end of a call.
+/// Measures tangents. The clones are in an engine of their own and are removed at the end of a
+/// call.
 template <int D> class TangentProbesOf {
  public:
   using State = rve::RveStateOf<D>;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Servo control of RVEs towards goals of stress, in calls of some DEM steps that advance all RVEs
-// on their way. It brings RVEs to stresses in situ (in_situ) and fresh RVEs to the stresses of
-// those that they replace (fresh_rves).
+// Servo control that brings RVEs to given stresses. A call of the engine makes some DEM steps of
+// all RVEs that have not reached their stress. It is used for stresses in situ (in_situ) and for
+// fresh RVEs, which get the stresses of the RVEs that they replace (fresh_rves).
 
 #pragma once
 
