@@ -83,7 +83,7 @@ template <int D> class MpmSolver {
 
   /// Returns the Courant number dt max_p (c_p + |v_p|) / h with c = sqrt(M/ρ), M from the
   /// constitutive model and ρ = m/V. The maximum includes the wave speeds of dashpots. Steps with a
-  /// number above 1 are unstable, and nonlinear materials need 0.5 or less.
+  /// Courant number above 1 are unstable, and nonlinear materials need 0.5 or less.
   double cfl_number(const PointView<D> &points, double dt) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].

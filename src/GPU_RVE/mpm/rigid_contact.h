@@ -8,9 +8,9 @@
 // (face_contact.h). Edges and corners need no special treatment, since each line meets one face. A
 // line has a contact only if it meets the surface at least a quarter of a cell inside of the other
 // faces; otherwise a block that has sunk into the ground a little would plough. Nodes deeper inside
-// the body satisfy the contact with
-// the nearest surface. Nodes take the impulse of a contact in shares whose centre is the position
-// of the contact, so that body and material exchange momentum and angular momentum to round-off.
+// the body satisfy the contact with the nearest surface. Nodes take the impulse of a contact in
+// shares whose centre is the position of the contact, so that body and material exchange momentum
+// and angular momentum to round-off.
 //
 // The contacts of a body that forces drive use its velocity at the end of the step. Each contact
 // adds its effective mass to the inertia of the body (GatherContacts), the equations of motion are

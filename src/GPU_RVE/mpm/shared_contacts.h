@@ -23,8 +23,8 @@
 
 namespace mpm {
 
-/// Number of sweeps over contacts on divided nodes. If each of two contacts alone can satisfy a
-/// condition, the sweeps leave 2^-4 of the deviation from it.
+/// Number of sweeps over contacts on divided nodes. Each sweep halves the deviation from a
+/// condition that only one of two equal contacts imposes, so that 2^-4 of it remains.
 constexpr int SHARED_SWEEPS = 4;
 
 /// The work of a pass over the contacts of a body.

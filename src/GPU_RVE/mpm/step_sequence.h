@@ -200,7 +200,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
 
   /// True if two bodies may hold the same node after a time `dt` [time] of motion from the
   /// positions that this step has found. Contacts of a plate reach less than a cell beyond its box.
-  /// If any body can turn, the positions are ignored, and several bodies always may.
+  /// If any body can turn, positions are ignored: the result is true if there are several bodies.
   bool bodies_can_touch(double dt)
   {
     const StepView<D> &view = machine_.view();
