@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Velocity conditions on the sides of the grid, options of rigid bodies, and sums of reactions.
-// face_contact.h and rigid_contact.h have the contact with bodies.
+// Contact with bodies is in face_contact.h and rigid_contact.h.
 //
 // Each condition is an impulse on nodal momenta. A balance imposes it twice: on the momenta with
-// the forces, which give the velocities of the grid, and on the momenta before the forces, from
-// which the velocity increments of the points are counted. The reaction of the wall or body is the
-// first impulse minus flip times the second one (doc/src/theory_mpm.rst). Sides are imposed node by
-// node, and bodies column by column of nodes. Neither reads what other nodes or columns change.
+// the forces, which give the velocities of the grid, and on the momenta before the forces, which
+// are subtracted to obtain the velocity increments of the points. The impulse of the wall or body
+// on the material is the first impulse minus flip times the second one (doc/src/theory_mpm.rst).
+// Sides are imposed node by node, and bodies column by column of nodes. Neither reads data that
+// other nodes or columns change.
 
 #pragma once
 
@@ -47,7 +48,7 @@ struct RigidBodyOptions {
   bool round = false;         ///< 3D: a cylinder in the body's box, along the normal of its face
   BodyForm form = BodyForm::Face;    ///< `face` and `round` matter for Face only
   // members for forms that can turn
-  double friction = 0.0;     ///< coefficient; the contact then separates and must not be rough
+  double friction = 0.0;     ///< coefficient; above 0, contacts can open and must not be rough
   int free = 0;              ///< bit k: freedom k obeys forces; other freedoms are prescribed
   bool has_pivot = false;    ///< the body turns about `pivot`; otherwise about its centre of mass
   double pivot[3] = {};      ///< initial position of the pivot [length]
@@ -61,11 +62,12 @@ template <int D> struct RigidBodyState {
   Vec<D> velocity;    ///< [length/time]
 };
 
-/// Source of the state of contacts. Find: the momenta decide. Keep: the last state found is used.
+/// Source of the state of contacts. Find: the state follows from the momenta. Keep: the state that
+/// was found last is used.
 enum class Contact { Find, Keep };
 
-/// Bits of a node: across(axis) if a side holds it across that axis, fixed_across(axis) if that
-/// side holds all components.
+/// Bits of a node: across(axis) if it is on a roller or fixed side across that axis,
+/// fixed_across(axis) if that side is fixed.
 struct SideBits {
   static RVE_HD constexpr int across(int axis) { return 1 << 2 * axis; }
   static RVE_HD constexpr int fixed_across(int axis) { return 2 << 2 * axis; }
@@ -95,11 +97,11 @@ template <int D> class Boundary {
   /// Returns the nodes of the whole grid on a side and beyond it.
   NodeBox<D> nodes_of(Face side) const;
 
-  /// Impulse of the material on a body [mass length/time]. `impulses` are those on nodes for this
-  /// body. The order of the sum is fixed; nodes without an impulse may be left out.
+  /// Impulse of the material on a body [mass length/time]. `impulses` are those of this body on
+  /// nodes. The order of the sum is fixed; nodes without an impulse may be left out.
   Vec<D> body_impulse(int body, const Impulses &impulses) const;
-  /// Impulse of the material on a side [mass length/time]. `impulses` are those on nodes_of(side)
-  /// for the axis of the side, as for body_impulse().
+  /// Impulse of the material on a side [mass length/time]. `impulses` are those of the nodes in
+  /// nodes_of(side) on the side. The order of the sum is fixed, as in body_impulse().
   Vec<D> side_impulse(Face side, const Impulses &impulses) const;
 
  private:

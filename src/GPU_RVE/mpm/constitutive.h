@@ -66,8 +66,8 @@ template <int D> class Constitutive {
                       const rve::Tensor<double, D> *deformation_increment, double dt,
                       rve::Tensor<double, D> *stress, MemoryRows memory) = 0;
 
-  /// Begins the same update. Returns null if it is complete. Otherwise finish() waits for the
-  /// stresses, and the arrays must not move until then.
+  /// Begins the update that update() defines. Returns null if the update is complete. Otherwise
+  /// finish() waits for the stresses, and the arrays must keep their addresses until then.
   virtual rve::Request *begin(int count, const int *point_index,
                               const rve::Tensor<double, D> *deformation_increment, double dt,
                               rve::Tensor<double, D> *stress, MemoryRows memory)
@@ -75,10 +75,10 @@ template <int D> class Constitutive {
     update(count, point_index, deformation_increment, dt, stress, memory);
     return nullptr;
   }
-  /// Plans the same update with increments and stresses in the memory of a device. Returns a
-  /// request that has not been launched, or null if the law needs begin(). `stress` is the host
-  /// array for stresses that finish() returns there. A request is launched only if the laws of all
-  /// points plan one.
+  /// Plans the update with increments and stresses in the memory of a device. Returns a request
+  /// that has not been launched, or null if the law needs begin(). `stress` is the host array that
+  /// receives the stresses if finish() returns OnHost. The request is launched only if the laws of
+  /// all points return one.
   virtual rve::Request *plan(int /*count*/, const int * /*point_index*/,
                              const DeviceArrays<D> & /*arrays*/, double /*dt*/,
                              rve::Tensor<double, D> * /*stress*/)
@@ -87,13 +87,13 @@ template <int D> class Constitutive {
   }
   /// Waits for the stresses of a request and returns where they are.
   virtual rve::StressesAre finish(rve::Request & /*request*/) { return rve::StressesAre::OnHost; }
-  /// Copies stresses that finish() has left on the device to the array of the host.
+  /// Copies stresses that finish() has left on the device to the host array.
   virtual void copy_stresses_to_host() {}
   /// Announces an update of these points later in this step. Work that does not depend on the
   /// increments can be done now, while a device is busy.
   virtual void expect_update(int /*count*/, const int * /*point_index*/) {}
-  /// Exchanges notes and checks between ranks. Collective; called after the last update has
-  /// finished.
+  /// Does the work of the law that needs all ranks, such as log notes and checks. Collective;
+  /// called after the last update has finished.
   virtual void synchronise_ranks() {}
 
   /// True if several threads may call update() at the same time for different points.

@@ -14,8 +14,8 @@ using rve::require;
 
 namespace {
 
-  /// Tolerance of flatness relative to the size of the body. Coordinates in scripts have more
-  /// digits, and no cell is that small.
+  /// Tolerance of flatness relative to the size of the body. Coordinates in scripts are more
+  /// accurate, and cells are much larger.
   constexpr double FLAT = 1e-6;
 
   template <int D> double length_of(const Vec<D> &vector)
@@ -54,8 +54,8 @@ namespace {
     return all;
   }
 
-  /// Makes components equal that differ by round-off, since the choice of the nearest axis must not
-  /// depend on round-off.
+  /// Sets components to zero that are round-off, and makes magnitudes equal that differ by
+  /// round-off, since the choice of the nearest axis must not depend on round-off.
   template <int D> Vec<D> without_noise(Vec<D> normal)
   {
     constexpr double NOISE = 1e-12;
@@ -68,7 +68,7 @@ namespace {
     return normal;
   }
 
-  /// Largest distance of the vertices along a normal [length].
+  /// Largest coordinate of the vertices along a normal [length].
   template <int D> double support(const std::vector<Vec<D>> &vertices, const Vec<D> &normal)
   {
     double largest = -std::numeric_limits<double>::infinity();
@@ -95,7 +95,7 @@ template <int D> void ConvexHull<D>::extend(std::size_t moved, double distance)
     const Side other = sides[k];
     const double lean = dot(other.plane.normal, end.plane.normal);
     const Side edge = {{}, other.on & end.on, other.sweeps + 1};
-    // an edge in 3D has two vertices; an edge that was extended has at least one
+    // adjacent sides share D - 1 vertices, or fewer if extend() has lengthened the other side
     const int least = std::max(1, D - 1 - other.sweeps);
     if (k == moved || static_cast<int>(edge.on.count()) < least) continue;
     if (std::abs(lean) <= FLAT) sides[k].sweeps += 1;

@@ -37,10 +37,10 @@ template <int D> struct ConvexHull {
   void extend(std::size_t side, double distance);
 };
 
-/// Returns the hull of vertices [length] in their frame. Vertices inside are ignored, and faces
-/// that are flat within 1e-6 of the size of the body are one face. Throws rve::InputError, with
-/// `name` for the body, if there are too few or too many vertices or faces, if a vertex is not
-/// finite, or if all lie in one plane (3D) or line (2D).
+/// Returns the hull of vertices [length] in their frame. Vertices inside the hull are ignored, and
+/// faces in one plane within 1e-6 of the size of the body are merged. Throws rve::InputError, with
+/// `name` as the name of the body, if there are too few or too many vertices or faces, if a vertex
+/// is not finite, or if all vertices lie in one plane (3D) or line (2D).
 template <int D>
 ConvexHull<D> convex_hull(const std::vector<Vec<D>> &vertices, const std::string &name);
 

@@ -56,7 +56,8 @@ namespace {
       uuid_ = device.uuid;
     }
 
-    /// Collective, after all ranks have a machine.
+    /// Opens the exchange between the GPUs of the ranks. Collective; called after all ranks have
+    /// made their machines.
     void join_ranks(const Communication &communication)
     {
       exchange_of_gpus_.open(communication, uuid_);
@@ -66,7 +67,7 @@ namespace {
     {
       use_device();
       const Watch watch(transfer_seconds_);
-      passes_.forget();    // a failed step may have left some
+      passes_.forget();    // a failed step may have left passes in the list
       host_points_ = input.points;
       view_.dt = input.dt;
       view_.num_models = input.num_models;
@@ -75,7 +76,8 @@ namespace {
       send_points(input.points, other_words);
       send_loads(input.loads);
 
-      // the words of passes precede the motion in one buffer, so that one copy downloads both
+      // maxima, error keys and data of bodies precede positions and velocities in one buffer, so
+      // that one copy uploads all of them
       double *words = motion_.host_array(motion_size());
       std::fill_n(words, view_.body_maximum(0), 0.0);
       std::fill(words + view_.body_maximum(0), words + view_.num_maxima(),
@@ -155,7 +157,7 @@ namespace {
 
     static constexpr bool is_synchronous() { return false; }
 
-    /// Launches the passes in the list. It must precede any other access to their arrays.
+    /// Launches the passes in the list. This must precede any other access to their arrays.
     void submit() { passes_.hand_over("passes of the material point method"); }
     void wait()
     {
@@ -281,7 +283,7 @@ namespace {
 
     void stresses_changed()
     {
-      use_device();    // the models may have used another one
+      use_device();    // the laws may have chosen another device
       const Watch watch(transfer_seconds_);
       stresses_are_ahead_ = false;
       view_.points.stress = send(fields_.stress, host_points_.stress, count_);
@@ -329,7 +331,7 @@ namespace {
     // arrays in one buffer begin at multiples of this number of doubles
     static constexpr std::size_t ALIGNMENT = 4;
 
-    /// Adds the wall time of a scope.
+    /// Adds the wall time of a scope to a number [seconds].
     class Watch {
      public:
       explicit Watch(double &seconds) : seconds_(seconds), start_(rve::WallClock::now()) {}
@@ -344,7 +346,7 @@ namespace {
 
     void use_device() const { check_cuda(cudaSetDevice(device_number_), "choice of the device"); }
 
-    /// Adds a kernel that calls follow(), with a thread for each of `count` items.
+    /// Appends a kernel that calls follow() to the list, with a thread for each of `count` items.
     template <class... Parameters>
     void launch(void (*kernel)(Parameters...), std::size_t count,
                 const std::common_type_t<Parameters> &...arguments)
@@ -352,7 +354,7 @@ namespace {
       passes_.add(kernel, static_cast<unsigned>((count + BLOCK - 1) / BLOCK), BLOCK, arguments...);
     }
 
-    /// Adds items to sums that have been set to zero.
+    /// Appends a pass to the list that adds its items to sums. The sums must have been set to zero.
     template <class P> void add_items(const P &pass)
     {
       const SumsByKind<SharedSums> sums = {{{view_.sums[InertiaSums]}, {view_.sums[VectorSums]}}};
@@ -360,17 +362,17 @@ namespace {
              pass, pass.items(), findings_, sums);
     }
 
-    /// Number of doubles of an array of rows of three, rounded up.
+    /// Number of doubles of `count` rows of three, rounded up to ALIGNMENT.
     static std::size_t rows(int count)
     {
       return (3 * static_cast<std::size_t>(count) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     }
-    /// Index of the rigid bodies in the buffer of the motion.
+    /// Offset of the rigid bodies in motion_ [doubles].
     std::size_t rigid_offset() const
     {
       return view_.num_maxima() + NUM_STAGES + 2 * D * view_.num_bodies;
     }
-    /// Number of doubles before the positions in the buffer of the motion.
+    /// Number of doubles before the positions in motion_.
     std::size_t num_words() const
     {
       static_assert(sizeof(RigidBodyStep<D>) % sizeof(double) == 0 &&
@@ -381,10 +383,10 @@ namespace {
     }
     std::size_t motion_size() const { return count_ < 0 ? 0 : num_words() + 2 * rows(count_); }
 
-    /// Number of pieces of copies and comparisons. A piece takes about as long as one point in
-    /// other loops.
+    /// Number of work items (rve::LightWork) in a copy or comparison of `bytes` bytes. An item of
+    /// 256 bytes takes about as long as one point in other loops.
     static int pieces(std::size_t bytes) { return static_cast<int>(bytes / 256); }
-    /// Calls share(begin, end) in a team of threads for parts of `count` elements of `bytes` bytes.
+    /// Splits `count` elements of `bytes` bytes each among threads, which call share(begin, end).
     template <class Share> void share_out(std::size_t count, std::size_t bytes, Share share) const
     {
       const rve::LightWork work(pieces(count * bytes), threads_);
@@ -500,16 +502,16 @@ namespace {
     bool devices_exchange_ = false;
 
     // points
-    int count_ = -1;    ///< number on the device
+    int count_ = -1;    ///< number of points on the device; -1 before the first step
     PointView<D> host_points_;
     bool points_are_old_ = true;         ///< all points must be uploaded
     bool motion_is_old_ = true;          ///< positions and velocities must be uploaded
     bool is_ahead_ = false;              ///< strains and volumes of the host are out of date
     bool stresses_are_ahead_ = false;    ///< stresses of the host are out of date
     bool motion_is_ahead_ = false;       ///< positions and velocities of the host are out of date
-    SideStream beside_;                  ///< stream of copies while RVEs advance
+    SideStream beside_;                  ///< stream for copies while RVEs advance
     rve::Milestone asked_;
-    DeviceBuffer<double> motion_;    ///< findings, rigid bodies, positions, velocities
+    DeviceBuffer<double> motion_;    ///< findings, data of bodies, positions, velocities
     RigidBodyStep<D> *host_rigid_ = nullptr;
     PointFields<D, Buffer> fields_;
     DeviceBuffer<double> body_force_;

@@ -12,7 +12,7 @@
 
 namespace mpm {
 
-constexpr int BLOCK = 128;    // threads; a few thousand points do not fill a device
+constexpr int BLOCK = 128;    // threads; small, since a few thousand points do not fill a device
 constexpr int EXCHANGE_BLOCK = 512;
 static_assert(EXCHANGE_BLOCK >= ExchangeBuffers::MOST_MAXIMA, "each maximum needs a thread");
 
@@ -33,7 +33,8 @@ RVE_HD inline void add_to(SharedSums sums, std::size_t k, std::int64_t part)
 }
 
 /// Sets *to to max(*to, value) atomically. `value` is finite, *to may be -infinity, and zeros are
-/// positive. Bit patterns of doubles of one sign have the order of integers.
+/// positive. As unsigned integers, the bit patterns of non-negative doubles have the order of the
+/// values, and those of negative doubles the reverse order.
 RVE_HD inline void raise_together(double *to, double value)
 {
 #if defined(__CUDA_ARCH__)
@@ -88,9 +89,9 @@ class DeviceTally {
     add_to(SharedSums{sum}, 0, part);
   }
 
-  /// Raises the maxima of the device by those of a warp, whose threads must all call it. The
-  /// maximum of non-negative doubles is found from the high and then the low halves of their bit
-  /// patterns.
+  /// Raises the maxima in device memory to those of a warp. All threads of the warp must call it.
+  /// The maximum of non-negative doubles is found from the high and then the low halves of their
+  /// bit patterns.
   __device__ void flush()
   {
     constexpr unsigned all = 0xffffffffu;
@@ -113,16 +114,16 @@ class DeviceTally {
   bool has_best_ = false;
 };
 
-/// True if passes must not run: the flag is set, or a point has an error of stage 0 and therefore
-/// no weights.
+/// True if the pass P must not run: the halt flag is set, or P has a later stage than 0 and a point
+/// has an error of stage 0, and therefore no weights.
 template <class P> __device__ bool is_halted(const Findings &findings)
 {
   if (findings.halt && *findings.halt > 0) return true;
   return P::STAGE > 0 && findings.first_error[0] != PointErrorKey::NO_ERROR;
 }
 
-/// Tells the compiler that points have boxes of fixed size only, which saves registers in the
-/// kernels that run by default.
+/// Unless HasBoxes (StepView::has_boxes), tells the compiler that the options need no boxes of
+/// points. This saves registers in the kernels for the default options.
 template <bool HasBoxes, class P> __device__ void leave_out_boxes(P &pass)
 {
   if constexpr (!HasBoxes) {

@@ -20,9 +20,9 @@
 
 namespace mpm {
 
-/// Layout of the shared memory, for kernels. Rounds of exchange have the same numbers on all ranks.
-/// Each round waits for all ranks, so the numbers of a round are read before any rank writes those
-/// of the next round but one. Two buffers for each purpose therefore suffice.
+/// Layout of the shared memory, for kernels. All ranks take part in all rounds of exchange and
+/// count them alike. Each round waits for all ranks, so all ranks have read the values of round r
+/// before any rank writes values of round r + 2. Two buffers for each purpose therefore suffice.
 struct ExchangeBuffers {
   static constexpr int MOST_RANKS = 16, MOST_MAXIMA = 256;
 
@@ -30,7 +30,8 @@ struct ExchangeBuffers {
   std::uint64_t *rounds;    ///< rounds of this rank so far, in the memory of its device
   int ranks, rank;          ///< number of ranks, and this rank
 
-  /// Largest number of integers from one rank to another one. All exchange buffers have 16 MiB.
+  /// Largest number of integers from one rank to another one. All exchange buffers together
+  /// have 16 MiB.
   static __host__ __device__ std::size_t buffer_length(int ranks)
   {
     return (std::size_t(1) << 20) / (ranks * ranks);
@@ -42,8 +43,8 @@ struct ExchangeBuffers {
         (MOST_MAXIMA * sizeof(double) + ranks * buffer_length(ranks) * sizeof(std::int64_t));
   }
 
-  /// Flag that is above zero if a rank has left, which ends all waiting. Valid for host addresses
-  /// too.
+  /// Flag that is above zero if a rank has left, which ends all waiting. `memory` is a device or a
+  /// host address of the shared memory.
   static __host__ __device__ std::uint64_t *left(char *memory)
   {
     return reinterpret_cast<std::uint64_t *>(memory);
@@ -94,7 +95,8 @@ struct ExchangeBuffers {
   static __host__ __device__ std::size_t flags(int ranks) { return FLAG * (1 + ranks); }
 };
 
-/// Computes maxima over all ranks in place. A halted kernel has no round; its repetition has one.
+/// Computes maxima over all ranks in place. A halted kernel takes part in no round; the kernel that
+/// repeats its work does.
 template <class Number>
 __global__ void exchange_maxima(ExchangeBuffers buffers, const std::int32_t *halt, Number *maxima,
                                 int count)
@@ -114,7 +116,7 @@ __global__ void exchange_maxima(ExchangeBuffers buffers, const std::int32_t *hal
   maxima[k] = most;
 }
 
-/// Another rank, and the ends of its sums in the lists of given and taken nodes.
+/// Another rank, and the ends (exclusive) of its nodes in the lists of given and taken nodes.
 struct ExchangePartner {
   int rank, given_end, taken_end;
 };
@@ -149,8 +151,8 @@ __device__ void exchange_sums(const ExchangeBuffers &buffers, const ExchangePart
       [&](int from) { return buffers.exchange_buffer(from, buffers.rank, round); }, take);
 }
 
-/// Shared memory of this rank for exchanges. It is open if all ranks are on one computer and each
-/// has its own GPU.
+/// Shared memory of this rank for exchanges. It is open if 2 to MOST_RANKS ranks are on one
+/// computer and each has its own GPU.
 class RankExchange {
  public:
   RankExchange() = default;
@@ -161,7 +163,8 @@ class RankExchange {
     if (places_.memory) cudaHostUnregister(memory_.get());
   }
 
-  /// Collective. Ranks without a device call each_rank_has_its_device() instead.
+  /// Opens the shared memory if that is possible. Collective; ranks without a device call
+  /// each_rank_has_its_device() instead.
   void open(const Communication &communication, const cudaUUID_t &device)
   {
     DeviceName name;
@@ -188,7 +191,7 @@ class RankExchange {
   }
 
   bool is_open() const { return places_.memory != nullptr; }
-  /// Ends all waiting of all ranks permanently.
+  /// Permanently ends the waiting in the kernels of all ranks.
   void leave()
   {
     if (is_open()) *flag_of_leaving() = 1;

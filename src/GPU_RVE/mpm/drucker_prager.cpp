@@ -67,7 +67,8 @@ void DruckerPrager<D>::update(int count, const int *point_index,
         stress[p](a, b) = a == b ? mean + share * (trial(a, a) - mean_before) : share * trial(a, b);
     if (D == 2) state[OutOfPlaneStress] = mean + share * (trial_out - mean_before);
 
-    // the deviator of the plastic strain is (s_t - s)/(2 μ) with |s| = sqrt(2 J2); times sqrt(2/3)
+    // sqrt(2/3) times the norm of the deviator of the plastic strain, which is (s_t - s)/(2 μ) with
+    // |s| = sqrt(2 J2)
     state[PlasticStrain] += (before.root - root) / (std::sqrt(3.0) * shear_modulus_);
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Drucker-Prager plasticity, which is von Mises plasticity without friction.
+// Drucker-Prager plasticity. With a friction angle of zero it is von Mises plasticity.
 
 #pragma once
 

@@ -2,16 +2,17 @@
 // Contact of the material with bodies that press with one face: passes over columns of nodes.
 //
 // The face of a body generally lies between an inner and an outer row of nodes. In each column of
-// nodes under the body, the velocity interpolated at the face is that of the body. With the
-// distance w of the face from the inner row [cells], the impulses are (1 - w) J and w J with
+// nodes under the body, the velocity interpolated at the face is set to that of the body. With the
+// distance w of the face from the inner row [cells], the impulses on the inner and the outer node
+// are (1 - w) J and w J with
 //   J = (v_body - (1 - w) v_in - w v_out) / ((1 - w)² / m_in + w² / m_out).
 // With linear shape functions w is rounded to 0 or 1. doc/src/theory_mpm.rst has the reasons, and
 // the sliding of material on lateral faces. A lateral face that a neighbouring body covers is
 // ignored.
 //
-// Columns are under the body if they are within its width, edges included. Edges should lie on
-// columns. Columns of a round body are those within its radius. The nodes of its outermost cell are
-// on its lateral face, where motion towards the axis is stopped.
+// Columns are under the body if they are within its width, edges included. The edges should lie on
+// columns of nodes. The columns under a round body are those within its radius. Those less than one
+// cell from its edge form its lateral face, where motion towards the axis is stopped.
 //
 // A contact is first found, which marks the components of nodes that it holds, and then imposed.
 // Bodies do not act on components that a side of the grid holds. Nodes that several bodies hold are
@@ -30,17 +31,17 @@ template <int D> struct FaceColumn {
   int inwards;                ///< step of the row index into the body
   double face, back;          ///< row coordinates of the two ends of the body
   NodeIndex<D> place;         ///< place of the column; the component along `normal` is not used
-  int first_row, last_row;    ///< rows of the outermost nodes that are held
+  int first_row, last_row;    ///< outermost rows of nodes that this rank stores
 
   // the inner and the outer node of the face, and the share of the force of each
   int row[2], node[2];
   double share[2];
   bool used[2];     ///< the node takes a share
-  bool has_pair;    ///< all used nodes are held
+  bool has_pair;    ///< this rank stores all used nodes
 
   int lateral[D] = {};    ///< -1 or 1 if the column is on the low or high lateral face, else 0
   bool is_lateral = false;
-  int weight = StepView<D>::WHOLE_CONTACT;    ///< sectors around the column that the body covers
+  int weight = StepView<D>::WHOLE_CONTACT;    ///< number of sectors that the body covers
   bool is_round = false;
   Vec<D> from_axis = Vec<D>::zero();    ///< unit vector from the axis to a lateral column, if round
 
@@ -83,7 +84,7 @@ template <int D> struct FaceColumn {
     return grid.node(at);
   }
 
-  /// Calls visit(row, node) for the nodes with mass inside the body that its face does not use.
+  /// Calls visit(row, node) for the nodes with mass inside the body that are not used at its face.
   template <class Visit> RVE_HD void each_inside(const StepView<D> &step, const Visit &visit) const
   {
     int inside = used[0] ? row[0] + inwards : row[0];
@@ -133,11 +134,11 @@ template <int D> struct FaceColumn {
   }
 };
 
-/// Lateral faces at a node inside a body that no other body covers. Two plates that touch each
-/// other therefore act as one plate.
+/// Lateral faces of a body at a node in it, except the faces that another body covers. Two plates
+/// that touch each other therefore act as one plate.
 ///
 /// The axes along the face divide the surroundings of the node into sectors. Bit s of a set is
-/// sector s, and bit a of s is the side of the node along axis a.
+/// sector s. Bit a of s is 0 on the low side of the node along axis a, and 1 on the high side.
 template <int D> struct OpenFaces {
   int lateral[D] = {};
   bool any = false;
@@ -228,8 +229,8 @@ template <int D> struct ImposeBody : Pass<D> {
     });
   }
 
-  /// Finds whether the face touches the material in this column, and marks the components that it
-  /// holds.
+  /// Finds whether the face touches the material in this column, and marks the velocity components
+  /// that the contact holds.
   RVE_HD void find_pair(const FaceColumn<D> &column, int k) const
   {
     double velocity = 0.0;
@@ -259,7 +260,8 @@ template <int D> struct ImposeBody : Pass<D> {
       if (column.used[i]) step.mark_contacts(body, column.node[i], column.weight, holds);
   }
 
-  /// Speed at which a node moves into the body along an axis, from the side `lateral`.
+  /// Speed at which a node moves into the body along an axis, from the side `lateral`
+  /// [length/time].
   RVE_HD double entry(int n, int a, int lateral) const
   {
     return (step.momentum_end[n][a] / step.mass[n] - step.body_velocity[body][a]) * -lateral;
@@ -295,8 +297,8 @@ template <int D> struct ImposeBody : Pass<D> {
                        [&](int a) { return inwards > 0.0 && is_radial(column, n, a); });
   }
 
-  /// Sets the marked components to the velocity of the body. The fraction `felt_share` of each
-  /// impulse is added to the impulse of the material on the body in this step.
+  /// Sets the marked components to the velocity of the body. In a balance, `felt_share` times each
+  /// impulse is added to StepView::body_impulse, the impulse of the body on nodes in this step.
   RVE_HD void impose(const FaceColumn<D> &column, const Vec<D> &velocity, double felt_share,
                      const ContactMomenta<D> &momenta) const
   {

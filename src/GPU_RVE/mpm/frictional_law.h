@@ -81,7 +81,8 @@ template <int D> class FrictionalLaw : public ElasticLaw<D> {
             "cohesion and friction angle must not both be 0: the material would have no strength");
   }
 
-  /// Returns the stress after an elastic increment. The out-of-plane stress advances in `memory`.
+  /// Returns the stress after an elastic increment. Updates the out-of-plane stress in
+  /// `memory`.
   Tensor elastic_trial(const Tensor &deformation_increment, const Tensor &stress,
                        double *memory) const
   {

@@ -163,14 +163,14 @@ template <int D> class Grid {
   RVE_HD int cells(int axis) const { return cells_[axis]; }
 
   /// Number of nodes that are held along an axis; first() and last() are the places of the
-  /// outermost.
+  /// outermost held nodes.
   RVE_HD int nodes(int axis) const { return held_[axis]; }
   RVE_HD int first(int axis) const { return first_[axis]; }
   RVE_HD int last(int axis) const { return first_[axis] + held_[axis] - 1; }
   RVE_HD int node_count() const { return stride(D); }
 
-  /// Returns the storage index of a node that is held, by its place: from -1 to cells + 1 along
-  /// each axis.
+  /// Returns the storage index of the node at a place, which must be held. Places are from -1 to
+  /// cells + 1 along each axis.
   RVE_HD int node(const NodeIndex<D> &place) const
   {
     int index = place[D - 1] - first_[D - 1];

@@ -58,8 +58,8 @@ template <int D> struct Support {
   }
 
  private:
-  // index sequences replace loops, since device compilers would not unroll loops within those over
-  // nodes
+  // index sequences replace loops over axes, since device compilers would not unroll these inside
+  // the loops over nodes
   template <std::size_t... A>
   RVE_INLINE int node(const NodeIndex<D> &place, std::index_sequence<A...>) const
   {
@@ -92,7 +92,7 @@ template <int D> struct PointBox {
   Vec<D> place;    ///< centre from the low sides of the grid [cells]
   Vec<D> half;     ///< half sizes, above 0.5 only if the box follows the deformation [cells]
 
-  /// Number of parts along an axis, each of which is at most a cell.
+  /// Number of equal parts along an axis, each of which is at most one cell long.
   RVE_HD int parts(int axis) const
   {
     const double cells = 2.0 * half[axis] * (1.0 - 1e-9);
@@ -101,8 +101,8 @@ template <int D> struct PointBox {
 };
 
 /// Half size l_a along an axis [cells] of the axis-aligned box with the same second moments along
-/// the axes as the deformed box of a point: l_a² = Σ_b (F_ab l_b)². A rotation does not change a
-/// square, and a rotating stretch is preserved.
+/// the axes as the deformed box of a point: l_a² = Σ_b (F_ab l_b)². A rotation does not change the
+/// half sizes of a square or cube. If a stretched box rotates, its stretch rotates with it.
 template <int D>
 RVE_HD double deformed_half(const Grid<D> &grid, const Vec<D> &half_size,
                             const Tensor<D> &deformation, int axis)
@@ -162,15 +162,15 @@ RVE_HD Support<D> support_of(const Grid<D> &grid, ShapeFunction shape, const dou
   return support;
 }
 
-/// Adds to the k-th of the sums on nodes. Types of sums that threads share overload this function.
+/// Adds to the k-th of the sums on nodes. Other types of sums overload this function.
 RVE_HD inline void add_to(std::int64_t *sums, std::size_t k, std::int64_t part)
 {
   sums[k] += part;
 }
 
-/// Adds share(place) to component c of `C` sums per node for all nodes of the support. Each share
-/// is rounded once, and the heaviest node gets the rest `left` of the rounded total, so that the
-/// sum over the nodes is the total exactly.
+/// Adds share(place) to component c of `C` sums per node for all nodes of the support. `left` is
+/// the rounded total. Each share is rounded once, and the heaviest node gets what the shares of the
+/// other nodes leave of the total, so that the sum over the nodes is exactly the total.
 template <int C, int D, class Share, class Sums>
 RVE_HD void scatter_integer(const Support<D> &support, const rve::FixedScale &scale,
                             std::int64_t left, const Share &share, Sums sums, int c)
@@ -186,7 +186,7 @@ RVE_HD void scatter_integer(const Support<D> &support, const rve::FixedScale &sc
   add_to(sums, static_cast<std::size_t>(heaviest) * C + c, left);
 }
 
-/// Rounds `total` and adds its shares as scatter_integer() does.
+/// Rounds `total` and adds its shares to nodes as scatter_integer() does.
 template <int C, int D, class Share, class Sums>
 RVE_HD void scatter(const Support<D> &support, const rve::FixedScale &scale, double total,
                     const Share &share, Sums sums, int c)

@@ -8,8 +8,8 @@
 //
 // All machines give the same bits because of these rules:
 //   1. a pass changes only data of its item;
-//   2. results of several items do not depend on the order: integer sums, maxima, and the lowest
-//      key of points with errors;
+//   2. results that combine several items do not depend on their order: integer sums, maxima, and
+//      the lowest key of points with errors;
 //   3. passes take effect in the order of the calls.
 
 #pragma once
@@ -70,7 +70,7 @@ template <int D> class HostMachine {
   {
   }
 
-  /// Collective, after all ranks have a machine.
+  /// Chooses how ranks exchange sums. Collective; called after all ranks have made their machines.
   void join_ranks(const Communication &communication)
   {
     each_rank_has_its_device(communication, DeviceName{});    // collective with ranks on devices
@@ -128,8 +128,8 @@ template <int D> class HostMachine {
   void submit() {}
   /// Waits until all passes have finished.
   void wait() {}
-  /// Makes the passes from now on conditional: they change nothing if the flag, in device memory,
-  /// is above zero when they run. Null removes the condition. Asynchronous machines only.
+  /// Makes later passes conditional: they change nothing if the flag, in device memory, is above
+  /// zero when they run. Null removes the condition. Asynchronous machines only.
   void halt_if(const std::int32_t *) {}
   /// Requests a copy of findings and rigid bodies. Other work may be submitted to the device before
   /// wait_for_findings().
@@ -151,7 +151,7 @@ template <int D> class HostMachine {
   std::uint64_t first_error() const { return first_error_; }
   /// Maxima that passes have found, indexed by Maximum.
   const double *maxima() const { return maxima_.data(); }
-  /// Replaces maxima by those over all ranks. Collective.
+  /// Replaces `count` maxima from index `first` on by those over all ranks. Collective.
   void share_maxima(const Communication &communication, int first, int count)
   {
     communication.max_over_ranks(maxima_.data() + first, count);
@@ -179,8 +179,8 @@ template <int D> class HostMachine {
     return exchange_.data();
   }
 
-  /// Returns the nodes of the part in a row of a field of view(), on the host. Valid until the next
-  /// call.
+  /// Returns a row of a node field of view() on the host, one value per node of the part. Valid
+  /// until the next call.
   template <class T> const T *of_nodes(const T *field, int row = 0) const
   {
     return field + view_.in_row(row, 0);
@@ -194,7 +194,7 @@ template <int D> class HostMachine {
     return std::to_string(threads_) + (threads_ == 1 ? " CPU thread" : " CPU threads");
   }
 
-  /// Calls pass(load, sums) for all loads. The pass adds to sums that scatter() has begun.
+  /// Calls pass(load, sums) for all loads. The pass adds to the sums of the last scatter().
   template <class P> void scatter_loads(const P &pass)
   {
     const SumsByKind<std::int64_t *> sums = {{view_.sums[InertiaSums], view_.sums[VectorSums]}};

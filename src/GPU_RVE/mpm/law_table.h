@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Table of the constitutive laws in closed form, by their words in scripts. A new law needs a line
-// of the table and its own files.
+// Table of the constitutive laws in closed form, with their names in scripts. A new law needs a
+// row of the table and its own files.
 
 #pragma once
 

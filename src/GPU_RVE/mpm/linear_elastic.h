@@ -7,8 +7,7 @@
 
 namespace mpm {
 
-/// Isotropic linear elasticity, in 2D for plane strain, as a hypoelastic law without the rotation
-/// of the increment:
+/// Isotropic linear elasticity, in 2D for plane strain, as an objective hypoelastic law:
 ///   σ_new = R σ Rᵀ + λ tr(D) I + 2 μ D
 /// with D and the rotation R from the displacement gradient with respect to the middle of the
 /// increment (Hughes & Winget 1980, Int. J. Numer. Meth. Engng 15, 1862; it integrates the Jaumann

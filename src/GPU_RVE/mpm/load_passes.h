@@ -26,8 +26,8 @@ template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointL
 }
 
 /// Force of a load [force]. A following load acts on the present area vector A det(F) F^-T N of the
-/// face with the initial area vector A N (Nanson's formula), which is the column of cofactors of F
-/// for the normal.
+/// face with the initial area vector A N (Nanson's formula). det(F) F^-T N is the column of the
+/// cofactor matrix of F for the normal.
 template <int D> RVE_HD Vec<D> load_force(const StepView<D> &step, const PointLoad<D> &load)
 {
   Vec<D> force;
@@ -75,9 +75,9 @@ template <int D> struct PrepareLoad : LoadPass<D> {
 };
 
 /// Adds tractions t on faces of boxes of points to the sums of forces: f_I = t A N_t,I(x_t)
-/// H_n,I(x_face) with the shape function N of the point along the face and the hat function H at
-/// the face across it. Uniform stress is then in equilibrium with t = σ to round-off
-/// (doc/src/theory_mpm.rst, tractions).
+/// H_n,I(x_face) with the shape function N of the point along the face, and the hat function H
+/// along the normal at the position of the face. Uniform stress is then in equilibrium with t = σ n
+/// to round-off (doc/src/theory_mpm.rst, tractions).
 template <int D> struct ScatterLoad : LoadPass<D> {
   using Pass<D>::step;
   rve::FixedScale scale = {};
@@ -94,7 +94,7 @@ template <int D> struct ScatterLoad : LoadPass<D> {
         ? step.box[p].place[normal] + outward(load.face) * step.box[p].half[normal]
         : step.grid.scaled(face, normal);
 
-    // the three rows contain the face and end at the ghost layer
+    // the three rows contain the face and do not reach beyond the ghost layer
     const int row = static_cast<int>(std::floor(xi));
     const int highest = step.grid.cells(normal) - 1;
     AxisWeights across = {row < -1 ? -1 : row > highest ? highest : row, {}, {}};

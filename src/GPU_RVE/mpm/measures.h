@@ -33,13 +33,13 @@ inline double deviatoric_stress(const rve::Tensor3 &stress)
   return std::sqrt(1.5 * deviatoric_square(stress));
 }
 
-/// sqrt(2 e:e) of the deviator of the engineering strain (F + Fᵀ)/2 - 1.
+/// sqrt(2 e:e) of the deviator of the engineering strain (F + Fᵀ)/2 - I.
 inline double deviatoric_strain(const rve::Tensor2 &F)
 {
   return std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
 }
 
-/// sqrt(2/3 e:e), which is q/(3 μ) in an isotropic elastic material.
+/// sqrt(2/3 e:e), which is deviatoric_stress/(3 μ) in an isotropic elastic material.
 inline double deviatoric_strain(const rve::Tensor3 &F)
 {
   return std::sqrt(2.0 / 3.0 * deviatoric_square(F));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Layout of the rows of state variables of points (MemoryRows), for restart files and output. Laws
-// are identified by their words, as in law_table.h.
+// are identified by their names in scripts (LawEntry::word).
 
 #pragma once
 

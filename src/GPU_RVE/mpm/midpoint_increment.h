@@ -17,7 +17,7 @@ template <int D> struct MidpointIncrement {
 };
 
 /// Rotation R = (I - W/2)⁻¹ (I + W/2) of a displacement gradient with the spin W. In 2D its angle
-/// is 2 atan(|w|/2).
+/// is 2 atan(w/2) with w = W_yx.
 RVE_INLINE rve::Tensor2 midpoint_rotation(const rve::Tensor2 &gradient)
 {
   const double half_spin = 0.25 * (gradient(1, 0) - gradient(0, 1));
@@ -27,7 +27,8 @@ RVE_INLINE rve::Tensor2 midpoint_rotation(const rve::Tensor2 &gradient)
   return {{cosine, -sine, sine, cosine}};
 }
 
-/// The same rotation in 3D: with H = W/2 = h ×, R = I + 2 (H + H²)/(1 + h²), since H³ = -h² H.
+/// Rotation R in 3D. With H = W/2 and the vector h such that H x = h × x,
+/// R = I + 2 (H + H²)/(1 + h²), since H³ = -h² H.
 RVE_INLINE rve::Tensor3 midpoint_rotation(const rve::Tensor3 &gradient)
 {
   using rve::Tensor3;

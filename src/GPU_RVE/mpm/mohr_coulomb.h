@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mohr-Coulomb and Tresca plasticity: the return in principal stresses and the law. It is for
-// ground without grains and for bearing capacities with closed forms.
+// Mohr-Coulomb and Tresca plasticity: the return in principal stresses and the law. The law is for
+// ground without grains, and for verification with bearing capacities in closed form.
 
 #pragma once
 
@@ -43,8 +43,8 @@ struct MohrCoulombReturn {
     const double f = yield(trial);
     if (!(f > 0.0)) return trial;
 
-    // plane: σ = trial - Δλ C b with b = (m, 0, -1); C b = λ tr(b) 1 + 2 μ b, and a·C b with a =
-    // (k, 0, -1)
+    // plane: σ = trial - Δλ C b with b = (m, 0, -1), C b = λ tr(b) 1 + 2 μ b, Δλ = f/(a·C b) and
+    // a = (k, 0, -1)
     const double bulk = lame_first * (m - 1.0);
     const double first = bulk + 2.0 * shear_modulus * m;
     const double third = bulk - 2.0 * shear_modulus;
@@ -82,8 +82,8 @@ struct MohrCoulombReturn {
 
 /// Elastic, perfectly plastic law: the elastic trial of Hughes and Winget as in LinearElastic, and
 /// the return MohrCoulombReturn in principal axes. In 2D the law is for plane strain, and the
-/// out-of-plane stress is the third principal stress. Flow at the apex and on edges is included.
-/// There is no tension cut-off below the apex.
+/// out-of-plane stress is one of the three principal stresses. Flow at the apex and on edges is
+/// included. There is no tension cut-off below the apex.
 template <int D> class MohrCoulomb : public FrictionalLaw<D> {
   using Tensor = rve::Tensor<double, D>;
 

@@ -250,7 +250,7 @@ void MpmSolver<D>::evaluate(const PointView<D> &points, const std::vector<Tracti
   runner_->evaluate(input(points, loads, dt), stresses_);
 }
 
-/// Throws a PointError for points with which the next step cannot begin.
+/// Throws a PointError if the state of a point does not allow another step.
 template <int D> void MpmSolver<D>::check_points(const PointView<D> &points) const
 {
   std::uint64_t first = PointErrorKey::NO_ERROR;

@@ -2,10 +2,10 @@
 // The material point method: time steps from points to the grid and back.
 //
 // This interface does not depend on LAMMPS, MPI, CUDA or grains. Points belong to the caller. Sums
-// on nodes of the grid are integers, over all ranks that need them, so that results have the same
-// bits for any number of ranks and threads and any order of the points. A rank holds the part of
-// the grid around its points (shared_nodes.h). All ranks must make the same calls, including those
-// for nodes, reactions and totals, since calls may communicate through the functions in
+// on nodes of the grid are integers and include the points of all ranks, so that results have the
+// same bits for any number of ranks and threads and any order of the points. A rank holds the part
+// of the grid around its points (shared_nodes.h). All ranks must make the same calls, including
+// those for nodes, reactions and totals, since calls may communicate through the functions in
 // Communication.
 
 #pragma once
@@ -34,10 +34,10 @@ template <int D> struct Totals {
 
 template <int D> class MpmSolver {
  public:
-  /// Throws rve::InputError for wrong options, for Device::Cuda without a device, and for any
-  /// missing device if the environment has GPU_RVE_REQUIRE_CUDA (cuda/cuda_required.h). `notice`,
-  /// if given, receives the reason if Device::Auto falls back to the CPU in a build with CUDA.
-  /// Collective.
+  /// Throws rve::InputError for wrong options, for Device::Cuda without a device, and for
+  /// Device::Auto without a device if GPU_RVE_REQUIRE_CUDA is true (cuda/cuda_required.h).
+  /// `notice`, if given, receives the reason if Device::Auto falls back to the CPU in a build with
+  /// CUDA. Collective.
   explicit MpmSolver(const SolverOptions<D> &options, Communication communication = {},
                      std::string *notice = nullptr);
 
@@ -63,9 +63,9 @@ template <int D> class MpmSolver {
 
   /// Advances all points by `dt` [time]: positions, velocities, F, volumes, stresses, L.
   ///
-  ///   1. mass and momentum to the grid; Usavg: half of the strain
+  ///   1. mass and momentum to the grid; Usavg: half of the strain and stress increments
   ///   2. forces f_I = - Σ V σ·∇N + Σ f N + traction
-  ///   3. conditions, p += f dt, conditions, damping
+  ///   3. p_end = p + f dt, conditions on p and p_end, damping
   ///   4. x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v
   ///   5. momentum to the grid again, conditions, L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F,
   ///      stresses
@@ -82,8 +82,8 @@ template <int D> class MpmSolver {
   void evaluate(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads, double dt);
 
   /// Returns the Courant number dt max_p (c_p + |v_p|) / h with c = sqrt(M/ρ), M from the
-  /// constitutive model and ρ = m/V. The maximum includes the wave speeds of dashpots. Steps above
-  /// 1 are unstable, and nonlinear materials need 0.5 or less.
+  /// constitutive model and ρ = m/V. The maximum includes the wave speeds of dashpots. Steps with a
+  /// Courant number above 1 are unstable, and nonlinear materials need 0.5 or less.
   double cfl_number(const PointView<D> &points, double dt) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].
@@ -96,8 +96,8 @@ template <int D> class MpmSolver {
   /// Sum of the forces of local damping on nodes in the last step or evaluation [force]. Together
   /// with reactions and other forces it balances the change of momentum of the points.
   Vec<D> damping_force() const { return runner_->damping_force(); }
-  /// Largest magnitude of a component of the internal plus external nodal force whose velocity is
-  /// not prescribed [force].
+  /// Largest magnitude of a component of an internal plus external nodal force [force]. Components
+  /// with a prescribed velocity do not count.
   double max_unbalanced_force() const { return runner_->max_unbalanced_force(); }
 
   /// Returns sums over all deformable points.
@@ -117,12 +117,12 @@ template <int D> class MpmSolver {
     synchronise();
     runner_->fetch(points);
   }
-  /// Waits for stresses that a device computes, since a step does not. It must precede reading
-  /// stresses of the points between steps, unless fetch() is called. Not collective.
+  /// Waits for stresses that a device still computes when step() has returned. Callers that read
+  /// stresses of points between steps must call it or fetch() first. Not collective.
   void synchronise() const;
-  /// Announces that the caller has changed, or will change before the next call, the arrays of the
-  /// points, which must be up to date. Positions, velocities, body forces, models and rigid bodies
-  /// may change without announcement.
+  /// Announces that the caller has changed the arrays of the points, or will change them before the
+  /// next call. The arrays must be up to date (fetch()). Positions, velocities, body forces, models
+  /// and rigid bodies may change without announcement.
   void points_changed() { runner_->points_changed(); }
 
   /// Total wall time of copies from and to a device [seconds].

@@ -12,7 +12,8 @@
 namespace mpm {
 
 /// Kinds of integer sums on nodes. All points add to them, and ranks exchange the sums of shared
-/// nodes. Successive passes use VectorSums for forces, momenta, and volumes and means of cells.
+/// nodes. Successive passes use VectorSums for forces, for momenta, and for the volumes and means
+/// of cells.
 enum SumKind { InertiaSums, VectorSums, NUM_SUM_KINDS };
 
 /// Number of integers of a kind on a node: mass and momentum, or a vector.
@@ -38,11 +39,11 @@ template <int D, template <class> class Array> struct NodeFields {
   Array<Vec<D>> force{};              ///< [force]
   Array<Vec<D>> velocity{};           ///< velocity for the next motion or strains [length/time]
   Array<Vec<D>> velocity_change{};    ///< [length/time]
-  Array<double> cell_mean{};          ///< mean of the cell above the node, with mean dilation
-  // impulses of the material, for reactions [mass length/time]
-  Array<Vec<D>> side_impulse{};        ///< per axis: on the side across that axis
-  Array<Vec<D>> absorbed_impulse{};    ///< per axis: on the dashpots of that side
-  Array<Vec<D>> body_impulse{};        ///< per body: on that body
+  Array<double> cell_mean{};          ///< mean over the cell with this lowest node (CellMean)
+  // impulses for reactions [mass length/time]; body_impulse has the opposite sign of the others
+  Array<Vec<D>> side_impulse{};        ///< per axis: of the material on the side across the axis
+  Array<Vec<D>> absorbed_impulse{};    ///< per axis: of the material on the dashpots of the side
+  Array<Vec<D>> body_impulse{};        ///< per body: of the body on the node
   // contacts with bodies
   Array<std::uint8_t> on_body{};            ///< bit a: a body has a condition on component a
   Array<std::uint8_t> closed{};             ///< per body and column: the face is in contact

@@ -25,7 +25,7 @@ template <int D> struct NodeBalance : NodePass<D> {
       return;
     }
     // the damping force is -α |f| sign(v) with the net force f including reactions and sign(0) = 0;
-    // a held node has none, and reactions are not damped
+    // held components have no damping force, and reactions do not contain it
     step.damping_impulse[n] = (-1.0) * end;
     for (int c = 0; c < D; ++c) {
       const double net = end[c] - begin[c];

@@ -86,7 +86,7 @@ template <int D, class Tally>
 RVE_HD void raise_force_bounds(const StepView<D> &step, const Tensor<D> &stress, double volume,
                                const double *body_force, Tally &tally)
 {
-  // subtracting the mean at most doubles the stress
+  // removing the point's own pressure at most doubles the bound; force_bound() adds the mean
   const double factor = step.mean_dilation ? 2.0 : 1.0;
   tally.raise(
       ForceBound,

@@ -16,11 +16,11 @@ namespace mpm {
 
 struct PointSums {
   std::int64_t points;         ///< number of points
-  std::vector<double> sums;    ///< one sum per number of a point
+  std::vector<double> sums;    ///< one sum per quantity q
 };
 
 /// Returns the sums of `count` numbers value(p, q) of each point p for which takes(p) is true.
-/// check(largest, points) throws if the numbers are too large. Collective.
+/// check(largest magnitude, points) throws if the numbers of one q are too large. Collective.
 template <int D, class Takes, class Value, class Check>
 PointSums sum_over_points(const PointView<D> &points, const Communication &communication, int count,
                           const Takes &takes, const Value &value, const Check &check)

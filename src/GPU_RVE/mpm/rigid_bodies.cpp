@@ -60,8 +60,9 @@ namespace {
       }
   }
 
-  /// Length that extends a face at `distance` from the centre to two cells beyond a side of the
-  /// grid [length]. It is 0 unless the face is on the side or less than two cells beyond it.
+  /// Distance by which a face, at `distance` from the centre, must move outwards to be two cells
+  /// beyond a side of the grid [length]. It is 0 unless the face is parallel to the side and on it
+  /// or less than two cells beyond it.
   template <int D>
   double beyond_side(const SolverOptions<D> &options, const Vec<D> &centre, const Vec<D> &normal,
                      double distance)
@@ -275,8 +276,8 @@ std::vector<RigidBodyStep<D>> &RigidBodies<D>::steps(const PointView<D> &points,
     else
       widen_at_sides(step.shape);
     step.reach = std::sqrt(dot(body.centre, body.centre)) + 2.0 * step.shape.radius() + 2.0 * cell;
-    // each line through the bounding box along an axis has two contacts, and each node inside has
-    // one
+    // each line through the bounding box along an axis has at most two contacts on the surface, and
+    // each node inside has one
     const double across = 2.0 * step.shape.radius() / cell + 3.0;
     double terms = 1.0;
     for (int a = 0; a < D; ++a) terms *= std::min(across, 1e4);
@@ -341,9 +342,9 @@ template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shap
   for (int n = 0; n < shape.num_half_spaces; ++n) shape.half_space[n] = hull.sides[n].plane;
 }
 
-/// Finds the momentum of the bodies that forces drive, and their rates without contact. About an
-/// origin that moves with the body, M du/dt = Q - (m ω × (ω × c), ω × I ω) with the centre of mass
-/// at c.
+/// Finds the momentum of the bodies that forces drive, and their rates u without contact. About an
+/// origin that moves with the body, M du/dt = Q - (m ω × (ω × c), ω × I ω) with the forces and
+/// torques Q and the centre of mass c relative to the origin.
 template <int D>
 void RigidBodies<D>::add_forces(const PointView<D> &points, double dt,
                                 const Communication &communication)

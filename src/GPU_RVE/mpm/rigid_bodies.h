@@ -3,8 +3,8 @@
 //
 // A body is made from its points in its first step. Its form fits the boxes of the points or has
 // given vertices, the masses of the points give its inertia, and their velocities give the initial
-// rates of free freedoms. Afterwards the points follow the body, and forces on them act on the
-// body.
+// rates of the freedoms that obey forces. Afterwards the points follow the body, and forces on them
+// act on the body.
 
 #pragma once
 

@@ -6,15 +6,17 @@
 // surface if the normal there is nearest to that axis. The velocity interpolated at the surface
 // then satisfies the contact along the true normal, as under the face of a body that does not turn
 // (face_contact.h). Edges and corners need no special treatment, since each line meets one face. A
-// line counts if it passes at least a quarter of a cell behind the other faces; otherwise a block
-// that has sunk into the ground a little would plough. Nodes deeper inside satisfy the contact with
-// the nearest surface. Nodes take the impulse of a contact in shares whose centre is the position
-// of the contact, so that body and material exchange momentum and angular momentum to round-off.
+// line has a contact only if it meets the surface at least a quarter of a cell inside of the other
+// faces; otherwise a block that has sunk into the ground a little would plough. Nodes deeper inside
+// the body satisfy the contact with the nearest surface. Nodes take the impulse of a contact in
+// shares whose centre is the position of the contact, so that body and material exchange momentum
+// and angular momentum to round-off.
 //
-// A body that forces drive gets the velocities of the end of the step. Each contact adds its
-// effective mass to the inertia of the body (GatherContacts), the sum is solved (SolveContacts),
-// and the contacts are imposed with the result. The reaction on the body is the integer sum of the
-// impulses of these contacts, which alone determine its motion (FinishBodies).
+// The contacts of a body that forces drive use its velocity at the end of the step. Each contact
+// adds its effective mass to the inertia of the body (GatherContacts), the equations of motion are
+// solved (SolveContacts), and the contacts are imposed with the resulting velocity. The reaction on
+// the body is the integer sum of the impulses of its contacts. The final motion follows from this
+// reaction and the other forces (FinishBodies).
 
 #pragma once
 
@@ -28,7 +30,7 @@ template <int D> struct RigidContact {
   int count;    ///< number of nodes that take a share
   int node[2];
   double share[2];
-  int slot;         ///< index of the state in the word of the first node
+  int slot;         ///< index of the state in contact_states of the first node
   Vec<D> normal;    ///< outward normal of the body
   Vec<D> arm;       ///< position from the origin of the body [length]
 
@@ -50,7 +52,7 @@ template <int D> struct RigidContact {
   }
 };
 
-/// Smallest depth behind the other faces at which a line has a contact [cells].
+/// Smallest depth inside of the other faces at which a line has a contact [cells].
 constexpr double LEAST_DEPTH = 0.25;
 
 /// Smallest length of the sum of the normals of two faces that enclose a tip; opposite faces have
@@ -102,7 +104,7 @@ RVE_HD void each_contact_along(const StepView<D> &step, const RigidBodyStep<D> &
   typename RigidShape<D>::Crossing crossing;
   if (!body.shape.cross(point, axis, POSITION_TOLERANCE * cell, crossing)) return;
 
-  // nodes outside these rows have no mass
+  // nodes outside of these rows are not stored and do not influence the points of this rank
   const int first_row = grid.first(axis), last_row = grid.last(axis);
   const auto is_steepest = [&](const Vec<D> &normal) {
     for (int a = 0; a < D; ++a)
@@ -202,8 +204,7 @@ enum class Touch { Open, Slides, Sticks };
 
 /// Relative motion of body and material at a contact.
 template <int D> struct RigidContactMotion {
-  /// Effective mass: impulse that changes the velocity of the material at the contact by one
-  /// [mass].
+  /// Effective mass: impulse per change of the velocity of the material at the contact [mass].
   double mass = 0.0;
   Vec<D> normal;    ///< unit vector; components that sides of the grid hold are zero
   /// Velocity of the body relative to the material, now and before the forces [length/time].
@@ -275,7 +276,7 @@ template <int D> struct RigidContactMotion {
 
 /// Scales of the sums over contacts of one body. No bound of the terms is known in advance, since
 /// nodes with little mass move fast. The sums therefore have capacity for terms a million times
-/// larger than those of points, and a second sum keeps the digits that are rounded off.
+/// larger than those of points. A second sum of impulses keeps the digits that are rounded off.
 template <int D> struct ContactScales {
   static constexpr double ROOM = 0x1p20;
   rve::FixedScale mass, coarse, fine;
@@ -343,7 +344,8 @@ template <int D> struct GatherContacts : ContactPass<D> {
         return;
       const Touch touch = motion.touch(this->options, step.flip);
       if (touch == Touch::Open) return;
-      // `rest` gives the impulse on a body at rest, `answer` the change for a velocity of the body
+      // answer(v) is the impulse on the material if the body moves with v relative to it; `rest` is
+      // this relative velocity without the present motion of the body
       const Vec<D> rest = motion.approach - step.flip * motion.approach_before -
           motion.freed(velocity_at(body.now, contact.arm));
       const Vec<D> pushed =
@@ -503,7 +505,7 @@ template <int D> struct FinishBodies : Pass<D> {
 template <int D> struct MoveContactSums : Pass<D> {
   using Pass<D>::step;
   static constexpr int STAGE = 0;
-  int index;    ///< body whose additions to inertia and momentum are copied; -1: impulses on all
+  int index;    ///< body whose contact sums are copied; -1: the impulses on all bodies
   bool packs;
   std::int64_t *buffer;
   int count;

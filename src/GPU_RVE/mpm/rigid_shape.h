@@ -19,7 +19,7 @@ enum class BodyForm { Face, Box, Ball, Cylinder, Convex };
 template <int D> constexpr int FREEDOMS = rve::Space<D>::freedoms;
 
 /// Velocity at `arm` [length] from the origin of a body that moves with unit rate in one freedom:
-/// translation along an axis, or rotation about an axis, which is the only one in 2D.
+/// translation along an axis, or rotation about an axis (in 2D about the normal of the plane).
 template <int D> RVE_HD Vec<D> unit_motion(int freedom, const Vec<D> &arm)
 {
   Vec<D> motion = Vec<D>::zero();
@@ -150,12 +150,12 @@ template <int D> struct RigidShape {
   struct Crossing {
     double place[2];     ///< coordinates along the line [length]
     Vec<D> normal[2];    ///< outward normals
-    double depth[2];     ///< depths behind the nearest of the other faces [length]
+    double depth[2];     ///< depths inside of the nearest other face [length]
   };
 
-  /// Finds the crossing of a line along a coordinate axis through `point`, from which places are
-  /// counted. Returns false if the line does not meet the body. A line parallel to a face meets it
-  /// if it is inside or nearer than `tolerance` [length].
+  /// Finds the crossing of a line along a coordinate axis through `point`, which is the origin of
+  /// coordinates along the line. Returns false if the line does not meet the body. A line parallel
+  /// to a face may be up to `tolerance` [length] outside of the face.
   RVE_HD bool cross(const Vec<D> &point, int axis, double tolerance, Crossing &crossing) const
   {
     const Vec<D> start = transpose(orientation) * (point - centre);
@@ -267,7 +267,7 @@ template <int D> struct RigidShape {
     return form == BodyForm::Ball ? D : form == BodyForm::Cylinder ? 2 : 0;
   }
 
-  static constexpr double PARALLEL = 1e-12;    // sine of the largest angle between parallels
+  static constexpr double PARALLEL = 1e-12;    // sine; smaller angles count as 0
 
   /// Does the work of cross() for the form Convex, with vectors in the axes of the body.
   RVE_HD bool cross_planes(const Vec<D> &start, const Vec<D> &direction, double tolerance,
@@ -306,7 +306,8 @@ template <int D> struct RigidShape {
         if (k == face[end]) continue;
         const Vec<D> &other = half_space[k].normal;
         double below = half_space[k].distance - dot(other, place);
-        // lines along this axis also meet the other face, and a line at the edge meets both
+        // both faces have contacts with lines along this axis, so their edge is no limit; at the
+        // edge, both normals count
         if (is_steep && outward * dot(other, direction) > STEEP) {
           if (below < same) sum = sum + other;
           continue;
@@ -320,13 +321,13 @@ template <int D> struct RigidShape {
   }
 
   static constexpr double SAME_DEPTH = 1e-9;    // tolerance relative to the size of the body
-  /// Cosine to an axis that only one of two perpendicular normals exceeds.
+  /// Cosine of the angle to an axis; at most one of two perpendicular normals exceeds it.
   static constexpr double STEEP = 0.7072;
 
-  /// Returns whether the depth `below` behind another face counts as a depth behind an edge, and
-  /// scales it. Faces whose normals differ by up to 45 degrees approximate a round body and have no
-  /// edge. From there to a right angle the effect of the edge grows. An opposite face has no common
-  /// edge.
+  /// True if the two faces with these normals have an edge, so that the depth `below` inside of the
+  /// other face counts. Faces whose normals differ by up to 45 degrees approximate a round body and
+  /// have no edge. From there to a right angle `below` is enlarged, by less for larger angles.
+  /// Opposite faces have no common edge.
   RVE_HD bool is_behind_edge(const Vec<D> &normal, const Vec<D> &other, double &below) const
   {
     constexpr double ROUND = 0.3;    // 1 - cos of 45.6 degrees

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Shape functions of the background grid along one axis. The shape function of a node is their
-// product.
+// Shape functions of the background grid along one axis. The shape function of a node is the
+// product of those along all axes.
 //
 // Coordinates are distances from the low side of the grid in cell widths; slopes are per cell
 // width.

@@ -13,9 +13,9 @@
 // with the stiffness of the material it has complex eigenvalues, and the motion of nodes with
 // little mass grows from step to step.
 //
-// The division leaves a part of the deviation from conditions that differ between contacts, so the
-// sweep is repeated. Components of a node are divided separately. Components that only one body
-// touches are not divided, and their momenta change immediately.
+// If the conditions of the contacts differ, a sweep with divided nodes does not satisfy them fully,
+// so sweeps are repeated. Components of a node are divided separately. Components that only one
+// body touches are not divided, and their momenta change immediately.
 
 #pragma once
 
@@ -23,8 +23,8 @@
 
 namespace mpm {
 
-/// Number of sweeps over contacts on divided nodes. Two contacts leave 2^-4 of a deviation that
-/// both can remove.
+/// Number of sweeps over contacts on divided nodes. Each sweep halves the deviation from a
+/// condition that only one of two equal contacts imposes, so that 2^-4 of it remains.
 constexpr int SHARED_SWEEPS = 4;
 
 /// The work of a pass over the contacts of a body.

@@ -49,7 +49,7 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
     for (int p = 0; p < points.count; ++p) {
       if (points.rigid_body[p] >= 0) continue;
       ++count;
-      // points outside the grid, or without a finite position, end the step on their rank
+      // points outside the grid, or without a finite position, cause an error later in the step
       const double *x = points.position[p];
       if (!grid_.contains(x)) continue;
       double more[D];
@@ -93,7 +93,7 @@ void SharedNodes<D>::find(const PointView<D> &points, ShapeFunction shape, doubl
 
 /// Returns the nodes that points between `lo` and `hi` [length] can touch. With the coordinate xi
 /// in cells, weights reach from node floor(xi) - 1 to floor(xi) + 2 (support_of). Loads on faces at
-/// most half a cell away have three rows, from floor(xi) - 1 to floor(xi) + 3 (ScatterLoad).
+/// most half a cell away have three rows between floor(xi) - 1 and floor(xi) + 3 (ScatterLoad).
 template <int D> NodeBox<D> SharedNodes<D>::box_around(const double *lo, const double *hi) const
 {
   for (int a = 0; a < D; ++a)

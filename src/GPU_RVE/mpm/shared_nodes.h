@@ -83,9 +83,9 @@ template <int D> class SharedNodes {
   /// get the same number. The time is quadratic in the number of ranks.
   double most_given() const;
 
-  /// Returns the values of all nodes in a box whose bits are not all zero, in the order of
-  /// Grid::id(). The first rank that touches a node gives its value. Collective, with the same box
-  /// on all ranks. `own` has a value per node of the part.
+  /// Returns the nodes in a box with their values, in the order of Grid::id(), without values whose
+  /// bits are all zero. The first rank that touches a node gives its value. Collective, with the
+  /// same box on all ranks. `own` has a value per node of the part.
   template <class T>
   std::vector<NodeValue<D, T>> everywhere(const T *own, const NodeBox<D> &where) const;
   /// Returns the value of one node, or zero bits if no rank touches it. Collective.
@@ -104,7 +104,7 @@ template <int D> class SharedNodes {
  private:
   /// Smallest distance [cells] that points can move before another part must be held.
   static constexpr int MARGIN = 1;
-  static constexpr double MOST_AT_ONCE = 1 << 20;    ///< nodes
+  static constexpr double MOST_AT_ONCE = 1 << 20;    ///< nodes of a box in each_layer()
 
   NodeBox<D> box_around(const double *lo, const double *hi) const;
   NodeBox<D> wider(const NodeBox<D> &box, const int *margin) const;

@@ -33,7 +33,7 @@ template <int D> struct SolverOptions {
   Vec<D> lo = Vec<D>::zero();    ///< domain [length]
   Vec<D> hi = Vec<D>::zero();
   double cell_size = 0.0;    ///< h [length]
-  double thickness = 1.0;    ///< 2D: thickness in the volumes of the points [length]
+  double thickness = 1.0;    ///< 2D: out-of-plane thickness of the points [length]
   ShapeFunction shape = ShapeFunction::Gimp;
   Scheme scheme = Scheme::Musl;
   double flip = 1.0;    ///< 1: points receive velocity increments (FLIP), 0: grid velocities (PIC)
@@ -92,7 +92,8 @@ struct Communication {
   };
   std::function<void(const std::vector<Message> &messages)> exchange =
       [](const std::vector<Message> &) {};
-  /// Throws on all ranks if a rank has a problem, with that of the lowest such rank. Collective.
+  /// Throws on all ranks if a rank has a problem, which is a text that is not empty. The message is
+  /// the problem of the lowest such rank. Collective.
   std::function<void(const std::string &problem)> raise_on_all = [](const std::string &problem) {
     if (!problem.empty()) throw rve::InputError(problem);
   };

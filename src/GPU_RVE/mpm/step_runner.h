@@ -23,7 +23,7 @@ template <int D> struct StepInput {
   double dt;                               ///< [time]
 };
 
-/// Throws a PointError for the point and the code of a PointErrorKey key.
+/// Throws a PointError for the point and the error code in `key` (PointErrorKey).
 template <int D>
 [[noreturn]] void throw_point_error(const Grid<D> &grid, const PointView<D> &points, int num_bodies,
                                     int num_models, std::uint64_t key);
@@ -43,12 +43,12 @@ template <int D> class StepRunner {
 
   virtual void step(const StepInput<D> &input, StressUpdate<D> &update) = 0;
   virtual void evaluate(const StepInput<D> &input, StressUpdate<D> &update) = 0;
-  /// Announces that stresses on the host have changed that a step had not waited for.
+  /// Announces that stresses have changed on the host after the step that began their update.
   virtual void stresses_changed() = 0;
 
   /// Updates all arrays of the points that only the machine has changed.
   virtual void fetch(const PointView<D> &points) = 0;
-  /// Announces that others have changed the arrays of the points. The machine reads them again.
+  /// Announces that the caller has changed the arrays of the points. The machine reads them again.
   virtual void points_changed() = 0;
 
   virtual Vec<D> body_reaction(int body) = 0;

@@ -191,7 +191,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
     update.begin_step(input.points, options_.threads);
   }
 
-  /// Forgets bounds of positions of points, since the host may have moved them.
+  /// Discards bounds of boxes and positions, since the host may have changed the points.
   void forget_positions()
   {
     half_boxes_ = SharedNodes<D>::FROM_POINTS;
@@ -200,7 +200,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
 
   /// True if two bodies may hold the same node after a time `dt` [time] of motion from the
   /// positions that this step has found. Contacts of a plate reach less than a cell beyond its box.
-  /// If any body can turn, positions are not considered.
+  /// If any body can turn, positions are ignored: the result is true if there are several bodies.
   bool bodies_can_touch(double dt)
   {
     const StepView<D> &view = machine_.view();
@@ -417,7 +417,7 @@ template <int D, template <int> class Machine> class StepSequence final : public
     machine_.over(TakeSums<D, Sum...>{{machine_.view()}});
   }
 
-  /// Adds the sums of a pass over the ranks that share nodes with this one.
+  /// Adds the sums of a pass on other ranks to those of this rank on the nodes that ranks share.
   template <class P> void share_sums()
   {
     if (communication_.ranks == 1) return;
@@ -504,8 +504,8 @@ template <int D, template <int> class Machine> class StepSequence final : public
   std::vector<Message> messages_;
   /// Reactions that were computed since the last step, by body or side.
   std::map<int, Vec<D>> body_reactions_, side_reactions_;
-  /// Half size [cells] of the largest box of a point after the last strains, if the deformation is
-  /// in the memory of the machine only.
+  /// Half size [cells] of the largest box of a point after the last strains, if only the machine
+  /// has the present deformation; otherwise FROM_POINTS.
   double half_boxes_ = SharedNodes<D>::FROM_POINTS;
   bool divides_nodes_ = false;    ///< nodes are divided among bodies in the next step
   std::vector<Vec<D>> body_velocity_;

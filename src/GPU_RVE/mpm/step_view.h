@@ -42,14 +42,14 @@ enum Maximum {
   MomentumBound,
   MomentumAgainBound,
   Unbalanced,
-  /// Terms of contacts with bodies that can turn, relative to the capacity of their sums.
+  /// Largest term of contacts with bodies that can turn, relative to the capacity of their sums.
   ContactBound,
   /// Half size of boxes that follow the deformation, after strains, on this rank [cells].
   BoxBound,
   DilationBound,    ///< |tr L| [1/time]
   VolumeBound,      ///< volume of a point [length³]
   PressureBound,    ///< |tr σ / D| [stress]
-  ForceBound,       ///< last, since the bounds of loads follow [force]
+  ForceBound,       ///< force of a point on a node [force]; last, since the bounds of loads follow
   NUM_MAXIMA
 };
 
@@ -97,8 +97,8 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   double dt = 0.0;
   int num_bodies, num_models = 0, num_loads = 0;
   int num_rigid;    ///< number of bodies that can turn
-  /// Nodes are divided among bodies, since several may hold the same node in this step. If no node
-  /// has several bodies, imposing bodies one by one without division gives the same bits.
+  /// True if nodes are divided among bodies, since several may hold the same node in this step. If
+  /// no node has several bodies, imposing bodies one by one without division gives the same bits.
   bool divides_nodes = false;
   RigidBodyStep<D> *rigid = nullptr;
   const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]
@@ -106,11 +106,11 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   const Vec<D> *body_velocity_before = nullptr;
   std::int64_t point_total = 0;    ///< deformable points of all ranks
   bool shares_grid;                ///< there are other ranks
-  /// Nodes that points of this rank reach, on which all data are correct, if shares_grid.
+  /// Nodes that points of this rank reach. If shares_grid, only data on these nodes are correct.
   NodeBox<D> touched;
   const NodeBox<D> *lower_touched = nullptr;    ///< touched boxes of the ranks before this one
   int num_lower = 0;
-  const double *maximum = nullptr;    ///< maxima of all ranks, indexed as Maximum says
+  const double *maximum = nullptr;    ///< maxima over all ranks, indexed by Maximum
 
   PointView<D> points;
   Support<D> *support = nullptr;          ///< per point
@@ -163,7 +163,7 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     return held_by_side(n, axis) || (this->on_body[n] >> axis & 1) != 0;
   }
-  /// Sets the components of a node's momentum that sides hold to zero.
+  /// Sets to zero the components of a node's momentum that sides hold.
   RVE_HD void impose_sides(int n, Vec<D> &momentum) const
   {
     for (int a = 0; sides[n] != 0 && a < D; ++a)
@@ -197,7 +197,7 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   {
     return contacts_at(body, n) >> 4 * axis & 15;
   }
-  /// Marks the components that a body's only contact at a node holds.
+  /// Stores a body's only contact at a node: components a with holds(a), and its weight.
   template <class Holds>
   RVE_HD void mark_contacts(int body, int n, int weight, const Holds &holds) const
   {

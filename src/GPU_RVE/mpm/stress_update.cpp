@@ -33,8 +33,8 @@ template <int D> void StressUpdate<D>::begin_step(const PointView<D> &points, in
   });
 }
 
-/// Makes the lists of points of each law if they have changed, which is rare. A law for several
-/// models has one list, at the index of the first model.
+/// Lists the points of each law again if models or bodies of points have changed, which is rare. A
+/// law of several models has one list, at the index of the first model.
 template <int D> void StressUpdate<D>::list_points()
 {
   const auto is_same = [&](const std::vector<int> &then, const int *now) {

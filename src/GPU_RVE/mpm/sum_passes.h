@@ -115,7 +115,8 @@ template <int D> struct MomentumAgain {
 
 /// Sums of the volume of points in each cell, and of volume times dilation or pressure, for means
 /// over cells. A cell with many points then has one volume constraint (Hughes 1980, Int. J. Numer.
-/// Meth. Engng 15, 1413). With the mean pressure in the forces, their work is that of the stresses.
+/// Meth. Engng 15, 1413). The forces use the mean pressure, so that their work is the work of the
+/// stresses.
 template <int D, bool IS_DILATION> struct CellMean {
   static constexpr SumKind KIND = VectorSums;
   rve::FixedScale volume_scale, product_scale;
