@@ -187,7 +187,7 @@ ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
         words.refuse(fmt::format("{} is for kind loading, but the kind is elastic", keyword));
   try {
     settings.options().check(who);
-  } catch (const rve::InputError &problem) {    // on all ranks: arguments are the same
+  } catch (const rve::InputError &problem) {    // thrown on all ranks alike
     error->all(FLERR, problem.what());
   }
 

@@ -34,8 +34,8 @@ struct CellShare {
 };
 using CellShares = std::unordered_map<std::int64_t, CellShare>;
 
-/// Sums the shares of each cell over all ranks. Returns the sums of the cells that this rank adds
-/// up: the number of a cell modulo the number of ranks. Collective.
+/// Sums the shares of each cell over all ranks. The sum of a cell is returned on the rank that is
+/// the number of the cell modulo the number of ranks. Collective.
 std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
 {
   int num_ranks;
@@ -200,7 +200,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   for (const CellShare &cell : summed_over_ranks(world, filled)) {
     if (!(cell.by_new > 1e-6)) continue;
     cells++;
-    // cells with few new points are not counted, because older points alone fill them
+    // a cell of which new points fill at most FULL - 1 is not counted: older points alone fill it
     if (!(cell.by_all > FULL && cell.by_new > FULL - 1.0)) continue;
     over++;
     fullest = std::max(fullest, cell.by_all);
@@ -305,7 +305,7 @@ template <int D> void MpmChecks<D>::report_damping(int last)
       fmt::format("local damping {} amounts to {:.2g} % of the largest reaction on average over "
                   "this run; reactions on opposite sides of the material differ by this amount",
                   setup.settings.options.damping, 100.0 * share);
-  // the warning is printed once; later runs log their damping force
+  // the warning is printed once; later runs only log the ratio
   if (share > DAMPING_WARN && !warned_damping) {
     warned_damping = true;
     error->warning(FLERR,

@@ -124,8 +124,8 @@ struct FixRve::Impl : protected Pointers {
   /// Returns the path of the file for the RVE of an atom in this step.
   std::string dump_file(int atom) const;
 
-  /// Returns work(). If it throws, this rank ends with an error that names the fix, the step and,
-  /// unless it is -1, the atom.
+  /// Returns work(). If it throws, this rank ends with an error that names the fix, the step and
+  /// the atom. The error names no atom if `atom` is -1.
   template <class Work> auto guarded(const Work &work, int atom = -1) const -> decltype(work())
   {
     return on_this_rank(

@@ -155,7 +155,7 @@ void read_damping(ScriptArguments &words, Contact &contact)
 }
 
 /// Applies viscoelastic damping, which pair_style granular uses for contacts without a damping
-/// model.
+/// model. Hooke contacts do not support it; for them eta_n other than 0 is an error.
 void take_default_damping(ScriptArguments &words, Contact &contact)
 {
   if (*contact.material.law != rve::ContactLaw::Linear)
