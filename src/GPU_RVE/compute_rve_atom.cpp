@@ -28,7 +28,7 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// The RVE of a local atom. Its contacts are found at the first use.
+/// The RVE of a local atom. The first call of contacts() finds its contacts.
 template <int D> struct Row {
   const FixRve::ImplOf<D> &rves;
   int atom;
@@ -45,7 +45,7 @@ template <int D> struct Row {
 using Table = macro::quantities::Table<Row>;
 using Column = ColumnOf<Row>;
 
-/// Adds the quantities of another table, which are evaluated for `part(row)`.
+/// Adds the quantities of another table. They are evaluated for `part(row)`.
 template <template <int> class Known, class Part>
 void add_all(Table &table, const macro::quantities::Table<Known> &quantities, Part part)
 {

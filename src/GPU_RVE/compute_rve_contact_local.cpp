@@ -127,7 +127,7 @@ void ComputeRveContactLocal::init()
   impl->fix = fix_of_columns(lmp, STYLE, id, impl->fix_id, impl->quantities);
 }
 
-/// Rows have the order of the local atoms, and of the grains of each atom.
+/// Rows are sorted by local atom, then by the first and the second grain of the contact.
 void ComputeRveContactLocal::compute_local()
 {
   invoked_local = update->ntimestep;

@@ -32,12 +32,12 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// The probed tangent of the RVE of an atom, and numbers that follow from it.
+/// The measured tangent of the RVE of an atom, and quantities derived from it.
 template <int D> struct Probe {
   const macro::ProbedTangentOf<D> &probed;
   const macro::TangentNumbersOf<D> numbers;
 
-  /// Returns the second-order work, response : strain rate [stress].
+  /// Returns the second-order work response : strain_rate for a strain of norm 1 [stress].
   double work() const
   {
     double sum = 0.0;
@@ -49,8 +49,8 @@ template <int D> struct Probe {
 
 using Quantity = ColumnOf<Probe>;
 
-/// Returns all quantities: the components cijkl, those of the plane first, and numbers that follow
-/// from them.
+/// Returns all quantities: the components cijkl of the tangent in the plane, its other components,
+/// and the quantities derived from the tangent.
 std::vector<Quantity> all_quantities()
 {
   struct Pair {
@@ -92,8 +92,8 @@ std::vector<Quantity> all_quantities()
 
 const std::vector<Quantity> QUANTITIES = all_quantities();
 
-/// Settings of the script for the probes. Settings that it does not give follow from the kind and
-/// the number format.
+/// Settings of the probes. A setting that the script does not give has a default, which depends on
+/// the kind and the number format.
 struct Settings {
   std::string fix_id;    // empty for the only fix rve
   macro::TangentKind kind = macro::TangentKind::Elastic;
@@ -143,8 +143,8 @@ struct ComputeRveTangent::Impl {
   FixRve *fix = nullptr;
   ColumnValues values;
 
-  /// Returns the rows of the atoms in their order. The row of an RVE that cannot be measured is
-  /// zero.
+  /// Returns a row of quantities for each of the atoms, in their order. The row is zero if the
+  /// tangent of an RVE cannot be measured.
   template <int D>
   std::vector<double> measure(const FixRve::ImplOf<D> &rves, const std::vector<int> &atoms) const
   {
@@ -187,7 +187,7 @@ ComputeRveTangent::ComputeRveTangent(LAMMPS *lmp, int narg, char **arg) :
         words.refuse(fmt::format("{} is for kind loading, but the kind is elastic", keyword));
   try {
     settings.options().check(who);
-  } catch (const rve::InputError &problem) {    // on all ranks, which have the same words
+  } catch (const rve::InputError &problem) {    // thrown on all ranks alike
     error->all(FLERR, problem.what());
   }
 
@@ -201,7 +201,7 @@ ComputeRveTangent::~ComputeRveTangent() = default;
 void ComputeRveTangent::init()
 {
   impl->fix = fix_of_columns(lmp, STYLE, id, impl->settings.fix_id, impl->quantities);
-  // without an engine for the clones this ends with an error before the run
+  // if no engine can be made for the probed copies of RVEs, this ends with an error before the run
   collectively(lmp, fmt::format("{} {}", STYLE, id), [&] { impl->measure({}); });
 }
 

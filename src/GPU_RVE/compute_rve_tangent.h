@@ -12,7 +12,8 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Compute rve/tangent measures tangents of the RVEs of fix rve by probing, per atom.
+// Compute rve/tangent measures the tangent stiffness of the RVEs of fix rve by small probing
+// strains and gives it as a per-atom array.
 
 #ifdef COMPUTE_CLASS
 // clang-format off

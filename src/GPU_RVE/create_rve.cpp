@@ -37,20 +37,20 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Largest number of grains of a library
+// Largest number of grains in all packings of a library
 constexpr bigint MOST_GRAINS = 100000000;
-// For the limit of a library a packing counts as at least this many grains.
+// Packings with fewer grains are counted with this many grains in the limit MOST_GRAINS.
 constexpr int FEWEST_GRAINS = 100;
 
-/// Settings of the script.
+/// Parsed arguments of the command.
 struct PackingRequest {
   std::string path;
   int dimension = 2;    ///< dimension of the grains: 2 for disks, 3 for spheres
   rve::PackingRecipe recipe;
   std::vector<double> pressures{0.0}, void_ratios, frictions;
-  int num_seeds = 0;    ///< number of seeds of a library; 0 if it is not given
+  int num_seeds = 0;    ///< number of seeds of a library; 0 without the keyword seeds
   rve::Options options;
-  bool skip = false;    ///< omit packings of a library that cannot be prepared
+  bool skip = false;    ///< omit the packings of a library whose preparation fails
 
   bool is_library() const
   {
@@ -61,8 +61,8 @@ struct PackingRequest {
     return bigint(std::max<std::size_t>(1, frictions.size() + void_ratios.size())) *
         bigint(pressures.size()) * std::max(1, num_seeds);
   }
-  /// Returns the recipes of a library, ordered by pressure, then by goal as given (frictions before
-  /// void ratios), then by seed.
+  /// Returns the recipes of a library, ordered by pressure, then by preparation goal (the
+  /// frictions, then the void ratios, as the script gives them), then by seed.
   std::vector<rve::PackingRecipe> recipes() const
   {
     std::vector<rve::PackingRecipe> goals, all;
@@ -165,7 +165,7 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
   request.options.contacts = rve::contacts_of(recipe.material);
   request.options.contacts.dimension = request.dimension;
   if (request.is_library()) {
-    // all packings are in memory at once, and then also the text of their file
+    // all packings and the text of their file are in memory at the same time
     const bigint most = MOST_GRAINS / std::max(recipe.num_grains, FEWEST_GRAINS);
     if (request.num_packings() > most)
       error->all(FLERR,
@@ -194,7 +194,7 @@ PackingRequest parse(LAMMPS *lmp, int narg, char **arg)
 }
 
 /// Writes a line to the screen and the log file, and flushes them, so that no line is lost if the
-/// program is ended.
+/// program is killed.
 void log_line(LAMMPS *lmp, const std::string &line)
 {
   utils::logmesg(lmp, line);
@@ -207,10 +207,10 @@ template <int D> void warn_of_overlap(LAMMPS *lmp, const PackingRequest &request
   rve::PackingRecipe recipe = request.recipe;
   recipe.pressure = *std::max_element(request.pressures.begin(), request.pressures.end());
   const double strain = rve::contact_strain<D>(recipe);
-  // the engine refuses strains above the largest one
+  // a strain above LARGEST_CONTACT_STRAIN ends with an error when the packings are generated
   if (strain <= rve::SMALL_CONTACT_STRAIN || strain > rve::LARGEST_CONTACT_STRAIN) return;
   const double kn = recipe.material.normal_stiffness;
-  // a pressure times this depth is a force per length
+  // pressure times this depth is a force per length, which is compared with kn
   const double depth = D == 2 ? recipe.material.thickness : recipe.radius_min + recipe.radius_max;
   const bool is_linear = recipe.material.law == rve::ContactLaw::Linear;
   const std::string why = is_linear
@@ -329,8 +329,8 @@ template <int D> void make(LAMMPS *lmp, const PackingRequest &request)
 
 }    // namespace
 
-/// Rank 0 does the work while the others wait, so that the packing does not depend on the number of
-/// ranks.
+/// Rank 0 generates the packings while the other ranks wait, so that a packing does not depend on
+/// the number of ranks.
 void CreateRve::command(int narg, char **arg)
 {
   require_mechanical_units(lmp, "create_rve");
@@ -341,7 +341,7 @@ void CreateRve::command(int narg, char **arg)
   };
 
   const std::string failure = on_rank_zero(world, [&]() {
-    rve::require_writable(request.path);    // a wrong path is an error before the work
+    rve::require_writable(request.path);    // check the path before the long work
     if (request.dimension == 2)
       make<2>(lmp, request);
     else

@@ -12,7 +12,8 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Command create_rve reads the words of the script and makes packings with the engine.
+// Command create_rve parses its arguments, generates packings with the engine, and writes them to a
+// file.
 
 #ifdef COMMAND_CLASS
 // clang-format off

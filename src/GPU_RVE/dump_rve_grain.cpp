@@ -35,7 +35,7 @@ template <int D> struct Frame {
   rve::RveStateOf<D> state;
   std::vector<double> positions;
   std::vector<int> contacts;                  // number of contacts of each grain
-  std::vector<rve::Vec<double, D>> forces;    // force of the springs on each grain [force]
+  std::vector<rve::Vec<double, D>> forces;    // sum of contact spring forces on each grain [force]
   tagint atom;
 
   Frame(rve::RveStateOf<D> _state, tagint _atom) :
@@ -221,8 +221,8 @@ void DumpRveGrain::pack(tagint *)
   std::copy(impl->rows.begin(), impl->rows.end(), buf);
 }
 
-/// The header describes a general triclinic box, so that positions keep the axes of the script
-/// although the cell may have turned.
+/// The header describes a general triclinic box, so that positions refer to the axes of the script
+/// even if the cell has rotated.
 void DumpRveGrain::write_header(bigint ndump)
 {
   if (unit_flag && !unit_count) {

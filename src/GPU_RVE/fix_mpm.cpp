@@ -97,7 +97,7 @@ void FixMpm::init()
 
   for (const auto &other : modify->get_fix_list()) {
     if (other == this || group->count(other->igroup) == 0) continue;
-    // a fix rve counts as an integrator but moves no atoms
+    // a fix rve may set time_integrate, but it moves no atoms
     if (other->time_integrate && !dynamic_cast<FixRve *>(other))
       error->all(FLERR,
                  "fix mpm {}: fix {} (style {}) integrates the same atoms; delete it, because fix "

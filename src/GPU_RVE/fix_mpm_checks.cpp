@@ -20,22 +20,22 @@ using mpm::Face;
 
 namespace {
 
-// steps between two comparisons of local damping with reactions
+// steps between two comparisons of the local damping force with reactions
 constexpr int DAMPING_EVERY = 50;
-// share of the largest reaction above which local damping gets a warning
+// local damping force over the largest reaction above which there is a warning [-]
 constexpr double DAMPING_WARN = 0.01;
-// volume of points in a cell over that of the cell above which the cell is too full
+// volume of the points in a cell, over the volume of the cell, above which the cell is too full [-]
 constexpr double FULL = 1.3;
 
-/// Shares of the volume of a cell that boxes of points fill.
+/// Shares of the volume of a cell that the boxes of points fill.
 struct CellShare {
   std::int64_t id = 0;                  // number of the cell in the whole grid
   double by_new = 0.0, by_all = 0.0;    // shares of new points and of all points [-]
 };
 using CellShares = std::unordered_map<std::int64_t, CellShare>;
 
-/// Returns sums of the shares over all ranks. The number of a cell determines the rank that gets
-/// its sum; collective.
+/// Sums the shares of each cell over all ranks. The sum of a cell is returned on the rank that is
+/// the number of the cell modulo the number of ranks. Collective.
 std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
 {
   int num_ranks;
@@ -73,8 +73,9 @@ std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
   return sums;
 }
 
-/// Adds the shares of cells that the box of a point fills to the member `by`. A deformed box has
-/// the volume of its point, and its sides have the ratios of the stretches along the axes.
+/// Adds the share of each cell that the box of point i fills to the member `by` of the cell. The
+/// box has the volume of the point. Its sides are parallel to the axes and proportional to the
+/// initial sides times the diagonal of the deformation gradient.
 template <int D>
 void fill(const mpm::Grid<D> &grid, const mpm::PointView<D> &points, int i, double CellShare::*by,
           CellShares &filled)
@@ -199,7 +200,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   for (const CellShare &cell : summed_over_ranks(world, filled)) {
     if (!(cell.by_new > 1e-6)) continue;
     cells++;
-    // cells that older points alone fill too much are not counted
+    // a cell of which new points fill at most FULL - 1 is not counted: older points alone fill it
     if (!(cell.by_all > FULL && cell.by_new > FULL - 1.0)) continue;
     over++;
     fullest = std::max(fullest, cell.by_all);
@@ -224,8 +225,8 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   if (comm->me == 0) error->warning(FLERR, "fix mpm {}: {}", setup.fix->id, text);
 }
 
-/// LAMMPS deletes atoms outside of the simulation box when it exchanges atoms. It is no error if a
-/// group loses points that still exist.
+/// LAMMPS deletes atoms outside of the simulation box when it exchanges atoms. A body may lose
+/// points that leave its group but still exist; this is no error.
 template <int D> void MpmChecks<D>::check_bodies(const Points &points, bool advance)
 {
   const std::size_t bodies = setup.settings.bodies.size();
@@ -304,7 +305,7 @@ template <int D> void MpmChecks<D>::report_damping(int last)
       fmt::format("local damping {} amounts to {:.2g} % of the largest reaction on average over "
                   "this run; reactions on opposite sides of the material differ by this amount",
                   setup.settings.options.damping, 100.0 * share);
-  // the warning comes once; later runs log their own number
+  // the warning is printed once; later runs only log the ratio
   if (share > DAMPING_WARN && !warned_damping) {
     warned_damping = true;
     error->warning(FLERR,

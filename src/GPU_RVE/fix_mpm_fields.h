@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The data of each point of fix mpm between steps, except position and velocity, which are in
-// atom->x and atom->v. They are the fields of the solver (mpm/point_fields.h) and those of the fix.
+// The data of each point of fix mpm between steps: the fields of the solver (mpm/point_fields.h)
+// and those of the fix. Position and velocity are in atom->x and atom->v.
 
 #pragma once
 
@@ -21,8 +21,9 @@ template <int D> struct MpmFields : mpm::PointArrays<D> {
   // Index in MemoryLayout of the law whose state variables the point has, or NO_LAW.
   std::vector<double> remembering;
 
-  /// Data of a point in messages between ranks and in restart files. Its state variables follow. An
-  /// initial volume of 0 means that the atom is not a material point yet.
+  /// Data of a point in messages between ranks and in restart files. The state variables of the
+  /// point come after this record. An initial volume of 0 means that the atom is not a material
+  /// point yet.
   struct Record {
     mpm::Vec<D> reference = mpm::Vec<D>::zero();
     mpm::PointRecord<D> fields = mpm::new_point<D>();

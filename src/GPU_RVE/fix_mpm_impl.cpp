@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // A time step is one call of the solver in final_integrate(), where atom->f is complete and nothing
-// else moves a point. setup() only initialises new points and evaluates forces, so that `run 0` and
-// the beginning of a second `run` advance nothing.
+// else moves a point. setup_pre_force() only initialises new points, and setup() only evaluates
+// forces, so that `run 0` and the beginning of a second `run` advance nothing.
 
 #include "fix_mpm_impl.h"
 
@@ -30,9 +30,9 @@ using namespace LAMMPS_NS;
 namespace {
 
 constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
-// Steps between two checks with RVEs, which need complete results of all RVEs. A check comes one
-// step after the check of time steps of fix rve (by default every 100 steps), which makes these
-// results.
+// Steps between two checks of the Courant number in a model with RVEs. A check needs complete
+// results of all RVEs. It comes one step after the time-step check of fix rve (by default every 100
+// steps), which makes these results.
 constexpr int COURANT_OF_GRAINS_EVERY = 100;
 
 }    // namespace
@@ -124,7 +124,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
   ids.resize(nlocal);
   model.resize(nlocal);
   body.resize(nlocal);
-  // this runs in each step, so that it works on blocks of atoms and without branches
+  // this runs in each step and is fast because it works on blocks of atoms without branches
   constexpr int SOME = 256;
   const auto number = [mask](const auto &groups, int first, int count, int *found) {
     int last[SOME];
@@ -245,8 +245,8 @@ template <int D> void FixMpm::ImplOf<D>::setup_pre_force()
   fill_output();
 }
 
-/// Initialises the points of atoms that a fix has created in this step. LAMMPS builds neighbor
-/// lists in such a step.
+/// Initialises the points of atoms that a fix has created in this step. Does nothing in steps
+/// without a rebuild of neighbor lists, because LAMMPS rebuilds them when atoms are created.
 template <int D> void FixMpm::ImplOf<D>::pre_force()
 {
   if (neighbor->ago > 0) return;
@@ -257,7 +257,7 @@ template <int D> void FixMpm::ImplOf<D>::pre_force()
   claim_points();
   const std::vector<int> made = make_points(true);
   if (settings.in_situ.given) begin_in_situ(made);
-  ground.forget();    // unbalanced forces now are also those of the run
+  ground.forget();    // no report, because unbalanced forces now include those of the motion
   copy_masses();
   checks.check_volume(points(), made, true);
 }
@@ -388,7 +388,7 @@ template <int D> void FixMpm::ImplOf<D>::final_integrate()
   if (!this->has_grains()) progress.step_done();
 }
 
-/// The output can be old here, because a run may end before its last step.
+/// The per-atom output can be outdated here, because a run may end before its last step.
 template <int D> void FixMpm::ImplOf<D>::post_run()
 {
   if (output_is_old) fill_output();
@@ -469,8 +469,8 @@ template <int D> double FixMpm::ImplOf<D>::vector_component(int n)
 
 template <int D> double FixMpm::ImplOf<D>::bytes() const
 {
-  // doubles per node in GridArrays: sums, mass, six vectors, impulses per axis and per body, and
-  // arrays of bytes
+  // doubles per node in GridArrays: sums, mass, six vectors, impulses for each axis and each body,
+  // and arrays of bytes
   const double of_node = 3.0 + 8.0 * D + D * D + D * (double) settings.bodies.size();
   return sizeof(double) * ((double) atom->nmax * fix->maxexchange + of_node * solver->held_nodes());
 }
@@ -505,7 +505,7 @@ template <int D> int FixMpm::ImplOf<D>::pack_exchange(int i, double *buf)
   claim_points();
   Fields::pack_point(i, buf);
   double *const columns = std::copy_n(memory_of(i), layout.width(), buf + DOUBLES);
-  // the columns travel with the point, because variables may read them before the step ends
+  // the columns are sent with the point, because variables may read them before the step ends
   std::copy_n(fix->array_atom[i], fix->size_peratom_cols, columns);
   return fix->maxexchange;
 }
@@ -610,7 +610,7 @@ template <int D> void FixMpm::ImplOf<D>::restart(const char *buf)
     const std::string &group = settings.bodies[b].group;
     const std::size_t k = std::find(groups.begin(), groups.end(), group) - groups.begin();
     const bool turns = solver->rigid_bodies().can_turn(b);
-    // a body that could not turn has no record of its rotation, and vice versa
+    // a body counts as new if it can turn now but could not in the run before, or vice versa
     if (k >= then.bodies.size() || then.bodies[k].turning.empty() == turns) {
       new_bodies.push_back(group);
       continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The implementation of fix mpm in D dimensions: arrays of points, their exchange, restart and
-// output, and the calls of the jobs of fix_mpm_jobs.h in LAMMPS' hooks.
+// The implementation of fix mpm in D dimensions: the arrays of points with their exchange, restart
+// and output, and the hooks of LAMMPS, which call the classes of fix_mpm_jobs.h.
 
 #pragma once
 
@@ -57,8 +57,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   void restart(const char *buf) override;
 
  private:
-  // Columns of the per-atom output; state variables follow from STATE on. doc/src/fix_mpm.rst lists
-  // them.
+  // Columns of the per-atom output. The columns from STATE on are state variables.
+  // doc/src/fix_mpm.rst lists all columns.
   enum {
     UX,
     U = UX + D,
@@ -71,8 +71,9 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
     FXX,
     STATE = FXX + rve::Space<D>::components
   };
-  // Components of the global vector: HEAD numbers, PER_BODY for each rigid body, TIMES wall times,
-  // D of the force of local damping, and PER_TURNING for each body that can turn.
+  // Components of the global vector: HEAD numbers of the whole model, then PER_BODY numbers for
+  // each rigid body, TIMES wall times, D components of the local damping force, and PER_TURNING
+  // numbers for each body that can turn.
   enum { UNBALANCED, COURANT, KINETIC, MASS, HEAD };
   enum { REACTION_X, BODY_UX = D, PER_BODY = 2 * D };
   static constexpr int TIMES = MpmTimes<D>::PARTS;
@@ -95,19 +96,19 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   RestartRecords records;
   double **output = nullptr;
   bool has_new = false;          // some atoms of this rank are not material points yet
-  bool output_is_old = false;    // the per-atom output is that of an earlier step
+  bool output_is_old = false;    // the per-atom output belongs to an earlier step
 
   mpm::MemoryLayout layout;
   std::vector<double> rows;         // state variables; shape [nmax][layout.width()]
-  std::vector<int> law_of_model;    // number in `layout` of the law of each model
-  std::vector<int> law_of_file;     // the same for each law in the restart file, or -1
+  std::vector<int> law_of_model;    // index in `layout` of the law of each model
+  std::vector<int> law_of_file;     // index in `layout` of each law of the restart file, or -1
   std::vector<int> size_in_file;    // number of state variables of each law in the restart file
-  // names of the columns of the output from STATE on, and the index of each in the row of each law,
-  // or -1
+  // names of the output columns from STATE on; for each law, the index of each of these columns in
+  // its row of state variables, or -1
   std::vector<std::string> state_columns;
   std::vector<std::vector<int>> index_of_law;
-  // field of the points with the name of each of these columns, or null; points whose law has no
-  // such state variable show the field
+  // point field with the name of each column from STATE on, or null; the field is the output of
+  // points whose law has no state variable of this name
   std::vector<const std::vector<double> *> field_columns;
 
   double *memory_of(int i) { return rows.data() + (std::size_t) i * layout.width(); }
@@ -119,17 +120,19 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   /// Initialises the state variables of a point for the law of its present model.
   void begin_memory(int i);
 
-  // IDs, models and bodies of the local points by their groups; -1 for none
+  // IDs of the local points, and the indices of their models and bodies, which follow from groups;
+  // -1 for none
   std::vector<std::int64_t> ids;
   std::vector<int> model, body;
-  // these arrays, and the state variables for them, are up to date; each point was checked for a
-  // run
+  // ids, model, body and the state variables for these models are up to date; find_members_of_run()
+  // has checked all points
   bool members_are_known = false, members_are_sound = false;
 
   /// Copies fields that a device has changed to the arrays of the host.
   void fetch_points() { solver->fetch(points()); }
 
-  /// Prepares changes of points, their number or their order by the host.
+  /// Prepares the points for a change by the host of their data, number or order: fetches them from
+  /// the device and marks the copies of the solver as outdated.
   void claim_points()
   {
     fetch_points();
@@ -137,7 +140,7 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
     members_are_known = false;
   }
 
-  // size of a record in a restart file without state variables: header, point and checksum
+  // number of values of a restart record without state variables: header, point and checksum
   static constexpr int RECORD = RestartRecords::HEADER + DOUBLES + 1;
 
   /// Returns the number of state variables of a point.
@@ -146,29 +149,30 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
     return remembering[i] == NO_LAW ? 0 : (int) layout.variables((int) remembering[i]).size();
   }
 
-  /// Updates ids, model and body.
+  /// Updates ids, model and body. Initialises the state variables of points whose law has changed.
   void find_members();
-  /// The same in a run. Ends with an error if a point has no model, or no RVE but a model that
-  /// needs it.
+  /// Calls find_members() in a run. Ends with an error if a deformable point has no model, or if
+  /// its model consists of RVEs and the point has no RVE.
   void find_members_of_run();
   /// Initialises the point of an atom. Returns false if the atom is a material point already.
   bool make_point(int i, bool in_run);
   /// Initialises the points of all new atoms. Returns the new deformable points.
   std::vector<int> make_points(bool in_run);
-  /// Copies masses of points to atoms, for fix gravity. Ends with an error if atom types have
-  /// masses that differ.
+  /// Copies the masses of points to atom->rmass, for fix gravity. If masses belong to atom types,
+  /// ends with an error if the mass of a deformable point differs from that of its type.
   void copy_masses();
 
   mpm::PointView<D> points();
 
-  /// Sets stress, mass and state variables of new points to those in situ; collective.
+  /// Sets stress, mass and state variables of the new points `made` to in-situ values; collective.
   void begin_in_situ(const std::vector<int> &made);
-  /// Makes a step, or, unless `advance`, evaluates forces only; collective.
+  /// Advances the points by one step. Only evaluates forces if `advance` is false. Collective.
   void solve(bool advance);
   /// Fills the per-atom output.
   void fill_output();
-  /// Finds the next law of the restart file by its word. Ends with an error if its state variables
-  /// have other names than those of the present law.
+  /// Looks up the next law of the restart file, which has the name `word`. Ends with an error if
+  /// `names`, the state variables of the law in the file, differ from those of the law in this
+  /// program.
   void find_law(const std::string &word, const std::string &names);
 };
 

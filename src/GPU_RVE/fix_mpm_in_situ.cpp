@@ -19,17 +19,17 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Default tolerances of the stress of RVEs, over the weight of a cell per area, and, where no
-// weight is known, over the largest stress [-]. If the stresses of all points around a node are off
-// by the first tolerance towards the node, its unbalanced force is four times the tolerance, in
-// weights of a cell.
+// Default tolerances of the stress of RVEs [-]. ERROR_OF_WEIGHT is relative to the weight of a cell
+// per area, ERROR_OF_STRESS to the largest stress; it applies where no weight is known. If the
+// stresses of all points around a node have errors of ERROR_OF_WEIGHT whose nodal forces add up,
+// the unbalanced force of the node is four times ERROR_OF_WEIGHT, in weights of a cell.
 constexpr double ERROR_OF_WEIGHT = 1e-4, ERROR_OF_STRESS = 1e-5;
 
 // Unbalanced force at rest above which there is a warning [weight of a cell]
 constexpr double UNBALANCED_WARN = 1e-3;
 
 // Change of the stress by a law at zero strain, over the norm of the stress, above which the stress
-// is beyond the strength of the law.
+// counts as beyond the strength of the law [-].
 constexpr double BEYOND_STRENGTH = 1e-6;
 
 }    // namespace
@@ -99,8 +99,8 @@ std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &m
   return values;
 }
 
-/// Returns the density over height as means of levels, over the points whose density is that of
-/// their RVEs.
+/// Returns the profile of the density over height. The value of a level is the mean over the points
+/// whose density is that of their RVEs.
 template <int D>
 macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const Atoms &made,
                                                      const macro::GroundAtRest &ground) const
@@ -121,7 +121,8 @@ macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const
                             mpm_communication(lmp, setup.settings.name()));
 }
 
-/// Returns the ratio of lateral to vertical stress of points, which must all have RVEs [-].
+/// Returns the ratio of lateral to vertical stress of the points `made` [-]. All of them must have
+/// RVEs.
 template <int D>
 std::vector<double> MpmGround<D>::stress_ratios(const Points &points, const Atoms &made) const
 {
@@ -161,8 +162,8 @@ template <int D> auto MpmGround<D>::goals_by_components(const Atoms &made) const
   return goals;
 }
 
-/// Brings the RVEs of all models to these stresses. Returns the number of steps and the error over
-/// all ranks.
+/// Brings the RVEs of the points `made` to the stresses `goals`. Returns the largest number of DEM
+/// steps and the largest error of all RVEs on all ranks.
 template <int D>
 macro::InSituReport MpmGround<D>::bring_grains(const Points &points, const Atoms &made,
                                                const Goals &goals, double tolerance) const
@@ -193,14 +194,14 @@ template <int D> auto MpmGround<D>::find(const Points &points, const Atoms &made
   const Starts starts = setup.settings.in_situ.is_by_components() ? find_by_components(points, made)
                                                                   : find_at_rest(points, made);
   is_new = true;
-  // the line would come in each step in which a fix creates points
+  // only at the start of a run: otherwise each step in which a fix creates points would log a line
   if (comm->me == 0 && update->ntimestep == update->firststep)
     utils::logmesg(lmp, "fix mpm {}: {} points start with their in-situ stress\n", setup.fix->id,
                    total);
   return starts;
 }
 
-/// Returns the stress of the RVE of a point, or the goal if it has no RVE.
+/// Returns the stress of the RVE of a point, or the stress of `goal` if the point has no RVE.
 template <int D>
 mpm::Tensor<D> MpmGround<D>::stress_at(const Points &points, int i,
                                        const macro::StressGoal &goal) const
@@ -248,7 +249,7 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
   for (std::size_t n = 0; n < made.size(); n++) {
     const int i = made[n];
     const macro::StressGoal goal = ground.goal(n);
-    // the density belongs to the weight that the stress balances
+    // the density must be the one whose weight the stress balances
     const double given = setup.given_density(points, i);
     const double density = given > 0.0 ? given : of_grains.at(atom->x[i][D - 1]);
     starts.push_back({stress_at(points, i, goal), density, {}});
@@ -267,7 +268,7 @@ template <int D> auto MpmGround<D>::find_at_rest(const Points &points, const Ato
 template <int D>
 void MpmGround<D>::report_grains(const macro::InSituReport &report, int rounds) const
 {
-  // this would repeat the line in each step in which a fix creates points
+  // only at the start of a run: otherwise each step in which a fix creates points would log a line
   if (!setup.has_grains() || comm->me != 0 || update->ntimestep != update->firststep) return;
   utils::logmesg(
       lmp,

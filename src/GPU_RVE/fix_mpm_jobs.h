@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The jobs of fix mpm except the arrays of its points. They get the points as the solver does.
-// Their functions are collective.
+// The parts of fix mpm except the arrays of its points: loads, wave speeds, checks, in-situ stress
+// and wall times. They access the points by a PointView, as the solver does. Their functions are
+// collective.
 
 #pragma once
 
@@ -24,7 +25,8 @@
 
 namespace LAMMPS_NS {
 
-/// The settings, the solver and the models of fix mpm in D dimensions, which the jobs share.
+/// The settings, the solver and the models of fix mpm in D dimensions, which the classes below
+/// share.
 template <int D> struct MpmSetup {
   using Points = mpm::PointView<D>;
 
@@ -48,14 +50,16 @@ template <int D> struct MpmSetup {
   /// Ends with an error if the fix of a model was deleted. A run with "pre no" does not call
   /// init(), which would look the fixes up again.
   void check_sources() const;
-  /// Changes parameters of models. `when` is the beginning of the log line. The host must have the
-  /// points.
+  /// Changes parameters of models. `when` is the beginning of the log line. The arrays of the host
+  /// must be up to date.
   void change_models(const std::vector<MpmModel<D>> &wanted, const std::string &when);
-  /// Applies the arguments `words` of a fix_modify of the run that wrote the restart file, whose
-  /// definitions are `then`. If this run defines the model otherwise, it only warns.
+  /// Applies `words`, the arguments of a fix_modify in the run that wrote the restart file. `then`
+  /// are the arguments of fix mpm in that run. If this run defines the model differently, the
+  /// changes are not applied and a warning is printed.
   void continue_modification(const MpmArguments &then, const std::string &words);
 
-  /// Returns the fixes whose RVEs are models. Each is listed once, although models may share one.
+  /// Returns the fixes whose RVEs are models. Each fix is listed once, even if several models share
+  /// it.
   std::vector<FixRve *> sources() const
   {
     std::vector<FixRve *> all;
@@ -73,7 +77,8 @@ template <int D> struct MpmSetup {
                      : settings.density_of(settings.models[points.model[i]]);
   }
 
-  /// Returns the density of the script or else of the RVE of a point, or 0 [mass/length^3].
+  /// Returns the density that the script gives a point, or else the density of its RVE, or else 0
+  /// [mass/length^3].
   double density_of(const Points &points, int i) const
   {
     const double given = given_density(points, i);
@@ -111,11 +116,12 @@ template <int D> class MpmLoads : protected Pointers {
   {
   }
 
-  /// Makes a step with the present loads and velocities of the script, or, unless `advance`,
-  /// evaluates forces only.
+  /// Evaluates the loads and velocities of the script and advances the points by one step. Only
+  /// evaluates forces if `advance` is false.
   void solve(const Points &points, bool advance);
 
-  /// Returns the largest velocity component that the script prescribes for a body in the last step.
+  /// Returns the largest velocity component that the script prescribes for any body in the last
+  /// step [length/time].
   double body_speed() const { return speed; }
   std::vector<Vec>
       displacement;    ///< displacement of each body since the fix was defined [length]
@@ -134,7 +140,7 @@ template <int D> class MpmLoads : protected Pointers {
   void move_bodies(bool advance);
 };
 
-/// Compares the time step and the dashpots of absorbing sides with wave speeds in the points.
+/// Compares the time step and the dashpots of absorbing sides with the wave speeds of the points.
 template <int D> class MpmWaves : protected Pointers {
  public:
   using Points = mpm::PointView<D>;
@@ -146,13 +152,14 @@ template <int D> class MpmWaves : protected Pointers {
 
   /// Allows warnings again at the beginning of a run.
   void begin_run() { warned = warned_rounding = warned_tangent = false; }
-  /// Measures wave speeds of RVEs by tangents of the RVEs with the fastest bounds, which determine
-  /// the Courant number.
+  /// Measures the tangents of the RVEs with the highest bounds of the wave speed. The largest ratio
+  /// of a measured modulus to its bound scales the bounds of all RVEs of the fix, which give the
+  /// Courant number.
   void measure(const Points &points);
   /// Ends with an error if the Courant number is above its limit. `body_speed`: see
   /// MpmLoads::body_speed().
   void check_courant(const Points &points, double body_speed);
-  /// Warns if coordinates are so large that the motion of a step is rounded.
+  /// Warns if coordinates are so large that rounding changes the motion of a step by more than 1 %.
   void check_rounding(const Points &points, double body_speed);
   /// Warns of a time step that is far below the stable one.
   void check_time_step() const;
@@ -177,27 +184,28 @@ template <int D> class MpmChecks : protected Pointers {
 
   explicit MpmChecks(const MpmSetup<D> &_setup) : Pointers(_setup.lmp), setup(_setup) {}
 
-  /// Stores number and positions of the points and the box at the end of a run.
+  /// Stores the number of points, a checksum of their positions, and the box at the end of a run.
   void keep_positions();
-  /// Warns if other commands have moved points since then. Ends with an error if they have also
-  /// changed the box.
+  /// Warns if other commands have moved points since keep_positions(). Ends with an error if the
+  /// box has changed as well.
   void check_positions() const;
   /// Warns once of points in the groups of several models or bodies.
   void check_overlap();
-  /// Warns if new points, `made`, fill cells more than once with their boxes and those of older
-  /// points, which means that points overlap or are too large. Ends with an error if most cells are
-  /// too full and all points are new. In a run it warns once.
+  /// Warns if the boxes of the new points `made` and of older points have more volume than their
+  /// cells, which means that points overlap or are too large. Ends with an error if all points are
+  /// new and most of their cells are too full. Warns at most once in a run.
   void check_volume(const Points &points, const std::vector<int> &made, bool in_run);
-  /// Ends with an error if a rigid body has lost points since the last call. Unless `advance`, it
-  /// only counts the points.
+  /// Ends with an error if a rigid body has lost points since the last call. Only counts the points
+  /// if `advance` is false.
   void check_bodies(const Points &points, bool advance);
   /// Warns of points inside of bodies that can turn, before these bodies move.
   void check_enclosed(const Points &points) const;
   /// Logs once how many nodes of the grid the ranks have.
   void report_parts();
 
-  // Local damping is a force on the nodes without a reaction. The next functions compare it in some
-  // steps of a run with the largest reaction, and report the mean at the end.
+  // Local damping is a force on the nodes without a reaction. The next functions compare this force
+  // with the largest reaction in some steps of a run, and report the mean ratio at the end of the
+  // run.
 
   void begin_damping() { damping_sum = reaction_sum = 0.0; }
   void add_damping();
@@ -218,7 +226,7 @@ template <int D> class MpmChecks : protected Pointers {
       body_points;    // points of each body at the last exchange of atoms, all ranks
   double damping_sum = 0.0, reaction_sum = 0.0;    // sums over some steps of this run [force]
 
-  /// Returns a checksum of IDs and positions that does not depend on their order.
+  /// Returns a checksum of IDs and positions that does not depend on the order of atoms.
   std::uint64_t sum_of_positions() const;
   Box box() const;
 };
@@ -244,11 +252,11 @@ template <int D> class MpmGround : protected Pointers {
   /// Finds the stress in situ of the new points `made` and brings their RVEs to it. Returns their
   /// initial states in the same order.
   Starts find(const Points &points, const Atoms &made);
-  /// Warns of new points whose stress is beyond the strength of their law, which means that the law
-  /// changes the stress at zero strain.
+  /// Warns of points in `made` whose stress is beyond the strength of their law: the law changes
+  /// such a stress at zero strain.
   void check_strength(const Points &points, const Atoms &made);
-  /// Reports the largest unbalanced force if there are new points since the last report. Forces
-  /// must be complete.
+  /// Reports the largest unbalanced force if there are new points since the last report. The nodal
+  /// forces must have been evaluated.
   void report(const Points &points);
   /// Cancels the report of the present new points.
   void forget() { is_new = false; }
@@ -274,7 +282,7 @@ template <int D> class MpmGround : protected Pointers {
   double cell_volume() const;
 };
 
-/// Measures the wall time of the parts of the steps of this run, on this rank.
+/// Measures the wall times of RVEs, MPM and transfers in the steps of this run, on this rank.
 template <int D> class MpmTimes : protected Pointers {
  public:
   enum Part { RVE, MPM, TRANSFERS, PARTS };
@@ -283,7 +291,7 @@ template <int D> class MpmTimes : protected Pointers {
 
   void begin_run() { std::fill_n(seconds, (int) PARTS, 0.0); }
   void begin_step() { begun = now(); }
-  /// Marks the end of a step without the columns of the output.
+  /// Marks the end of the solution of a step, before the output columns are filled.
   void end_solution() { solved = now(); }
   void end_step();
   /// Logs the mean wall times of a step over all ranks at the end of a long run.
@@ -298,7 +306,7 @@ template <int D> class MpmTimes : protected Pointers {
     double copies = 0.0;    // copies from and to a device
     double engine = 0.0;    // calls of the engine of RVEs
     double bounds = 0.0;    // bounds of the stable DEM time steps of RVEs
-    double models = 0.0;    // models with RVEs, which includes `engine` but not `bounds`
+    double models = 0.0;    // models with RVEs; includes `engine` but not `bounds`
   };
   const MpmSetup<D> &setup;
   double seconds[PARTS] = {};

@@ -20,7 +20,8 @@ namespace {
 
 // Beginning of a line of the head that names a law. The next line has its state variables.
 const std::string STATE_OF = "state of ";
-// Line before the arguments of a fix_modify of a model. Only files with changed models have it.
+// Line before the arguments of a fix_modify of a model. It appears only if fix_modify has changed a
+// model.
 const std::string MODIFIED = "fix_modify";
 
 constexpr std::size_t HEAD_FIRST = 3;    // number of doubles before the step
@@ -44,7 +45,8 @@ bool LAMMPS_NS::is_same_checksum(double a, double b)
 /// The head consists of doubles: the version, the number of doubles, a checksum of these two, the
 /// step, and the number of bodies. Each body has its displacement, its velocity, and the length and
 /// numbers of its rotation record. Then come the length and lines of a text with the keywords of
-/// the script and the state variables of each law. The last number is a checksum of all.
+/// the script and the state variables of each law. The last number is a checksum of all numbers
+/// before it.
 template <int D> void MpmRestartHead<D>::write(FILE *fp) const
 {
   std::string text;
@@ -63,7 +65,7 @@ template <int D> void MpmRestartHead<D>::write(FILE *fp) const
   head.push_back((double) text.size());
   head.resize(begin + (text.size() + sizeof(double) - 1) / sizeof(double), 0.0);
   memcpy(head.data() + begin, text.data(), text.size());
-  head.push_back(0.0);    // place of the checksum
+  head.push_back(0.0);    // replaced by the checksum below
   // the version is negative, because files without a version begin with the number of bodies
   head[0] = -MPM_RESTART_VERSION;
   head[1] = (double) head.size();

@@ -15,13 +15,13 @@ namespace LAMMPS_NS {
 class LAMMPS;
 
 /// Version of the records of points and bodies in restart files; it increases with every change of
-/// them. Files of versions 1 and 2 have no version number.
+/// their contents. Files of versions 1 and 2 have no version number.
 constexpr int MPM_RESTART_VERSION = 8;
 
-/// Returns a checksum of numbers in the bits of a double.
+/// Returns a checksum of `count` numbers, stored in the bits of a double.
 double mpm_checksum(const double *numbers, std::size_t count);
-/// Returns true if two checksums have the same bits. Their bits may be those of a NaN, which ==
-/// would find unequal to itself.
+/// Returns true if two checksums have the same bits. Operator == does not work, because a checksum
+/// may have the bits of a NaN.
 bool is_same_checksum(double a, double b);
 
 /// The head of fix mpm in a restart file.
@@ -42,9 +42,10 @@ template <int D> struct MpmRestartHead {
   static MpmRestartHead read(LAMMPS *lmp, const std::string &name, const char *buf);
 };
 
-/// Returns the keywords with other values in `now` than in `then`, as in "damping 0.05 -> 0, ...",
-/// or "". `of_points` chooses the keywords whose values existing points keep (volume, density,
-/// stress), or else the other ones. Keywords without influence on results are omitted.
+/// Returns the keywords whose values differ between `then` and `now`, as in "damping 0.05 -> 0,
+/// ...", or "" if there are none. If `of_points` is true, compares only the keywords whose old
+/// values existing points keep (volume, density, stress, insitu); otherwise compares only the other
+/// keywords. Keywords without influence on results are omitted.
 std::string mpm_differences(const MpmArguments &then, const MpmArguments &now, bool of_points);
 
 }    // namespace LAMMPS_NS

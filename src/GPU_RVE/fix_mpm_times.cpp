@@ -30,9 +30,10 @@ template <int D> void MpmTimes<D>::end_step()
   const Moment ended = now();
   const double engine = ended.engine - begun.engine;
   const double in_rves = engine + ended.bounds - begun.bounds;
-  // time of output columns, without the RVEs that they wait for
+  // time for filling the output columns, without the RVE updates that it waits for
   const double columns = ended.clock - solved.clock - (ended.models - solved.models);
-  // transfers are columns, copies from and to a device, and the work between points and RVEs
+  // transfers: output columns, copies from and to a device, and the work of RVE models outside the
+  // engine
   const double transfers =
       columns + solved.copies - begun.copies + ended.models - begun.models - engine;
   seconds[RVE] += in_rves;

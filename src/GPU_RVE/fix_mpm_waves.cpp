@@ -29,14 +29,14 @@ constexpr double ROUNDING_WARN = 0.01;
 // Ratio of the wave speed of an absorbing side to that of its points, or its inverse, above which
 // there is a warning
 constexpr double WRONG_SPEED = 2.0;
-// Least wave speed in RVEs over the bound of their contacts. Disks prepared with a friction of 0.5
-// have 0.54 of the modulus.
+// Lowest wave speed of RVEs over the upper bound from their contacts [-]. Disks prepared with a
+// friction of 0.5 have 0.54 of the modulus of the bound, which is the square of this ratio.
 constexpr double BOUND_OF_GRAINS = 0.73;
 
 }    // namespace
 
-/// Returns the atoms of this rank among the RVEs with the fastest waves of all ranks. Atom IDs
-/// decide between equal ones.
+/// Finds the `wave_tests` RVEs with the highest wave-speed bounds on all ranks. Returns those of
+/// their atoms that are on this rank. Atoms with equal bounds are ordered by ID.
 template <int D>
 std::vector<int> MpmWaves<D>::fastest(const Points &points, const FixRve &source,
                                       const mpm::Constitutive<D> &law) const
@@ -169,7 +169,7 @@ template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
     return;
   setup.solver->fetch(points);
   for (mpm::Constitutive<D> *law : setup.laws) law->expect_questions();
-  // largest speed and negative of the least speed of the points within a cell of the side
+  // largest speed, and negative of the least speed, of the points within a cell size of the side
   double most[2 * SPEEDS], *const least = most + SPEEDS;
   std::fill_n(most, SPEEDS, 0.0);
   std::fill_n(least, SPEEDS, -std::numeric_limits<double>::infinity());

@@ -220,7 +220,7 @@ double FixRve::memory_usage()
   return static_cast<double>(atom->nmax) * sizeof(int) + impl->bytes();
 }
 
-/// The per-atom array has the slot of the RVE in the engine, or -1.
+/// The per-atom array holds the slot of the RVE of the atom in the engine, or -1 without an RVE.
 void FixRve::grow_arrays(int nmax)
 {
   impl->slot.resize(nmax, -1);

@@ -34,7 +34,8 @@ template <int D> void RveAdvice<D>::advise(bool at_start)
       failed.guard(k, [&] { lists[k] = advice_on(atoms[k], at_start); });
   }
   rves.guarded([&] { failed.rethrow(); });
-  // find the worst RVE of each kind, the one with the lowest ID of equal ones
+  // find the worst RVE for each kind of advice; among equally bad RVEs, the one with the lowest
+  // atom ID
   double worst[KINDS] = {}, worst_of_all[KINDS];
   int beyond[KINDS] = {}, all_beyond[KINDS];
   tagint id[KINDS], lowest[KINDS];
@@ -85,7 +86,7 @@ template <int D> void RveAdvice<D>::advise(bool at_start)
 
 template <int D> bool RveAdvice<D>::note_fast_strain(double share, double worst, tagint id)
 {
-  if (update->ntimestep <= update->firststep) return false;    // these steps were in the last run
+  if (update->ntimestep <= update->firststep) return false;    // the last run has noted these steps
   fast_strain.share = std::max(fast_strain.share, share);
   if (worst > fast_strain.worst) {
     fast_strain.worst = worst;

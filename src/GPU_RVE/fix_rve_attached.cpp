@@ -207,7 +207,8 @@ void AttachedRves<D>::report(const std::vector<int> &failed, const std::vector<i
     const int i = atoms[k];
     if (std::find(failed.begin(), failed.end(), slot[i]) == failed.end()) continue;
     const rve::ResultOf<D> &result = point(i).result;
-    // a failed advance keeps the state before it; the state of a new RVE is the one that failed
+    // a failed advance leaves the RVE in its state before the step; a new RVE has the state that
+    // failed
     const double overlap = is_new ? largest_overlap(state(i)) : result.largest_overlap;
     const double void_ratio = is_new ? state(i).void_ratio() : result.void_ratio;
     const std::string message = fmt::format(

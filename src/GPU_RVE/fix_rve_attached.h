@@ -29,9 +29,10 @@ struct FixRve::Impl : protected Pointers {
   FixRve *fix;
   const int dimension;    // dimension of the RVEs: 2 for disks, 3 for spheres
   FixRveSettings settings;
-  double dt;                // DEM time step, or its upper limit where substeps are matched [time]
+  double dt;                // DEM time step, or its upper limit with *substeps match* [time]
   std::vector<int> slot;    // number of the RVE in the engine, or -1; shape [nmax]
-  // synchronise_ranks() exchanges the notes and checks of this step in the next step
+  // true if synchronise_ranks() of the next step, or post_run(), handles the notes and the
+  // time-step check of this step
   bool checks_postponed = false;
   double restart_step = 0.0;    // step in the head of a restart file
   RestartRecords records;
@@ -62,30 +63,33 @@ struct FixRve::Impl : protected Pointers {
   virtual macro::InSituReport bring_to_stress(const std::vector<int> &atoms,
                                               const std::vector<macro::StressGoal> &goals,
                                               double tolerance) = 0;
-  /// Waits for the advance that is under way, on this rank alone.
+  /// Waits for the advance that is under way on this rank and takes over its results. Not
+  /// collective.
   virtual void finish() = 0;
 
-  /// Writes the head of the fix in a restart file, which has the settings that its RVEs were made
-  /// with. Rank 0 alone calls this; the next two functions are collective.
+  /// Writes the head of the fix to a restart file: the settings of the RVEs. Called on rank 0 only;
+  /// the next two functions are collective.
   virtual void write_restart_head(FILE *fp) const = 0;
-  /// Applies settings of the script that differ from the restart file and need no RVEs. Ends with
-  /// an error if the packings differ, or if there is no memory for the RVEs.
+  /// Reads the head and stores how the settings of the script differ from it. Settings that the
+  /// script does not give are taken from the head. Ends with an error if the packings differ, or if
+  /// there is not enough memory for the RVEs.
   virtual void read_restart_head(const char *buf) = 0;
   /// Applies `fix_modify ID ...`.
   virtual void modify(int narg, char **arg) = 0;
-  /// Warns that RVEs which have advanced are lost if the fix is deleted.
+  /// Called when the fix is deleted: warns that its RVEs are lost if they have advanced.
   virtual void warn_of_loss() const = 0;
 
   /// Removes the RVE of an atom from the engine.
   virtual void remove(int atom) = 0;
   virtual std::vector<double> record(int atom) const = 0;
   virtual int record_size(int atom) const = 0;
-  /// Adds the RVE of a record to the engine and gives it to the atom, or no RVE if the size is 0.
+  /// Adds the RVE of a record to the engine and assigns it to the atom. The atom gets no RVE if
+  /// `size` is 0.
   virtual void add_record(int atom, const double *record, int size) = 0;
 
   /// Returns the wall time in calls of the engine of the RVEs on this rank [seconds].
   virtual double engine_time() const = 0;
-  /// Returns the wall time in bounds of the DEM time steps on this rank [seconds].
+  /// Returns the wall time for computing bounds of DEM time steps on this rank [seconds].
   virtual double bounding_time() const = 0;
   /// Returns component n of the vector of the fix; collective.
   virtual double vector_component(int n) const = 0;
@@ -93,12 +97,13 @@ struct FixRve::Impl : protected Pointers {
   /// Returns the mass of grains over the volume of the cell [mass/length^3].
   virtual double bulk_density(int atom) const = 0;
   virtual mpm::Constitutive<2> *material_of_plane() = 0;
-  /// Returns null if the RVEs are of disks.
+  /// Returns the RVEs as a material in three dimensions, or null if they consist of disks.
   virtual mpm::Constitutive<3> *material_of_space() = 0;
-  /// Returns the largest wave modulus by tangents of the RVEs of these atoms, over the bound of
-  /// their contacts [-]; 0 if no tangent could be measured.
+  /// Measures the tangents of the RVEs of these atoms. Returns the largest P-wave modulus over its
+  /// upper bound from the contacts [-], or 0 if no tangent could be measured.
   virtual double measured_wave_share(const std::vector<int> &atoms) const = 0;
-  /// Sets the ratio of the wave moduli of the materials to the bounds of their contacts [-].
+  /// Sets the ratio of the wave moduli of the materials to the upper bounds from their contacts
+  /// [-].
   virtual void scale_waves(double share) = 0;
 
   /// Looks up the variables of the keywords drive, servo and path.
@@ -119,8 +124,8 @@ struct FixRve::Impl : protected Pointers {
   /// Returns the path of the file for the RVE of an atom in this step.
   std::string dump_file(int atom) const;
 
-  /// Returns work(). If it throws, this rank ends with an error that names the fix, the step and,
-  /// unless it is -1, the atom.
+  /// Returns work(). If it throws, this rank ends with an error that names the fix, the step and
+  /// the atom. The error names no atom if `atom` is -1.
   template <class Work> auto guarded(const Work &work, int atom = -1) const -> decltype(work())
   {
     return on_this_rank(
@@ -129,13 +134,15 @@ struct FixRve::Impl : protected Pointers {
 
   bigint step_of_advance = -1;    // LAMMPS step of the last advance
   bool reports_last_advance = false;
-  /// Returns the LAMMPS step that messages name.
+  /// Returns the LAMMPS step for messages: that of the last advance while its notes and checks are
+  /// handled, otherwise the present step.
   bigint reported_step() const
   {
     return reports_last_advance ? step_of_advance : update->ntimestep;
   }
-  /// Rank 0 logs a line, or prints a warning once (Tension) or once in each run and a line after
-  /// that (Frozen). An error ends the run on all ranks.
+  /// Kind of a note. Rank 0 logs a Line. It prints the first Tension as a warning and drops later
+  /// ones. It prints the first Frozen of each run as a warning and logs later ones as lines. An
+  /// Error ends the run on all ranks.
   enum class NoteKind { Line, Frozen, Tension, Error };
   /// An event of an RVE for the log.
   struct Note {
@@ -173,8 +180,8 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
     void operator=(std::unique_ptr<Points> _points) { points = std::move(_points); }
     Points *operator->() const { return get(); }
     Points &operator*() const { return *get(); }
-    /// Returns the RVEs without waiting, for the advance itself and for data that it does not
-    /// change.
+    /// Returns the RVEs without waiting, for the advance itself and for data that an advance does
+    /// not change.
     Points &as_they_are() const { return *points; }
 
    private:
@@ -202,8 +209,8 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   std::vector<int> slots_of(const std::vector<int> &atoms) const;
   /// Returns the local atoms whose RVEs are not frozen.
   std::vector<int> advancing_atoms() const;
-  /// Makes an engine without RVEs on the same device, in another number format, for RVEs with the
-  /// same contacts. Throws the errors of rve::make_engine().
+  /// Makes an engine without RVEs on the same device, in the number format `format`, for RVEs with
+  /// the contact model of this fix. Throws the errors of rve::make_engine().
   std::unique_ptr<rve::EngineOf<D>> empty_engine(rve::Format format) const;
   State state(int atom) const
   {
@@ -219,7 +226,8 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   /// Advances RVEs by prescribed motions, one for each atom, with complete results if this step
   /// needs them.
   void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives);
-  /// Ends with an error if a component of the tensor is not finite. `what` and `unit` describe it.
+  /// Ends with an error if a component of the tensor is not finite. `what` and `unit` describe the
+  /// tensor in the message.
   void check(const Matrix &tensor, const char *what, const char *unit, int atom) const;
   /// Adds notes about RVEs that were replaced by several copies side by side.
   void note_copies(const std::vector<int> &atoms);

@@ -177,8 +177,8 @@ template <int D> void RveChanges<D>::read_restart_head(const char *buf)
                  [&] { rves.packings.change(kept, scaling, scaling_before); });
   is_continued = true;
 
-  // The numbers of grains of the RVEs, which are read next, are not known yet. The check takes the
-  // smallest packing, so that it refuses no run that has enough memory.
+  // The numbers of grains of the RVEs, which are read next, are not known yet. The check assumes
+  // the smallest packing for all of them, so that it stops no run that has enough memory.
   const auto in_group =
       std::count_if(atom->mask, atom->mask + atom->nlocal,
                     [groupbit = rves.fix->groupbit](int mask) { return (mask & groupbit) != 0; });
@@ -244,7 +244,7 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialArguments
   }
   collectively(lmp, who, [&] {
     if (!changed.empty()) rves.points->set_materials(changed, materials);
-    rves.points->expect(rves.packings.contacts());    // contacts of RVEs that are made later
+    rves.points->expect(rves.packings.contacts());    // contact model of RVEs that are made later
   });
 
   MPI_Allreduce(MPI_IN_PLACE, range, 4 * NUM_PARAMETERS, MPI_DOUBLE, MPI_MAX, world);
@@ -306,13 +306,13 @@ template <int D> void RveChanges<D>::apply(FixRveSettings wanted)
   const std::string dt_before = text_of_dt(rves.settings);
   std::vector<std::string> list = differences(rves.settings.account(), wanted.account());
 
-  // RVEs that are made later get the same materials as existing ones
+  // RVEs that are made later get the same changes of the material as existing ones
   wanted.material = rves.settings.material;
   wanted.material.add(words);
   wanted.mass_scaling = scaling;
   wanted.dt_given = rves.settings.dt_given || dt_given;
   if (wanted.path.of<D>() !=
-      rves.settings.path.template of<D>())    // a new path begins at its start
+      rves.settings.path.template of<D>())    // RVEs begin a new path at its start
     for (const int i : rves.atoms_with_rve())
       rves.points->path(rves.slot[i]) = macro::PathState<D>();
   rves.settings = wanted;

@@ -21,7 +21,7 @@ using namespace LAMMPS_NS;
 // Largest number of notes that are printed in one step. The number of further notes follows.
 static constexpr std::size_t MOST_NOTES = 8;
 
-/// Prints the notes of all ranks in the order of atom IDs. A step without notes costs a sum over
+/// Prints the notes of all ranks in the order of atom IDs. A step without notes costs one sum over
 /// ranks.
 void FixRve::Impl::log_notes()
 {
@@ -59,7 +59,7 @@ std::string FixRve::Impl::print_all(const std::string &all)
                    [](const Note &a, const Note &b) { return a.atom < b.atom; });
   for (std::size_t k = 0; k < std::min(of_all.size(), MOST_NOTES); ++k) {
     const Note &note = of_all[k];
-    // the first frozen RVE of a run is a warning
+    // the first frozen RVE of a run is reported by a warning
     const bool is_first_frozen = note.kind == NoteKind::Frozen && num_frozen++ == 0;
     if (is_first_frozen ||
         (note.kind == NoteKind::Tension && !std::exchange(printed_tension, true)))

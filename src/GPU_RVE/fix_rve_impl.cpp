@@ -67,8 +67,8 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     points = std::make_unique<macro::RvePointsOf<D>>(std::move(engine), std::move(shadows),
                                                      settings.macro_step, this->threads());
   });
-  // this fix overwrites the limit that an earlier fix rve has set: if teams of two sizes
-  // alternated, OpenMP would end and create threads again and again
+  // the limit is global, and this fix overwrites the value of an earlier fix rve: if teams of two
+  // sizes alternated, OpenMP would end and create threads repeatedly
   const bool is_beside_gpu = points->cuda_device() >= 0 && !settings.threads_given;
   rve::most_in_a_team() = is_beside_gpu ? share.threads_beside_gpu() : rve::MOST_THREADS;
   int on_device = points->cuda_device() >= 0 ? 1 : 0, on_all;
@@ -148,7 +148,7 @@ template <int D> void FixRve::ImplOf<D>::post_run()
 {
   this->has_run = this->has_run || update->nsteps > 0;
   run_postponed_checks();
-  // the run may be shorter than the interval of checks
+  // the last steps of the run may come after the last check at the interval
   const int interval = settings.dt_check_interval;
   if (interval && update->ntimestep % interval) {
     time_step.recheck(Check::Run);
@@ -217,8 +217,8 @@ template <int D> void FixRve::ImplOf<D>::attach()
 template <int D>
 void FixRve::ImplOf<D>::log_cell_limits(const std::vector<const State *> &states) const
 {
-  // the largest of the least shares of each width, and the negative of the fewest grains across a
-  // cell
+  // maxima over RVEs: for each axis, the least share of its width to which a cell can be
+  // compressed; then the negative of the number of grains across the cell
   double worst[D + 1] = {}, of_all[D + 1];
   worst[D] = -HUGE_VAL;
   for (const State *state : states) {
@@ -264,7 +264,8 @@ template <int D> void FixRve::ImplOf<D>::set_exchange_size()
   fix->maxexchange = std::max(fix->maxexchange, most);
 }
 
-/// The scheme USAVG also calls this in the middle of a step. Postponed checks are done at its end.
+/// A call in the step of the last advance leaves the checks of that advance postponed. The scheme
+/// USAVG makes such calls in the middle of a step.
 template <int D> void FixRve::ImplOf<D>::synchronise_ranks()
 {
   this->finish();
@@ -305,8 +306,8 @@ macro::InSituReport FixRve::ImplOf<D>::bring_to_stress(const std::vector<int> &a
 /// all RVEs (6), the DEM time step (7), DEM steps per LAMMPS step (8), wall time per advance (9),
 /// mean and largest deviation from shadows and the atom ID of the largest (10 to 12), the numbers
 /// of quiescent RVEs and of RVEs whose path has ended (13, 14), the largest error of a steered
-/// stress (15), the number of RVEs that are several copies side by side (16) and of fresh RVEs
-/// (17).
+/// stress (15), the number of RVEs that are several copies side by side (16), and how often a fresh
+/// RVE has replaced a failed one (17).
 template <int D> double FixRve::ImplOf<D>::vector_component(int n) const
 {
   const auto now = this->clock(update->dt);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The implementation of fix rve for RVEs of dimension D. It sets up the engine and calls the jobs
-// of fix_rve_jobs.h in LAMMPS' hooks.
+// The implementation of fix rve for RVEs of dimension D. It sets up the engine, and its LAMMPS
+// hooks call the classes of fix_rve_jobs.h.
 
 #pragma once
 
@@ -64,7 +64,7 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
  private:
   using Check = typename RveTimeStep<D>::Check;
 
-  // the RVEs as materials; of_space is null for disks, which cannot be a material in space
+  // the RVEs as materials in two and three dimensions; of_space is null for disks
   macro::RveConstitutive<2, D> of_plane;
   std::unique_ptr<macro::RveConstitutive<3>> of_space;
 
@@ -79,9 +79,9 @@ template <int D> struct FixRve::ImplOf final : AttachedRves<D> {
 
   /// Reads the packings and chooses or checks the DEM time step; collective.
   void read_packings();
-  /// Sets maxexchange to the size of the largest record of an RVE; collective.
+  /// Raises maxexchange to an upper bound of the sizes of RVE records in a run; collective.
   void set_exchange_size();
-  /// Logs the notes of the last advance and checks its time step, if that was postponed;
+  /// Logs the notes of the last advance and checks its time step, if these were postponed;
   /// collective.
   void run_postponed_checks();
   /// Logs how far cells can be compressed before they are too narrow for their grains; collective.

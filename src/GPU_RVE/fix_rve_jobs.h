@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The jobs of fix rve: time step, shadows, warnings, prescribed motions, memory, and changes of
+// The parts of fix rve: time step, shadows, warnings, prescribed motions, memory, and changes of
 // existing RVEs.
 
 #pragma once
@@ -16,7 +16,7 @@ namespace LAMMPS_NS {
 /// Chooses the DEM time step of the RVEs, or compares it with the stability bound.
 template <int D> class RveTimeStep : protected Pointers {
  public:
-  /// Occasions of a check, which choose the RVEs that are checked.
+  /// Occasion of a check. It determines which RVEs are checked.
   enum class Check {
     EveryStep,    ///< after each step: RVEs that have stiffened since their last check
     Interval,     ///< at the interval of checks: all RVEs
@@ -26,8 +26,9 @@ template <int D> class RveTimeStep : protected Pointers {
 
   explicit RveTimeStep(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
-  /// Ends with an error if the time step `used` is above the bound of `whose` [time], and warns
-  /// once if it is near it.
+  /// Ends with an error if the time step `used` is above the stability bound `bound` [time], and
+  /// warns once if `used` is near the bound. `whose` names the RVE or packing of the bound in
+  /// messages.
   void check(double used, double bound, const std::string &whose);
   /// Compares the time step with the present bounds of RVEs. Lowers an automatic step; warns of a
   /// given step near the bound and ends with an error above it; collective.
@@ -42,7 +43,7 @@ template <int D> class RveTimeStep : protected Pointers {
  private:
   struct LeastBound {
     double dt;      ///< stable time step [time]; infinite if none is below the requested value
-    tagint atom;    ///< ID of the atom of that RVE, the lowest one of several
+    tagint atom;    ///< ID of the atom of this RVE; the lowest ID if several RVEs have this step
   };
   /// Returns the least stable time step of RVEs, if it is below `enough` [time]; collective.
   LeastBound least(const std::vector<int> &atoms, double enough);
@@ -52,16 +53,16 @@ template <int D> class RveTimeStep : protected Pointers {
   AttachedRves<D> &rves;
 };
 
-/// Chooses RVEs that get shadows, and reports the deviations. A shadow is a copy in double
-/// precision with finer steps, which measures the error of its RVE.
+/// Chooses RVEs that get shadows, and reports how much the RVEs deviate from their shadows. A
+/// shadow is a copy in double precision with finer steps, which measures the error of its RVE.
 template <int D> class RveShadows : protected Pointers {
  public:
   explicit RveShadows(AttachedRves<D> &_rves) : Pointers(_rves.lammps()), rves(_rves) {}
 
-  /// Adds shadows up to the number of the settings. The choice depends on atom IDs only;
-  /// collective.
+  /// Adds or removes shadows until their number is that of the settings. The choice depends on atom
+  /// IDs only; collective.
   void choose();
-  /// Deviations of the stress from shadows.
+  /// Relative deviations of the stresses of RVEs from those of their shadows.
   struct Report {
     double mean, largest;    ///< [-]
     tagint atom;             ///< ID of the atom with the largest deviation; 0 without shadows
@@ -72,7 +73,7 @@ template <int D> class RveShadows : protected Pointers {
   void log_report() const;
 
  private:
-  /// Keeps `number` shadows, those that choose() would choose first, and removes the others;
+  /// Keeps the `number` shadows that choose() would choose first, and removes the others;
   /// collective.
   void remove(int number);
 
@@ -92,8 +93,9 @@ template <int D> class RveAdvice : protected Pointers {
 
  private:
   std::vector<rve::Advice> advice_on(int atom, bool at_start);
-  /// Records a check in which a share of the RVEs strained too fast. Returns true if a warning is
-  /// due, which is once in a run.
+  /// Records a check in which the share `share` of the RVEs strained too fast [-]. `worst` is the
+  /// largest inertial number over its limit [-], and `id` is the ID of its atom. Returns true if a
+  /// warning is due, at most once in a run.
   bool note_fast_strain(double share, double worst, tagint id);
 
   AttachedRves<D> &rves;
@@ -127,7 +129,7 @@ template <int D> class RveDrives : protected Pointers {
   PathReport path_report(int atom) const;
   /// Returns true if all RVEs that are not frozen are at the ends of their paths; collective.
   bool all_paths_ended() const;
-  /// Lets RVEs continue on other paths than before.
+  /// Continues RVEs of a restart file on paths that have changed.
   void resume_paths(const macro::LoadPathsOf<D> &paths);
 
  private:

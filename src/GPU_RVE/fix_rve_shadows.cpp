@@ -94,7 +94,7 @@ template <int D> typename RveShadows<D>::Report RveShadows<D>::report() const
   MPI_Allreduce(&most, &most_of_all, 1, MPI_DOUBLE, MPI_MAX, world);
   MPI_Allreduce(sums, all_sums, 1, MPI_INT64_T, MPI_SUM, world);
   if (all_sums[0] == 0) return {0.0, 0.0, 0};
-  // a sum of integers has no order, so that it does not depend on the number of ranks
+  // an integer sum does not depend on the order of its terms, and so not on the number of ranks
   const rve::FixedScale scale(std::max(most_of_all, 1e-300), all_sums[0]);
   for (const int i : rves.atoms_with_rve())
     if (rves.point(i).shadow >= 0) sums[1] += scale.integer(rves.point(i).shadow_deviation());

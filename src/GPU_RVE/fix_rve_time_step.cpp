@@ -18,8 +18,8 @@ using namespace LAMMPS_NS;
 // Share of the stability bound above which a given time step gets a warning
 static constexpr double DT_WARNING = 0.95;
 
-// Every so many checks at the interval, one also looks for warnings. A warning needs sharper bounds
-// of all RVEs.
+// One of this many checks at the interval also tests for warnings, which need sharper bounds of all
+// RVEs.
 static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
 
 // Largest number of RVEs, over all ranks, whose bound is computed exactly. Each takes milliseconds.
@@ -43,9 +43,9 @@ template <int D> void RveTimeStep<D>::check(double used, double bound, const std
   }
 }
 
-/// The engine gives lower bounds of all RVEs, which are sharp within 5 % below `enough`. The exact
-/// bound is computed for the RVEs with the lowest ones. The result does not depend on the number of
-/// ranks.
+/// The engine gives a lower bound of the stable time step of each RVE. Bounds below `enough` are
+/// accurate within 5 %. The exact stable time step is computed only for the RVEs with the lowest
+/// bounds. The result does not depend on the number of ranks.
 template <int D>
 typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int> &atoms,
                                                           double enough)
@@ -58,8 +58,9 @@ typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int>
   collectively(lmp, who,
                [&] { bounds = rves.points.as_they_are().bound_time_steps(some, enough); });
 
-  // The RVEs may all be alike. The exact bounds of the others can be below the least exact bound of
-  // the candidates by the sharpness of the bounds only, and a check has that margin.
+  // If many RVEs are alike, not all of them are candidates. The stable time step of another RVE can
+  // be below the least one of the candidates by at most the inaccuracy of the bounds, and checks
+  // have this margin.
   struct Candidate {
     double bound;
     tagint atom;
@@ -129,11 +130,11 @@ template <int D> void RveTimeStep<D>::recheck(Check check)
   int mine = atoms.empty() ? 0 : 1, any = mine;
   if (comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
   if (!any) return;
-  // checks at the ends of a run must not change later checks, so that a divided run gives the same
-  // bits as the whole run
+  // checks at the start and the end of a run must not change later checks, so that a divided run
+  // gives the same bits as the whole run
   if (check != Check::Run) rves.points.as_they_are().note_check(rves.slots_of(atoms));
   const double used = rves.settings.dt_auto ? rves.dt : rves.clock(update->dt).dt;
-  // most checks at the interval look for errors only and need no sharp bounds near the time step
+  // most checks at the interval test for errors only and need no sharp bounds near the time step
   const bool between_warnings = check == Check::Interval &&
       update->ntimestep % (CHECKS_FOR_ONE_WITH_WARNINGS * rves.settings.dt_check_interval) != 0;
   const bool silent = check == Check::Run ||
@@ -185,7 +186,7 @@ template <int D> void RveTimeStep<D>::choose()
   else
     check(used, lowest.dt,
           fmt::format("the RVE of atom {} at step {}", lowest.atom, update->ntimestep));
-  // this comes last, because a refused step must not count as checked
+  // this comes last, because a time step that ends with an error must not count as checked
   rves.points->note_check(rves.slots_of(advancing));
 }
 

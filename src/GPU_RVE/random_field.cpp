@@ -37,10 +37,10 @@ namespace {
 
 struct FieldRequest {
   int groupbit = 0;
-  double *property = nullptr;    ///< property of the local atoms
+  double *property = nullptr;    ///< custom property of the local atoms
   std::string name;
   std::optional<field::Vec> lengths;            ///< correlation lengths [length]
-  double angle = 0.0;                           ///< of the first length to the x axis [degrees]
+  double angle = 0.0;                           ///< from the x axis to the first length [degrees]
   std::optional<field::Vec> spacing, lo, hi;    ///< of the grid [length]
   field::Grid grid;
   field::Covariance covariance{field::Exponential{}, field::Anisotropy({1.0, 1.0})};
@@ -204,7 +204,7 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
     for (int i = 0; i < atom->nlocal; i++) {
       if (!(atom->mask[i] & request.groupbit)) continue;
       double x[3] = {atom->x[i][0], atom->x[i][1], atom->x[i][2]};
-      lmp->domain->remap(x);    // atoms may have left through periodic sides
+      lmp->domain->remap(x);    // atoms may have left through periodic faces
       const field::Vec position{x[0], x[1]};
       if (!request.grid.contains(position)) {
         outside.add(atom->tag[i], {x[0], x[1], 0.0});
@@ -267,9 +267,9 @@ void store(LAMMPS *lmp, const FieldRequest &request, const std::vector<double> &
 
 }    // namespace
 
-/// Rank 0 makes the field and sends it to the others, which evaluate it at their atoms. This is
-/// faster than making it on each rank and needs the memory of the transform once
-/// (doc/src/random_field.rst has the numbers).
+/// Rank 0 samples the field and broadcasts it, and each rank evaluates it at its atoms. This is
+/// faster than sampling it on each rank, and the memory for the Fourier transform is needed only
+/// once (doc/src/random_field.rst has the numbers).
 void RandomField::command(int narg, char **arg)
 {
   if (domain->box_exist == 0)

@@ -12,8 +12,8 @@
    See the README file in the top-level LAMMPS directory.
 ------------------------------------------------------------------------- */
 
-// Command random_field reads the words of the script and stores a stationary random field, which
-// the folder field/ makes, in a property of atoms.
+// Command random_field parses its arguments, samples a stationary random field with the code in
+// field/, and stores its values in a custom per-atom property.
 
 #ifdef COMMAND_CLASS
 // clang-format off

@@ -29,7 +29,7 @@ constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
 
 // Changes of the stress by an image, over the pressure, above which there is a warning. Normal
 // stresses of an isotropic packing are equal within the tolerance of its preparation. Its shear
-// stress is the random rest of a sum over finitely many contacts.
+// stress is not exactly 0, because it is a sum over finitely many contacts.
 constexpr double NORMAL_CHANGE = 0.02;
 template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 {
@@ -146,8 +146,8 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
                     fix, size());
 }
 
-/// Levels follow from the present stresses of the packings along the last axis, because files of
-/// one packing do not contain the stress of their preparation.
+/// Stress levels are those of the present vertical stresses (last axis) of the packings, because a
+/// file with one packing does not contain the stress of its preparation.
 template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
 {
   const auto add_pool = [this](const std::vector<int> &members) {
@@ -349,7 +349,7 @@ template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<in
                  *std::max_element(void_ratios.begin(), void_ratios.end()));
 }
 
-/// A mirrored or turned packing is a sample of the same ground only if the stress of the ground is
+/// A mirrored or rotated packing is a sample of the same ground only if the stress of the ground is
 /// isotropic.
 template <int D>
 void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,

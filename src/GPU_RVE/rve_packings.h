@@ -61,14 +61,14 @@ template <int D> class RvePackingsOf {
   std::vector<double> stable;         // stable time step [time]
   std::vector<double> void_ratios;    // [-]
 
-  /// Packings of one stress level, or all, among which void ratios and random draws choose.
+  /// Packings of one stress level, or all packings. Void ratios and random draws choose among them.
   struct Pool {
     std::vector<int> packings;
     rve::VoidRatioIndex by_void_ratio;
   };
   std::vector<Pool> pools;
   std::optional<rve::StressLevels> levels;        // stresses of the pools, for a choice by stress
-  std::map<std::pair<int, int>, State> images;    // image by number of packing and of image
+  std::map<std::pair<int, int>, State> images;    // images by numbers of packing and image
 
   struct Atoms;
 

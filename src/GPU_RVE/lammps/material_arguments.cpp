@@ -17,8 +17,8 @@ namespace {
 
 // ---- normal models ----
 
-/// Values of *contact*. Its syntax is that of pair_coeff of pair_style granular, after the types of
-/// atoms.
+/// Values of *contact*. The syntax is that of the pair_coeff arguments of pair_style granular after
+/// the two atom types.
 struct Contact {
   MaterialArguments &material;
   double eta_n = 0.0;    ///< damping of the normal model; its unit depends on the damping model
@@ -154,7 +154,8 @@ void read_damping(ScriptArguments &words, Contact &contact)
                                              : contact.eta_n;
 }
 
-/// Applies the default of pair_style granular without a damping model, which is viscoelastic.
+/// Applies viscoelastic damping, which pair_style granular uses for contacts without a damping
+/// model. Hooke contacts do not support it; for them eta_n other than 0 is an error.
 void take_default_damping(ScriptArguments &words, Contact &contact)
 {
   if (*contact.material.law != rve::ContactLaw::Linear)

@@ -25,14 +25,14 @@ class MaterialArguments {
   std::optional<double> &operator[](rve::MaterialMember member);
   const std::optional<double> &operator[](rve::MaterialMember member) const;
 
-  /// Overwrites the parameters of `material` that have values here. A rolling friction without a
-  /// rolling stiffness gets the tangential stiffness as rolling stiffness. Throws InputError if the
-  /// contact law has no tangential stiffness.
+  /// Overwrites the parameters of `material` that have values here. If there is a rolling friction
+  /// but no rolling stiffness, the rolling stiffness becomes the tangential stiffness; this throws
+  /// InputError if the contact law has no tangential stiffness.
   void apply(rve::Material &material) const;
 
   /// Returns true if any parameter or the contact law has a value.
   bool any() const;
-  /// Overwrites values with those that `later` has.
+  /// Overwrites values here with those that are set in `later`.
   void add(const MaterialArguments &later);
 
   /// Contact law of the keyword *contact*, which also gives all parameters of the contact.
@@ -42,8 +42,8 @@ class MaterialArguments {
   std::optional<double> values[std::size(rve::MATERIAL_PARAMETERS)];
 };
 
-/// Applies `words` to a material whose inertia has the mass scaling `mass_scaling_before`, and
-/// gives it the inertia of `mass_scaling`. The mass depth carries the mass scaling.
+/// Applies `words` to a material and changes its mass scaling from `mass_scaling_before` to
+/// `mass_scaling` [-]. The mass scaling is a factor in the mass depth of the material.
 void change_material(rve::Material &material, const MaterialArguments &words, double mass_scaling,
                      double mass_scaling_before);
 

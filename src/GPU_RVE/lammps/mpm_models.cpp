@@ -21,7 +21,7 @@ template <int D> const mpm::LawEntry<D> &entry_of(const MpmModel<D> &model)
                        [&](const mpm::LawEntry<D> &entry) { return entry.word == model.word; });
 }
 
-/// Returns the arguments of the law of a model with its strength reduction.
+/// Returns the law arguments of a model after its strength reduction.
 template <int D> std::vector<double> reduced_arguments(const MpmModel<D> &model)
 {
   std::vector<double> arguments = model.arguments;

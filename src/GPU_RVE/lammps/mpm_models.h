@@ -25,10 +25,10 @@ template <int D> struct MpmModel {
   std::string word;       ///< rve, or the name of an analytic law
   std::string fix_rve;    ///< ID of the fix rve whose RVEs are the model; empty for an analytic law
   std::shared_ptr<mpm::Constitutive<D>> law;    ///< analytic law; null for RVEs
-  std::vector<double> arguments;                ///< of the law, without strength reduction
+  std::vector<double> arguments;                ///< arguments of the law before strength reduction
   double strength_reduction = 1.0;              ///< factor by which the strength is divided [-]
   bool is_modified = false;                     ///< true after a change by fix_modify
-  /// Density [mass/length^3]. 0 or no value: the density of the RVEs.
+  /// Density [mass/length^3]. 0: the density of the RVEs. No value: MpmSettings::density.
   std::optional<double> density;
 
   /// Reads the values of the keyword *model*. An error ends in error->all.
@@ -37,8 +37,8 @@ template <int D> struct MpmModel {
   /// An error ends in error->all.
   static std::vector<MpmModel> modified(LAMMPS *lmp, std::vector<MpmModel> models,
                                         const std::string &fix_id, int narg, char **arg);
-  /// Returns the words of a fix_modify that turns the model as the fix defines it into this one, or
-  /// "" if fix_modify has not changed it.
+  /// Returns the arguments of a fix_modify that changes the model of the fix command into this one,
+  /// or "" if fix_modify has not changed the model.
   std::string modification() const;
   /// Returns the parameters of the law that differ from `before`, for example
   /// "c 1000 -> 800, phi 30 -> 24.79", or "".

@@ -40,7 +40,8 @@ template <int D> struct ParseState {
   /// Subject and density of the last model or body; the pointer is null before the first one.
   std::string density_owner{};
   std::optional<double> *density = nullptr;
-  /// Last keyword of each body that requires a face, and last keyword that requires another form.
+  /// For each body, the last keyword that requires the form *face*, and the last keyword that
+  /// requires another form.
   std::vector<std::string> needs_face{}, needs_form{};
 };
 
@@ -117,8 +118,8 @@ template <int D> void read_density(ScriptArguments &words, ParseState<D> &state)
     state.settings.density = density;
 }
 
-/// Applies the density of the script to all points if it is the only one, whatever its position in
-/// the script. Returns its subject, or "" if there are several densities or none.
+/// If the command has a single *density*, applies this density to all points, wherever the keyword
+/// is. Returns its subject, or "" if there are several densities or none.
 template <int D> std::string share_density(const ScriptArguments &words, MpmSettings<D> &settings)
 {
   std::string subject;
@@ -277,7 +278,7 @@ template <int D> void read_pivot(ScriptArguments &words, ParseState<D> &state)
   for (int a = 0; a < D; a++) body.pivot[a] = words.number(AXES[a]);
 }
 
-/// Reads the rotation vector of a body in degrees. The options have it in radian.
+/// Reads the rotation vector of a body in degrees and stores it in radians.
 template <int D> void read_turned(ScriptArguments &words, ParseState<D> &state)
 {
   constexpr double DEGREE = 3.14159265358979323846 / 180.0, MOST = 360.0;
@@ -420,7 +421,7 @@ template <int D> void read_wave_speed(ScriptArguments &words, ParseState<D> &sta
                                                               : 0;
 }
 
-/// Returns the function of a row that reads a value into a member of the solver's options.
+/// Returns the function of a keyword row that reads a value into a member of the solver's options.
 template <int D, class Read, class T>
 auto option(const Read &read, T mpm::SolverOptions<D>::*member)
 {
@@ -522,7 +523,7 @@ template <int D> MpmSettings<D> MpmSettings<D>::parse(LAMMPS *lmp, int narg, cha
     check_forms(lmp, state);
   });
   const std::string only_density = share_density(words, settings);
-  // a user may take it for the density of one model or body alone
+  // a user may mistake this density for that of one model or body alone
   const bool may_mislead = utils::strmatch(only_density, "^rigid ") ||
       (utils::strmatch(only_density, "^model ") && settings.models.size() > 1);
   if (may_mislead && lmp->comm->me == 0)

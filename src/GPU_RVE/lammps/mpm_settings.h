@@ -24,7 +24,7 @@ template <int D> struct MpmRigidBody {
   ScriptValue friction;    ///< coefficient of friction if it is a variable [-]
   /// Prescribed velocity [length/time], then spin [1/time]. Free components are not used.
   ScriptValue rates[mpm::FREEDOMS<D>];
-  std::optional<double> density;    ///< [mass/length^3]; 0 or no value: that of the atoms
+  std::optional<double> density;    ///< [mass/length^3]; 0: atom mass; none: MpmSettings::density
 };
 
 /// A load: the keyword *traction* or *pressure* and its *face*.
@@ -46,7 +46,8 @@ template <int D> struct MpmInSitu {
   ScriptValue k0;             ///< lateral over vertical stress [-]
   bool is_at_rest = false;    ///< k0 rest: the RVEs find k0 without lateral strain
   ScriptValue surcharge;      ///< pressure on the surface, compression positive [stress]
-  /// Height of the surface above a point [length]. No value: the top of the points.
+  /// Vertical coordinate of the ground surface above each point [length]. No value: the upper edge
+  /// of the highest new point.
   std::optional<ScriptValue> surface;
   /// Components of the stress in the order of the keyword *stress* [stress], or none.
   std::vector<ScriptValue> components;
@@ -67,7 +68,8 @@ template <int D> struct MpmSettings {
   std::vector<MpmTraction<D>> tractions;
   std::vector<MpmModel<D>> models;
   std::vector<std::string> columns;    ///< names of state variables in the output
-  /// Density of models and bodies without an own density [mass/length^3]. 0: that of the RVEs.
+  /// Density of models and bodies without a density of their own [mass/length^3]. 0: the density of
+  /// the RVEs; bodies have the mass of their atoms.
   double density = 0.0;
   double initial_volume = 0.0;    ///< volume of a point, in the plane its area [length^D]
   /// Initial stress of points without RVEs [stress].

@@ -36,7 +36,7 @@ constexpr int COUNT = 2;
 volatile std::sig_atomic_t recorded = 0;    // the last signal, or 0
 bool watching = false;
 bool taken[COUNT];                 // true for signals that have our handler while watching
-struct sigaction before[COUNT];    // actions of the program
+struct sigaction before[COUNT];    // actions before watch()
 
 extern "C" void record(int signal)
 {
@@ -55,7 +55,8 @@ void watch()
   sigemptyset(&action.sa_mask);
   for (int k = 0; k < COUNT; ++k) {
     sigaction(SIGNALS[k], nullptr, &before[k]);
-    // nohup, or a shell for a process in the background, may have the signal ignored
+    // nohup, or a shell that starts a process in the background, may have set the signal to be
+    // ignored
     taken[k] = (before[k].sa_flags & SA_SIGINFO) || before[k].sa_handler != SIG_IGN;
     if (taken[k]) sigaction(SIGNALS[k], &action, nullptr);
   }
@@ -69,8 +70,8 @@ void stop_watching()
     if (taken[k]) sigaction(SIGNALS[k], &before[k], nullptr);
 }
 
-/// Writes restart files of the present step unless they are written. Returns their names with
-/// " and " between them.
+/// Writes restart files of the present step unless they have been written already. Returns their
+/// names with " and " between them.
 std::string write_restart_files(LAMMPS *lmp)
 {
   Output *output = lmp->output;
@@ -120,7 +121,7 @@ Progress::Progress(LAMMPS *_lmp, std::string _who, double _interval) :
 {
 }
 
-// The run may have ended in an error, without end().
+// The run may have ended in an error, without a call of end().
 Progress::~Progress()
 {
   stop_watching();
@@ -137,7 +138,8 @@ void Progress::begin(const RveSteps &rve_steps)
   start = time_then = platform::walltime();
 }
 
-// Gives all ranks the last recorded signal. The same communication returns `line_is_due` of rank 0.
+// Sends the last recorded signal to all ranks. Returns `line_is_due` of rank 0, which is part of
+// the same communication, or false in steps without communication.
 bool Progress::exchange_signals(bool line_is_due)
 {
   watch();    // runs with `pre no` have no setup
@@ -146,7 +148,7 @@ bool Progress::exchange_signals(bool line_is_due)
   const double now = platform::walltime();
   const auto waited = static_cast<int>(std::min(1e6 * (now - last_exchange), 1e9));
   last_exchange = now;
-  // line of rank 0, signal, time since the last communication [microseconds]
+  // 1 if a line is due on rank 0, signal, time since the last communication [microseconds]
   int values[] = {lmp->comm->me == 0 && line_is_due ? 1 : 0, recorded, waited};
   if (!alone) MPI_Allreduce(MPI_IN_PLACE, values, 3, MPI_INT, MPI_MAX, lmp->world);
   const double steps_in_time = steps_between * (1e6 * LONGEST_WAIT) / std::max(values[2], 1);
@@ -186,7 +188,7 @@ void Progress::print(double now, double steps, bool has_rves) const
     line += fmt::format(", {:.3g} million RVE-steps per second",
                         1e-6 * std::max(steps - steps_then, 0.0) / (now - time_then));
   utils::logmesg(lmp, line + "\n");
-  utils::flush_buffers(lmp);    // the line appears at once, and a signal cannot lose it
+  utils::flush_buffers(lmp);    // the line appears at once and survives a signal
 }
 
 // A signal after the last step, or in a run without steps, counts as well.

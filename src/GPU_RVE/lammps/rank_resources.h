@@ -12,7 +12,7 @@ namespace LAMMPS_NS {
 struct RankResources {
   int rank;     ///< number of this rank on its machine
   int ranks;    ///< number of ranks on this machine
-  int cores;    ///< number of cores for this rank: cores that several ranks may use are divided
+  int cores;    ///< number of cores for this rank: ranks that may use the same cores divide them
   /// Number of ranks of this machine that are bound to a single core, although the machine has at
   /// least two cores for each rank. 0 if OMP_NUM_THREADS is set.
   int bound_ranks;

@@ -66,7 +66,7 @@ Part part_of_row(const Atom *atom, int row, int nth)
 
 void RestartRecords::write_header(LAMMPS *lmp, int i, int size, double *buf)
 {
-  buf[0] = size;    // other fixes skip so many values
+  buf[0] = size;    // other fixes skip this number of values
   buf[1] = static_cast<double>(lmp->update->ntimestep);
   buf[2] = static_cast<double>(lmp->atom->tag[i]);
   lmp->domain->unmap(lmp->atom->x[i], lmp->atom->image[i], buf + 3);
@@ -88,7 +88,7 @@ RestartRecord RestartRecords::of(LAMMPS *lmp, const std::string &whose, int i, i
   if (num_rows < 0) count_rows(lmp);
   Part part;
   if (i < num_rows) part = part_of_row(atom, i, nth);
-  // a search is no remedy: memory after the rows may still have records of an earlier file
+  // other rows are not searched: memory after the rows may still have records of an earlier file
   if (part.bad >= 0)
     fail(fmt::format(
         "in the restart file is damaged: its part {} has {} values by its header, but {} are left; "

@@ -39,7 +39,8 @@ class RestartRecords {
 
  private:
   int num_rows = -1;    ///< number of rows of atom->extra; -1: not counted yet
-  /// Rows by IDs of atoms, filled when the row of a local atom belongs to another atom.
+  /// Rows by IDs of atoms. Filled when the row with the index of a local atom belongs to another
+  /// atom.
   std::unordered_map<tagint, int> row_of_id;
 
   void count_rows(LAMMPS *lmp);

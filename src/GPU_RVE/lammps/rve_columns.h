@@ -29,10 +29,10 @@ template <class Table> auto find_column(const std::string &name, const Table &ta
   return found == std::end(table) ? nullptr : &*found;
 }
 
-/// Reads names of entries of `table` from the words after arg[first - 1] and returns pointers to
-/// the entries. The words *fix ID* among them set `fix_id`, which otherwise stays empty. Other
-/// words, a second fix and no column at all are errors, which begin with `style` and `id`. Messages
-/// call a column `kind`.
+/// Reads names of entries of `table` from the words arg[first] to arg[narg - 1] and returns
+/// pointers to the entries. The words *fix ID* among them set `fix_id`, which otherwise stays
+/// empty. Other words, a second fix and no column at all are errors, which begin with `style` and
+/// `id`. Messages call a column `kind`.
 template <class Table>
 auto read_columns(LAMMPS *lmp, const std::string &style, const char *id, const char *kind,
                   const Table &table, int first, int narg, char **arg, std::string &fix_id)
@@ -61,8 +61,8 @@ auto read_columns(LAMMPS *lmp, const std::string &style, const char *id, const c
   return columns;
 }
 
-/// A column of a table, computed from `Row<D>` of the row in D dimensions; null in a dimension that
-/// does not have the column.
+/// A column of a table: its name and the functions that compute it from a `Row<D>`, one for each
+/// dimension D. The function is null if the column does not exist in that dimension.
 template <template <int> class Row> using ColumnOf = macro::QuantityOf<Row>;
 
 /// Returns work(rves), where `rves` are the RVEs of a fix in 2 or 3 dimensions.

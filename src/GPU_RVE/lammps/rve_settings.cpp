@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Returns the end of the message that there is no such packing file.
+/// Returns the end of the error message for a packing file that does not exist.
 std::string where_packings_come_from(const std::string &file)
 {
   const rve::Words near = rve::nearest_words(file, fix_rve_keywords());
@@ -36,8 +36,8 @@ std::string where_packings_come_from(const std::string &file)
       fs::absolute(file).lexically_normal().parent_path().string(), file);
 }
 
-/// Default of *copies*: two doublings, one for each axis across which a stretched cell of spheres
-/// narrows.
+/// Default of *copies*: two doublings, one for each of the two axes along which a stretched cell of
+/// spheres narrows.
 constexpr int MOST_COPIES = 4;
 
 constexpr const char *COMPONENTS[3][3] = {
@@ -64,7 +64,7 @@ rve::Words component_names(int dimension, bool symmetric)
   return names;
 }
 
-/// Reads at least one component of a tensor with its value. Errors name `part` as those of
+/// Reads at least one component of a tensor with its value. Error messages name `part`, as in
 /// ScriptArguments.
 std::vector<TensorComponent> read_components(ScriptArguments &words, const std::string &part,
                                              int dimension, bool symmetric)

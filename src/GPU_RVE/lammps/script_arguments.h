@@ -108,7 +108,7 @@ class ScriptArguments {
   /// keywords with the same subject are an error unless `may_repeat`.
   void about(const std::string &subject, bool may_repeat = false);
 
-  /// Adds words that would also be accepted here to the suggestions of the next error message.
+  /// Sets words that are also accepted here and that the message for an unknown keyword suggests.
   void suggest(const rve::Words &words) { suggested = words; }
 
   /// A keyword of the command and its words.
@@ -128,7 +128,7 @@ class ScriptArguments {
   // ---- values ----
 
   bool empty() const { return position >= narg; }
-  /// Returns the next word, or the word `ahead` places after it; "" after the end.
+  /// Returns the next word, or the word that is `ahead` words after it; "" after the end.
   const char *peek(int ahead = 0) const
   {
     return position + ahead < narg ? arg[position + ahead] : "";

@@ -25,9 +25,10 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// Returns true for a word of a formula that follows from time, positions and velocities. Thermo
-/// keywords that are computes (ke, temp, press ...) do not, nor do functions of groups and regions,
-/// whose members may follow from variables, and special functions of fixes and computes.
+/// Returns true if the value of a word in a formula follows from time, positions and velocities
+/// alone. Returns false for thermo keywords that are computes (ke, temp, press ...), for functions
+/// of groups and regions, whose members may depend on variables, and for special functions that
+/// read fixes or computes.
 bool is_plain(const std::string &word)
 {
   static const std::set<std::string> PLAIN = {
@@ -75,7 +76,7 @@ bool depends_on_results(LAMMPS *lmp, const std::string &name, std::set<std::stri
     const auto begin = std::find_if(end, formula.end(), in_word);
     end = std::find_if_not(begin, formula.end(), in_word);
     const std::string word(begin, end);
-    // numbers, and the digits after the sign of an exponent
+    // skip numbers, and the digits after the sign of an exponent
     if (word.empty() || std::isdigit((unsigned char) word[0]) || word[0] == '.') continue;
     if (word.compare(0, 2, "v_") == 0 ? depends_on_results(lmp, word.substr(2), seen)
                                       : !is_plain(word))
