@@ -14,10 +14,11 @@ inline namespace RVE_ISA {
     ContactTurn<Real> turn;    ///< rotation of the contact in the step
     Vec<Real, 3> middle;       ///< normal at the middle of the step
 
-    /// Returns the motion in a step of dt. Spins move the surfaces across the normal of the middle
-    /// of the step, as the branch has moved. With the normal of the end of the step a rigidly
-    /// rotating pair would slip by the square of the angle of a step, always in the same direction
-    /// if the axis is inclined to the normal. In the plane this slip does not occur.
+    /// Returns the motion in a step of dt. The surface velocity of the spins uses the normal at the
+    /// middle of the step, which matches the motion of the branch. With the normal at the end of
+    /// the step, a rigidly rotating pair would slip by the square of the angle of a step, always in
+    /// the same direction if the axis is inclined to the normal. In the plane this slip does not
+    /// occur.
     template <bool OwnVelocityArm>
     static RVE_INLINE SphereContact of(const ContactGeometry<Real, 3> &contact,
                                        const SphereMotion<Real> &i, const SphereMotion<Real> &j,
