@@ -92,7 +92,7 @@ template <int D> struct alignas(16) SteeredModes {
 };
 
 /// Additional data of a prescribed motion: of a path with several segments, or of a stress servo. A
-/// call without both has no such record.
+/// call with neither has no such record.
 template <int D> struct alignas(16) SteeringRecord {
   double rotation[Space<D>::components], stretch[Space<D>::components];
   std::int32_t controlled[Space<D>::components];
@@ -117,8 +117,9 @@ template <int D> struct AnswerRecord {
 /// Number of components of an AffineStiffness (engine/affine_stiffness.h).
 template <int D> constexpr int kStiffness = Space<D>::components *Space<D>::strains;
 
-/// Additional details: the affine stiffness; or, in kernels with all bookkeeping and instead of the
-/// usual details, a lower bound of the stable time step [time] as the first number of `stiffness`.
+/// Values of BatchConstants::extra_detail. kStiffnessDetail adds the affine stiffness.
+/// kTimeStepDetail, in kernels with all bookkeeping, replaces the usual details by a lower bound of
+/// the stable time step [time], which is the first number of `stiffness`.
 constexpr std::int32_t kStiffnessDetail = 1, kTimeStepDetail = 2;
 
 /// Results on demand: details of the configuration of the last forces.

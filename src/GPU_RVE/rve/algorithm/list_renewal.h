@@ -25,7 +25,7 @@ inline namespace RVE_ISA {
     static RVE_COLD void renew(Block block, CallState<Config> &call, int k)
     {
       const SeenMotions<Config> motion = at_known_addresses<Block>(call.shared).motion;
-      // A motion by a quarter of the cell in one step is unstable.
+      // A motion by more than a quarter of the cell in one step is unstable.
       const Wide quarter_cell = static_cast<Wide>(0.25 / Config::fraction_unit);
       const Tensor<Wide, Config::D> to_fraction = call.planned(k).to_fraction;
       const bool leans = call.planned(k).allowed_squared < 0.0f;
@@ -174,7 +174,7 @@ inline namespace RVE_ISA {
           [&](int m, int index) {
             const int i = grain_at(m);
             work.proposal[i] = index;
-            work.excess_start[index] = number[i];    // it is not needed any more
+            work.excess_start[index] = number[i];    // the old content is not needed any more
           });
       const auto move = [&](auto *...array) {
         static_assert((sizeof(*array) + ...) <= kScratch<Config::D> * sizeof(double) &&
