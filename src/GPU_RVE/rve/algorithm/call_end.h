@@ -72,8 +72,8 @@ inline namespace RVE_ISA {
       return call.units.force * static_cast<double>(call.totals.largest);
     }
 
-    /// Parts of the output of a successful call in addition to its grains: the words of its
-    /// progress, the components of the stress, and all other results together.
+    /// Number of parts of the output of a successful call, without its grains: one part for each
+    /// word of its progress, one for each component of the stress, and one for all other results.
     static constexpr int kProgressWords = sizeof(StateProgress<Config::D>) / sizeof(std::int64_t);
     static constexpr int kResults = kProgressWords + Config::components + 1;
 

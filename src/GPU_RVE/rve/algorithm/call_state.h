@@ -99,8 +99,8 @@ inline namespace RVE_ISA {
 
   /// Number of steps that are planned at a time. The threads of a GPU store their grains between
   /// two plans: with 128 instead of 32 steps `mixed` gains 5 % on an H200. For spheres in `fast`,
-  /// four small RVEs have space on chip for 64 steps each. If fewer RVEs share the chip, or it is
-  /// larger, plans are longer (plan_steps_beside).
+  /// four small RVEs have space on chip for 64 steps each. If fewer RVEs share the chip, or if the
+  /// chip is larger, plans are longer (plan_steps_beside).
   template <class Config>
   constexpr int kPlanSteps = Config::plan_steps > 0
       ? Config::plan_steps
@@ -125,7 +125,7 @@ inline namespace RVE_ISA {
     // The progress of the call follows.
     std::uint32_t status;
     std::int32_t num_extra, needed_pairs, num_rebuilds, num_reductions;
-    /// H: of the current step with a servo, otherwise at the start and the end of the call.
+    /// H of the current step with a servo, otherwise H at the start of the call.
     Tensor<double, Config::D> cell;
     Tensor<double, Config::D> list_cell, deformation, servo_gradient;
     CellPath<Config::D> path;

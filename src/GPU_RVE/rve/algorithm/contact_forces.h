@@ -27,9 +27,9 @@ inline namespace RVE_ISA {
                                                                                  : kInfinity;
   }
 
-  /// Constants of a step in uniform registers. They are read before the grains move: whether the
-  /// compiler keeps a number there depends on how often it is read, and in how many instructions
-  /// (CUDA 13.0).
+  /// Constants of a step in uniform registers. They are read before the grains move, since the
+  /// place of the read decides whether the compiler keeps a number in uniform registers: this
+  /// depends on how often the number is read, and over how many instructions (CUDA 13.0).
   template <class Config> struct UniformConstants {
     StepConstants<Config> step;
     std::int32_t num_grains;

@@ -30,8 +30,8 @@ inline namespace RVE_ISA {
     /// registers. The first move is before the loop of steps, and the pairs of a disk read the
     /// constants of a step once.
     ///
-    /// Gain: 7 % fewer instructions of a step in `fast`, 4 % in `mixed`; with disks of 24 bytes and
-    /// the box for their moves 10 to 15 % more long steps per second.
+    /// Gain: 7 % fewer instructions of a step in `fast`, 4 % in `mixed`; with records of 24 bytes
+    /// and the box for moves 10 to 15 % more steps per second in long calls.
     static constexpr bool disks_in_registers = Block::kInRegisters && Config::D == 2;
 
     /// A thread has one or two spheres. It keeps only data of them that no other thread reads, with
@@ -42,8 +42,8 @@ inline namespace RVE_ISA {
     static constexpr bool spheres_in_registers = Block::kInRegisters && Config::D == 3;
 
     /// Constants of a step are in uniform registers, once per warp (CudaHints::uniform()). Such
-    /// kernels must be small: a call with details uses another residency, and the end of a call
-    /// processes the two spheres of a thread one after the other by the same code.
+    /// kernels must be small: a call with details uses a kernel of another residency, and the end
+    /// of a call processes the two spheres of a thread one after the other by the same code.
     ///
     /// Gain: 10 % in `fast`.
     static constexpr bool uniform_constants =

@@ -157,9 +157,9 @@ inline namespace RVE_ISA {
 
     /// Renumbers the grains: those that own most pairs first, for spheres those with most touching
     /// pairs. Threads of a warp, or lanes of a pack, then have no work in the same slots and skip
-    /// them together: a quarter of all contacts of spheres, a sixth of those of disks. Disks with
-    /// the same number of pairs are numbered row by row of the search grid, so that neighbouring
-    /// threads still read neighbouring grains after many lists. The new numbers are in
+    /// these slots together: a quarter of all evaluations of slots for spheres, a sixth for disks.
+    /// Disks with the same number of pairs are numbered row by row of the search grid, so that
+    /// neighbouring threads still read neighbouring grains after many lists. The new numbers are in
     /// work.proposal; the pairs are not moved yet. The stored state keeps its order until the call
     /// ends successfully.
     static RVE_INLINE void order_grains(Block &block, CallState<Config> &call,

@@ -344,8 +344,8 @@ inline namespace RVE_ISA {
     /// Computes the last forces and all results.
     RVE_INLINE void finish(AnswerRecord<Config::D> &answer, DetailRecord<Config::D> *detail)
     {
-      // An evaluation must not change the history: the Coulomb limit may differ, with dashpots or
-      // after a change of friction.
+      // An evaluation must not change the history, although the Coulomb limit may differ from that
+      // of the last step: with dashpots, or after a change of friction.
       if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
       if constexpr (Traits::uniform_constants)
         finish_without_details(answer);
@@ -353,7 +353,8 @@ inline namespace RVE_ISA {
         finish_with_details(answer, detail);
     }
 
-    /// Finishes a call by one path of code, which must be small.
+    /// Finishes a call without details. All calls share one path of code, since the kernel must be
+    /// small.
     RVE_INLINE void finish_without_details(AnswerRecord<Config::D> &answer)
     {
       Grains grains(block, shared, call.work, num_grains);

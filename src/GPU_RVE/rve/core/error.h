@@ -11,7 +11,7 @@
 
 namespace rve {
 
-/// The message names the cause, the value with its unit, and the allowed range.
+/// Error in the input. The message names the cause, the value with its unit, and the allowed range.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

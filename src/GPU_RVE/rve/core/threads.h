@@ -39,9 +39,9 @@ inline int usable_threads(int requested)
 #endif
 }
 
-/// Most threads that team_for() returns in this process. If a GPU does the long work, host threads
-/// mostly spin until the next short loop. If they occupy all cores, a loop sometimes has to wait
-/// for a thread that is not scheduled.
+/// Largest number of threads that team_for() returns in this process. If a GPU does the long work,
+/// host threads mostly spin until the next short loop. If they occupy all cores, a loop sometimes
+/// has to wait for a thread that is not scheduled.
 inline std::atomic<int> &most_in_a_team()
 {
   static std::atomic<int> most{MOST_THREADS};

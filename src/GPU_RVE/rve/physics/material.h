@@ -69,7 +69,7 @@ struct Material : MaterialNumbers {
 enum class MaterialRange {
   Positive,       ///< above 0
   NotNegative,    ///< 0 and above
-  /// 0 to 1e10: above it forces along contacts have no common digits with forces across them.
+  /// 0 to 1e10: above it the digits of normal and tangential forces do not overlap.
   Friction,
   Fraction,    ///< [0, 1)
   Choice,      ///< 0, 1, 2 or 3
@@ -104,13 +104,13 @@ struct MaterialParameter {
   /// optional one is not zero.
   bool optional;
   MaterialMember member;
-  int dimension = 0;    ///< dimension of grains that may have it; 0: disks and spheres
+  int dimension = 0;    ///< dimension of grains that have the parameter; 0: both
   /// True if the parameter was added after the formats of files and records: they contain it only
   /// if it is not zero.
   bool later = false;
 
   constexpr bool of_contact() const { return laws != OF_GRAINS; }
-  /// Returns whether a material of this law has it, for disks or spheres.
+  /// Returns whether a material of this law has the parameter, for disks or spheres.
   constexpr bool is_of(ContactLaw law, int of_dimension = 2) const
   {
     return (dimension == 0 || dimension == of_dimension) &&

@@ -156,8 +156,9 @@ inline namespace RVE_ISA {
   /// grains are exchanged, v_r and f_r change sign exactly.
   ///
   /// For two spheres, v_r = R (w_j - w_i) x n lies across the normal, and f_r turns with the
-  /// contact. The moments are those of R n x f_r and of the twisting resistance. If the grains are
-  /// exchanged, f_r does not change, since the relative spin and the normal both change sign.
+  /// contact. The moment on grain i is the sum of R n x f_r and the moment of the twisting
+  /// resistance. If the grains are exchanged, f_r does not change, since the relative spin and the
+  /// normal both change sign.
   template <class Real, class Spring, int D> struct TurningResistance {
     using History = TurningHistory<Spring, D>;
     using Twisting = std::conditional_t<D == 3, TwistingResistance<Real, Spring>, NoTwisting>;

@@ -45,8 +45,9 @@ inline namespace RVE_ISA {
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
       const Vec<Real, 3> &middle = moving.middle;
       if constexpr (kIsRelaxed) {
-        // The result leaves the contact plane by less than its rounding: by half of the angle of
-        // the step times the velocity across. The history returns to the plane in the next step.
+        // The result leaves the contact plane by half of the angle of the step times the velocity
+        // across the normal, which is less than its rounding. The history returns to the plane in
+        // the next step.
         for (int a = 0; a < 3; ++a) {
           const int b = (a + 1) % 3, c = (a + 2) % 3;
           moving.tangential_velocity[a] =
