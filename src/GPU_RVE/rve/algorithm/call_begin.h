@@ -11,7 +11,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Prepares a call, and finds a list and a force scale if the last call has left none.
+  /// Prepares a call. Builds a list and estimates a force scale if the last call has left none.
   template <class Block, class Config> struct CallBegin {
     using Item = typename Block::Item;
     using Real = typename Config::Real;
@@ -22,8 +22,8 @@ inline namespace RVE_ISA {
     using Progress = CallProgress<Config>;
     using Renewal = ListRenewal<Block, Config>;
 
-    /// Prepares a call, except for its plan; header, drive, steering and batch are set. One thread
-    /// calls it.
+    /// Prepares a call, except for its plan; header, drive, steering and batch must be set before.
+    /// One thread calls it.
     static RVE_INLINE void prepare(PreparedCall<Config> &call, char *device_state,
                                    int pair_capacity)
     {
@@ -84,7 +84,7 @@ inline namespace RVE_ISA {
                                     call.work.extra_second, call.work.extra_history};
     }
 
-    /// Sets a grain without contacts after the last one.
+    /// Sets a hidden grain without contacts after the last grain; free slots refer to it.
     static RVE_INLINE void add_hidden_grain(const SharedView<Config> &shared, int num_grains)
     {
       shared.motion[num_grains] = MotionOf<Config>();
@@ -92,16 +92,16 @@ inline namespace RVE_ISA {
       shared.radius[num_grains] = kRadiusWithoutContact<Config>;
     }
 
-    /// Returns whether the first steps may read the grains from the stored state. It requires that
-    /// no other code reads them before.
+    /// Returns whether the first steps may read the grains from the stored state. This requires
+    /// that no other code reads the grains before the steps.
     static RVE_INLINE bool is_direct(const CallState<Config> &call)
     {
       return Block::kInRegisters && !call.fatal() && call.plan_last > 0 &&
           call.drive.substeps > 0 && !call.batch.track_energy;
     }
 
-    /// Converts the stored state to internal units, for a call that is not direct. The call is
-    /// prepared and has its views, one of which is `shared`.
+    /// Converts the stored state to internal units, for a call that is not direct. prepare() and
+    /// set_views() must have run; `shared` is one of the views.
     static RVE_INLINE void begin(Block &block, CallState<Config> &call,
                                  const SharedView<Config> &shared)
     {
@@ -128,7 +128,7 @@ inline namespace RVE_ISA {
       take_extra_pairs(block, call);
     }
 
-    /// Converts extra pairs, with histories in internal units.
+    /// Copies the extra pairs and converts their histories to internal units.
     static RVE_INLINE void take_extra_pairs(Block &block, CallState<Config> &call)
     {
       if (call.num_extra == 0) return;
@@ -141,8 +141,8 @@ inline namespace RVE_ISA {
       });
     }
 
-    /// Finds the list or force scale that the last call has not left. `from` has the pairs if there
-    /// is a list.
+    /// Builds the list and estimates the force scale, each only if the last call has not left it.
+    /// `from` has the pairs if there is a list.
     static RVE_COLD void find_list_and_scale(Block block, CallState<Config> &call,
                                              PairView<Config> from)
     {

@@ -14,14 +14,14 @@ inline namespace RVE_ISA {
     using Item = typename Block::Item;
     using Real = typename Config::Real;
 
-    /// Returns whether no grain has an error. The largest force shows it, which is sufficient for
-    /// nearly all calls.
+    /// Returns true if the largest force shows that no grain has an error, as in nearly all calls.
+    /// Otherwise the grains must be checked.
     static RVE_INLINE bool is_sound(const CallState<Config> &call)
     {
       return call.totals.largest < call.sound_force;
     }
 
-    /// Returns the status of a call whose steps are done, without errors of single grains.
+    /// Returns the status of a call whose steps are done, without a check of single grains.
     static RVE_INLINE std::uint32_t check(const CallState<Config> &call)
     {
       std::uint32_t word = call.status;
@@ -32,8 +32,9 @@ inline namespace RVE_ISA {
       return word;
     }
 
-    /// Returns the status with errors of single grains. It checks them unless there are other
-    /// errors: an overlap that seems too large may be a force beyond the range of the sums.
+    /// Returns the status with errors of single grains. It checks the grains unless is_sound()
+    /// excludes errors or the call has a fatal error other than OverlapTooLarge: an overlap that
+    /// seems too large may result from a force beyond the range of the sums.
     static RVE_INLINE std::uint32_t
     with_errors_of_grains(Block &block, const CallState<Config> &call, std::uint32_t word)
     {
@@ -49,7 +50,8 @@ inline namespace RVE_ISA {
       const SharedView<Config> &shared = call.shared;
       const Real limiting =
           static_cast<Real>(ForceUnits<Block, Config>::force_at_overlap_limit(call));
-      // The largest force is then that of a normal spring.
+      // If no normal dashpot acts and only normal forces count, the largest force is that of a
+      // normal spring.
       const bool springs_only = !Config::Law::has_normal_dashpot(call.header.material) &&
           !(Config::has_bookkeeping && call.header.all_forces_count);
       if (block.any(call.num_grains,
@@ -70,8 +72,8 @@ inline namespace RVE_ISA {
       return call.units.force * static_cast<double>(call.totals.largest);
     }
 
-    /// Parts of the output of a successful call in addition to its grains: the words of its
-    /// progress, the components of the stress, and all other results together.
+    /// Number of parts of the output of a successful call, without its grains: one part for each
+    /// word of its progress, one for each component of the stress, and one for all other results.
     static constexpr int kProgressWords = sizeof(StateProgress<Config::D>) / sizeof(std::int64_t);
     static constexpr int kResults = kProgressWords + Config::components + 1;
 

@@ -3,8 +3,8 @@
 // one thread writes them.
 //
 // Inside a call the units of lengths and forces are powers of two times those of the script, so
-// that the conversion does not round. With the length unit lever arms are at most 1/2; the force
-// unit is the resolution of the integer sums.
+// that the conversion does not round. The length unit is so large that lever arms are at most 1/2;
+// the force unit is the resolution of the integer sums.
 
 #pragma once
 
@@ -27,19 +27,19 @@ inline namespace RVE_ISA {
     /// Internal force, which is 1 in the integer sums [force], and its reciprocal.
     double force, per_force;
     double force_limit;      ///< forces above it may make sums overflow [internal force]
-    double contact_force;    ///< 64-bit units per unit of |f| or energy [1/internal unit]
+    double contact_force;    ///< units of 64-bit sums per internal unit of |f| or energy
 
-    /// Returns the power of two of a length above the branch of any contact, so that lever arms are
-    /// below half of it.
+    /// Returns the exponent of a power of two that is above the branch of any contact [length];
+    /// lever arms are below half of this length.
     static RVE_INLINE int length_bits(double contact_range)
     {
       return floor_log2(contact_range) + 1;
     }
 
     /// Chooses the force unit. At most 2^neighbor_bits grains fit around the largest one, so that a
-    /// sum of contact forces at the limit does not wrap. The largest expected force is 2 to 8 times
-    /// below the limit. `obliquity` bounds the contribution of a contact to a sum, relative to the
-    /// force that counts: the normal force, or the largest of all.
+    /// sum of contact forces at the limit does not wrap. The largest expected force is a factor of
+    /// 2 to 8 below the limit. `obliquity` bounds the contribution of a contact to a sum, relative
+    /// to the force that counts: the normal force, or the largest of all.
     RVE_INLINE void choose_force(int sum_bits, int neighbor_bits, double largest_contact_force,
                                  double obliquity, double inverse_obliquity)
     {
@@ -77,7 +77,8 @@ inline namespace RVE_ISA {
     RVE_INLINE const Tensor<float, D> &list_to_length() const { return leading_to_length; }
     RVE_INLINE void set_list_to_length(const Tensor<float, D> &x) { leading_to_length = x; }
   };
-  /// For 32-bit fractions both matrices are equal. Plans of spheres have little space on chip.
+  /// For 32-bit fractions both matrices are equal and one is stored: plans of spheres have little
+  /// space on chip.
   template <> struct LeadingCell<FastNumbers, 3> : CellOfStep<FastNumbers, 3> {
     RVE_INLINE const Tensor<float, 3> &list_to_length() const { return to_length; }
     RVE_INLINE void set_list_to_length(const Tensor<float, 3> &) {}
@@ -98,8 +99,8 @@ inline namespace RVE_ISA {
 
   /// Number of steps that are planned at a time. The threads of a GPU store their grains between
   /// two plans: with 128 instead of 32 steps `mixed` gains 5 % on an H200. For spheres in `fast`,
-  /// four small RVEs have space on chip for 64 steps each. If fewer RVEs share the chip, or it is
-  /// larger, plans are longer (plan_steps_beside).
+  /// four small RVEs have space on chip for 64 steps each. If fewer RVEs share the chip, or if the
+  /// chip is larger, plans are longer (plan_steps_beside).
   template <class Config>
   constexpr int kPlanSteps = Config::plan_steps > 0
       ? Config::plan_steps
@@ -111,8 +112,8 @@ inline namespace RVE_ISA {
   };
 
   /// State of a call at its begin, and its progress, without the memory of the block. A GPU
-  /// prepares it for all RVEs of a call in a kernel of its own. The block that advances an RVE
-  /// copies it, except for plan entries that are not made.
+  /// prepares it for all RVEs of a call in a separate kernel. The block that advances an RVE copies
+  /// it, except for unused plan entries.
   template <class Config> struct PreparedCall {
     StateHeader<Config::D> header;    ///< a copy
     DriveRecord<Config::D> drive;
@@ -124,7 +125,7 @@ inline namespace RVE_ISA {
     // The progress of the call follows.
     std::uint32_t status;
     std::int32_t num_extra, needed_pairs, num_rebuilds, num_reductions;
-    /// H: of the current step with a servo, otherwise at the start and the end of the call.
+    /// H of the current step with a servo, otherwise H at the start of the call.
     Tensor<double, Config::D> cell;
     Tensor<double, Config::D> list_cell, deformation, servo_gradient;
     CellPath<Config::D> path;
@@ -198,7 +199,7 @@ inline namespace RVE_ISA {
     /// fixed: with an offset of 8 bytes the steps of disks in `fast` had two more spilled numbers
     /// (nvcc 13.0) and took 4 % longer.
     alignas(16) PairView<Config> pairs;
-    SearchGrid<Config::D> list_grid;    ///< of the list that is built
+    SearchGrid<Config::D> list_grid;    ///< search grid of the list that is built
     bool list_fits;                     ///< true if the cell is wide enough for the list
 
     /// Returns the number of grain i in the RveState. A new list changes the order of the grains.

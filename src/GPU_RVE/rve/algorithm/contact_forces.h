@@ -27,14 +27,14 @@ inline namespace RVE_ISA {
                                                                                  : kInfinity;
   }
 
-  /// Constants of a step in uniform registers. They are read before the grains move: whether the
-  /// compiler keeps a number there depends on how often it is read, and in how many instructions
-  /// (CUDA 13.0).
+  /// Constants of a step in uniform registers. They are read before the grains move, since the
+  /// place of the read decides whether the compiler keeps a number in uniform registers: this
+  /// depends on how often the number is read, and over how many instructions (CUDA 13.0).
   template <class Config> struct UniformConstants {
     StepConstants<Config> step;
     std::int32_t num_grains;
   };
-  /// Without uniform registers pairs read the constants from memory.
+  /// Replaces UniformConstants without uniform registers: pairs read the constants from memory.
   struct PlainConstants {
     std::int32_t num_grains;
   };
@@ -54,7 +54,7 @@ inline namespace RVE_ISA {
     using Traits = KernelTraits<Block, Config>;
     using Sums = StressSums<Config::D>;
     template <class SomeItem> using ConfigFor = typename Grains::template ConfigOf<SomeItem>;
-    /// At the end of a call grains are loaded and saved one after the other.
+    /// True if a thread loads and saves its grains one after the other, at the end of a call.
     static constexpr bool in_turn = Traits::uniform_constants && wanted == Wanted::Reduction;
 
     Block &block;
@@ -184,10 +184,12 @@ inline namespace RVE_ISA {
       round_torque(sum);
     }
 
-    /// Pairs of InMemory stay loaded from step to step.
+    /// True if the pairs must be loaded before they are computed. Pairs of InMemory stay loaded
+    /// from step to step.
     static constexpr bool loads_pairs = wanted == Wanted::Reduction ||
         (wanted == Wanted::LoveSums && !Config::in_memory);
-    /// Each pair is loaded when it is needed, since the sums of the stress leave few registers.
+    /// True if each pair is loaded when it is needed, since the sums of the stress leave few
+    /// registers.
     static constexpr bool loads_each_pair =
         loads_pairs && !Traits::streams_history && !Config::in_memory;
 
@@ -209,10 +211,10 @@ inline namespace RVE_ISA {
       } else if constexpr (wanted == Wanted::Forces || kIsPack<SomeItem>) {
         return grains.is_taken(k, i);
       } else {
-        // If pairs are loaded when they are needed, none is known yet.
+        // With loads_each_pair, the pair of the slot has not been loaded yet.
         if (shared.partner[k * num_grains + i] != i) return true;
-        // The register is saved with the others. Its old value would count as a spring that is
-        // released.
+        // The history register of this slot is saved with the others. Its old value would count as
+        // a spring that is released.
         if constexpr (Block::kInRegisters) grains.clear_history(k, i);
         return false;
       }
@@ -243,7 +245,7 @@ inline namespace RVE_ISA {
     // ---- a grain or a pack of grains, with all sums ---------------------------------------------
 
     /// Computes the owned pairs of grain i and its share of the extra pairs, and stores the forces.
-    /// Dissipation is summed by the numbers of grains.
+    /// Dissipation is added to the sums of the grain's number in the RveState.
     RVE_INLINE auto add_grain(Item i)
     {
       if constexpr (in_turn) grains.load_itself(i);

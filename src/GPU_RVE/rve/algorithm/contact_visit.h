@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Evaluation of the contacts of the last forces, on demand.
+// Visits the contacts of the last force evaluation, for results on demand.
 
 #pragma once
 
@@ -16,8 +16,9 @@ inline namespace RVE_ISA {
             static_cast<double>(j.radius)};
   }
 
-  /// Visits all contacts with the cell of `step`: calls visit(i, j, grain_i, grain_j, contact,
-  /// history) in the phase that calls this function for item i.
+  /// Calls visit(i, j, grain_i, grain_j, contact, history) for the contacts among the owned pairs
+  /// of item i and its share of the extra pairs, with the cell of `step`. A phase that calls this
+  /// function for all items visits every contact once.
   template <class Config, class Visit>
   RVE_INLINE void visit_contacts(const CallState<Config> &call, const StepConstants<Config> &step,
                                  int i, Visit visit)

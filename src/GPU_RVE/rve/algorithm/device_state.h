@@ -12,7 +12,7 @@
 
 namespace rve {
 
-/// Numbers of pairs, by dimension.
+/// Capacities for the pairs of a grain or an RVE, by dimension.
 template <int D> struct PairCounts;
 template <> struct PairCounts<2> {
   /// Largest number of pairs that one grain owns. Planar contact graphs have at most three pairs
@@ -46,7 +46,7 @@ template <int D> struct alignas(16) StateProgress {
   double servo_velocity_gradient[Space<D>::components];
   /// Largest normal force in the last call, which sets the force scale [force]
   double largest_contact_force;
-  std::int32_t num_extra;     ///< pairs beyond the owned ones
+  std::int32_t num_extra;     ///< number of extra pairs
   std::int32_t list_valid;    ///< 0: build the list before the first step
   std::int64_t steps, rebuilds, lattice_reductions, repeats;
   double work, friction_loss, damping_loss, viscous_loss;
@@ -57,7 +57,8 @@ template <int D> struct StateHeader : StateProgress<D> {
   std::int32_t extra_capacity;
   MaterialNumbers material;
   double largest_radius, mean_radius, solid_volume;
-  /// Bounds of the contribution of a contact to a sum, relative to the force that counts.
+  /// Bound of the contribution of a contact to a sum, relative to the force that counts
+  /// (CallUnits::choose_force()), and its reciprocal.
   double obliquity, inverse_obliquity;
   std::int32_t neighbor_bits;    ///< at most 2^neighbor_bits grains fit around the largest one
   /// 0: only the normal force counts, and friction bounds the others
@@ -92,7 +93,7 @@ template <int D> struct alignas(16) SteeredModes {
 };
 
 /// Additional data of a prescribed motion: of a path with several segments, or of a stress servo. A
-/// call without both has no such record.
+/// call with neither has no such record.
 template <int D> struct alignas(16) SteeringRecord {
   double rotation[Space<D>::components], stretch[Space<D>::components];
   std::int32_t controlled[Space<D>::components];
@@ -117,8 +118,9 @@ template <int D> struct AnswerRecord {
 /// Number of components of an AffineStiffness (engine/affine_stiffness.h).
 template <int D> constexpr int kStiffness = Space<D>::components *Space<D>::strains;
 
-/// Additional details: the affine stiffness; or, in kernels with all bookkeeping and instead of the
-/// usual details, a lower bound of the stable time step [time] as the first number of `stiffness`.
+/// Values of BatchConstants::extra_detail. kStiffnessDetail adds the affine stiffness.
+/// kTimeStepDetail, in kernels with all bookkeeping, replaces the usual details by a lower bound of
+/// the stable time step [time], which is the first number of `stiffness`.
 constexpr std::int32_t kStiffnessDetail = 1, kTimeStepDetail = 2;
 
 /// Results on demand: details of the configuration of the last forces.

@@ -17,11 +17,11 @@ inline namespace RVE_ISA {
 
   template <class Config> struct GrainSum {
     Vec<typename Config::Sum, Config::freedoms> own;    ///< force and torque on the owner
-    /// Replaces the torque of `own` until round_torque(), with kRelaxedSpheres.
+    /// With kRelaxedSpheres: sum of torques, until round_torque() writes it to `own`.
     Vec<typename Config::Real, Config::spins> torque;
     typename Config::Real largest_force;                     ///< force that sets the unit of forces
     Vec<typename Config::Sum, Config::components> stress;    ///< Love terms, if requested
-    /// Replaces `stress` until round_love(), with kRelaxedSpheres.
+    /// With kRelaxedSpheres: sum of Love terms, until round_love() writes it to `stress`.
     Vec<typename Config::Real, Config::components> love;
     std::int32_t contacts,
         over_limit;             ///< contacts, and contacts beyond the overlap limit, if requested

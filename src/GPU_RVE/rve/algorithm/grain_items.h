@@ -27,7 +27,7 @@ inline namespace RVE_ISA {
     return {shared.motion[i], shared.spin[i], shared.radius[i]};
   }
 
-  /// Adds force and torque to the sums of grain i over pairs of other owners.
+  /// Adds a force and torque to the sums of grain i over the pairs that other grains own.
   template <class Block, class Config>
   RVE_INLINE void add_force(Block &block, const SharedView<Config> &shared, int i,
                             const Vec<typename Config::Sum, Config::freedoms> &force)
@@ -36,8 +36,8 @@ inline namespace RVE_ISA {
     for (int k = 0; k < count; ++k) block.accumulate(shared.force[k], shared.capacity, i, force[k]);
   }
 
-  /// Returns force and torque on grain i from its own pairs and from those of other owners, and
-  /// sets the sums of the latter to zero.
+  /// Returns force and torque on grain i from the pairs that it owns and from those that other
+  /// grains own, and sets the sums of the latter to zero.
   template <class Block, class Config>
   RVE_INLINE Vec<typename Config::Sum, Config::freedoms>
   collect_force(Block &block, const SharedView<Config> &shared,
@@ -84,7 +84,7 @@ inline namespace RVE_ISA {
       for (int k = 0; k < Config::owned_pairs; ++k) load_radius(shared, k, i);
     }
 
-    /// Sets all slots free.
+    /// Marks all slots as free.
     RVE_INLINE void clear_slots(Item i)
     {
       const typename Config::Wide no_contact = kRadiusWithoutContact<Config>;
@@ -101,7 +101,7 @@ inline namespace RVE_ISA {
       slot[k].keep(i, Block::opaque(slot[k][i]));
     }
 
-    /// Returns the partner in slot k, or the own number if the slot is free.
+    /// Returns the partner in slot k, or i if the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, Item i) { return slot[k][i]; }
     /// Returns the grain whose data are read for the partner in slot k.
     RVE_INLINE int seen(int k, Item i) { return slot[k][i]; }
@@ -176,13 +176,13 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Histories of the pairs of one slot in memory. Each number has a row of its own, of which a
-  /// warp reads whole lines.
+  /// Histories of the pairs of one slot in memory. Each number of a history has its own row, so
+  /// that a warp reads whole cache lines.
   template <class History, class Number> class StreamedHistory {
     static constexpr int kNumbers = sizeof(History) / sizeof(Number);
     static_assert(kNumbers * sizeof(Number) == sizeof(History), "numbers and nothing else");
     Number *first;
-    int next;    ///< distance of rows
+    int next;    ///< distance between rows, in numbers
     History *array;
 
    public:
@@ -251,7 +251,7 @@ inline namespace RVE_ISA {
       else
         return {array};
     }
-    /// The kernel configuration in the numbers of an item: here an item is one grain.
+    /// The kernel configuration in the number format of an item; here an item is one grain.
     template <class SomeItem> using ConfigOf = Config;
 
     Seen<MotionOf<Config>, SeenMotion<Config> *> motion;    ///< published
@@ -271,7 +271,7 @@ inline namespace RVE_ISA {
     /// History of the current slot, with streams_history.
     History read_ahead;
 
-    /// Packs of grains need the workspace; single grains do not.
+    /// The workspace is unused here; packs of grains need it.
     RVE_INLINE GrainItems(Block &block, const SharedView<Config> &shared,
                           const WorkspaceView<Config> &, int n) :
         motion(seen<MotionOf<Config>>(block, shared.motion)),
@@ -410,10 +410,10 @@ inline namespace RVE_ISA {
 
     /// Calls act(k, step, other, geometry(step, other)) for the slots of grain i with the partners
     /// view(k). step() reads the constants of a step: once for disks in registers, otherwise once
-    /// per pair. Constants that are read once occupy registers; constants that are read after the
-    /// branch of touching pairs delay them. The last slot is skipped if is_taken(slot) is false:
-    /// for disks it is free in whole warps, which are numbered in that order (ListRenewal). Other
-    /// slots are rarely free, and the test would cost more than it saves.
+    /// per pair. Constants that are read once occupy registers; constants that are read inside the
+    /// branch for touching pairs delay these pairs. The last slot is skipped if is_taken(slot) is
+    /// false: ListRenewal numbers disks so that it is free in whole warps. Other slots are rarely
+    /// free, and the test would cost more than it saves.
     template <class Step, class View, class Geometry, class Act, class IsTaken>
     RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act,
                               IsTaken is_taken)

@@ -21,7 +21,7 @@ inline namespace RVE_ISA {
     /// Coefficient of local damping, below zero for objective damping [-].
     typename Numbers::Real alpha;
 
-    /// Sets the constants from a StepPlan, or converts those of single numbers.
+    /// Sets the constants from a StepPlan, or from the MoveConstants of single numbers.
     template <class Constants, class Number>
     RVE_INLINE MoveConstants(const Constants &constants, Number damping) :
         to_fraction(constants.to_fraction.template as<typename Numbers::Wide>()),

@@ -12,8 +12,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Returns strain number e of an AffineStiffness: one on the diagonal, or both components of a
-  /// pair off it.
+  /// Returns unit strain e of an AffineStiffness: one diagonal component of 1, or two equal
+  /// off-diagonal components of 1.
   template <int D> RVE_INLINE Tensor<double, D> unit_strain(int e)
   {
     auto strain = Tensor<double, D>::zero();
@@ -32,9 +32,9 @@ inline namespace RVE_ISA {
   ///
   /// The unit is 2^-40 K L^2. K is the power of two above k_n and k_t at the full overlap of the
   /// largest grains. L is the internal length, which is above all branches and overlaps. A term is
-  /// below 3 K L^2 + 2 |f_t| L. Forces are cut at 8 K L, which stretches a spring by more than four
-  /// of the largest grains. A term is then below 2^5 K L^2, and 2^17 terms stay within 62 bits. The
-  /// unit does not depend on forces, so that the bits of the result depend only on the
+  /// below 3 K L^2 + 2 |f_t| L. Forces are limited to 8 K L, which would stretch a spring by more
+  /// than four of the largest grains. A term is then below 2^5 K L^2, and 2^17 terms stay within 62
+  /// bits. The unit does not depend on forces, so that the bits of the result depend only on the
   /// configuration, and not on the force unit of a call.
   struct StiffnessUnit {
     double per_unit, largest_force;
@@ -44,7 +44,7 @@ inline namespace RVE_ISA {
     {
       const double largest = call.header.largest_radius * call.units.per_length;
       const ContactModuli most = law.stiffness({2.0 * largest, largest, largest});
-      // bits of K, with L = 1
+      // exponent of K, with L = 1
       const int bits = floor_log2(larger(most.normal, most.tangential)) + 1;
       per_unit = power_of_two(40 - bits);
       largest_force = power_of_two(bits + 3);
@@ -251,8 +251,8 @@ inline namespace RVE_ISA {
       add_rounded(contact_force * step.law.elastic_energy(contact, law), sum[Elastic]);
     }
 
-    /// Returns sums over grains: size of the force, grains with fewer than two contacts, and with
-    /// one.
+    /// Returns sums over grains: magnitude of the force, number of grains with fewer than two
+    /// contacts, and number of grains with exactly one.
     static RVE_INLINE IntegerSums<3> sum_grains(Block &block, const CallState<Config> &call)
     {
       const WorkspaceView<Config> &work = call.work;
@@ -327,7 +327,7 @@ inline namespace RVE_ISA {
 
   /// Fills `detail` except for its progress. The law is evaluated again with the cell of step
   /// `step_number`, without advancing the history. The pairs are in call.pairs; work.scratch[3 N +
-  /// i] has the size of the force on grain i [internal force].
+  /// i] has the magnitude of the force on grain i [internal force].
   template <class Block, class Config>
   RVE_COLD void homogenize(Block block, const CallState<Config> &call, int step_number,
                            DetailRecord<Config::D> &detail)
@@ -339,7 +339,7 @@ inline namespace RVE_ISA {
       }
     }
     Homogenization<Block, Config>::write(block, call, step_number, detail);
-    // A call from the steps would take registers from them.
+    // sum_stiffness() is called here, since a call inside the steps would take registers from them.
     if (call.batch.extra_detail) sum_stiffness(block, call, step_number, detail);
   }
 

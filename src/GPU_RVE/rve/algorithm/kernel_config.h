@@ -18,8 +18,9 @@ inline namespace RVE_ISA {
   };
 
   /// Kernel configuration: a contact law in a number format, and the functions of the kernel.
-  /// Functions that it does not need take no registers and do not change bits. All code in
-  /// algorithm/ has it as the parameter Config. engine/kernel_variants.h lists the configurations.
+  /// Functions that a kernel does not have take no registers, and their absence does not change the
+  /// bits of results. All code in algorithm/ has the configuration as the template parameter
+  /// Config. engine/kernel_variants.h lists the configurations.
   template <class ContactLaw, Bookkept kept>
   struct ConfigOf : ContactLaw::Numbers, Space<ContactLaw::D> {
     using Law = ContactLaw;

@@ -16,7 +16,8 @@ inline namespace RVE_ISA {
   /// choice here that changes bits: the sums depend on the order of pairs. Forces are rounded pair
   /// by pair in any case, since those on both grains are opposite to the last bit.
   ///
-  /// Gain: 2.5 % of calls of ten steps, together with histories moved whole; not measured alone.
+  /// Gain: 2.5 % of calls of ten steps, together with reads and writes of whole histories
+  /// (read_whole); not measured alone.
   template <int D> constexpr bool kRelaxedSpheres = kIsRelaxed &&D == 3;
 
   /// True if histories do not fit into registers: those of spheres in `double`.
@@ -25,11 +26,12 @@ inline namespace RVE_ISA {
 
   template <class Block, class Config> struct KernelTraits {
     /// A thread has one disk. Threads without a disk step a disk without contacts, so that no phase
-    /// is in a branch: at its end the registers of both ways would have to be made equal. The first
-    /// move is before the loop of steps, and the pairs of a disk read the constants of a step once.
+    /// is in a branch: at the end of a branch both paths must have their values in the same
+    /// registers. The first move is before the loop of steps, and the pairs of a disk read the
+    /// constants of a step once.
     ///
-    /// Gain: 7 % fewer instructions of a step in `fast`, 4 % in `mixed`; with disks of 24 bytes and
-    /// the box for their moves 10 to 15 % more long steps per second.
+    /// Gain: 7 % fewer instructions of a step in `fast`, 4 % in `mixed`; with records of 24 bytes
+    /// and the box for moves 10 to 15 % more steps per second in long calls.
     static constexpr bool disks_in_registers = Block::kInRegisters && Config::D == 2;
 
     /// A thread has one or two spheres. It keeps only data of them that no other thread reads, with
@@ -40,8 +42,8 @@ inline namespace RVE_ISA {
     static constexpr bool spheres_in_registers = Block::kInRegisters && Config::D == 3;
 
     /// Constants of a step are in uniform registers, once per warp (CudaHints::uniform()). Such
-    /// kernels must be small: a call with details uses another residency, and the end of a call
-    /// processes the two spheres of a thread one after the other by the same code.
+    /// kernels must be small: a call with details uses a kernel of another residency, and the end
+    /// of a call processes the two spheres of a thread one after the other by the same code.
     ///
     /// Gain: 10 % in `fast`.
     static constexpr bool uniform_constants =
@@ -58,8 +60,8 @@ inline namespace RVE_ISA {
     /// Gain: 59 % (linear springs in `double`, with two spheres per thread instead of one).
     static constexpr bool streams_history = Block::kInRegisters && kHasLongHistory<Config>;
 
-    /// A move returns as a predicate whether its grain has left the list: by comparison with a box,
-    /// and by the displacement only outside of it.
+    /// A move returns a predicate that is true if its grain has left the list. It compares the
+    /// position with a box, and computes the displacement only outside of the box.
     ///
     /// Gain: 21 of 49 spilled numbers of a step of spheres in `fast`; not timed alone.
     static constexpr bool checks_list_by_predicate = uniform_constants || disks_in_registers;

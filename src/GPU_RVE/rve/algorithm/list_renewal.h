@@ -25,7 +25,7 @@ inline namespace RVE_ISA {
     static RVE_COLD void renew(Block block, CallState<Config> &call, int k)
     {
       const SeenMotions<Config> motion = at_known_addresses<Block>(call.shared).motion;
-      // A motion by a quarter of the cell in one step is unstable.
+      // A motion by more than a quarter of the cell in one step is unstable.
       const Wide quarter_cell = static_cast<Wide>(0.25 / Config::fraction_unit);
       const Tensor<Wide, Config::D> to_fraction = call.planned(k).to_fraction;
       const bool leans = call.planned(k).allowed_squared < 0.0f;
@@ -157,9 +157,9 @@ inline namespace RVE_ISA {
 
     /// Renumbers the grains: those that own most pairs first, for spheres those with most touching
     /// pairs. Threads of a warp, or lanes of a pack, then have no work in the same slots and skip
-    /// them together: a quarter of all contacts of spheres, a sixth of those of disks. Disks with
-    /// the same number of pairs are numbered row by row of the search grid, so that neighbouring
-    /// threads still read neighbouring grains after many lists. The new numbers are in
+    /// these slots together: a quarter of all evaluations of slots for spheres, a sixth for disks.
+    /// Disks with the same number of pairs are numbered row by row of the search grid, so that
+    /// neighbouring threads still read neighbouring grains after many lists. The new numbers are in
     /// work.proposal; the pairs are not moved yet. The stored state keeps its order until the call
     /// ends successfully.
     static RVE_INLINE void order_grains(Block &block, CallState<Config> &call,
@@ -174,7 +174,7 @@ inline namespace RVE_ISA {
           [&](int m, int index) {
             const int i = grain_at(m);
             work.proposal[i] = index;
-            work.excess_start[index] = number[i];    // it is not needed any more
+            work.excess_start[index] = number[i];    // the old content is not needed any more
           });
       const auto move = [&](auto *...array) {
         static_assert((sizeof(*array) + ...) <= kScratch<Config::D> * sizeof(double) &&

@@ -16,7 +16,7 @@ inline namespace RVE_ISA {
   /// Number of grains in a pack of BlockSimd.
   constexpr int kPackedGrains = 8;
 
-  /// The kernel configuration in the numbers of an item: N grains or one.
+  /// The kernel configuration in the number format of an item: a pack of N grains, or one grain.
   template <class Config, class Item> struct ConfigOfItem {
     using type = Config;
   };
@@ -24,7 +24,7 @@ inline namespace RVE_ISA {
     using type = typename Config::template In<PackNumbers<typename Config::Numbers, N>>;
   };
 
-  /// Histories of a slot of N grains, read and written as that of one grain.
+  /// Histories of N grains in one slot, which are read and written like the history of one grain.
   template <class Config, int N> struct HistoryLanes {
     using Packed = typename ConfigOfItem<Config, PackItem<N>>::type;
     using History = typename Packed::History;
@@ -103,8 +103,8 @@ inline namespace RVE_ISA {
       rows[i] = Row();
     }
 
-    /// Moves the forces of packs on a grain to the arrays of single grains, after forces without a
-    /// move.
+    /// Moves the forces on grain i from its row to the array of single grains, after a force
+    /// evaluation that no move follows.
     RVE_INLINE void store_forces(int i, bool in_pack)
     {
       Sums sums;
@@ -238,7 +238,7 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Registers have 8 floats or 4 doubles.
+    /// Calls f for parts of a pack that fill one register: 8 floats or 4 doubles.
     template <int N, class F> RVE_INLINE void for_parts(PackItem<N> i, F f)
     {
       constexpr int lanes = sizeof(typename Config::Real) == 4 ? 8 : 4;

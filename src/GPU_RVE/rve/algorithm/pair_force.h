@@ -24,7 +24,7 @@ inline namespace RVE_ISA {
     typename Config::Law law;
     Tensor<typename Config::Wide, Config::D> to_length;
     Tensor<typename Config::Real, Config::D> gradient;
-    typename Config::Real dt;    ///< zero evaluates without advancing the history [time]
+    typename Config::Real dt;    ///< time step; if zero, the history is not advanced [time]
   };
 
   /// Returns the constants of a step in numbers or packs of numbers, from a law and a plan in
@@ -74,7 +74,8 @@ inline namespace RVE_ISA {
     Reduction    ///< last forces of a call, with Love sums, contacts and checks
   };
 
-  /// Stores the history of a pair. Only the last forces of a call store numbers that no step reads.
+  /// Stores the history of a pair. Numbers that no step reads are stored only by the last force
+  /// evaluation of a call.
   template <Wanted wanted, class Config, class History>
   RVE_INLINE void store_history(const typename Config::History &now, History &&history)
   {
@@ -84,7 +85,8 @@ inline namespace RVE_ISA {
       history = Config::Law::history_for_steps(now);
   }
 
-  /// Clears the history of a pair, and with bookkeeping adds the energy of its springs.
+  /// Clears the history of a pair. With tracks_energy it adds the energy of the springs to the
+  /// dissipation by friction.
   template <Wanted wanted, class Config, class History>
   RVE_INLINE void release_history(bool tracks_energy, const StepConstants<Config> &step,
                                   History &&history, GrainSum<Config> &sum)
@@ -116,8 +118,8 @@ inline namespace RVE_ISA {
                            History &&history, GrainSum<Config> &sum, AddToOther add_to_j)
   {
     using Real = typename Config::Real;
-    // Packs use where() instead of this branch. Whole packs of spheres have no pairs in their last
-    // slots.
+    // Packs of disks use where() instead of this branch. Packs of spheres use the branch, since
+    // often no grain of a pack has a touching pair in the last slots.
     if constexpr (std::is_same_v<Truth<Real>, bool> || Config::D == 3) {
       if (!any(step.law.acts(contact))) {
         if constexpr (Config::has_friction)

@@ -3,9 +3,10 @@
 //
 // Every pair is computed once, by one of its two grains. A grain with many pairs would keep its
 // thread busy while the others wait. Ownership is therefore passed on until (nearly) no grain owns
-// more than Config::owned_pairs; the rest is a list of extra pairs. The motion does not depend
-// on the owners: forces are summed as integers, and a contact is the same from both sides. The
-// procedure is deterministic all the same: offers are accepted by number.
+// more than Config::owned_pairs; the remaining pairs form the list of extra pairs. The motion does
+// not depend on the owners: forces are summed as integers, and a contact is the same from both
+// sides. The procedure is deterministic: of several offers to a grain, that of the grain with the
+// lowest index is accepted.
 
 #pragma once
 
@@ -20,8 +21,8 @@ inline namespace RVE_ISA {
     return j > i ? j - i : j - i + n;
   }
 
-  /// Returns whether i is the first owner of its pair with j, if the grid does not order them: the
-  /// grain with the shorter cyclic distance to the other one.
+  /// Returns whether i is the first owner of its pair with j, if the grid does not order the two
+  /// grains. The first owner is the grain with the shorter cyclic distance ahead to the other one.
   RVE_INLINE bool owns_first(int i, int j, int n)
   {
     const int there = 2 * ahead(i, j, n);
@@ -31,13 +32,13 @@ inline namespace RVE_ISA {
   /// Partners of the pairs that a grain owns at first, without those given away.
   struct PairRow {
     std::int32_t *first;
-    int stride;    ///< distance of partners
+    int stride;    ///< distance between partners in the array
     RVE_INLINE std::int32_t &operator[](int m) const { return first[m * stride]; }
   };
   /// Rows of all grains: grain i has work.count[i].in_row() partners.
   struct PairRows {
     std::int32_t *partner;
-    /// (N) index of a grain's first partner; null: the number of the grain
+    /// (N) index of a grain's first partner; null: the index of the grain itself
     const std::int32_t *start;
     int stride;
     RVE_INLINE PairRow of(int i) const { return {partner + (start ? start[i] : i), stride}; }
@@ -101,12 +102,13 @@ inline namespace RVE_ISA {
   RVE_HD bool balance_ownership(Block &block, const WorkspaceView<Config> &work,
                                 const PairRows &rows, int num_grains, int max_rounds)
   {
-    // The grid is not needed any more.
+    // The arrays of the grid are not needed any more.
     std::int32_t *const candidate = work.cell_start;
     std::int32_t *overloaded = work.overloaded, *next = work.cell_of;
     int count = work.num_overloaded[0];
     for (int round = 0; count > 0 && round < max_rounds; ++round) {
-      // Offers of later rounds are smaller, so that accepted ones need not be cleared.
+      // `accepted` has the smallest offer. Offers of later rounds are smaller numbers, so that
+      // `accepted` need not be cleared.
       const int sooner = (max_rounds - 1 - round) * num_grains;
       std::int32_t *const num_next = work.num_overloaded + (round + 1) % 2;
       block.for_each(
@@ -125,7 +127,7 @@ inline namespace RVE_ISA {
         if (which >= 0 && work.accepted[j] == sooner + i) {
           const PairCount its = work.count[j], its_next = its.with_one_more_received();
           mine = mine.with_one_less_in_row();
-          // The last partner takes its index.
+          // The last partner of the row moves to the index of the pair that is given away.
           const PairRow row = rows.of(i);
           row[which] = row[mine.in_row()];
           work.received[its.received() * num_grains + j] = i;

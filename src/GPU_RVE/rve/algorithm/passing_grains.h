@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Access of the phases of a step to spheres of a block without registers for them, and with a chip
-// that is too small for the data of a step (InMemory): loads, stores and sums, as in
-// algorithm/grain_items.h. Each step streams all data from memory, so that they are kept small:
+// Access of the phases of a step to spheres that fit neither into the registers nor into the shared
+// memory of a block (InMemory): loads, stores and sums, as in algorithm/grain_items.h. Each step
+// streams all data from memory, so that they are kept small:
 //
 //   - all forces on a grain are added up in one array
-//   - a sphere has two records of whole pieces; partners that do not touch read only the first
+//   - a sphere has two records; for a partner that does not touch only the first one is read
 //   - the radius of a partner is read from its record
 //   - a history that is zero is neither read nor written
-//   - each number of a history has a row of its own, of which a warp reads whole lines
+//   - each number of a history has its own row, so that a warp reads whole cache lines
 
 #pragma once
 
@@ -26,8 +26,8 @@ inline namespace RVE_ISA {
     static constexpr std::int32_t kHasHistory = 1 << 30;
 
     SharedView<Config> shared;
-    std::int32_t word[kSlots];    ///< of the current grain
-    History before;               ///< of the current pair
+    std::int32_t word[kSlots];    ///< words of the current grain
+    History before;               ///< history of the current pair
 
    public:
     RVE_INLINE explicit PassingPairs(const SharedView<Config> &view) : shared(view) {}
@@ -50,7 +50,7 @@ inline namespace RVE_ISA {
       return stored_history(k, i, shared.partner_word[place(k, i)]);
     }
 
-    /// Returns the partner in slot k, or the own number if the slot is free.
+    /// Returns the partner in slot k, or i if the slot is free.
     RVE_INLINE std::int32_t in_slot(int k, int i) const
     {
       return shared.partner_word[place(k, i)] & ~kHasHistory;
@@ -220,7 +220,7 @@ inline namespace RVE_ISA {
       return collect_force(block, shared, Sums(), i);
     }
 
-    /// Writes the whole record after a kick and a drift.
+    /// Writes both records of a sphere after a kick and a drift.
     RVE_INLINE void publish(const Shared &, Item i, const ViewOf<Config> &grain,
                             const GrainResponseOf<Config> &response)
     {
@@ -233,7 +233,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void publish_spin(Item, const Spin<Real, Config::D> &) {}    // publish() writes it
   };
 
-  /// Single grains of a kernel configuration.
+  /// Access to single grains in a kernel configuration.
   template <class Block, class Config>
   using GrainsOf = std::conditional_t<Config::in_memory, PassingGrains<Block, Config>,
                                       GrainItems<Block, Config>>;

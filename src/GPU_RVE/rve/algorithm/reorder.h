@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Reordering of arrays through other memory.
+// Reordering of arrays through temporary memory.
 
 #pragma once
 

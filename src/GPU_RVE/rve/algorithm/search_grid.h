@@ -26,12 +26,12 @@ inline namespace RVE_ISA {
         const double fit = width[a] / (cutoff * (1.0 + 1e-6));
         count[a] = fit < 1.0 ? 1 : (fit > 1024.0 ? 1024 : static_cast<int>(fit));
       }
-      // A product of large counts has more than 31 bits in space.
+      // In space the product of the counts can exceed 31 bits.
       while (size<std::int64_t>() > capacity) {
         int most = count[0];
         for (int a = 1; a < D; ++a) most = count[a] > most ? count[a] : most;
-        // The last of the axes with the most cells gets fewer. No index is computed, so that the
-        // counts can be in registers.
+        // The last of the axes with the most cells gets one cell fewer. No index is computed, so
+        // that the counts can be in registers.
         bool is_less = false;
         for (int a = D - 1; a >= 0; --a) {
           const bool is_this = !is_less && count[a] == most;
@@ -62,8 +62,8 @@ inline namespace RVE_ISA {
       return cell;
     }
 
-    /// Returns whether no cell is twice a neighbour of another one. Each of two neighbours is then
-    /// either ahead of the other or after it.
+    /// Returns true if every axis has at least three cells. No cell is then a neighbour of another
+    /// cell on both sides, and of two neighbours exactly one is ahead of the other.
     RVE_INLINE bool has_sides() const
     {
       bool wide = true;

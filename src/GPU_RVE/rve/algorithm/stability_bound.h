@@ -7,11 +7,12 @@
 // C, and
 //     2 u_i.C u_j <= g u_i.|C| u_i + (1/g) u_j.|C^T| u_j,    |C| = (C C^T)^1/2, for any g > 0.
 // In the plane M^-1/2 K M^-1/2 is therefore below a matrix with one 3x3 block per grain, whose
-// largest eigenvalue is a bound for any weights w in g = w_j/w_i. The weights w = 1/m give that of
-// a single contact exactly. Then grains with larger eigenvalues get larger weights, so that their
-// partners carry larger shares of their contacts. Each sweep gives a bound. After some sweeps all
-// grains of the fastest mode have the same eigenvalue, which is that of the mode, except for signs
-// that its motion cannot have where contacts form odd rings.
+// largest eigenvalue is a bound for any weights w in g = w_j/w_i. The weights w = 1/m give the
+// eigenvalue of a single contact exactly. Then grains with larger eigenvalues get larger weights,
+// so that their partners carry larger shares of their contacts. Each sweep gives a bound. After
+// some sweeps all grains of the fastest mode have the same eigenvalue, which is that of the mode.
+// It stays larger where contacts form odd rings, since the bound assumes signs of the motion that
+// are impossible there.
 //
 // In space there are no weights. The energy of a contact is at most twice the sum of its energies
 // if each of its grains moved alone. The network is therefore bounded by twice the largest
@@ -53,8 +54,9 @@ inline namespace RVE_ISA {
   /// Springs or dashpots: both are quadratic forms of the same displacements.
   enum class ModuliKind { Springs, Dashpots };
 
-  /// Returns the moduli of a contact in units of the script, at a place in units of `length`. A
-  /// spring whose pull decreases with its length raises no frequency and counts as zero.
+  /// Returns the moduli of a contact in units of the script, at a site whose lengths have the unit
+  /// `length`. A spring whose pull decreases with its length raises no frequency and counts as
+  /// zero.
   template <class Law>
   RVE_INLINE ContactModuli moduli_at(const Law &law, ModuliKind kind, double length,
                                      const ContactSite &site)
@@ -136,7 +138,7 @@ inline namespace RVE_ISA {
       // More sweeps gain little: six stay three percent of a time step below the exact result in
       // dense and loose packings, 16 one percent.
       constexpr int kSweeps = 16;
-      // smallest share of the largest value in a change of weights
+      // smaller ratios to the largest eigenvalue are raised to this one in a change of weights
       constexpr double kLeastShare = 0.05;
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
@@ -197,7 +199,7 @@ inline namespace RVE_ISA {
       return block.max_array(n, arrays.value);
     }
 
-    /// 256 terms of less than 2^18 units stay below the 2^55 of a sum.
+    /// 256 terms below 2^18 stay below the 2^55 units of a sum.
     static constexpr double kDiskUnit = 0x1p-29, kLargestRatio = 0x1p14;
 
     template <class Real>
@@ -210,15 +212,15 @@ inline namespace RVE_ISA {
       const double overlap = static_cast<double>(contact.overlap);
       const int grain[2] = {first, second};
       const double r[2] = {radius(first), radius(second)};
-      // Lever arms and shares of a grain's rotation, whose mass is m/2, in displacements along the
-      // contact and against rolling.
+      // Factors of a grain's rotation, whose mass is m/2, in the displacement along the contact
+      // (arm) and in the rolling displacement (share).
       double arm[2], share[2];
       for (int side = 0; side < 2; ++side) {
         arm[side] = kRoot2 * (1.0 - 0.5 * (overlap / r[side]));
         share[side] = kRoot2 * (r[1 - side] / (r[0] + r[1]));
       }
-      // These are the parts of C along the contact and of the rotations; along the normal C is
-      // -k_n. det C = -k_t k_r share share.
+      // These are the components of C for motion along the contact and for rotations; along the
+      // normal C is -k_n. det C = -k_t k_r share share.
       const double k_n = moduli.normal, k_t = moduli.tangential, k_r = moduli.rolling;
       const double across[2] = {k_t * arm[1], k_t * arm[0]},
                    turning = k_t * (arm[0] * arm[1]) - k_r * (share[0] * share[1]);
@@ -281,7 +283,7 @@ inline namespace RVE_ISA {
       return larger(block.max_array(n, arrays.value), of_pair);
     }
 
-    /// Returns 1/m in units of that of a grain of radius one.
+    /// Returns 1/m relative to that of a grain of radius one.
     static RVE_INLINE double inverse_mass(double r) { return 1.0 / times_power<Config::D>(1.0, r); }
 
     /// Returns the bound for a contact of two of the lightest grains: along the normal, and along
@@ -315,8 +317,8 @@ inline namespace RVE_ISA {
       const int grain[2] = {first, second}, n = call.num_grains;
       for (int side = 0; side < 2; ++side) {
         const double r = radius(grain[side]), other_r = radius(grain[1 - side]);
-        // In displacements of surfaces these are the lever arm and the reduced radius, over the
-        // radius.
+        // Rotations are expressed as surface displacements: lever arm and reduced radius are
+        // divided by the radius.
         const double arm = 1.0 - 0.5 * (overlap / r), share = other_r / (r + other_r);
         const double turning = arm * arm * moduli.tangential + share * share * moduli.rolling;
         const double twisting = share * share * moduli.twisting;

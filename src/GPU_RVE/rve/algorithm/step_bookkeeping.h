@@ -102,7 +102,7 @@ inline namespace RVE_ISA {
               ? call.servo_gradient.component[c]
               : prescribed.component[c];
       const Tensor<double, Config::D> small = call.drive.dt * call.servo_gradient;
-      // This is exp() to third order.
+      // This is exp(small) with an error of third order.
       const Tensor<double, Config::D> growth =
           Tensor<double, Config::D>::identity() + small + 0.5 * (small * small);
       call.cell = growth * call.cell;
@@ -144,7 +144,7 @@ inline namespace RVE_ISA {
    private:
     /// Returns the velocity gradient of a planned step relative to the cell before the step, L (I -
     /// dt L)^-1 [1/time]. The plan has L relative to the cell after the step; a servo in the plane
-    /// uses one for both.
+    /// uses the same gradient for both.
     RVE_INLINE Tensor<double, Config::D> gradient_before(const PlanOf<Config> &plan) const
     {
       const auto after = plan.gradient.template as<double>();

@@ -30,8 +30,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Program of one call. StepGrains is the access of the steps to grains, single or also in packs.
-  /// All other phases use single grains.
+  /// Kernel of one call. StepGrains accesses the grains in the steps, one at a time or also in
+  /// packs. All other phases use single grains.
   template <class Block, class Config, class StepGrains = GrainsOf<Block, Config>> class RveKernel {
     using Item = typename Block::Item;
     using Real = typename Config::Real;
@@ -48,7 +48,8 @@ inline namespace RVE_ISA {
     using Grains = GrainsOf<Block, Config>;
 
    public:
-    /// Prepares to run a call that is prepared and has its views, one of which is `shared`.
+    /// Takes a call for which CallBegin::prepare() and set_views() have run; `shared_in` is one of
+    /// the views.
     RVE_INLINE RveKernel(Block &block_in, CallState<Config> &call_in,
                          const SharedView<Config> &shared_in) :
         block(block_in),
@@ -162,8 +163,8 @@ inline namespace RVE_ISA {
 
     RVE_INLINE void sum_forces_and_stress(const Bookkeeping &has_bookkeeping, int k)
     {
-      // These grains are local: with common ones the values of threads without a grain would be
-      // live from step to step.
+      // `grains` is local to this phase: if phases shared it, the values of threads without a grain
+      // would be live from step to step.
       StepGrains grains(block, shared, call.work, num_grains);
       load_with_forces(grains);
       forces<Wanted::LoveSums>(grains, call.planned(k)).sum_love_terms([&] {
@@ -181,7 +182,7 @@ inline namespace RVE_ISA {
                       [&](const auto i) RVE_INLINE_LAMBDA { grains.load_with_forces(i); });
     }
 
-    /// Loads pairs that stay in memory, and the rows of packs of grains.
+    /// Loads pairs that stay in memory, and clears the rows of packs of grains.
     RVE_INLINE void load_pairs()
     {
       if constexpr (!std::is_same_v<StepGrains, Grains> || Config::in_memory) {
@@ -207,9 +208,9 @@ inline namespace RVE_ISA {
     /// function, since the grains occupy the registers.
     RVE_INLINE int make_segment(int k, bool moved, bool direct)
     {
-      // A renewal has planned step k.
+      // After a renewal step k is already planned.
       if (k > call.plan_last || (moved && !needs_renewal)) Planning::make_plan(block, call, k);
-      // A value kept from the beginning of the call would have no register.
+      // No register is left to keep this value from the beginning of the call.
       const int n = block.read_again(call.num_grains);
       const int first = call.plan_first, last = last_step();
       const int end = (last < call.plan_last ? last : call.plan_last) - first;
@@ -255,12 +256,12 @@ inline namespace RVE_ISA {
       return first + (needs_renewal ? ~t : t);
     }
 
-    /// Steps disks in registers: computes the forces of entry t of the plan, after its move if that
-    /// is missing, and continues up to the move of entry `end`. Returns the entry of the last move,
-    /// or its complement if a new list is needed. The first move is before the loop, whose only
-    /// branch is around pairs that do not touch, and all steps read the data of the call from
-    /// registers: 3 % fewer instructions. Spheres have no such loop: their kernels would be too
-    /// large for uniform registers.
+    /// Steps disks in registers: makes the move of entry t of the plan unless `moved` is true,
+    /// computes the forces of this entry, and continues up to the move of entry `end`. Returns the
+    /// entry of the last move, or its complement if a new list is needed. The first move is before
+    /// the loop, whose only branch is around pairs that do not touch, and all steps read the data
+    /// of the call from registers: 3 % fewer instructions. Spheres have no such loop: their kernels
+    /// would be too large for uniform registers.
     RVE_INLINE int step_in_registers(StepGrains &grains, int t, int end, int n, bool moved,
                                      bool kicks)
     {
@@ -279,7 +280,7 @@ inline namespace RVE_ISA {
       return end;
     }
 
-    /// Returns the forces by a plan, for phases that need more than forces.
+    /// Returns the ContactForces of a plan, for phases that need more than forces.
     template <Wanted wanted, class SomeGrains>
     RVE_INLINE auto forces(SomeGrains &grains, const PlanOf<Config> &plan)
     {
@@ -305,8 +306,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Makes the kick of the step before and the drift in the current cell. Returns whether a grain
-    /// has moved farther than the list allows, or the plan requires a new list.
+    /// Makes the kick of the previous step and the drift in the current cell. Returns whether a
+    /// grain has moved farther than the list allows, or the plan requires a new list.
     template <Visit way>
     RVE_INLINE bool move(StepGrains &grains, const PlanOf<Config> &plan, Real alpha, int n,
                          bool kick_first)
@@ -325,7 +326,8 @@ inline namespace RVE_ISA {
           grains.publish_motion(i, grain.motion);
         if constexpr (Traits::checks_list_by_predicate) {
           if (is_in_safe_box(step, grain.motion, response)) return Block::predicate(false);
-          // Data that only few grains need are not kept for all of them.
+          // Few grains need the following data, which are therefore read again instead of kept in
+          // registers.
           block.reread();
           const MoveConstants<typename Config::Numbers, Config::D> exact(plan, Real(0));
           return Block::predicate(squared_displacement(exact, grain.motion, response) >
@@ -342,8 +344,8 @@ inline namespace RVE_ISA {
     /// Computes the last forces and all results.
     RVE_INLINE void finish(AnswerRecord<Config::D> &answer, DetailRecord<Config::D> *detail)
     {
-      // An evaluation must not change the history: the Coulomb limit may differ, with dashpots or
-      // after a change of friction.
+      // An evaluation must not change the history, although the Coulomb limit may differ from that
+      // of the last step: with dashpots, or after a change of friction.
       if (evaluates()) Stored::copy_history(block, call, call.pairs, call.work.fresh);
       if constexpr (Traits::uniform_constants)
         finish_without_details(answer);
@@ -351,7 +353,8 @@ inline namespace RVE_ISA {
         finish_with_details(answer, detail);
     }
 
-    /// Finishes a call by one path of code, which must be small.
+    /// Finishes a call without details. All calls share one path of code, since the kernel must be
+    /// small.
     RVE_INLINE void finish_without_details(AnswerRecord<Config::D> &answer)
     {
       Grains grains(block, shared, call.work, num_grains);
@@ -496,7 +499,7 @@ inline namespace RVE_ISA {
             grains.history[k].keep(
                 i,
                 Config::Law::history_for_steps(Stored::internal_history(call, stored.history[k])));
-          else    // they are zero and stay zero
+          else    // histories are zero and stay zero
             grains.history[k].publish(i, typename Config::History());
         }
         set_response(shared, i, Stored::response_of(call, grains.radius[i], stored.list_position));

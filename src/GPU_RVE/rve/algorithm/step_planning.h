@@ -107,8 +107,8 @@ inline namespace RVE_ISA {
     {
       const Tensor<double, Config::D> cell = call.cell;
       Tensor<double, Config::D> gradient = call.servo_gradient;
-      // The plan has the change of a branch in the step over the branch at its end, as on a path:
-      // (1 - exp(-L dt))/dt.
+      // The gradient of a plan maps the branch at the end of the step to its change in the step,
+      // divided by dt. As on a path, it is (1 - exp(-L dt))/dt.
       if constexpr (Config::D == 3)
         gradient = gradient - (0.5 * call.drive.dt) * (gradient * gradient);
       plan_motion(call, call.plan[0], cell, inverse(cell), gradient);

@@ -81,7 +81,7 @@ inline namespace RVE_ISA {
 
   /// Pairs of an RVE as arrays: owned pairs are [slot * N + grain], followed by extra pairs.
   template <class Config> struct PairView {
-    std::int32_t *partner;    ///< own number: the slot is free
+    std::int32_t *partner;    ///< index of the grain itself: the slot is free
     typename Config::History *history;
     std::int32_t *extra_first, *extra_second;
     typename Config::History *extra_history;
@@ -167,8 +167,8 @@ inline namespace RVE_ISA {
   constexpr std::size_t kUsedOfSphere = 3 * sizeof(typename Numbers::Coordinate) +
       sizeof(typename Numbers::Wide) + 8 * sizeof(typename Numbers::Real);
 
-  /// Data of a sphere that its partners read, and its response to forces, in pieces that are read
-  /// and written at a time. The first piece shows whether two spheres touch.
+  /// Data of a sphere that its partners read, and its response to forces, in pieces of 16 bytes
+  /// that are read and written at once. The first piece shows whether two spheres touch.
   template <class Numbers> struct alignas(16) SpherePieces {
     Vec<typename Numbers::Coordinate, 3> position;      ///< as in Motion
     typename Numbers::Wide radius;                      ///< [internal length]
@@ -227,7 +227,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Array of one member of the records of an array.
+  /// One member of all records of an array, indexed like an array.
   template <class T, std::size_t Stride> class MemberArray {
     char *first;
 
@@ -237,8 +237,8 @@ inline namespace RVE_ISA {
     RVE_INLINE T &operator[](int i) const { return *reinterpret_cast<T *>(first + i * Stride); }
   };
 
-  /// Distance of the published data of two grains; in the plane each member has an array of its
-  /// own.
+  /// Distance in bytes between the published data of consecutive grains in space. In the plane each
+  /// member has its own array.
   template <class Config, class T>
   constexpr std::size_t kSeenStride = !Config::in_memory
       ? sizeof(SphereRecord<typename Config::Numbers>)
@@ -296,14 +296,15 @@ inline namespace RVE_ISA {
     typename Config::Sum *force[Config::freedoms];
     Vec<typename Config::Sum, Config::freedoms> *own;    ///< force and torque from owned pairs
     typename Config::Real
-        *largest_force;    ///< force that counts, of an owned contact in this call
-    /// In the plane only. In space the records of spheres have it, except for `list_position`.
+        *largest_force;    ///< largest force that counts, over the owned contacts in this call
+    /// In the plane only. In space the records of spheres contain these numbers, except for
+    /// `list_position`.
     GrainResponseOf<Config> *response;
     /// In space only.
     Vec<typename Config::Leading::Coordinate, Config::D> *list_position;
-    std::int32_t *partner;    ///< (Config::owned_pairs, N) own number: the slot is free
-    /// (Config::owned_pairs, N) The negative own radius marks a free slot, which never touches. It
-    /// is not used if it is in registers.
+    std::int32_t *partner;    ///< (Config::owned_pairs, N) own index: the slot is free
+    /// (Config::owned_pairs, N) A free slot has a negative radius (radius_of_partner()), so that it
+    /// has no contact. The array is unused if the radii of partners are in registers.
     typename Config::Wide *partner_radius;
     typename Config::History *history;    ///< (Config::owned_pairs, N)
     /// With streams_history or InMemory: (numbers of a History, Config::owned_pairs, capacity)
@@ -360,8 +361,8 @@ inline namespace RVE_ISA {
   }
 
   /// Assigns the arrays in the order in which they profit from the chip: sums that many threads add
-  /// to, then data that partners read anywhere, then data that the threads of a block read in a
-  /// row. If `capacity`, in grains, is constant, the addresses are constants too.
+  /// to, then data that partners read anywhere, then data that consecutive threads read at
+  /// consecutive addresses. If `capacity`, in grains, is constant, the addresses are constants too.
   ///
   /// With in_registers the data of a grain's partners need no array. In space there is then a
   /// hidden grain without contacts (PackedPartners), and arrays that only rare code needs are in
@@ -469,7 +470,7 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Bytes of carve_shared_beside() on chip and beside it.
+  /// Bytes of carve_shared_beside() on chip and in other memory.
   struct DividedSize {
     std::size_t on_chip, beside;
   };
@@ -494,13 +495,13 @@ inline namespace RVE_ISA {
     RVE_INLINE PairCount with_one_less_in_row() const { return {packed - (1 << kReceivedBits)}; }
   };
 
-  /// Number of double arrays over grains in a workspace. During steps packs of grains have their
-  /// forces there (packed_grains.h).
+  /// Number of double arrays over grains in a workspace. During steps the first arrays hold the
+  /// force rows of packs of grains (packed_grains.h).
   template <int D> constexpr int kScratch = D == 2 ? 8 : 14;
 
   /// Memory to build a list in, and for rare code. It belongs to a block, not to an RVE.
   template <class Config> struct WorkspaceView {
-    int pair_capacity;           ///< capacity of the rows
+    int pair_capacity;           ///< capacity of row_partner, in pairs
     int cell_capacity;           ///< capacity of the search grid
     std::int32_t *cell_start;    ///< (cell_capacity + 1)
     std::int32_t *cell_of;       ///< (N)
@@ -513,7 +514,7 @@ inline namespace RVE_ISA {
     std::int32_t *proposal;          ///< (N) index of the offered pair in the own row, or -1
     std::int32_t *accepted;          ///< (N) accepted grain plus an offset of the round
     std::int32_t *overloaded;        ///< (N) grains with too many pairs
-    std::int32_t *num_overloaded;    ///< (2) their number in even rounds, and in odd ones
+    std::int32_t *num_overloaded;    ///< (2) number of such grains in even and in odd rounds
     std::int32_t *received;          ///< (Config::owned_pairs, N) grains that gave a pair
     std::int32_t *excess_start;      ///< (N)
     std::int32_t *contact_count;     ///< (N)

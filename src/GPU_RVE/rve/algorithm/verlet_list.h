@@ -52,7 +52,7 @@ inline namespace RVE_ISA {
     block.scan_to_starts(work.cell_start, num_cells);
     block.for_each(num_grains,
                    [&](Item i) { arrived[work.cell_start[work.cell_of[i]] + arrival[i]] = i; });
-    // The order of arrival is random; the order of numbers is not.
+    // The order of arrival is not reproducible, so that the grains of a cell are sorted by index.
     block.for_each(num_grains, [&](Item i) {
       const int c = work.cell_of[i], first = work.cell_start[c], end = work.cell_start[c + 1];
       int place = first;
@@ -112,8 +112,8 @@ inline namespace RVE_ISA {
     int num_grains;
     Tensor<Wide, Config::D> to_length;
     const SearchGrid<Config::D> &grid;
-    Wide margin;       ///< reach and skin
-    bool has_sides;    ///< of the grid
+    Wide margin;       ///< reach plus skin [internal length]
+    bool has_sides;    ///< SearchGrid::has_sides() of the grid
 
     /// Returns whether grain j is nearer to a point than its radius plus `within`.
     RVE_INLINE bool is_within(const Point &here, Wide within, int j) const
@@ -123,8 +123,8 @@ inline namespace RVE_ISA {
       return gap_squared(branch, within + radius[j]) > Wide(0);
     }
 
-    /// Calls take(q) for the indices q of the grains whose pairs with the grain at index p belong
-    /// to it at first.
+    /// Calls take(q) for each pair that the grain at index p owns at first; q is the index of the
+    /// partner.
     template <class Take> RVE_INLINE void for_each_owned(int p, Take take) const
     {
       const int i = work.cell_grain[p];
@@ -272,9 +272,9 @@ inline namespace RVE_ISA {
   /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and copies
   /// the contact history from `old` to work.fresh. For disks work.load has the number of owned
   /// pairs, by index in the grid; for spheres the number of touching ones, by number of the grain.
-  /// Lengths have the unit of `cell` and `radius`; the cells of `grid` are as wide as the list
-  /// reaches. One thread calls aside(sizes) when the sizes are known, while all others write the
-  /// pairs.
+  /// Lengths have the unit of `cell` and `radius`; the cells of `grid` are at least as wide as the
+  /// largest distance of a listed pair. One thread calls aside(sizes) when the sizes are known,
+  /// while all others write the pairs.
   template <class Block, class Config, class Aside>
   RVE_HD ListSizes build_list(Block &block, const SeenMotions<Config> &motion,
                               SeenArray<Config, typename Config::Wide> radius,

@@ -23,8 +23,8 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Block with at most MostThreads threads. With ItemsPerThread of 1 or 2 each thread has at most
-  /// so many resident items and keeps them in registers. With 0 it has any number of them, in
-  /// memory. Arrays on chip have space for `Capacity` items.
+  /// that many resident items and keeps them in registers. With 0 a thread has any number of
+  /// resident items, in memory. Arrays on chip have space for `Capacity` items.
   template <int ItemsPerThread, int MostThreads = 1024, int Capacity = ItemsPerThread *MostThreads>
   class BlockCuda :
       public CudaReductions<ItemsPerThread, MostThreads>,
@@ -35,8 +35,8 @@ inline namespace RVE_ISA {
     static constexpr bool kInRegisters = ItemsPerThread > 0;
     static constexpr int kOnTheWay = 4;
     static constexpr int kCapacity = Capacity;
-    /// A thread with one item has enough registers: the compiler would keep the uniform numbers
-    /// there.
+    /// True if uniform() keeps numbers in uniform registers. A thread with one item has enough
+    /// ordinary registers, and the compiler would keep the numbers there.
     static constexpr bool kHasUniforms = ItemsPerThread == 2;
 
     static RVE_DEVICE char *chip()
@@ -53,9 +53,10 @@ inline namespace RVE_ISA {
     RVE_DEVICE std::int32_t collect(std::int32_t *sums, int, int i) { return taken(sums + i); }
 
     /// 64-bit atomics on shared memory are compare-and-swap loops. Each sum therefore has two
-    /// limbs, 24 bits and the rest, which are added without carries: up to 256 terms of less than
-    /// 2^55 / 256. Each kind of limb has its own row: next to each other the limbs of many sums
-    /// would occupy half of the banks.
+    /// limbs, the low 24 bits and the rest. They are added without carries, which is exact for up
+    /// to 256 terms of magnitude below 2^55 / 256. Low and high limbs are in separate rows: if the
+    /// two limbs of a sum were adjacent, an access to the low limbs of many sums would use only
+    /// half of the banks.
     static RVE_DEVICE void begin_sum(std::int64_t *sums, int capacity, int i)
     {
       auto *limbs = reinterpret_cast<int *>(sums);

@@ -35,12 +35,12 @@
 //   resident(array)         an item's own numbers in array[item]
 //   for_items, any_item     as for_each and any, over the items of resident arrays only. If f takes
 //                           `const auto i` it may also get a PackItem, several items at a time.
-//                           for_items<way>, any_item<way>, reduce_items<M, Term, way>: by a Visit
-//   for_items(n, f, m, g)   and g(0) ... g(m - 1) at the same time
+//                           for_items<way>, any_item<way>, reduce_items<M, Term, way>; way: a Visit
+//   for_items(n, f, m, g)   the same, and g(0) ... g(m - 1) at the same time
 //   for_empty_registers(n, f)  f(i) in threads with registers for an item but without an item; no
 //                           barrier
-//   own_items(n, f)         as for_items, but f(item) does not access what other items access
-//                           before the next phase: no barrier
+//   own_items(n, f)         as for_items, without a barrier: f(item) must not access data that
+//                           other items access before the next phase
 //   reduce_items<M, Term>(n, f, rest, reduction)
 //                           f(item, Term *term, float &largest) adds to the item's terms, integers
 //                           of 32 or 64 bits (64 for a PackItem), and raises `largest`, which is
@@ -77,8 +77,8 @@ inline namespace RVE_ISA {
     /// True if resident items are in registers.
     static constexpr bool kInRegisters = false;
     static constexpr bool kHasUniforms = false;
-    /// Largest number of resident items, if arrays begin at addresses on a chip that are known at
-    /// compile time, from chip() on; 0: such addresses do not exist.
+    /// Largest number of resident items, if arrays are on chip at offsets from chip() that are
+    /// known at compile time; 0 if there are no such arrays.
     static constexpr int kCapacity = 0;
     /// Number of reads in a loop that are issued together to hide their latency.
     static constexpr int kOnTheWay = 1;
@@ -126,7 +126,8 @@ inline namespace RVE_ISA {
       then();
     }
 
-    /// Calls f(k) for the share of resident item i of n in the numbers 0 ... count - 1.
+    /// Distributes the numbers 0 ... count - 1 over n resident items and calls f(k) for those of
+    /// item i.
     template <class F> static RVE_INLINE void share_out(int i, int n, int count, F f)
     {
       for (int k = i; k < count; k += n) f(k);
@@ -225,10 +226,10 @@ inline namespace RVE_ISA {
       if (v < *p) *p = v;
     }
 
-    /// An item's own numbers in array[item], which a block may keep in registers across phases:
-    /// between load and save it may keep another value, and only publish makes it visible to other
-    /// items. load_whole and save_whole access memory as read_whole and write_whole do. BlockSerial
-    /// uses the array itself.
+    /// Array in which item i owns element i. A block may keep the element in a register across
+    /// phases. Between load and save the register may differ from memory; only publish makes a new
+    /// value visible to other items. load_whole and save_whole access memory as read_whole and
+    /// write_whole do. BlockSerial uses the array itself.
     template <class T> using Resident = ItemsInArray<T>;
     template <class T> RVE_INLINE Resident<T> resident(T *array) { return Resident<T>{array}; }
 

@@ -12,7 +12,7 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// A BlockSerial with packs: a phase that accepts packs gets packs of grains, and single grains
-  /// for the rest.
+  /// for the remainder.
   template <int Lanes> class BlockSimd : public BlockSerial {
    public:
     using Pack = PackItem<Lanes>;

@@ -14,15 +14,17 @@ inline namespace RVE_ISA {
     static RVE_INLINE void reread() {}
     /// Returns a number in memory; the compiler does not reuse an earlier read.
     template <class T> static RVE_INLINE T read_again(const T &x) { return x; }
-    /// Returns x; the compiler computes values that follow from it again and does not keep them.
+    /// Returns x; the compiler computes values derived from x again instead of keeping them in
+    /// registers.
     static RVE_INLINE int opaque(int x) { return x; }
     /// Returns x, which is the same for all threads; a block with kHasUniforms keeps it once per
     /// warp.
     template <class T> static RVE_INLINE T uniform(const T &x) { return x; }
-    /// Returns a truth value of several branches of a function in a form that becomes a predicate.
+    /// Returns a truth value, computed in several branches of a function, in a form that the
+    /// compiler keeps in a predicate register.
     static RVE_INLINE bool predicate(bool x) { return x; }
     /// Reads or writes an element of an array in the memory of an RVE; a GPU moves 16 bytes at a
-    /// time where elements have 16, 32, ... bytes.
+    /// time if the size of an element is a multiple of 16 bytes.
     template <class T> static RVE_INLINE T read_whole(const T &element) { return element; }
     template <class T> static RVE_INLINE void write_whole(T &element, const T &x) { element = x; }
   };

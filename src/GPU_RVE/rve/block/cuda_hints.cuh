@@ -23,11 +23,12 @@ inline namespace RVE_ISA {
       return x;
     }
 
-    /// The compiler keeps x in uniform registers, which products take as an operand, under three
-    /// conditions. The threads of the warp must be together: __syncwarp() tells the compiler so.
-    /// The kernel must be small with all functions that it calls: up to about 15,000 instructions.
-    /// No called function may need more than about 160 registers. Otherwise x occupies ordinary
-    /// registers, whose contents are spilled; bench/uniform_registers.sh checks it.
+    /// The compiler keeps x in uniform registers, which multiplications accept as an operand, under
+    /// three conditions. The threads of the warp must be converged; __syncwarp() tells the compiler
+    /// that they are. The kernel and all functions that it calls must be small: together up to
+    /// about 15,000 instructions. No called function may need more than about 160 registers.
+    /// Otherwise x occupies ordinary registers and causes spills; bench/uniform_registers.sh checks
+    /// this.
     template <class T> static RVE_DEVICE T uniform(const T &x)
     {
       constexpr int words = sizeof(T) / sizeof(unsigned);
@@ -42,7 +43,8 @@ inline namespace RVE_ISA {
       return same;
     }
 
-    /// A number becomes a predicate; a truth value of two branches would become a number.
+    /// The compiler keeps an int result in a predicate register; it would keep a bool that is
+    /// computed in two branches in an ordinary register.
     static RVE_DEVICE int predicate(bool x) { return x ? 1 : 0; }
 
     template <class T> static RVE_DEVICE T read_whole(const T &element)
@@ -68,9 +70,10 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Returns a copy of x in other registers. A piece of 16 bytes needs four consecutive
-    /// registers, which numbers that live through all steps should not need (6 % with two histories
-    /// of Hertz' law). The compiler does not see that `zero` is zero.
+    /// Returns a copy of x in other registers. An access to 16 bytes needs four consecutive
+    /// registers. Numbers that are kept through all steps should not be bound to such registers
+    /// (gain: 6 % with two histories of Hertz' law). The compiler does not know that `zero` is
+    /// zero.
     template <class T> static RVE_DEVICE T in_other_registers(const T &x)
     {
       if constexpr (sizeof(T) % sizeof(Piece) != 0) {

@@ -35,7 +35,7 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
-    /// Threads that most often have no item do g first.
+    /// The calls of g begin with the last threads, which most often have no item.
     template <Visit way = Visit::Items, class F, class G>
     RVE_DEVICE void for_items(int n, F f, int m, G g)
     {
@@ -67,7 +67,7 @@ inline namespace RVE_ISA {
 
     template <Visit way = Visit::Items, class F> RVE_DEVICE bool any_item(int n, F f)
     {
-      // The result is a number if all threads take part, and a truth value in a branch.
+      // `mine` is an int if all threads call f, and a bool if f is called in a branch.
       std::conditional_t<way == Visit::Registers, int, bool> mine = 0;
       visit_items<way>(n, [&](Item i) RVE_INLINE_LAMBDA { mine = f(i) | mine; });
       return __syncthreads_or(mine) != 0;
@@ -81,8 +81,9 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Calls f(k) for the share of an item in the numbers 0 ... count - 1. If a thread has two
-    /// items, the first one has the share of both. Threads without an item have no share.
+    /// Distributes the numbers 0 ... count - 1 over n resident items and calls f(k) for those of
+    /// item i. If a thread has two items, the first one has the share of both. Threads without an
+    /// item have no share.
     template <class F> static RVE_DEVICE void share_out(Item i, int n, int count, F f)
     {
       if (slot_of(i) != 0) return;
@@ -92,14 +93,14 @@ inline namespace RVE_ISA {
     }
 
    protected:
-    /// If a thread has several items, every second round of threads runs backwards. Spheres are
-    /// numbered by their amount of work, so that no warp has the largest amount twice (16 to 20 %
-    /// of the steps of spheres in `fast`, on an H100). An item always has the same thread, so that
-    /// some phases need no barrier.
+    /// Calls f(item) for all items. If a thread has several items, every second round over the
+    /// threads runs backwards. Spheres are numbered by their amount of work, so that no warp gets
+    /// the largest amount twice (gain: 16 to 20 % of the steps of spheres in `fast`, on an H100).
+    /// An item is always assigned to the same thread, so that some phases need no barrier.
     template <class F> static RVE_DEVICE void visit_all(int n, F f)
     {
       if constexpr (ItemsPerThread == 1) {
-        // A name for the index would be kept in registers.
+        // A variable for the thread index would be kept in a register.
         for (int i = threadIdx.x; i < n; i += blockDim.x) f(i);
       } else {
         const int threads = blockDim.x, me = threadIdx.x;
@@ -114,8 +115,9 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Calls f(item) for resident items. If they are in registers, a thread visits as many as it
-    /// has. With two items per thread each call is in a branch anyway.
+    /// Calls f(item) for resident items. If they are in registers, a thread has at most
+    /// ItemsPerThread of them. With two items per thread each call is in a branch, also for
+    /// Visit::Registers.
     template <Visit way, class F> static RVE_DEVICE void visit_items(int n, F f)
     {
       if constexpr (ItemsPerThread == 1) {
@@ -138,7 +140,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Runs aside() in the thread that most often has no item.
+    /// Runs aside() in the last thread, which most often has no item.
     template <class Aside> static RVE_DEVICE void do_aside(Aside aside)
     {
       if (threadIdx.x == blockDim.x - 1) aside();

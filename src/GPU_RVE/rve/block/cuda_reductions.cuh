@@ -66,7 +66,7 @@ inline namespace RVE_ISA {
         add([&](Term *term) RVE_INLINE_LAMBDA { f(i, term, largest); });
       });
       add(rest);
-      // The bits of numbers that are not negative have the same order as the numbers.
+      // Floats that are not negative have the same order as their bits read as integers.
       const int of_warp = __reduce_max_sync(warps::kAllLanes, __float_as_int(largest));
       if (warps::lane() == 0) scratch().largest[warps::index()] = of_warp;
       sum_in_warps<M>(sum);
@@ -90,8 +90,8 @@ inline namespace RVE_ISA {
       for (int k = threadIdx.x; k < kTotals; k += blockDim.x) totals()[k] = 0;
     }
 
-    /// Each warp adds its sums to the totals on chip, in limbs that add up without carries. No
-    /// other phase is needed before one thread reads them.
+    /// Each warp adds its sums to the totals on chip, in limbs that are added without carries. One
+    /// barrier suffices before one thread reads the totals.
     template <int M, class Term, class F, class Then>
     RVE_DEVICE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {
@@ -142,7 +142,8 @@ inline namespace RVE_ISA {
       __syncthreads();
     }
 
-    /// Returns the sum of the results of sum_in_warps(), by the threads of one warp.
+    /// Returns the sum over all warps of result m of sum_in_warps(). All threads of a warp must
+    /// call it.
     RVE_DEVICE long long sum_over_warps(int m)
     {
       std::int64_t mine = 0;
@@ -151,8 +152,8 @@ inline namespace RVE_ISA {
       return warps::sum(mine);
     }
 
-    /// Limbs of a term of add_up_items(). All but the last one have so few bits that those of 1024
-    /// threads add up in 32 bits.
+    /// Number of limbs of a term of add_up_items(). All limbs but the last have so few bits that
+    /// their sum over 1024 threads fits into 32 bits.
     template <class Limbed> static constexpr int kLimbs = sizeof(Limbed) > 4 ? 3 : 2;
     template <class Limbed> static constexpr int kLimbBits = sizeof(Limbed) > 4 ? 22 : 16;
     static constexpr int kTotals = 32;

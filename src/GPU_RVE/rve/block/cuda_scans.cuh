@@ -28,8 +28,8 @@ inline namespace RVE_ISA {
     RVE_DEVICE void order_by_class(int n, ClassOf class_of, Take take)
     {
       static_assert(Classes <= 16, "CudaScratch::of_class has space for 16 classes");
-      // All lanes set the numbers: with __syncwarp() here, spheres would have no uniforms
-      // (CudaHints::uniform()).
+      // All lanes set the numbers: with __syncwarp() here, kernels of spheres would lose their
+      // uniform registers (CudaHints::uniform()).
       int next[Classes];
       RVE_UNROLL
       for (int k = 0; k < Classes; ++k) { next[k] = 0; }
@@ -115,7 +115,7 @@ inline namespace RVE_ISA {
       return {first, min(first + share, n)};
     }
 
-    /// Returns the sum of x over this warp's lanes up to this one.
+    /// Returns the sum of x over the lanes of this warp up to and including this lane.
     static RVE_DEVICE int sum_of_lanes_up_to(int x)
     {
       // Rolled loops keep the kernel small: CudaHints::uniform().
@@ -127,7 +127,7 @@ inline namespace RVE_ISA {
       return x;
     }
 
-    /// Sums of a number of each warp: over the warps before this one, and over all. Each warp
+    /// Sums of one number per warp: over the warps before this one, and over all warps. Each warp
     /// computes them, which is faster than another barrier.
     struct WarpCounts {
       int before, all;

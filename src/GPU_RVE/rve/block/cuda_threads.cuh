@@ -13,8 +13,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Item of a thread that has two of them. `slot` is its number in the thread. It is known at
-  /// compile time if the item is in registers, which have no addresses.
+  /// Item of a thread that has two of them. `slot` is its index among the items of the thread. It
+  /// is known at compile time if the item is in registers, since registers cannot be indexed at run
+  /// time.
   struct ItemOfThread {
     int index, slot;
     RVE_DEVICE operator int() const { return index; }
@@ -30,16 +31,15 @@ inline namespace RVE_ISA {
 
   namespace warps {
 
-    /// All lanes of a warp. Lanes that do not exist in the last warp count as lanes that have
-    /// ended. With a mask that is unknown at compile time each exchange would need ten more
-    /// instructions.
+    /// Mask of all lanes of a warp. Lanes that the last warp lacks count as exited. With a mask
+    /// that is unknown at compile time each exchange would need ten more instructions.
     constexpr unsigned kAllLanes = 0xffffffffu;
 
     RVE_DEVICE int lane()
     {
       return threadIdx.x % 32;
     }
-    /// Number of this thread's warp.
+    /// Index of this thread's warp.
     RVE_DEVICE int index()
     {
       return threadIdx.x / 32;
@@ -54,7 +54,8 @@ inline namespace RVE_ISA {
       return min(32, static_cast<int>(blockDim.x) - 32 * index());
     }
 
-    /// Returns the sum over the threads of a warp, by three limbs whose sums fit into 32 bits.
+    /// Returns the sum over the threads of a warp, computed with three limbs whose sums fit into 32
+    /// bits.
     RVE_DEVICE long long sum(std::int64_t term)
     {
       const unsigned low = static_cast<unsigned>(term) & 0x7ffffffu,
@@ -66,7 +67,7 @@ inline namespace RVE_ISA {
                                  << 54);
     }
 
-    /// Returns the sum by two limbs.
+    /// Returns the sum over the threads of a warp, computed with two limbs.
     RVE_DEVICE long long sum(std::int32_t term)
     {
       const unsigned low = static_cast<unsigned>(term) & 0xffffu;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Arithmetic whose form decides about speed and bits: roots, quotients, minima. Strict arithmetic
-// is IEEE and gives the same bits on CPU and GPU. Relaxed arithmetic (RVE_RELAXED, CUDA only) uses
-// the hardware's approximations; doc/src/accuracy.rst has their gain and error.
+// Arithmetic functions whose implementation affects speed and the last bits: roots, quotients,
+// minima. Strict arithmetic is IEEE and gives the same bits on CPU and GPU. Relaxed arithmetic
+// (RVE_RELAXED, CUDA only) uses the hardware's approximations; doc/src/accuracy.rst has their gain
+// and error.
 
 #pragma once
 
@@ -25,14 +26,14 @@ inline namespace RVE_ISA {
   }
 
   /// True if sums of products may be fused in an order that needs fewer operations. Only formulas
-  /// of spheres have such a form.
+  /// of spheres use it.
 #if defined(RVE_RELAXED)
   constexpr bool kIsRelaxed = true;
 #else
   constexpr bool kIsRelaxed = false;
 #endif
 
-  /// Difference between 1 and the next number.
+  /// Difference between 1 and the next larger T.
   template <class T> constexpr double kEpsilon = 0x1p-52;
   template <> constexpr double kEpsilon<float> = 0x1p-23;
 
@@ -61,16 +62,17 @@ inline namespace RVE_ISA {
     return condition && !other ? 1 : 0;
   }
 
-  /// Converts a truth value to that of numbers of another width.
+  /// Converts a truth value to the truth type of numbers of another width.
   RVE_INLINE void convert_truth(bool x, bool &y)
   {
     y = x;
   }
 
 #if defined(__CUDA_ARCH__)
-  /// Returns 1/y of y > 0, IEEE rounded, from an approximation `nearly`. One iteration gives the
-  /// rounded value of all y but one in each binade (P. W. Markstein, IBM J. Res. Dev. 34 (1990)
-  /// 111): if all digits of y are ones, 1/y is slightly above the middle between two numbers.
+  /// Returns 1/y of y > 0, IEEE rounded, from an approximation `nearly`. One iteration rounds
+  /// correctly for all y except one in each binade (P. W. Markstein, IBM J. Res. Dev. 34 (1990)
+  /// 111): if all mantissa bits of y are ones, 1/y is slightly above the midpoint between two
+  /// numbers.
   RVE_INLINE double rounded_inverse(double y, double nearly)
   {
     const double inverse = ::fma(nearly, ::fma(-y, nearly, 1.0), nearly);
@@ -110,7 +112,7 @@ inline namespace RVE_ISA {
   RVE_INLINE RootAndInverse<double> root_and_inverse(double x)
   {
 #if defined(__CUDA_ARCH__)
-    // The paths for other numbers are left out as above, since they would be calls.
+    // The code paths for other numbers are omitted as above, since they would be function calls.
     double inverse;
     asm("rsqrt.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(x));
     const double error = ::fma(x, -(inverse * inverse), 1.0);
@@ -145,9 +147,9 @@ inline namespace RVE_ISA {
     return 1.0 / x;
   }
 
-  /// Returns x/y, IEEE rounded. The range of y > 0 is that of root_and_inverse(), and so is that of
-  /// the quotient, which may also be zero. A GPU leaves out the path for other numbers: it would be
-  /// a call, which takes all registers of a kernel.
+  /// Returns x/y, IEEE rounded. y > 0 and the quotient must be in the range of root_and_inverse();
+  /// the quotient may also be zero. GPU code omits the path for other numbers, which would be a
+  /// function call that takes all registers of a kernel.
   RVE_INLINE float quotient(float x, float y)
   {
 #if defined(__CUDA_ARCH__)
@@ -177,7 +179,7 @@ inline namespace RVE_ISA {
 #endif
   }
 
-  /// Returns sqrt(x), IEEE rounded; the range of x is that of root_and_inverse() and zero.
+  /// Returns sqrt(x), IEEE rounded; x is zero or in the range of root_and_inverse().
   RVE_INLINE float root(float x)
   {
 #if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)
@@ -233,7 +235,7 @@ inline namespace RVE_ISA {
   template <class Real> RVE_INLINE Real within(const Real &limit, const Real &x)
   {
 #if defined(__CUDA_ARCH__)
-    // The magnitude of a double would cost an addition.
+    // Selecting between fabs(x) and the limit would cost an additional instruction for doubles.
     if constexpr (sizeof(Real) == 8) return select(fabs(x) < limit, x, copysign(limit, x));
 #endif
     return copysign(smaller(fabs(x), limit), x);

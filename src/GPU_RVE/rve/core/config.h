@@ -19,7 +19,8 @@
 #define RVE_HD
 #endif
 
-// RVE_UNROLL precedes a loop over numbers in the registers of a thread, which have no addresses.
+// RVE_UNROLL unrolls a loop over numbers in the registers of a GPU thread, since registers cannot
+// be indexed at run time.
 #if defined(__CUDA_ARCH__)
 #define RVE_UNROLL _Pragma("unroll")
 #else
@@ -34,8 +35,8 @@
 #endif
 
 // RVE_APART makes a separate function on a CPU, so that the compiler allocates its registers
-// separately (7 % of a step with energy bookkeeping). A GPU inlines it: a call would need the
-// addresses of numbers on chip.
+// separately (which saves 7 % of a step with energy bookkeeping). A GPU inlines it: a call would
+// need addresses of numbers that are in registers.
 #if defined(__CUDACC__)
 #define RVE_APART __host__ __device__ __forceinline__
 #else
@@ -51,7 +52,7 @@
 #define RVE_INLINE_LAMBDA
 #else
 #define RVE_INLINE inline __attribute__((always_inline))
-// The attribute follows the parameters of a lambda in an inner loop: a call per grain costs a tenth
-// of its work.
+// The attribute follows the parameters of a lambda in an inner loop: a function call per grain
+// would cost a tenth of the work on the grain.
 #define RVE_INLINE_LAMBDA __attribute__((always_inline))
 #endif

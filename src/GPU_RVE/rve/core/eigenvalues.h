@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Eigenvalues and principal axes of symmetric tensors, for hosts.
+// Eigenvalues and principal axes of symmetric tensors, for host code.
 
 #pragma once
 
@@ -21,8 +21,8 @@ template <int N> struct PrincipalAxes {
   explicit PrincipalAxes(Tensor<double, N> t)
   {
     auto columns = Tensor<double, N>::identity();
-    // Each sweep squares the ratio of the components off the diagonal to the others: four usually
-    // suffice.
+    // Each sweep about squares the ratio of off-diagonal to diagonal components: four sweeps
+    // usually suffice.
     constexpr int MOST_SWEEPS = 16;
     for (int sweep = 0; sweep < MOST_SWEEPS; ++sweep) {
       bool turned = false;
@@ -48,7 +48,8 @@ template <int N> struct PrincipalAxes {
     const double scale = std::abs(t(a, a)) + std::abs(t(b, b));
     t(a, b) = t(b, a) = 0.0;
     if (scale + std::abs(between) == scale) return false;
-    // The tangent of the smaller of two angles solves t² + 2 t cot(2 angle) - 1 = 0.
+    // The tangent t of the smaller of the two possible rotation angles solves t² + 2 t cot(2 angle)
+    // - 1 = 0.
     const double cotangent = (t(b, b) - t(a, a)) / (2.0 * between);
     const double root = std::abs(cotangent) + std::sqrt(1.0 + cotangent * cotangent);
     const double tangent = cotangent < 0.0 ? -1.0 / root : 1.0 / root;

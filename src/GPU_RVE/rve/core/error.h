@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Wrong input ends in this exception before anything runs. The styles turn it into error->all().
+// Exception for wrong input, thrown before anything runs. The LAMMPS styles turn it into
+// error->all().
 
 #pragma once
 
@@ -10,7 +11,7 @@
 
 namespace rve {
 
-/// The message names the cause, the value with its unit, and the allowed range.
+/// Error in the input. The message names the cause, the value with its unit, and the allowed range.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -45,8 +46,8 @@ template <class... Parts> std::string concat(const Parts &...parts)
 }
 
 /// Throws InputError with the text of the parts unless `condition` holds. The text is composed only
-/// in that case, since each call checks thousands of items. A part that takes time to find is given
-/// as a function.
+/// in that case, since each call checks thousands of items. A part that is expensive to compute is
+/// passed as a function.
 template <class... Parts> void require(bool condition, const Parts &...parts)
 {
   if (!condition) throw InputError(concat(parts...));

@@ -44,7 +44,7 @@ inline namespace RVE_ISA {
 
     RVE_HD double real(std::int64_t value) const { return static_cast<double>(value) * unit_; }
 
-    /// Value of one integer, in the unit of the summed quantity.
+    /// Value of the integer 1, in the unit of the summed quantity.
     RVE_HD double unit() const { return unit_; }
 
    private:

@@ -104,8 +104,8 @@ inline namespace RVE_ISA {
     return FloatFraction{fraction < 1.0f ? fraction : 0.0f};
   }
 
-  /// Moves a fraction by a displacement in units of fraction_unit. The displacement is limited to
-  /// half a cell, so that even the largest one counts as a motion.
+  /// Moves a fraction by a displacement in units of fraction_unit. The displacement saturates at
+  /// half a cell, so that a larger one does not wrap to a small apparent motion.
   template <class Numbers>
   RVE_INLINE void drift(typename Numbers::Coordinate &s, typename Numbers::Wide displacement)
   {

@@ -12,7 +12,7 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Return x + y and x - y modulo 2^bits. Forces beyond the range of the sums are detected at the
-  /// end of a call, which is then discarded. Until then no operation may be undefined.
+  /// end of a call, which is then discarded. Until then overflow must not be undefined behaviour.
   template <class Integer> RVE_INLINE Integer wrapping_sum(Integer x, Integer y)
   {
     using Bits = std::make_unsigned_t<Integer>;

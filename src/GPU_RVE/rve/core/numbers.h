@@ -50,8 +50,8 @@ inline namespace RVE_ISA {
     using Real = double;
     using Sum = std::int64_t;
     static constexpr double fraction_unit = 1.0 / 18446744073709551616.0;
-    /// The sums of a block consist of two limbs of 32 bits (block/block_cuda.cuh): 24 bits and the
-    /// rest.
+    /// A CUDA block stores a sum as two 32-bit limbs, the low 24 bits and the rest
+    /// (block/block_cuda.cuh).
     static constexpr int sum_bits = 55;
   };
 
@@ -61,8 +61,8 @@ inline namespace RVE_ISA {
   };
 
   /// Format of the paper: fp32 everywhere, also for positions. The paper has Cartesian positions;
-  /// fractions have the same resolution, 2^-24 of the cell. It serves to study the loss of
-  /// accuracy, for disks on a CPU.
+  /// fractions have the same resolution, 2^-24 of the cell. It is used to study the loss of
+  /// accuracy, for disks on a CPU only.
   struct SingleNumbers {
     using Scalar = SingleNumbers;
     using Leading = FastNumbers;

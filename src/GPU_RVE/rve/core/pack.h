@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packs of numbers in AVX2 registers, whose numbers are computed at once. Every operation is the
-// IEEE operation on each number, so that a formula has the same bits for a pack as for single
-// numbers. Only translation units compiled for x86-64-v3 include this file.
+// Packs of numbers in AVX2 registers; one instruction computes all numbers of a register. Every
+// operation is the IEEE operation on each number, so that a formula has the same bits for a pack as
+// for single numbers. Only translation units compiled for x86-64-v3 include this file.
 //
 // std::experimental::simd is not used: its masks of more than one register are bit sets, which AVX2
 // must convert to registers for every selection, and it converts 64-bit integers one by one.
@@ -20,7 +20,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Register type of GCC and clang, which has the operators of numbers.
+  /// Vector type of GCC and clang, which has the arithmetic operators of numbers.
   template <class T> struct RegisterType {
     typedef T type __attribute__((vector_size(32)));
   };
@@ -146,7 +146,7 @@ inline namespace RVE_ISA {
   {
     return by_register(Simd<T>::fused, x, y, z);
   }
-  /// Returns the sign bits of `sign` and the other bits of `size`.
+  /// Combines the sign bits of `sign` with the other bits of `size`.
   template <class T, int N>
   RVE_INLINE Pack<T, N> copysign(const Pack<T, N> &size, const Pack<T, N> &sign)
   {
@@ -229,7 +229,7 @@ inline namespace RVE_ISA {
     return result;
   }
 
-  /// Returns a bit for each lane.
+  /// Returns an integer with one bit per lane, which is set where the condition holds.
   template <class T, int N> RVE_INLINE int signs(const PackTruth<T, N> &condition)
   {
     int bits = 0;
@@ -290,8 +290,8 @@ inline namespace RVE_ISA {
 
   /// Converts integers of 64 bits to doubles, which AVX2 has no instruction for. The leading 16
   /// bits become one double and the other 48 bits another, both exact: only their sum is rounded.
-  /// Each is made by its position in the mantissa of a large number: 3 2^67, whose last digit is
-  /// 2^16, and 2^52.
+  /// The bits of each part are placed in the mantissa of a large number, which is then subtracted:
+  /// 3 2^67, whose last mantissa bit has the value 2^16, and 2^52, whose last bit has the value 1.
   RVE_INLINE __m256d to_double(__m256i x)
   {
     const __m256d large = _mm256_set1_pd(442721857769029238784.0);    // 3 2^67
@@ -332,7 +332,7 @@ inline namespace RVE_ISA {
           _mm256_set_m128(_mm256_cvtpd_ps(x.part[2 * m + 1]), _mm256_cvtpd_ps(x.part[2 * m]));
   }
 
-  /// Converts truth values to those of numbers of another width.
+  /// Converts truth values to the truth type of numbers of another width.
   template <class T, int N>
   RVE_INLINE void convert_truth(const PackTruth<T, N> &x, PackTruth<T, N> &y)
   {
@@ -357,8 +357,8 @@ inline namespace RVE_ISA {
     for (int m = 0; m < x.num_registers; ++m) q.part[m] = (Integers) _mm256_cvtps_epi32(x.part[m]);
   }
 
-  /// Rounds numbers below 2^51 by their position in the mantissa of 3 2^51. Packs with larger
-  /// numbers or NaN are rounded one by one.
+  /// Rounds numbers of magnitude below 2^51 by adding 3 2^51, whose last mantissa bit has the value
+  /// 1. If a pack contains a larger number or NaN, its numbers are rounded one by one.
   template <int N> RVE_INLINE void round_to(const Pack<double, N> &x, Pack<std::int64_t, N> &q)
   {
     using Integers = RegisterOf<std::int64_t>;

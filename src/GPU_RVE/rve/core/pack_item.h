@@ -14,18 +14,18 @@ inline namespace RVE_ISA {
     int first;
   };
 
-  /// Order in which a thread of a GPU visits its items in registers. A CPU has one order.
+  /// Order in which a thread of a GPU visits its items in registers. A CPU ignores it.
   enum class Visit {
     /// one after the other, each in its own registers
     Items,
-    /// also registers without an item, with a number from n on: no branch around items
+    /// all registers without a branch, also those without an item, whose index is n or more
     Registers,
     /// one after the other by the same code, in the registers of the first item
     InTurn
   };
 
-  /// Items of an array without copies in registers: all functions of a resident array access the
-  /// array itself (block/block_serial.h).
+  /// Array with the interface of a resident array (block/block_serial.h), but without copies in
+  /// registers: all functions access the array itself.
   template <class T, class Array = T *> struct ItemsInArray {
     Array array;
     RVE_INLINE decltype(auto) operator[](int item) const { return array[item]; }

@@ -16,13 +16,13 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Returns the addresses `bytes` after those of the rows.
+  /// Returns a function that gives the addresses `bytes` after those of the rows.
   template <class Row> RVE_INLINE auto behind(const Row &row, std::size_t bytes)
   {
     return [&row, bytes](int lane) { return (char *) row(lane) + bytes; };
   }
 
-  /// Transposes four rows and four columns; rows of floats have two such blocks, one in each half.
+  /// Transposes a 4 x 4 matrix; registers of floats hold two such matrices, one in each half.
   RVE_INLINE void transpose(RegisterOf<float> (&x)[4])
   {
     const __m256 a = _mm256_unpacklo_ps(x[0], x[1]), b = _mm256_unpacklo_ps(x[2], x[3]),
@@ -117,7 +117,7 @@ inline namespace RVE_ISA {
     for (int c = 0; c < K; ++c) x[c].part[0] = (RegisterOf<T>) columns[c];
   }
 
-  /// Stores the first K, which are 3 or 4, of four numbers of 32 bits per row.
+  /// Stores the first K (3 or 4) of four numbers of 32 bits per row.
   template <int K, class T, class Row>
   RVE_INLINE void store_fours(const Row &row, const Pack<T, 8> *x)
   {

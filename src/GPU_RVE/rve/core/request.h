@@ -11,7 +11,8 @@
 
 namespace rve {
 
-/// Location of the stresses of a finished advance. The largest value of several advances counts.
+/// Location of the stresses of a finished advance. For several advances together, the largest value
+/// holds.
 enum class StressesAre {
   OnDevice,          ///< in the arrays of the device; the host did nothing
   OnDeviceByHost,    ///< in the arrays of the device; the host had to repeat some RVEs
@@ -31,8 +32,8 @@ class Request {
   /// void.
   virtual bool launch() { return true; }
   /// Returns the address of a number in device memory that is above zero if the call has ended and
-  /// the host must repeat some RVEs: kernels after the call read it. Returns null if the device
-  /// does not have it.
+  /// the host must repeat some RVEs: kernels that are launched after the call read it. Returns null
+  /// if there is no such number.
   virtual const std::int32_t *needs_host() const { return nullptr; }
   /// Waits until the call has ended. Returns where its stresses are, also when called again.
   StressesAre fetch()

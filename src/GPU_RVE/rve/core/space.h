@@ -7,9 +7,9 @@ namespace rve {
 
 template <int D> struct Space {
   static constexpr int axes = D;
-  static constexpr int spins = D * (D - 1) / 2;      ///< planes that a body can turn in
-  static constexpr int freedoms = axes + spins;      ///< of a rigid body
-  static constexpr int components = D * D;           ///< of a tensor
+  static constexpr int spins = D * (D - 1) / 2;      ///< planes of rotation of a body
+  static constexpr int freedoms = axes + spins;      ///< degrees of freedom of a rigid body
+  static constexpr int components = D * D;           ///< components of a tensor
   static constexpr int strains = D * (D + 1) / 2;    ///< components of a symmetric tensor
 };
 

@@ -13,7 +13,7 @@ namespace rve {
 /// results.
 constexpr std::uint64_t splitmix64(std::uint64_t x)
 {
-  x += 0x9e3779b97f4a7c15u;    // odd, nearest to 2^64 over the golden ratio
+  x += 0x9e3779b97f4a7c15u;    // odd number nearest to 2^64 divided by the golden ratio
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
   return x ^ (x >> 31);

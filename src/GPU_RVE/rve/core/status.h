@@ -11,7 +11,8 @@ namespace rve {
 /// call.
 namespace status {
   constexpr std::uint32_t Ok = 0;
-  /// A list is full. The engine enlarges it and repeats the call, up to eight times; then fatal.
+  /// A list is full. The engine enlarges it and repeats the call, up to eight times; after that it
+  /// is fatal.
   constexpr std::uint32_t ListFull = 1u << 0;
   /// A force is beyond the range of the integers even after repeats; fatal.
   constexpr std::uint32_t ForceSaturated = 1u << 1;

@@ -23,7 +23,7 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b)
     return std::tolower(static_cast<unsigned char>(a[i - 1])) ==
         std::tolower(static_cast<unsigned char>(b[j - 1]));
   };
-  // distance[i][j] is that of the first i letters of a and the first j letters of b.
+  // distance[i][j] is the distance between the first i letters of a and the first j letters of b.
   std::vector<std::vector<std::size_t>> distance(a.size() + 1,
                                                  std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Chooses between one thread and all threads for light work, that is for short loops that are
 // repeated often. If other programs use the cores, a thread that is not scheduled delays the end of
-// each loop by milliseconds. The number of free cores is unknown, so that both ways are timed now
-// and then.
+// each loop by milliseconds. The number of free cores is unknown, so that both ways are timed
+// occasionally.
 
 #pragma once
 
@@ -18,7 +18,7 @@ class TeamChoice {
   /// Returns true if one thread does the next loop.
   bool alone() const { return alone_; }
 
-  /// Records that a loop over `items` items took so long, done in the way of alone() [s].
+  /// Records the duration [s] of a loop over `items` items that ran as alone() chose.
   void done(int items, double seconds)
   {
     if (has_changed_) {
@@ -37,13 +37,13 @@ class TeamChoice {
 
  private:
   static constexpr int WINDOW = 64;        ///< loops
-  static constexpr int LEAST_LOOPS = 8;    ///< loops of a trial before its pace can end it
-  /// The tried way is chosen if its pace is below BETTER times the usual one. A trial ends early
-  /// above CLEARLY_WORSE times.
+  static constexpr int LEAST_LOOPS = 8;    ///< number of loops before a slow pace may end a trial
+  /// The tried way is chosen if its time per item is below BETTER times that of the usual way. A
+  /// trial ends early if its time per item is above CLEARLY_WORSE times that of the usual way.
   static constexpr double BETTER = 0.9, CLEARLY_WORSE = 4.0;
-  /// Weights of a window in the mean, if it was slower or faster than the mean. A thread that does
-  /// not run for milliseconds, once in a thousand loops, makes one window slow, which must not
-  /// decide.
+  /// Weights of a window in the mean, for a window that was slower or faster than the mean. Once in
+  /// about a thousand loops a thread is not scheduled for milliseconds; the one window that this
+  /// slows must not decide the choice.
   static constexpr double SLOWER = 0.125, FASTER = 0.25;
   /// The time until the next trial is REST times the loss of the last trial, and at least
   /// LEAST_REST windows.

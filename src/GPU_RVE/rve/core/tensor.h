@@ -123,7 +123,7 @@ inline namespace RVE_ISA {
     return t;
   }
 
-  /// Extends a deformation to a space of more dimensions, in which nothing moves along the others.
+  /// Extends a deformation gradient to more dimensions, with unit stretch along the added axes.
   template <int Space, class T, int D>
   RVE_INLINE Tensor<T, Space> in_plane_strain(const Tensor<T, D> &f)
   {

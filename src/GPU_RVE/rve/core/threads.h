@@ -17,8 +17,8 @@
 
 namespace rve {
 
-/// Larger numbers are mistakes: threads have memory of their own, and at some number their creation
-/// fails.
+/// Largest allowed number of threads. A larger number is an input error: each thread needs memory,
+/// and the creation of too many threads fails.
 constexpr int MOST_THREADS = 1024;
 
 /// Throws InputError unless a number of threads, given or from OpenMP, is valid.
@@ -39,18 +39,18 @@ inline int usable_threads(int requested)
 #endif
 }
 
-/// Most threads that team_for() returns in this process. If a GPU does the long work, host threads
-/// mostly spin until the next short loop. If they occupy all cores, a loop sometimes has to wait
-/// for a thread that is not scheduled.
+/// Largest number of threads that team_for() returns in this process. If a GPU does the long work,
+/// host threads mostly spin until the next short loop. If they occupy all cores, a loop sometimes
+/// has to wait for a thread that is not scheduled.
 inline std::atomic<int> &most_in_a_team()
 {
   static std::atomic<int> most{MOST_THREADS};
   return most;
 }
 
-/// Returns the number of threads for so many points, nodes or RVEs: all, or one if waking the
-/// others takes longer than the work. It returns nothing in between: if a team is smaller than the
-/// previous one, libgomp ends the other threads and creates new ones for the next team.
+/// Returns the number of threads for `items` points, nodes or RVEs: all, or one if waking the
+/// others takes longer than the work. It never returns a number in between: if a team is smaller
+/// than the previous one, libgomp ends the other threads and creates new ones for the next team.
 inline int team_for(int items, int threads)
 {
   constexpr int WORTH_A_TEAM = 512;

@@ -64,8 +64,8 @@ inline namespace RVE_ISA {
     return v;
   }
 
-  /// Spin of a body or torque on it, with a component for each plane that it can turn in. In the
-  /// plane it is a number.
+  /// Spin of a body or torque on it, with one component for each plane of rotation. In two
+  /// dimensions it is a single number.
   template <class T, int D> using Spin = std::conditional_t<D == 2, T, Vec<T, Space<D>::spins>>;
 
   template <class T> RVE_INLINE T &spin_component(T &spin, int)
@@ -81,9 +81,9 @@ inline namespace RVE_ISA {
     return spin[k];
   }
 
-  /// Products and sums are fused where no result depends on the order of the terms: if all
-  /// arguments change sign together, the result keeps its bits. In `cross`, x and y are not
-  /// interchangeable to the bit.
+  /// dot() and cross() fuse products and sums, since no result depends on the order of their terms:
+  /// if both arguments change sign, the result keeps its bits. cross(x, y) and -cross(y, x) may
+  /// differ in the last bit.
   template <class T, int D> RVE_INLINE T dot(const Vec<T, D> &x, const Vec<T, D> &y)
   {
     T sum = x[0] * y[0];

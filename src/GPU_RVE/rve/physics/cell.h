@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The deformable periodic cell: widths, strain since a reference, lattice reduction. This file has
-// the functions for the plane and those for both dimensions; solid_cell.h has the others for space.
+// the functions for two dimensions and those for any dimension; solid_cell.h has those for three
+// dimensions.
 
 #pragma once
 
@@ -34,7 +35,8 @@ inline namespace RVE_ISA {
     return smallest;
   }
 
-  /// Returns the smallest singular value of G: no vector shrinks more than this under G [-].
+  /// Returns the smallest singular value of G [-]: the smallest factor by which G changes the
+  /// length of a vector.
   RVE_INLINE double smallest_stretch(const Tensor2 &g)
   {
     const double sum =
@@ -51,7 +53,7 @@ inline namespace RVE_ISA {
     std::int64_t multiple[D];    ///< multiple of vector k to subtract; 0 for the axis itself
   };
 
-  /// Returns whether lattice_step() would change the cell, at a lower cost.
+  /// Returns whether lattice_step() would change the cell, at a lower cost than lattice_step().
   RVE_INLINE bool is_lattice_step_due(const Tensor2 &cell)
   {
     const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);
@@ -61,9 +63,9 @@ inline namespace RVE_ISA {
   }
 
   /// Returns the step of Lagrange's reduction: the shorter vector is subtracted from the longer one
-  /// as often as it fits. A step is due when one vector leans over the other by more than 0.6 of
-  /// its length. A reduced lattice has at most 0.5; the margin keeps a cell at the border from
-  /// flipping back and forth.
+  /// as often as it fits. A step is due when the projection of the longer vector on the shorter one
+  /// exceeds 0.6 of the length of the shorter one. In a reduced lattice it is at most 0.5; the
+  /// margin keeps a cell at the border from flipping back and forth.
   RVE_INLINE LatticeStep<2> lattice_step(const Tensor2 &cell)
   {
     const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);

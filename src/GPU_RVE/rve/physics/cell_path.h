@@ -47,10 +47,10 @@ inline namespace RVE_ISA {
       return (left + along * (right - left)) * start;
     }
 
-    /// Calls cell() out of line, for kernels without registers for it.
+    /// Calls cell() out of line, for kernels that have no registers to spare.
     RVE_COLD Matrix cell_apart(int step) { return cell(step); }
 
-    /// Number of the straight line that cell() used last.
+    /// Index of the segment that cell() used last.
     RVE_INLINE int present_segment() const { return segment; }
 
     /// Returns H after all substeps.
@@ -62,8 +62,8 @@ inline namespace RVE_ISA {
       return (path.segments / time) * ((right - left) * start);
     }
 
-    /// Applies a change of the lattice to the start, H M; all other numbers are relative to the
-    /// start.
+    /// Applies a lattice reduction to the initial cell matrix H, as H M; all other members are
+    /// relative to this matrix.
     template <class Map> RVE_INLINE void map_start(const Map &map) { start = map(start); }
 
    private:

@@ -32,8 +32,8 @@ inline namespace RVE_ISA {
   };
 
   /// Number added to squared distances [internal length^2], far below the rounding of physical
-  /// ones. With it coinciding centres have a normal of zero and their full overlap instead of NaN,
-  /// which integer sums would turn into any number.
+  /// ones. With it, coinciding centres have a normal of zero and their full overlap instead of NaN,
+  /// which rounding to integers would turn into an arbitrary number.
   constexpr double kLeastSquaredDistance = 1e-30;
 
   /// Returns the geometry by equations (8)-(10). The grains touch if the overlap is positive.

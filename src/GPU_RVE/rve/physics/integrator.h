@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Leapfrog integration of peculiar velocity and fractional coordinate: c' = F_damped/m, s' = H^-1
-// c. The mean field does not occur in it: equations (19)-(23), (38) and (39) of the paper reduce to
-// this form (doc/src/theory_rve.rst).
+// c. The mean velocity field does not occur in these equations: equations (19)-(23), (38) and (39)
+// of the paper reduce to this form (doc/src/theory_rve.rst).
 
 #pragma once
 
@@ -29,8 +29,8 @@ inline namespace RVE_ISA {
   }
 
   /// Returns the longest stable step [time] for the largest eigenvalues w^2 of M^-1 K [1/time^2]
-  /// and B of M^-1 C [1/time]. Damping increases a force up to 1 + alpha times. A dashpot uses the
-  /// velocity of half a step before.
+  /// and B of M^-1 C [1/time]. Local damping increases a force by a factor of at most 1 + alpha. A
+  /// dashpot uses the velocity of half a step earlier.
   RVE_INLINE double leapfrog_bound(double frequency_squared, double dashpot_rate, double alpha)
   {
     const double gain = 1.0 + alpha;

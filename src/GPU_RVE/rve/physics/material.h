@@ -11,7 +11,8 @@ namespace rve {
 /// Laws of contacts. Rolling resistance is not a law of its own: each law may have it.
 enum class ContactLaw { Linear, Hertz, Dmt };
 
-/// Names of the laws in packing files and scripts, in the order of ContactLaw. LAMMPS has the same.
+/// Names of the laws in packing files and scripts, in the order of ContactLaw. LAMMPS uses the same
+/// names.
 constexpr const char *CONTACT_LAW_WORDS[] = {"hooke", "hertz", "dmt"};
 
 constexpr const char *word_of(ContactLaw law)
@@ -39,7 +40,7 @@ struct MaterialNumbers {
   double restitution_damping;     ///< c of gamma = c sqrt(m k_n a) [-]
   double mindlin_damping;         ///< gamma_t / gamma [-]
   /// 1: contacts keep their tangential displacement while they grow and shrink; 0: their force. 3
-  /// and 2: the same, and the kept quantity decreases with a shrinking contact.
+  /// and 2: like 1 and 0, and the kept quantity decreases with a shrinking contact.
   double mindlin_displacement;
   double surface_energy;        ///< w of the attraction 4 pi w R [force/length]
   double twisting_stiffness;    ///< k_q of the twisting angle [force length]; 0: no resistance
@@ -56,7 +57,8 @@ struct MaterialNumbers {
   double adhesion_reach;
 };
 
-/// Material of disks of unit thickness; all other numbers are zero.
+/// Material of the grains of an RVE. Its default is unit thickness and mass depth; all other
+/// numbers are zero.
 struct Material : MaterialNumbers {
   ContactLaw law = ContactLaw::Linear;    ///< parameters of other laws are zero
 
@@ -67,15 +69,15 @@ struct Material : MaterialNumbers {
 enum class MaterialRange {
   Positive,       ///< above 0
   NotNegative,    ///< 0 and above
-  /// 0 to 1e10: above it forces along contacts have no common digits with forces across them.
+  /// 0 to 1e10: above it the digits of normal and tangential forces do not overlap.
   Friction,
   Fraction,    ///< [0, 1)
   Choice,      ///< 0, 1, 2 or 3
   Switch       ///< 0 or 1
 };
 
-/// Set of contact laws that have a parameter, with one bit each. A parameter of the grains has no
-/// law.
+/// Set of contact laws that have a parameter, with one bit for each law. The set is empty for a
+/// parameter of the grains.
 using LawSet = unsigned;
 constexpr LawSet OF_GRAINS = 0, OF_ALL_LAWS = ~LawSet(0);
 constexpr LawSet of_law(ContactLaw law)
@@ -92,9 +94,9 @@ constexpr LawSet OF_HERTZ = of_law(ContactLaw::Hertz) | OF_DMT;
 using MaterialMember = double MaterialNumbers::*;
 
 struct MaterialParameter {
-  const char *name;       ///< in packing files
-  const char *keyword;    ///< in scripts
-  const char *what;       ///< in messages
+  const char *name;       ///< name in packing files
+  const char *keyword;    ///< keyword in scripts
+  const char *what;       ///< description in messages
   const char *unit;
   MaterialRange range;
   LawSet laws;
@@ -102,13 +104,13 @@ struct MaterialParameter {
   /// optional one is not zero.
   bool optional;
   MaterialMember member;
-  int dimension = 0;    ///< dimension of grains that may have it; 0: disks and spheres
-  /// True if the parameter is newer than files and records: these contain it only if it is not
-  /// zero.
+  int dimension = 0;    ///< dimension of grains that have the parameter; 0: both
+  /// True if the parameter was added after the formats of files and records: they contain it only
+  /// if it is not zero.
   bool later = false;
 
   constexpr bool of_contact() const { return laws != OF_GRAINS; }
-  /// Returns whether a material of this law has it, for disks or spheres.
+  /// Returns whether a material of this law has the parameter, for disks or spheres.
   constexpr bool is_of(ContactLaw law, int of_dimension = 2) const
   {
     return (dimension == 0 || dimension == of_dimension) &&
@@ -172,8 +174,8 @@ constexpr MaterialParameter MATERIAL_PARAMETERS[] = {
     // clang-format on
 };
 
-/// Returns the power of a quantity in a unit of the table: that of length in "[force time/length]"
-/// is -1.
+/// Returns the power of a quantity in a unit of the table: the power of length in "[force
+/// time/length]" is -1.
 constexpr int power_in(const char *unit, const char *quantity)
 {
   int sign = 1, power = 0;

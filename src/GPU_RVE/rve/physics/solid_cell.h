@@ -16,10 +16,10 @@ inline namespace RVE_ISA {
     return std::fabs(dot(column(cell, axis), face)) / std::sqrt(dot(face, face));
   }
 
-  /// Returns a lower bound of the smallest singular value of G: no vector shrinks more than this
-  /// under G [-]. With the mean q of the eigenvalues of C = G^T G and p^2 = tr((C - q I)^2)/6, no
-  /// eigenvalue is below q - 2 p, and one equals it if the other two are equal. The closed form
-  /// would need a transcendental function.
+  /// Returns a lower bound of the smallest singular value of G [-], the smallest factor by which G
+  /// changes the length of a vector. With the mean q of the eigenvalues of C = G^T G and p^2 =
+  /// tr((C - q I)^2)/6, no eigenvalue is below q - 2 p, and one equals it if the other two are
+  /// equal. The closed form would need a transcendental function.
   RVE_INLINE double smallest_stretch(const Tensor3 &g)
   {
     const Tensor3 c = transpose(g) * g;
@@ -34,11 +34,11 @@ inline namespace RVE_ISA {
     return least > 0.0 ? std::sqrt(least) : 0.0;
   }
 
-  /// Returns a step of lattice reduction. It is due when one vector leans over another by more than
-  /// 0.6 of its length, as in the plane. It is also due when a sum of all three, a +- b +- c, is
-  /// shorter than 0.8 of the longest one: three vectors can be nearly coplanar although no two lean
-  /// over each other. A reduced lattice (Minkowski) has 0.5 and 1; the margins keep a cell at the
-  /// border from flipping back and forth.
+  /// Returns a step of lattice reduction. It is due when the projection of a vector on a shorter
+  /// one exceeds 0.6 of the length of the shorter one, as in the plane. It is also due when a sum
+  /// of all three vectors, a +- b +- c, is shorter than 0.8 of the longest one: three vectors can
+  /// be nearly coplanar although all projections are small. In a Minkowski-reduced lattice the
+  /// limits are 0.5 and 1; the margins keep a cell at the border from flipping back and forth.
   RVE_INLINE LatticeStep<3> lattice_step(const Tensor3 &cell)
   {
     double gram[3][3];

@@ -16,7 +16,7 @@ inline namespace RVE_ISA {
     Spin<History, D> spring;
     /// Part of the spring force above the limit; zero if sticking [force].
     Spin<History, D> slipped;
-    Truth<History> sliding;    ///< at the limit
+    Truth<History> sliding;    ///< true if the force is at the limit
   };
 
   /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed

@@ -13,9 +13,9 @@ inline namespace RVE_ISA {
   /// It is far below the rounding of relevant forces.
   constexpr double kLeastSquaredForce = 1e-30;
 
-  /// Rotation of a contact in the last step: its normal changed by `tilt`, dt times its rate,
-  /// across the normal, and both grains turned about it by a mean angle `twist` = dt/2 (w_i + w_j)
-  /// . n [rad].
+  /// Rotation of a contact in the last step: its normal changed by the vector `tilt` across the
+  /// normal, and both grains turned about the normal by a mean angle `twist` = dt/2 (w_i + w_j) . n
+  /// [rad].
   template <class Real> struct ContactTurn {
     Vec<Real, 3> tilt;
     Real twist;
@@ -28,19 +28,20 @@ inline namespace RVE_ISA {
     return fma(Real(-0.5), turn.tilt, n);
   }
 
-  /// A contact of spheres stores a force in its plane, which turns with it:
+  /// Force in the plane of a contact of spheres. In a step the stored force h turns with the
+  /// contact:
   ///
   ///   h <- h - (n - tilt/2) (n . h) + twist n x h - twist^2/2 h.
   ///
   /// The force turns from the plane of the old normal n - tilt to that of the new one by the
   /// smallest rotation, then about the normal, both to second order in the angles of a step. A
   /// rigid rotation of the pair about any axis turns the force with it. The usual projection onto
-  /// the new plane, h - n (n . h), shortens h in one direction only, which turns it by about the
-  /// angle of a step per revolution; LAMMPS does so, and omits the twist. If the grains are
-  /// exchanged, all signs change and no bits. Without a rotation, as in a step of zero time, the
-  /// force keeps its bits.
+  /// the new plane, h - n (n . h), shortens h in one direction only, which turns h by about the
+  /// angle of a step per revolution; LAMMPS uses this projection and omits the twist. If the grains
+  /// are exchanged, only the signs change. Without a rotation, as in a step of zero time, the force
+  /// keeps its bits.
   ///
-  /// `kept` and `change` are added by the caller, which may add more in the same step: the sum is
+  /// The caller adds `kept` and `change`, and may add further terms to `change` first: the sum is
   /// rounded once, in the format of `kept`.
   template <class Real, class History> struct TurnedForce {
     Vec<History, 3> kept;
@@ -93,8 +94,8 @@ inline namespace RVE_ISA {
         if (viscosity != Real(0)) trial = fma(viscosity, velocity, trial);
       const Real limit = friction * fabs(normal_force);
       const Real squared = dot(trial, trial), squared_limit = limit * limit;
-      // A force at the limit must keep its bits and be at the limit when it is evaluated again: its
-      // length is rounded a few times.
+      // A force at the limit must keep its bits and be at the limit when it is evaluated again. The
+      // slack covers the rounding of its length.
       constexpr double kSlack = 16.0 * kEpsilon<Real>;
       const auto beyond = squared > Real(1.0 + kSlack) * squared_limit;
       LimitedForce<Real, History, 3> result{trial, elastic, Vec<History, 3>::zero(), {}};

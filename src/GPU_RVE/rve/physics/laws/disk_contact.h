@@ -31,7 +31,7 @@ inline namespace RVE_ISA {
       return moving;
     }
 
-    /// Returns a history in the current plane of the contact: a number along t turns with it.
+    /// Returns the history unchanged: a number along t turns with the contact.
     template <class History>
     RVE_INLINE const History &turned(const History &history, const Vec<Real, 2> &, Real) const
     {

@@ -3,8 +3,8 @@
 // constant attraction in addition to Hertz' contact.
 //
 // The law is that of LAMMPS' `pair granular dmt`: f_n = k_n a d - f_a - gamma v_n with f_a = 4 pi w
-// R, the surface energy w and the reduced radius R. Friction is limited by a share of |k_n a d +
-// f_a|, the force with which spring and attraction press the grains together.
+// R, the surface energy w and the reduced radius R. Friction is limited by mu |k_n a d + f_a|,
+// where k_n a d + f_a is the force with which spring and attraction press the grains together.
 //
 // In LAMMPS the attraction ends where the grains separate. Here it may act up to a distance h, over
 // which it decreases linearly to zero, as for van der Waals forces with a cutoff or for a film: f_n
@@ -24,7 +24,7 @@ inline namespace RVE_ISA {
   template <class Real> struct AdhesionConstants {
     Real attraction;    ///< f_a / R [force/length]
     Real reach;         ///< h [length]
-    Real per_reach;     ///< [1/length]; zero without reach
+    Real per_reach;     ///< 1/h [1/length]; zero if h is zero
   };
 
   template <class Numbers, int D = 2>
@@ -154,7 +154,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Laws of kernels, in addition to DmtAdhesion of disks.
+  /// Laws that kernels are compiled for, in addition to DmtAdhesion of disks.
   template <class Numbers> using RollingDmt = WithRolling<DmtAdhesion<Numbers>>;
   template <class Numbers> using SphereDmtAdhesion = DmtAdhesion<Numbers, 3>;
   template <class Numbers> using SphereRollingDmt = WithRolling<SphereDmtAdhesion<Numbers>>;

@@ -43,7 +43,8 @@ inline namespace RVE_ISA {
                                               VectorSpring<Real, Spring, Viscous>>;
 
   /// Returns a tangential quantity as the other grain of the contact sees it. In space the vector
-  /// changes sign. In the plane t changes sign, too, and the number stays.
+  /// changes sign. In the plane the direction t changes sign as well, so that the number along it
+  /// stays.
   template <class Number> RVE_INLINE Number along_from_partner(Number along)
   {
     return along;

@@ -39,7 +39,7 @@ inline namespace RVE_ISA {
     typename Numbers::Spring tangential_stiffness;    ///< k_t [force/length^2]
     typename Numbers::Real normal_stiffness;          ///< k_n [force/length^2]
     typename Numbers::Real friction;
-    typename Numbers::Real dt;    ///< zero evaluates without advancing the history [time]
+    typename Numbers::Real dt;    ///< time step; if zero, the history is not advanced [time]
     /// Coefficients of gamma = velocity + viscoelastic m a + restitution sqrt(m a), with m in
     /// masses of a grain of radius one.
     typename Numbers::Real velocity_damping, viscoelastic_damping, restitution_damping;
@@ -93,8 +93,8 @@ inline namespace RVE_ISA {
 
   /// Hertz-Mindlin contact. Damped: the law has dashpots, and its own lever arm for the surface
   /// velocity (DiskContact). Rescaling: springs change with the contact radius, as in all variants
-  /// but `mindlin/force`. Otherwise steps do not read the contact radius of the history, and only
-  /// the last forces of a call store it.
+  /// but `mindlin/force`. Without Rescaling, steps do not read the contact radius of the history,
+  /// and only the last force evaluation of a call stores it.
   template <class NumberFormat, int Dimension = 2, bool Damped = true, bool Rescaling = true>
   struct HertzMindlin : TouchingGrains {
     using Numbers = NumberFormat;
@@ -198,8 +198,8 @@ inline namespace RVE_ISA {
       return {Real(force.stiffness), constants.tangential_damping * force.viscosity,
               constants.friction};
     }
-    /// Returns k_t a^2 at a depth d/R, relative to that at a depth of one. Here k_t also grows with
-    /// the contact radius.
+    /// Returns the tangential stiffness times a^2 at a depth d/R, relative to its value at a depth
+    /// of one. In this law the tangential stiffness also grows with the contact radius.
     template <class Number> static RVE_INLINE Number share_at(Number depth)
     {
       return depth * std::sqrt(depth);
@@ -279,7 +279,7 @@ inline namespace RVE_ISA {
         if (keeps) spring = select(before > Spring(0), growth, Spring(1)) * spring;
         if (rescales) spring = select(a < before, growth, Spring(1)) * spring;
       }
-      // The energy bookkeeping has one contact at a time.
+      // Energy bookkeeping evaluates single contacts, not packs.
       if constexpr (std::is_same_v<Truth<Real>, bool>) {
         const double stiffness_before = double(constants.tangential_stiffness * before);
         result.taken_by_area = Real(energy_of_spring(history.tangential, stiffness_before) -
@@ -298,7 +298,7 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Laws of kernels, in addition to HertzMindlin of disks.
+  /// Laws that kernels are compiled for, in addition to HertzMindlin of disks.
   template <class Numbers> using UndampedHertz = HertzMindlin<Numbers, 2, false>;
   template <class Numbers> using RollingHertz = WithRolling<HertzMindlin<Numbers>>;
   template <class Numbers> using SphereHertzMindlin = HertzMindlin<Numbers, 3>;

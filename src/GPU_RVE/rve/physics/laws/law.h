@@ -2,8 +2,8 @@
 // Interface of contact laws, and code that all laws share.
 //
 // A law is a struct in a number format, in the internal units of a call (algorithm/call_state.h).
-// It has parameters only: the history of a pair is an argument and a result. Kernels are compiled
-// for each law (engine/kernel_variants.h). A law has these members:
+// It stores parameters only: the history of a pair is an argument and part of the result. Kernels
+// are compiled for each law (engine/kernel_variants.h). A law has these members:
 //
 //   Numbers                    number format; In<OtherNumbers> is the same law in another format,
 //                              for packs of grains
@@ -34,7 +34,8 @@
 //                              the motion of the grains at their contact. dt = 0 evaluates without
 //                              advancing the history. Exchanging the grains changes signs only, to
 //                              the last bit. evaluate() of grain_contact.h calls it
-//   largest(force, so_far)     largest of the forces, if the normal force does not bound the others
+//   largest(force, so_far)     largest of so_far and the tangential and rolling forces; needed if
+//                              the normal force does not bound these forces
 //   dissipate(contact, force, dt, dissipated)
 //                              adds the energy that the contact dissipates in a step
 //   elastic_energy(contact, force)
@@ -46,7 +47,7 @@
 //   force_scale(site)         sum of the magnitudes of the normal forces, which may cancel: for
 //                              the unit of forces
 //   limiting_force(site), limiting_force(force)
-//                              force that limits friction: at rest, and for a result of evaluate()
+//                              force that limits friction, at rest or for a result of evaluate()
 //   stiffness(site), viscosity(site)
 //                              moduli of springs and dashpots for small motions about a site: for
 //                              the time step and the affine stiffness
@@ -106,8 +107,8 @@ inline namespace RVE_ISA {
     /// Returns the units of the script.
     static RVE_INLINE constexpr LawUnits same() { return {1.0, 1.0}; }
 
-    /// Returns a parameter of a material in these units, by the powers of them in the table of
-    /// parameters.
+    /// Returns a parameter of a material in internal units. The table of parameters
+    /// (physics/material.h) gives its powers of force and length.
     template <MaterialMember member, class Parameters>
     RVE_INLINE double internal(const Parameters &parameters) const
     {
@@ -180,8 +181,8 @@ inline namespace RVE_ISA {
     return x.template as<To>();
   }
 
-  /// Returns the magnitude of a tangential number, or the largest component of a vector: sums have
-  /// components.
+  /// Returns the magnitude of a tangential number, or of the largest component of a vector, since
+  /// the range of integer sums applies to each component.
   template <class T> RVE_INLINE T magnitude(T x)
   {
     return fabs(x);
@@ -216,8 +217,8 @@ inline namespace RVE_ISA {
   /// is the part of the force in the spring and `slipped_now` the part above the limit. A sliding
   /// spring dissipates the work of its force over the slip, slipped_now / stiffness; the dashpot
   /// dissipates as well. Without a spring the dissipation follows from the velocity. If a dashpot
-  /// raises a spring over the limit, or stops to do so, the spring jumps: its energy then changes
-  /// by more than the work of the current force.
+  /// raises the force of a spring over the limit, or stops doing so, the spring force jumps: its
+  /// energy then changes by more than the work of the current force.
   template <class Force, class Spring>
   RVE_INLINE void dissipate_spring(const Force &force_now, const Spring &spring_now,
                                    const Spring &slipped_now, const Force &velocity_now,

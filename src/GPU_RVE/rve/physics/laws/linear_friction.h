@@ -16,7 +16,7 @@ inline namespace RVE_ISA {
   template <class Numbers> struct alignas(16) LinearConstants {
     typename Numbers::Spring tangential_stiffness;
     typename Numbers::Real normal_stiffness, friction;
-    typename Numbers::Real dt;    ///< zero evaluates without advancing the history [time]
+    typename Numbers::Real dt;    ///< time step; if zero, the history is not advanced [time]
     typename Numbers::Real normal_viscosity, tangential_viscosity, velocity_arm;
 
     template <class Parameters>
@@ -37,8 +37,7 @@ inline namespace RVE_ISA {
   /// Linear springs and Coulomb friction, for disks or spheres, in a number format.
   ///
   /// Damped: the law has dashpots, and its own lever arm for the surface velocity (DiskContact).
-  /// Frictional: only kernels with friction are compiled with it. Otherwise the friction
-  /// coefficient is zero.
+  /// Frictional: the law has friction. Without it the friction coefficient is zero.
   template <class NumberFormat, bool Damped, bool Frictional = true, int Dimension = 2>
   struct LinearFrictionLaw : TouchingGrains {
     using Numbers = NumberFormat;
@@ -163,7 +162,8 @@ inline namespace RVE_ISA {
     {
       return {Real(shear().stiffness), shear().viscosity, shear().friction};
     }
-    /// Returns k_t a^2 at a depth d/R, relative to that at a depth of one.
+    /// Returns the tangential stiffness times a^2 at a depth d/R, relative to its value at a depth
+    /// of one.
     template <class Number> static RVE_INLINE Number share_at(Number depth) { return depth; }
 
    private:
@@ -178,7 +178,7 @@ inline namespace RVE_ISA {
     RVE_INLINE bool slides() const { return Frictional && constants.friction > 0; }
   };
 
-  /// Laws of kernels (engine/kernel_variants.h).
+  /// Laws that kernels are compiled for (engine/kernel_variants.h).
   template <class Numbers> using NormalSprings = LinearFrictionLaw<Numbers, false, false>;
   template <class Numbers> using FrictionalSprings = LinearFrictionLaw<Numbers, false>;
   template <class Numbers> using DampedSprings = LinearFrictionLaw<Numbers, true>;

@@ -5,9 +5,9 @@
 // The law is that of LAMMPS' `pair granular ... rolling sds k_roll gamma_roll mu_roll twisting sds
 // k_twist gamma_twist mu_twist`, after Luding (2008), "Cohesive, frictional powders: contact models
 // for tension", Granular Matter 10, 235-246: a spring with a parallel dashpot and a limit for a
-// "pseudo-force", of which only the moment acts. The other twisting law is `twisting marshall`,
-// after Marshall (2009), "Discrete-element modeling of particulate aerosol flows", J. Comput. Phys.
-// 228, 1541-1561.
+// "pseudo-force". Only the moment of this force acts on the grains. The other twisting law is
+// `twisting marshall`, after Marshall (2009), "Discrete-element modeling of particulate aerosol
+// flows", J. Comput. Phys. 228, 1541-1561.
 
 #pragma once
 
@@ -16,8 +16,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Spring with a dashpot and a limit. Without a spring the limit is zero, and without a limit the
-  /// dashpot.
+  /// Constants of a spring with a dashpot and a friction limit. If the stiffness is zero, the
+  /// friction is set to zero; if the friction is zero, the viscosity is set to zero.
   template <class Numbers> struct SpringConstants {
     typename Numbers::Spring stiffness;
     typename Numbers::Real friction, viscosity;
@@ -56,8 +56,8 @@ inline namespace RVE_ISA {
   ///
   /// After Marshall, friction over the contact area of radius a resists twisting (equations 30, 32
   /// and 44): k_q = k_t a^2/2, gamma_q = gamma_t a^2/2 and mu_q = 2/3 mu a, with a^2 = R d at an
-  /// overlap d. The history is the moment of the twisting angle at a depth d/R of one; the current
-  /// moment is `share` times the history, since it grows with k_t a^2.
+  /// overlap d. The history stores the moment that the twisting angle would cause at a depth d/R of
+  /// one; the current moment is `share` times the history, since it grows with k_t a^2.
   template <class Real, class Spring> struct TwistingResistance {
     using Moment = LinearTangential<Real, Spring, true>;
 
@@ -72,8 +72,8 @@ inline namespace RVE_ISA {
       Spring history, slipped;
     };
 
-    /// Returns the modulus over the squared reduced radius. `tangential` is k_t or gamma_t of the
-    /// contact, `twisting` is k_q or gamma_q.
+    /// Returns the twisting modulus divided by the squared reduced radius. `tangential` is k_t or
+    /// gamma_t of the contact, `twisting` is k_q or gamma_q.
     RVE_INLINE double modulus(double tangential, double twisting, const ContactSite &site) const
     {
       const double reduced_radius = reduced(site.radius_i, site.radius_j);
@@ -133,7 +133,7 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Returns the spring of the history, which is the current spring over `share`.
+    /// Returns the spring that advances the history: the current spring divided by `share`.
     static RVE_INLINE Moment after_marshall(const SlidingResistance<Real> &sliding, Real depth,
                                             Real reduced_radius, Real per_share)
     {
@@ -151,13 +151,14 @@ inline namespace RVE_ISA {
   /// Rolling resistance of two disks. The rolling velocity is v_r = R (w_j - w_i) with the reduced
   /// radius R = r_i r_j / (r_i + r_j). The rolling force is f_r <- f_r + k_r v_r dt, with a
   /// parallel dashpot gamma_r v_r; it is at most mu_r times the force that limits friction, and is
-  /// limited as the tangential spring is. The moments are R f_r on grain i and -R f_r on grain j,
-  /// and there is no force. A rigid rotation has equal spins and no rolling velocity. If the grains
-  /// are exchanged, v_r and f_r change sign exactly.
+  /// limited as the tangential spring is. The moments are R f_r on grain i and -R f_r on grain j;
+  /// no force acts on the grains. A rigid rotation has equal spins and no rolling velocity. If the
+  /// grains are exchanged, v_r and f_r change sign exactly.
   ///
   /// For two spheres, v_r = R (w_j - w_i) x n lies across the normal, and f_r turns with the
-  /// contact. The moments are those of R n x f_r and of the twisting resistance. If the grains are
-  /// exchanged, f_r does not change, since the relative spin and the normal both change sign.
+  /// contact. The moment on grain i is the sum of R n x f_r and the moment of the twisting
+  /// resistance. If the grains are exchanged, f_r does not change, since the relative spin and the
+  /// normal both change sign.
   template <class Real, class Spring, int D> struct TurningResistance {
     using History = TurningHistory<Spring, D>;
     using Twisting = std::conditional_t<D == 3, TwistingResistance<Real, Spring>, NoTwisting>;
@@ -259,8 +260,8 @@ inline namespace RVE_ISA {
       return answer;
     }
 
-    /// Returns a bound of the components of the moment, as reduced radii are below half an internal
-    /// length: the components are at most this number for disks, and twice this number for spheres.
+    /// Returns a bound of the components of the moment: they are at most this number for disks, and
+    /// at most twice this number for spheres. Reduced radii are below half an internal length.
     static RVE_INLINE Real largest(const Answer &turned)
     {
       const Real rolling = Real(Spring(0.5) * magnitude(turned.history.rolling));
@@ -335,8 +336,8 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Contact law with resistance to rolling, and to twisting in space. With coefficients of zero it
-  /// gives the bits of the law without resistance.
+  /// Contact law with resistance to rolling, and to twisting in space. With coefficients of zero
+  /// its results have the same bits as those of the law without resistance.
   template <class Contact> struct WithRolling : Contact {
     using Numbers = typename Contact::Numbers;
     static constexpr int D = Contact::D;
@@ -351,7 +352,7 @@ inline namespace RVE_ISA {
     template <class OtherNumbers>
     using In = WithRolling<typename Contact::template In<OtherNumbers>>;
 
-    /// Returns the history of the second grain; the moments on the two grains are opposite.
+    /// Returns the history as the second grain sees it; the moments on the two grains are opposite.
     static RVE_INLINE History seen_from_partner(const History &h)
     {
       return {Contact::seen_from_partner(h.contact), Resistance::seen_from_partner(h.turning)};

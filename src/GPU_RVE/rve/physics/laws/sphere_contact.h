@@ -14,10 +14,11 @@ inline namespace RVE_ISA {
     ContactTurn<Real> turn;    ///< rotation of the contact in the step
     Vec<Real, 3> middle;       ///< normal at the middle of the step
 
-    /// Returns the motion in a step of dt. Spins move the surfaces across the normal of the middle
-    /// of the step, as the branch has moved. With the normal of the end of the step a rigidly
-    /// rotating pair would slip by the square of the angle of a step, always in the same direction
-    /// if the axis is inclined to the normal. In the plane this slip does not occur.
+    /// Returns the motion in a step of dt. The surface velocity of the spins uses the normal at the
+    /// middle of the step, which matches the motion of the branch. With the normal at the end of
+    /// the step, a rigidly rotating pair would slip by the square of the angle of a step, always in
+    /// the same direction if the axis is inclined to the normal. In the plane this slip does not
+    /// occur.
     template <bool OwnVelocityArm>
     static RVE_INLINE SphereContact of(const ContactGeometry<Real, 3> &contact,
                                        const SphereMotion<Real> &i, const SphereMotion<Real> &j,
@@ -44,8 +45,9 @@ inline namespace RVE_ISA {
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
       const Vec<Real, 3> &middle = moving.middle;
       if constexpr (kIsRelaxed) {
-        // The result leaves the contact plane by less than its rounding: by half of the angle of
-        // the step times the velocity across. The history returns to the plane in the next step.
+        // The result leaves the contact plane by half of the angle of the step times the velocity
+        // across the normal, which is less than its rounding. The history returns to the plane in
+        // the next step.
         for (int a = 0; a < 3; ++a) {
           const int b = (a + 1) % 3, c = (a + 2) % 3;
           moving.tangential_velocity[a] =
