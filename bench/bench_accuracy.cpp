@@ -8,8 +8,8 @@
 //                  [--short] [--ensemble] [--presets] [--skipping] [--floor]
 //
 // --ensemble compares only the mean and the scatter of packings with several numbers of grains.
-// --presets compares only the costs of the three presets. Enough copies of the packings fill a
-// device.
+// --presets compares only the costs of the three presets. Choose --copies so that the packings fill
+// the device.
 // --skipping compares only the costs of adaptive substeps with and without *quiescent*.
 // --floor holds packings at rest in each number format and measures the unbalanced force that
 // remains and the change of the pressure.
@@ -17,8 +17,9 @@
 // A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs
 // agree in the mean only. The program therefore also runs twins, whose grains are displaced by a
 // part of an overlap. While all twins agree, the error of a setting is taken point by point;
-// afterwards only means over the packings are compared. The packings are one batch; `copies` of
-// each fill a GPU. Planted defects must exceed the limit, which shows that the scenes detect them.
+// afterwards only means over the packings are compared. The packings are one batch, which has N
+// copies of each packing to fill a GPU (--copies). Planted defects must exceed the limit, which
+// shows that the scenes detect them.
 //
 // The cost is the CPU time of one thread. On a GPU it is the wall time, with all threads of the
 // host. A fixed piece of work is timed between macro steps, and costs are divided by its time, so
@@ -56,22 +57,24 @@ using nlohmann::json;
 
 namespace {
 
-// pressure of the packings and on the sides that a servo holds [Pa]
+// Pressure of the packings, which a servo also maintains along its axes [Pa].
 constexpr double PRESSURE = 1e5;
 
-/// Strain rate of the element tests [1/s]. The inertial number of disks is 2e-4; that of spheres is
-/// larger because disks are prisms of 1 m and have more mass.
+/// Strain rate of the element tests [1/s]. The inertial number of disks is 2e-4. Disks are prisms
+/// of 1 m and have more mass than spheres; spheres therefore need smaller time steps and have a
+/// larger rate.
 template <int D> constexpr double RATE = D == 2 ? 0.05 : 0.2;
 
-// Displacements of the twins over the mean overlap. They are of the order of the truncation error
-// of the first steps, so that both are amplified as much until curves part. The smaller one is for
-// slow scenes, where a displacement changes the stiffness as much as truncation does.
+// Largest displacements of the twins' grains, divided by the mean overlap. They are of the order of
+// the truncation error of the first steps, so that both errors grow to a similar size before the
+// curves part. The smaller one is for slow scenes, where a displacement changes the stiffness as
+// much as truncation does.
 constexpr double DISPLACEMENT = 1e-3, DISPLACEMENT_SLOW = 1e-5;
 // Number of displaced twins; the comparison ends when the first pair of runs parts.
 constexpr int NUM_TWINS = 5;
 
-// Deviation of a twin over the pressure at which the curves count as parted. It is a fifth of
-// LIMIT, so that the errors before it are those of the setting.
+// Curves count as parted if the relative deviation of a twin, see deviation(), reaches this value.
+// It is a fifth of LIMIT, so that the errors before it are those of the setting.
 constexpr double PARTED = 0.002;
 
 // Largest error that a setting may have before bifurcation; defects must exceed it.
@@ -83,7 +86,8 @@ constexpr int PACES = 40;    // measurements of the machine's pace in a run
 // rve.
 constexpr int CHECK_INTERVAL = 100;
 
-// Number of DEM steps of the preset reference at which a scene ends where only costs are compared.
+// Largest number of DEM steps that a scene takes with the preset reference if only costs are
+// compared.
 constexpr double MOST_STEPS_FOR_COST = 1.2e5;
 
 // ---- scenes -------------------------------------------------------------------------------------
@@ -94,7 +98,7 @@ template <int D> struct Config {
   double macro_step;    // duration of a macro step [s]
   int steps;            // number of macro steps
   bool servo;           // the axes that are not compressed are held at PRESSURE
-  bool slow;    // begins sheared and at rest; errors are over the largest change of the stress
+  bool slow;    // starts sheared and at rest; errors are divided by the largest stress change
   Tensor<double, D> (*gradient)(double rate, double time);
 };
 
@@ -121,7 +125,7 @@ template <int D> Tensor<double, D> cycles(double rate, double time)
 }
 
 /// Returns the six element tests. The strain of a macro step is the same for spheres and disks, and
-/// about as many DEM steps are in it.
+/// it has about as many DEM steps for both.
 template <int D> std::array<Config<D>, 6> scenes()
 {
   const double rate = RATE<D>, macro_step = 5e-5 / rate, creep = rate / 100.0;
@@ -151,7 +155,7 @@ struct Setting {
   double skin = 0.0;
   MacroStepOptions macro = {};
   Defect defect = Defect::None;
-  double displacement = 0.0;        // displacement of grains at the start over the mean overlap
+  double displacement = 0.0;        // initial displacement of grains / mean overlap
   int seed = 0;                     // seed of the displacements
   double friction = -1.0;           // negative: that of the packing
   double rolling_friction = 0.0;    // with k_r = k_t
@@ -224,8 +228,7 @@ template <int D> std::vector<Setting> settings(bool cuda)
   with("average 3 2", "stress", samples(StressFrom::Average, 3, 2));
   with("regression 5 2", "stress", samples(StressFrom::Regression, 5, 2));
 
-  // Features that a scene may lack or need. They change the physics in part, so only the cost
-  // counts.
+  // Optional features. Some of them change the physics, so only their costs are compared.
   const auto feature = [&](const std::string &name) -> Setting & {
     list.push_back({name, "feature"});
     return list.back();
@@ -261,8 +264,8 @@ template <int D> bool fits(const Setting &setting, const Config<D> &scene)
 template <int D> using Curve = std::vector<Tensor<double, D>>;
 
 template <int D> struct Outcome {
-  std::vector<Curve<D>> curves;    // one of each packing
-  double seconds = 0.0;            // for all packings and copies
+  std::vector<Curve<D>> curves;    // one per packing
+  double seconds = 0.0;            // time for all packings and copies [s]
   double looking = 0.0;            // part of `seconds` for macro steps that end with details
   double pace = 1.0;               // mean time of the fixed piece of work during the run [s]
   double dem_steps = 0.0;          // mean number of DEM steps of one packing
@@ -383,7 +386,8 @@ template <int D> class Pace {
   double seconds = 0.0;
 };
 
-/// Notes RVEs that have stiffened, as fix rve does, but without a bound for their time steps.
+/// Sets new stiffening limits for RVEs that have stiffened, as fix rve does, but does not check
+/// their time-step bounds.
 template <int D> void note_stiffened(macro::RvePointsOf<D> &points, const std::vector<int> &slots)
 {
   if (!points.any_has_stiffened()) return;
@@ -577,8 +581,8 @@ template <int D> double stress_ratio(const Tensor<double, D> &stress)
   return result.deviatoric_stress() / result.mean_stress();
 }
 
-/// Statistics of the errors of all packings, one for each seed. A verdict for one seed need not
-/// hold for another.
+/// Statistics of the errors of all packings. Each packing has its own seed. A verdict for one seed
+/// need not hold for another.
 struct Range {
   double least, median, largest;
   int beyond;    ///< number of errors beyond LIMIT
@@ -607,8 +611,8 @@ template <int D> struct Standard {
   std::vector<int> bifurcation;    ///< step at which the first twin has parted, or the end
 };
 
-/// Returns the deviation of two curves at a step over the pressure. In slow scenes it is the
-/// deviation of the changes since the first step over the largest change.
+/// Returns the deviation of two curves at a step, divided by the pressure. In slow scenes, the
+/// stress changes since the first step are compared, and their deviation is divided by `change`.
 template <int D>
 double deviation(const Config<D> &scene, const Curve<D> &curve, const Curve<D> &exact,
                  double change, int step)
@@ -703,9 +707,9 @@ Errors errors_of(const Standard<D> &standard, const Outcome<D> &outcome, const C
 
 // ---- tests of the reference ---------------------------------------------------------------------
 
-/// Returns the relative error of the restitution of two grains with local damping. The exact value
-/// is sqrt((1 - a)/(1 + a)): the damping scales the impulse by 1 - a on approach and by 1 + a on
-/// separation.
+/// Returns the relative error of the coefficient of restitution of two grains with local damping.
+/// The exact value is sqrt((1 - a)/(1 + a)): the damping scales the impulse by 1 - a on approach
+/// and by 1 + a on separation.
 template <int D> double restitution_error(const Machine &machine)
 {
   Material material;
@@ -734,8 +738,8 @@ template <int D> double restitution_error(const Machine &machine)
   return std::fabs(-engine->state(rve).velocity[0] / 0.1 / expected - 1.0);
 }
 
-/// Returns the relative error of one step against the closed form of the affine stiffness of a
-/// packing at rest.
+/// Returns the relative error of the stress increment in one step, compared with the closed form of
+/// the affine stiffness of a packing at rest.
 template <int D> double stiffness_error(const RveStateOf<D> &packing, const Machine &machine)
 {
   const auto engine = make_engine<D>(options_for<D>(REFERENCE, machine));
@@ -754,9 +758,10 @@ template <int D> double stiffness_error(const RveStateOf<D> &packing, const Mach
   return norm(after[0].stress - before[0].result.stress - expected) / norm(expected);
 }
 
-/// Returns the largest difference between stresses on a GPU and on a CPU over PRESSURE, with the
-/// preset standard, in uniaxial compression and in biaxial or triaxial compression with a servo.
-/// The expected value is zero, so that the comparison with LAMMPS on a CPU holds for the GPU too.
+/// Returns the largest difference between stresses on a GPU and on a CPU divided by PRESSURE, with
+/// the preset standard, in uniaxial compression and in biaxial or triaxial compression with a
+/// servo. The expected value is zero; the comparison with LAMMPS on a CPU then also applies to the
+/// GPU.
 template <int D>
 double difference_from_cpu(const std::vector<RveStateOf<D>> &packings, const Machine &machine)
 {
@@ -962,8 +967,8 @@ template <int D> Config<D> shortened(Config<D> scene, const RveStateOf<D> &packi
   return scene;
 }
 
-/// Reports the speedup of each preset over the preset reference in each scene, and the least of
-/// these speedups.
+/// Reports the speedup of each preset over the preset reference in each scene, and the smallest
+/// speedup of each preset.
 template <int D>
 void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
                               const std::vector<RveStateOf<D>> &sheared_packings,
@@ -1031,8 +1036,8 @@ void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
   report.write();
 }
 
-/// Reports the speedup by *quiescent* over the same substeps without it in each scene. Each setting
-/// runs twice, in turn; the faster run counts.
+/// Reports the speedup of adaptive substeps with *quiescent* over those without it, for each scene.
+/// Each setting runs twice, in turn; the faster run counts.
 template <int D>
 void compare_costs_of_skipping(const std::vector<RveStateOf<D>> &packings,
                                const std::vector<RveStateOf<D>> &sheared_packings,
@@ -1202,7 +1207,7 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
     report.write();
   }
   for (std::size_t s = 0; s < all.size(); ++s) {
-    // A defect need not show in each scene, so all scenes are needed.
+    // A defect need not show in every scene, so it counts as missed only if all scenes have run.
     if (all[s].defect != Defect::None && !flagged[s] && arguments.scenes.empty()) {
       std::printf("FAIL the planted defect goes unseen: %s\n", all[s].name.c_str());
       sound = false;

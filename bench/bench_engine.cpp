@@ -77,7 +77,8 @@ struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
   double seconds = 0.5;    // approximate duration of a case
-  // replaces the numbers of RVEs of experiments; the last one where an experiment has one number
+  // Numbers of RVEs that replace those of the experiments; an experiment with only one number uses
+  // the last one.
   std::vector<int> rves;
   std::string format;    // number format; empty: all
   int threads = 0;       // threads of a block on a GPU; 0: the engine chooses
@@ -100,7 +101,7 @@ template <int D> struct Bench {
   rve::RveStateOf<D> packing;
   Report report;
   std::string gpu;    // short name; empty on a CPU
-  int visits = 0;     // visited programs of the suites for sanitizers, over all parts
+  int visits = 0;     // kernel variants visited by the sanitizer suites, over all parts
 
   int cores() const { return static_cast<int>(std::thread::hardware_concurrency()); }
   int many() const
@@ -172,7 +173,7 @@ template <int D> struct Batch {
     for (int &rve : rves) rve = engine->add(packing);
   }
 
-  /// Returns the long answer of the first RVE without a step.
+  /// Returns the complete result of the first RVE without advancing it.
   rve::ResultOf<D> evaluate() const
   {
     std::vector<rve::ResultOf<D>> results;
@@ -219,7 +220,7 @@ long calls_in_repeat(double seconds, double seconds_per_call, double strain_of_c
 template <template <int> class Answer = rve::ResponseOf, int D>
 Measured measure(const Batch<D> &batch, const std::vector<rve::DriveOf<D>> &of_all, double seconds)
 {
-  // RVEs without a step are in no call, as quiescent RVEs of fix rve.
+  // The calls omit RVEs without a step, as fix rve omits quiescent RVEs.
   std::vector<int> rves;
   std::vector<rve::DriveOf<D>> drives;
   for (std::size_t k = 0; k < of_all.size(); ++k) {
@@ -356,7 +357,7 @@ template <int D> std::vector<rve::RveStateOf<D>> packings_by_law(const Bench<D> 
   return packings;
 }
 
-/// Measures formats, numbers of RVEs, short and long calls.
+/// Measures the throughput for several formats and numbers of RVEs, with short and long calls.
 template <int D> void run_core(Bench<D> &bench)
 {
   std::vector<int> counts = bench.arguments.rves;
@@ -381,7 +382,8 @@ template <int D> void run_core(Bench<D> &bench)
     }
 }
 
-/// Measures numbers of threads per block (Figure 11 and Table 6 of the paper).
+/// Measures the throughput for several numbers of threads per block (Figure 11 and Table 6 of the
+/// paper).
 template <int D> void run_block_sizes(Bench<D> &bench)
 {
   if (!bench.arguments.cuda) return;
@@ -398,7 +400,7 @@ template <int D> void run_block_sizes(Bench<D> &bench)
     }
 }
 
-/// Measures numbers of RVEs (Figures 12 and 13 of the paper).
+/// Measures the throughput for several numbers of RVEs (Figures 12 and 13 of the paper).
 template <int D> void run_counts(Bench<D> &bench)
 {
   const std::vector<int> counts = bench.arguments.cuda
@@ -457,7 +459,8 @@ template <int D> void run_launches(Bench<D> &bench)
     }
 }
 
-/// Measures numbers of DEM steps per call, which show the cost of loading and storing the state.
+/// Measures the throughput for several numbers of DEM steps per call, which shows the cost of
+/// loading and storing the state.
 template <int D> void run_substeps(Bench<D> &bench)
 {
   for (const Precision precision : bench.two_precisions())
@@ -469,7 +472,8 @@ template <int D> void run_substeps(Bench<D> &bench)
     }
 }
 
-/// Measures numbers of grains per RVE, with about the same number of grains in all.
+/// Measures the throughput for several numbers of grains per RVE. The total number of grains is
+/// about the same.
 template <int D> void run_grains(Bench<D> &bench)
 {
   const std::vector<int> sizes = D == 2
@@ -511,8 +515,8 @@ std::vector<rve::DriveOf<D>> mixed_drives(const Shearing<D> &shearing, int count
   return drives;
 }
 
-/// Returns drives with numbers of steps from mean/10.5 to 20 times as many, evenly distributed
-/// about `mean`.
+/// Returns drives with evenly distributed numbers of steps, from mean/10.5 to 20 times that number;
+/// their average is `mean`.
 template <int D>
 std::vector<rve::DriveOf<D>> unequal_drives(const Shearing<D> &shearing, int count, double mean)
 {
@@ -531,7 +535,7 @@ template <int D> std::vector<rve::DriveOf<D>> drives_of_few(const Shearing<D> &s
   });
 }
 
-/// Returns drives with the same sum of steps, divided as equally as integers allow.
+/// Returns drives with the same sum of steps as `unequal`, divided as equally as integers allow.
 template <int D>
 std::vector<rve::DriveOf<D>> equal_drives(const Shearing<D> &shearing,
                                           const std::vector<rve::DriveOf<D>> &unequal)
@@ -546,7 +550,7 @@ std::vector<rve::DriveOf<D>> equal_drives(const Shearing<D> &shearing,
 }
 
 /// Compares RVEs with different numbers of substeps (in the ratio 1:20, or 1:50 with a mean of one)
-/// with RVEs of equal numbers and the same sum.
+/// with RVEs that have equal numbers and the same sum of substeps.
 template <int D> void run_queue(Bench<D> &bench)
 {
   for (const Precision precision : bench.two_precisions())
@@ -661,8 +665,8 @@ template <int D> void run_features(Bench<D> &bench)
     }
 }
 
-/// Measures the throughput over the skin of the lists. A thin skin has fewer pairs without contact
-/// and more rebuilds.
+/// Measures the throughput for several skins of the neighbor lists. A thin skin has fewer pairs
+/// without contact and more rebuilds.
 template <int D> void run_skins(Bench<D> &bench)
 {
   const int substeps = 1000;
@@ -678,8 +682,8 @@ template <int D> void run_skins(Bench<D> &bench)
     }
 }
 
-/// Measures the cost of a rebuild of the lists in steps, by a skin that is so thin that rebuilds
-/// are frequent.
+/// Measures the cost of a rebuild of the neighbor lists, in units of DEM steps, with a skin so thin
+/// that rebuilds are frequent.
 template <int D> void run_rebuilds(Bench<D> &bench)
 {
   const int substeps = 200;
@@ -783,7 +787,7 @@ template <int D> void run_memory(Bench<D> &bench)
               1e-6 * rate, 1e6 * filling.seconds / count);
 }
 
-/// Returns the names of the programs of a dimension that the suites for sanitizers visit.
+/// Returns the names of the kernel variants of a dimension that the sanitizer suites visit.
 template <int D> std::vector<std::string> visited_variants()
 {
   if (D == 2) return {"plain", "frictionless", "steered", "general", "rolling"};
@@ -793,11 +797,12 @@ template <int D> std::vector<std::string> visited_variants()
 /// Threads of a block that keeps grains in registers when many RVEs share a multiprocessor.
 template <int D> constexpr int REGISTERS = D == 2 ? 416 : 256;
 
-/// Threads of such a block for disks with a servo, where each thread has two grains.
+/// Threads of a block that keeps grains in registers for disks with a servo; each thread has two
+/// grains.
 constexpr int STEERED = 224;
 
-/// Runs every path of the programs once, for compute-sanitizer. This is not a measurement. Throws
-/// if a path was not taken.
+/// Runs every path of the kernel variants once, for compute-sanitizer. This is not a measurement.
+/// Throws if a path was not taken.
 template <int D>
 void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const Precision &precision,
                      int block, const bench::Company &company,
@@ -810,8 +815,8 @@ void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const P
     options.track_energy = variant != "plain" && variant != "frictionless" && variant != "steered";
     const rve::RveStateOf<D> grains = with_feature(packing, variant);
     bench::Company in = company;
-    // The program with energy bookkeeping takes long under a sanitizer and has one kernel for many
-    // RVEs.
+    // Kernel variants with energy bookkeeping are slow under a sanitizer and have only one kernel
+    // for large calls. They make a large call with one block size only.
     if (options.track_energy && block != REGISTERS<D>) in = {true, 0, company.is_light};
     bench::visit_all_paths(options, grains, shearing_of(grains).time_step, in, variant);
   }
@@ -834,9 +839,10 @@ template <int D> void run_sanitize(Bench<D> &bench)
     visit_all_paths(bench, packing, precision, STEERED, {true, 400, false}, {"steered"});
 }
 
-/// Runs a selection of paths for racecheck, which takes long: each way to keep grains and each
-/// program in one number format, and each format with the programs that differ most. Reads and
-/// writes on chip do not depend on the arithmetic and the number of grains.
+/// Runs a selection of paths for racecheck, which is slow. In the format fast, it runs every kernel
+/// variant with grains in registers and in memory. In the other formats, it runs only the variants
+/// plain and general, and steered for disks, with grains in registers. Accesses to shared memory do
+/// not depend on the arithmetic or the number of grains.
 template <int D> void run_races(Bench<D> &bench)
 {
   const auto packing = bench::packing_of(bench.packing, D == 2 ? 60 : 200);

@@ -136,7 +136,7 @@ template <int D> rve::RveStateOf<D> prepared_like(const rve::RveStateOf<D> &mode
 }
 
 /// Returns a packing of `num_grains` like `model`. It consists of copies of the model if the number
-/// is a multiple of its own, and otherwise of copies of the largest smaller packing that fits,
+/// is a multiple of the model's, and otherwise of copies of the largest smaller packing that fits,
 /// which is prepared first.
 template <int D> rve::RveStateOf<D> packing_of(const rve::RveStateOf<D> &model, int num_grains)
 {

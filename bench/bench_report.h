@@ -126,8 +126,8 @@ class Report {
     return text;
   }
 
-  /// Returns the value with six significant digits of each number with a fraction, or more where
-  /// rounding them to the manual's four would differ.
+  /// Returns the value with floating-point numbers rounded to six significant digits, or to more
+  /// digits if their values in the manual, which have four digits, would otherwise change.
   static nlohmann::json rounded(nlohmann::json value)
   {
     if (value.is_number_float()) {

@@ -130,7 +130,7 @@ namespace {
       all.push_back({"dashpots", viscous, small, status::Ok});
     }
     if (packing.material.rolling_friction > 0.0) {
-      RveStateOf<D> without = packing;    // runs in the same program
+      RveStateOf<D> without = packing;    // runs in the same kernel variant
       without.material.rolling_friction = 0.0;
       all.push_back({"no resistance", without, small, status::Ok});
     }
@@ -157,7 +157,7 @@ namespace {
   }
 
   /// Runs all visits in one call of at least `total` RVEs, with the short and with the long answer.
-  /// The other RVEs are pairs of grains with light company, and packings otherwise.
+  /// With `light_company`, the other RVEs are pairs of grains; otherwise they are packings.
   template <int D>
   void visit(rve::Options options, const RveStateOf<D> &packing, double time_step, int total,
              bool light_company, bool steered)

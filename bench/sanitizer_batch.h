@@ -21,10 +21,10 @@ struct Company {
 };
 
 /// Runs the batch on an engine with these options. Throws std::runtime_error if a path was not
-/// taken or a result is not the expected one. A packing with rolling resistance uses the program
-/// for it. Otherwise `track_energy` selects the general program, a packing without friction the
-/// frictionless one, and all others the plain one or that of a servo. `program` is the name that is
-/// printed; "steered" adds an RVE with a servo.
+/// taken or a result is not the expected one. A packing with rolling resistance uses the kernel
+/// variant for it. Otherwise `track_energy` selects the general variant, a packing without friction
+/// the frictionless one, and all others the plain one or that of a servo. `variant` is the name
+/// that is printed; "steered" adds an RVE with a servo.
 template <int D>
 void visit_all_paths(const rve::Options &options, const rve::RveStateOf<D> &packing,
                      double time_step, const Company &company, const std::string &variant);

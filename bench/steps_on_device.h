@@ -99,7 +99,7 @@ template <int D> class StepsOnDevice {
 
 #else
 
-/// Stands in for StepsOnDevice in builds without CUDA.
+/// Replaces StepsOnDevice in builds without CUDA; advance() always returns false.
 template <int D> class StepsOnDevice {
  public:
   StepsOnDevice(macro::RvePointsOf<D> &, const std::vector<int> &, int) {}

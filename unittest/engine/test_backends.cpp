@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// All builds of the block program give the same bits: both instruction sets of the CPU, and the
-// GPU.
+// All builds of the kernels give the same bits: both instruction sets of the CPU, and the GPU.
 
 #include "cuda/cuda_required.h"
 #include "rve/core/error.h"
@@ -270,8 +269,7 @@ void expect_same_bits(const OutcomeOf<D> &x, const OutcomeOf<D> &y,
   }
 }
 
-/// States after calls with the short answer, which have their own kernels on a GPU, and all
-/// answers.
+/// Final states and all short answers. Calls with the short answer have their own kernels on a GPU.
 template <int D> struct BriefOutcomeOf {
   std::vector<RveStateOf<D>> states;
   std::vector<std::vector<char>> answers;    // by member
@@ -390,7 +388,7 @@ void expect_eventful(const OutcomeOf<D> &outcome, const std::vector<MemberOf<D>>
 
 #if defined(RVE_WITH_X86_64_V3) && !defined(RVE_WITHOUT_BASELINE)
 
-/// Image and answers of a state that one build of the kernels has advanced.
+/// Device state and answers of an RVE that one build of the kernels has advanced.
 struct KernelRun {
   DeviceState image;
   AnswerRecord<2> answer;
@@ -499,7 +497,7 @@ TEST_P(Backends, InstructionSetsGiveTheSameBits)
     EXPECT_GE(baseline.detail.progress.lattice_reductions, 1);
     EXPECT_GT(baseline.detail.num_sliding, 20);
     EXPECT_GT(baseline.detail.stiffness[0], 0.0);
-    // The baseline program may store zeros of other signs in numbers that are not read without
+    // The baseline build may store zeros with other signs in numbers that are read only with
     // friction.
     const KernelVariant memory = features_of(one.scene).memory;
     EXPECT_TRUE(serialize(read_device_state(format, baseline.image, memory)) ==
@@ -575,8 +573,8 @@ TEST_P(Backends, FirstContactsBeyondTheForceRangeRepeatTheCall)
 
 TEST_P(Backends, RvesWithMoreFeaturesDoNotChangeABitOfTheOthers)
 {
-  // A servo or a dashpot in the batch selects another build of the block program, and a rotation
-  // another path.
+  // A servo or a dashpot in the batch selects another kernel variant; a rotation selects another
+  // path in the kernel.
   RveState state = packing_of_400();
   shake(state, 0.2, 3);
   const Drive straight = Drive::constant_velocity_gradient(Tensor2{{0.5, 3.0, 3.0, 0.8}}, DT, 150);
@@ -806,7 +804,7 @@ TEST_P(CpuAndCuda, GiveTheSameBitsWhenRollingResistanceIsAddedLater)
   expect_same_bits(outcomes[0], outcomes[1], all);
 }
 
-// On the CPU this is another program.
+// On the CPU, RVEs without friction have another kernel variant.
 TEST_P(CpuAndCuda, GiveTheSameBitsWithoutFriction)
 {
   auto members = full_scene(false);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Benchmarks of one contact against closed forms, after Chung & Ooi, Granular Matter 13, 643
-// (2011), in the plane and with linear springs. The numbers at the rules are those of their tests.
-// A disk of a hundred times the mass replaces their wall; the closed forms are those of a pair.
+// (2011), in the plane and with linear springs. The numbers in the section headings are those of
+// their tests. A disk of a hundred times the mass replaces their wall; the closed forms are those
+// of a pair.
 //
 // If the environment variable GPU_RVE_WRITE_CURVES names a folder, the oblique impacts are written
 // there as oblique_impact.csv (plot_contact_benchmarks.py draws them). The largest errors are
@@ -120,8 +121,8 @@ Motion motion_of(const RveState &state, const Frame &frame)
   return {-dot(relative, n), cross(n, relative), {state.spin[0], state.spin[1]}};
 }
 
-/// Returns a time step for which the contact takes `steps` and a half, so that it ends in the
-/// middle of a step, the worst case.
+/// Returns the time step for which the contact lasts `steps` + 0.5 steps. It then ends in the
+/// middle of a step, which is the worst case.
 double time_step(const DiskPair &pair, int steps)
 {
   return M_PI / frequency(pair) / (steps + 0.5);
@@ -185,7 +186,7 @@ class Worst {
 constexpr double SLOW = 1e-6;
 
 /// Returns the bound of the error of velocities after an impact, relative to `speed`, the largest
-/// of the approach. The last step of the contact contributes (w dt)^2/8, see
+/// speed before the impact. The last step of the contact contributes (w dt)^2/8, see
 /// ForceFollowsTheHalfSineInEveryFrame; the steps in which sliding begins and ends contribute as
 /// much. The closed form errs by half of the angle by which the line of centres turns (measured),
 /// which is proportional to the speed.
@@ -246,8 +247,9 @@ TEST(NormalImpact, ForceFollowsTheHalfSineInEveryFrame)
 
     EXPECT_NEAR(largest_overlap * omega / speed, 1.0, 0.3 * std::pow(omega * dt, 2)) << frame.name;
     EXPECT_NEAR(in_contact * dt, M_PI / omega, 1.01 * dt) << frame.name;
-    // The leapfrog conserves c^2 + w^2 delta_k delta_(k+1). With a last overlap delta and a gap v
-    // dt - delta after it, the speed is too large by at most (w dt)^2/8.
+    // The leapfrog conserves c^2 + w^2 delta_k delta_(k+1) with the approach velocity c. With a
+    // last overlap delta and a gap v dt - delta after it, the speed is too large by at most (w
+    // dt)^2/8.
     EXPECT_GE(-after.approach / speed, 1.0 - 1e-10) << frame.name;
     EXPECT_LE(-after.approach / speed, 1.0 + 0.13 * std::pow(omega * dt, 2)) << frame.name;
     EXPECT_NEAR(after.tangential / speed, 0.0, 1e-10) << frame.name;
@@ -376,8 +378,8 @@ TEST(ObliqueImpact, EqualFrequenciesReverseTheSlipOrSlide)
 }
 
 // For k_t = 4/3 k_n the tangential frequency is twice the normal one: after a whole period the
-// surfaces have their initial velocity, without spin. With the limit (2/3)(v_t/v_n) |sin 2s| < mu
-// sin s, the contact sticks for tan(angle) < 3/4 mu.
+// surfaces have their initial velocity, without spin. The contact sticks while (2/3)(v_t/v_n) |sin
+// 2s| < mu sin s with s = w t, that is for tan(angle) < 3/4 mu.
 TEST(ObliqueImpact, TwiceTheFrequencyGivesTheSlipBack)
 {
   const double friction = 1.0;
@@ -569,16 +571,16 @@ struct Column {
 
   double arm(int kind) const { return pair.radius[kind] - 0.5 * overlap; }
   double surface_velocity(const double *spin) const { return arm(0) * spin[0] + arm(1) * spin[1]; }
-  /// Returns the mass m_r in the motion m_r v' = -f of the surface velocity, with two contacts on
-  /// each disk [mass].
+  /// Returns the mass m_r in the equation of motion m_r v' = -f of the surface velocity v. Each
+  /// disk has two contacts [mass].
   double mass() const
   {
     double compliance = 0.0;
     for (int i = 0; i < 2; ++i) compliance += 2.0 * arm(i) * arm(i) / pair.inertia(i);
     return 1.0 / compliance;
   }
-  /// Returns the spins of rolling with the same alternating sum of I w/a, which equal torques per
-  /// arm conserve.
+  /// Returns the spin of the disks `kind` when they roll. Torques per arm are equal for all disks,
+  /// which conserves I_1 w_1/a_1 - I_2 w_2/a_2.
   double rolling_spin(int kind, const double *spin) const
   {
     const double conserved =

@@ -64,7 +64,7 @@ TEST(Fabric, OfTheHexagonalLatticeIsIsotropic)
 TEST(Fabric, OfRectanglesHasTheContrastOfForcesAndBranchesAlongTheAxes)
 {
   // The forces k (2r - l) are 10 N along x and 30 N along y. In the plane N_xx = 2 (f_x - f_y)/(f_x
-  // + f_y), and B is the same with branches.
+  // + f_y), and B has the same form with branch lengths.
   const double lx = 2.0 * RADIUS - 1e-5, ly = 2.0 * RADIUS - 3e-5;
   const auto measures = contact_measures(rectangles(lx, ly));
 

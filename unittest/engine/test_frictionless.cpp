@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The program for grains without friction, which omits tangential forces, torques and contact
-// histories, gives the same results as the other program with a coefficient of zero. The same
-// source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
+// The kernel variant for grains without friction, which omits tangential forces, torques and
+// contact histories, gives the same results as the general variant with a coefficient of zero. The
+// same source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 
@@ -41,7 +41,8 @@ struct Course {
   RveState end;
 };
 
-/// Runs the packing. With `company`, grains with friction in the batch select the general program.
+/// Runs the packing. With `company`, grains with friction in the batch select the general kernel
+/// variant.
 Course run(Format format, bool company)
 {
   const RveState state = without_friction();

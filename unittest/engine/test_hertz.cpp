@@ -378,7 +378,8 @@ TEST(HertzPacking, ContinuesToTheSameBitsFromImagesAndFiles)
   }
 }
 
-/// On CPUs with AVX2, the program without dashpots and energy bookkeeping computes grains in packs.
+/// On CPUs with AVX2, the kernel variant without dashpots and energy bookkeeping computes grains in
+/// packs.
 TEST(HertzPacking, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   RveState state = sheared(packing());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Friction that is too large for contacts to slide is a model of its own, of cogs. Sums of forces
-// must hold the actual forces and not the friction limit. The same source is compiled for a CPU
-// and, with RVE_TEST_CUDA, for a GPU.
+// Friction may be so large that no contact slides, as a model of cogs. Sums of forces must hold the
+// actual forces and not the friction limit. The same source is compiled for a CPU and, with
+// RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Properties of every contact law in the table of programs, in every number format. A new line of
-// the table is tested here without further code.
+// Properties of every contact law in the table of kernel variants, in every number format. A new
+// line of the table is tested here without further code.
 
 #include "rve/core/pi.h"
 #include "rve/engine/variant_configs.h"
@@ -200,7 +200,7 @@ template <class Law> bool matters(double MaterialNumbers::*parameter)
 
 template <class Law> void expect_that_a_law_has_the_parameters_that_it_says()
 {
-  // The program of the law omits these parameters.
+  // The kernels of the law omit these parameters.
   const auto is_left_out = [](MaterialMember member) {
     if (member == &MaterialNumbers::rolling_stiffness ||
         member == &MaterialNumbers::rolling_friction ||
@@ -264,7 +264,7 @@ template <class Law> void expect_that_looking_twice_changes_nothing()
   }
 }
 
-/// The largest force is at least the contribution along the contact to a sum.
+/// The largest force is at least the tangential force and at least the largest force so far.
 template <class Law> void expect_that_the_largest_force_is_one_of_the_contact()
 {
   const Law law = law_of<Law>(all_that_contacts_have());

@@ -297,8 +297,8 @@ double error_of(Format format)
   return format == Format::Double ? 1e-11 : 1e-6;
 }
 
-/// Deformed configurations with contacts at the Coulomb limit, springs of dashpots, springs without
-/// friction, unequal springs, extra pairs, and 1 to 20 grains.
+/// A deformed packing with sliding contacts. Variations add dashpots, remove friction, stiffen the
+/// tangential springs, add pairs by a thick skin, or make radii very unequal.
 struct StiffnessCase {
   const char *name;
   RveState state;

@@ -134,8 +134,8 @@ TEST(SteadyRotation, ArmsOfLammpsRaiseThePressure)
 
 TEST(Observer, ResponseRotatesWithTheFrame)
 {
-  // An observer rotated by 90 degrees sees the packing and the drive: fractional coordinates are
-  // the same, cell and drive are rotated.
+  // Packing and drive are seen in a frame rotated by 90 degrees: fractional coordinates are the
+  // same, and cell and drive are rotated.
   RveState state = paper_packing();
   RveState turned = state;
   turned.cell = Tensor2{{-0.0, -1.0, 1.0, 0.0}} * state.cell;

@@ -83,8 +83,8 @@ KernelRun run_kernel(const HostKernel<2> &kernel, KernelVariant kind, const Devi
   return run;
 }
 
-/// Runs single grains by the host kernel for any CPU. A build without it uses the program with
-/// energy bookkeeping, which has no packs.
+/// Runs single grains by the host kernel for any CPU. A build without this kernel uses the variant
+/// with energy bookkeeping, which has no packs.
 KernelRun run_one_by_one(Format format, const DeviceState &image, const Config &scene)
 {
 #if defined(RVE_WITHOUT_BASELINE)
@@ -112,8 +112,8 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
       GTEST_SKIP() << "this CPU has no x86-64-v3";
   }
 
-  /// Runs the scene in `calls` calls with every kernel; each call starts from the same image.
-  /// Returns the last run.
+  /// Runs the scene in `calls` calls with every kernel; each call starts from the same device
+  /// state. Returns the last run.
   KernelRun expect_same_bits(const Config &scene, int calls = 1)
   {
     const Format format = GetParam();
@@ -124,7 +124,7 @@ class PackedGrains : public ::testing::TestWithParam<Format> {
       one_by_one = run_one_by_one(format, image, scene);
       const KernelRun packed = run_kernel(host_kernel<InstructionSet::v3, 2>(format),
                                           packed_variant(scene), image, scene);
-      // The general program never uses packs.
+      // The general variant never uses packs.
       const KernelRun general = run_kernel(host_kernel<InstructionSet::v3, 2>(format),
                                            KernelVariant::General, image, scene);
 

@@ -340,7 +340,7 @@ TEST(Packing, LooserTargetIsMetByPreparationFriction)
 TEST(Packing, DenserTargetIsMetByOverconsolidation)
 {
   const auto engine = cpu_engine();
-  // few grains jump over a target that is so close
+  // With fewer grains, the void ratio would jump over a target that is so close.
   PackingRecipe recipe = paper_recipe(400, 20e3);
   const double frictionless = evaluate(*engine, generate_packing(recipe, *engine)).void_ratio;
   recipe.void_ratio = frictionless - 0.003;    // the tolerance is that of create_rve

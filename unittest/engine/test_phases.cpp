@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A phase of the block program may process its items in any order and at the same time. Several
-// threads, in any interleaving, give the same bits as a loop. A build with GPU_RVE_SANITIZE=thread
-// also checks each access.
+// A phase of a kernel may process its items in any order and at the same time. Several threads, in
+// any interleaving, give the same bits as a loop. A build with GPU_RVE_SANITIZE=thread also checks
+// each access.
 
 #include "support/block_in_threads.h"
 #include "support/rve_run.h"

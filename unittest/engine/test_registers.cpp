@@ -215,7 +215,7 @@ TYPED_TEST(SpheresInRegisters, StreamedSpheresWithinReachHaveTheBitsOfResidentOn
   expect_that_spheres_may_pass_by<TypeParam, KernelVariant::SphereDmt>(material, true);
 }
 
-// The program for stored forces does not store contact radii between steps.
+// The kernel variant for stored forces does not store contact radii between steps.
 TYPED_TEST(SpheresInRegisters, HertzWithStoredForcesHasTheBitsOfTheGeneralProgram)
 {
   using All = VariantConfig<KernelVariant::SphereHertz, TypeParam>;

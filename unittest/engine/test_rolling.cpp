@@ -32,8 +32,8 @@ constexpr Case CASES[] = {
     {ContactLaw::Hertz, Format::Mixed},   {ContactLaw::Hertz, Format::Fast},
     {ContactLaw::Dmt, Format::Double},    {ContactLaw::Dmt, Format::Fast}};
 
-/// Returns a material with another law that has the forces and stiffness of the linear springs
-/// along a contact of this radius, and some adhesion.
+/// Returns the material with another contact law. At this contact radius it has the normal force
+/// and the tangential stiffness of the linear springs; DMT adds adhesion.
 Material by_law(ContactLaw law, Material material, double contact_radius)
 {
   if (law == ContactLaw::Linear) return material;
@@ -545,7 +545,7 @@ TEST_P(Rolling, CoefficientOfZeroGivesTheBitsOfThePlainProgram)
 
   for (int call = 0; call < 10; ++call) {
     plain.advance(drive);
-    // The batch moves to an engine with another program half-way.
+    // The batch moves to an engine with another kernel variant half-way.
     if (call == 3) {
       auto other = engine->empty_with(contacts_of(Rolling::packing()));
       rves = {other->add(engine->state(rves[0])), other->add(Rolling::packing())};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time: all lines of the table of programs compile without a GPU,
+// Kernels that are compiled at run time: all kernel variants of the table compile without a GPU,
 // and a compiled kernel is found again. Skipped without libnvrtc.
 
 #include "rve/engine/kernel_text.h"
@@ -30,8 +30,8 @@ struct Line {
   Arithmetic arithmetic;
 };
 
-/// Returns every program in one number format, since laws and numbers are independent, and one
-/// program in all formats.
+/// Returns every kernel variant in one number format and one variant in all formats, since laws and
+/// number formats are independent.
 std::vector<Line> lines_to_compile()
 {
   const Line formats[] = {{KernelVariant::General, Format::Fast, Arithmetic::Strict},

@@ -21,8 +21,8 @@ using namespace rve_test;
 
 namespace {
 
-/// Returns one packing for each program: plain, with dashpots, without friction, with rolling
-/// resistance.
+/// Returns one packing for each kernel variant: plain, with dashpots, without friction, with
+/// rolling resistance.
 std::vector<RveState> packings()
 {
   std::vector<RveState> states(4, packing_of_400());
@@ -36,8 +36,8 @@ std::vector<RveState> packings()
   return states;
 }
 
-/// Returns the image of each packing after a shear of 2 %, alone in an engine, which selects the
-/// program for it.
+/// Returns the state of each packing after a shear of 2 %. Each packing is alone in an engine,
+/// which selects the kernel variant for it.
 std::vector<std::string> sheared(Options options, const char *at_run_time)
 {
   const Environment way("GPU_RVE_KERNELS_AT_RUN_TIME", at_run_time);

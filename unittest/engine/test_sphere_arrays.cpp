@@ -66,8 +66,8 @@ Layers square_layers()
   return {a, a, t * a / std::sqrt(2.0)};
 }
 
-/// Returns layers lower by this share of the height, with contacts of the same length. In plane
-/// strain a_y does not change.
+/// Returns the layers after compression by this share of their height, with branch vectors of the
+/// same length. In plane strain a_y does not change.
 Layers compressed(const Layers &layers, double share, bool plane)
 {
   const double squared = dot(branch(layers), branch(layers)), h = (1.0 - share) * layers.h;

@@ -2,9 +2,10 @@
 // Element tests of 1000 spheres against YADE and LAMMPS, from the same packing, in the first per
 // cent of strain: uniaxial, isotropic, simple shear, and triaxial compression, drained and
 // undrained. Data: unittest/data/yade_*.csv and lammps_*.csv. Headers of the data name the program.
-// YADE made those of linear springs except the undrained test. Another program with YADE's rules
-// made the undrained test and those of Hertz and Mindlin; its q/p agrees with YADE within 1e-9 up
-// to 0.1 % of axial strain, shear and drained compression, which both ran.
+// YADE produced the curves of linear springs except that of the undrained test. Another program
+// with YADE's rules produced that of the undrained test and those of Hertz and Mindlin; its q/p
+// agrees with YADE within 1e-9 up to 0.1 % of axial strain, shear and drained compression, which
+// both ran.
 
 #include "support/spheres.h"
 
@@ -28,11 +29,11 @@ struct Row {
   int num_contacts;
 };
 
-/// A program that strained the same packings.
+/// Another DEM code that strained the same packings.
 struct KernelVariant {
   const char *name;
   int steps_behind;    ///< row n has the forces after n - steps_behind steps
-  Arms arms;           ///< arms that are closest to those of the program
+  Arms arms;           ///< lever arms closest to those of the code
 };
 
 /// Row n has the forces of step n in the cell (1 + dt L)^(n-1).
@@ -69,13 +70,13 @@ double stress_ratio(const ResultOf<3> &result)
   return result.deviatoric_stress() / result.mean_stress();
 }
 
-/// A test with L, and the largest differences between two codes up to half a per cent of strain and
-/// after it. Runs of YADE from positions that differ by 1e-12 of a diameter then differ in q/p by
-/// 1e-4 under axial strain; in shear by 2e-4, at 1 % by 8e-4 and at 2 % by 2e-3; in drained
-/// triaxial compression by 4e-4, at 1 % by 4e-3. Number formats of this engine differ by 4e-3 in
-/// undrained compression up to 2 % of shear. Two runs compared at many strains may differ by two or
-/// three times as much. Arms that end at the contact point, as ours, instead of YADE's radii
-/// contribute 1.5e-4.
+/// A test with the velocity gradient L, and the largest differences between two codes up to half a
+/// per cent of strain and after it. Runs of YADE from positions that differ by 1e-12 of a diameter
+/// differ in q/p at half a per cent by 1e-4 under axial strain; in shear by 2e-4, at 1 % by 8e-4
+/// and at 2 % by 2e-3; in drained triaxial compression by 4e-4, at 1 % by 4e-3. Number formats of
+/// this engine differ by 4e-3 in undrained compression up to 2 % of shear. Two runs compared at
+/// many strains may differ by two or three times as much. Arms that end at the contact point, as
+/// ours, instead of YADE's radii contribute 1.5e-4.
 struct Curve {
   const char *test;
   Tensor3 gradient;            ///< [1/time]

@@ -82,7 +82,7 @@ Material after_marshall(Material material)
 constexpr ContactLaw LAWS[] = {ContactLaw::Linear, ContactLaw::Hertz, ContactLaw::Dmt};
 
 /// Returns two spheres that just touch along x, with an approach velocity v_n and a velocity v_t in
-/// an oblique direction across.
+/// an oblique direction perpendicular to x.
 Spheres approaching(const Material &material, double v_n, double v_t)
 {
   Spheres state = spheres(material, 0.1 * Tensor3::identity(), {RADIUS, RADIUS},
@@ -155,8 +155,8 @@ TEST(SphereImpact, OfHertzThatSlidesTransfersTheCoulombImpulse)
 TEST(SphereTurning, DecreasesByTheLimitsOfRollingAndTwisting)
 {
   // Layers of a cubic array spin in opposite directions. About an axis in the layers they roll on
-  // their neighbours; about the axis across the layers they twist. Each of the two contacts has its
-  // limit moment.
+  // their neighbours; about the axis normal to the layers they twist. Each of the two contacts has
+  // its limit moment.
   for (const ContactLaw law : LAWS)
     for (const bool twists : {false, true}) {
       Material material = with_resistance(material_of(law));
@@ -446,7 +446,8 @@ TEST(SphereLaws, ZeroResistanceGivesTheBitsOfTheProgramWithoutIt)
     }
 }
 
-/// On CPUs with AVX2, the program without dashpots and energy bookkeeping computes grains in packs.
+/// On CPUs with AVX2, the kernel variant without dashpots and energy bookkeeping computes grains in
+/// packs.
 TEST(SphereLaws, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
 {
   for (const ContactLaw law : {ContactLaw::Linear, ContactLaw::Hertz})
@@ -469,9 +470,9 @@ TEST(SphereLaws, ProgramWithoutDashpotsAndEnergyHasTheBitsOfTheGeneralOne)
       }
 }
 
-/// If all RVEs of an engine keep tangential forces when overlaps change, a program without contact
-/// radii runs. With an RVE that keeps displacements in the engine, the same RVE runs in the other
-/// program.
+/// If all RVEs of an engine keep tangential forces when overlaps change, a kernel variant without
+/// contact radii runs. If the engine also has an RVE that keeps displacements, all its RVEs run in
+/// the variant that rescales forces.
 TEST(SphereLaws, KeptForcesGiveTheBitsOfTheProgramThatRescalesThem)
 {
   for (const Format format : FORMATS) {

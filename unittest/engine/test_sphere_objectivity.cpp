@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Objectivity of RVEs of spheres through the engine: in a rotating frame the same grains appear,
-// rotated.
+// Objectivity of RVEs of spheres through the engine: a rotation of the RVE rotates its response and
+// changes nothing else.
 
 #include "rve/engine/contact_network.h"
 #include "rve/engine/finite_strain.h"
@@ -175,8 +175,8 @@ void project(Vector &h, const Vector &n)
   h = std::sqrt(before / dot(h, h)) * h;
 }
 
-/// Stress of the tangential forces, and the same after a rotation of the RVE in which they are
-/// projected.
+/// Stress of the tangential forces, and their stress after a rotation of the RVE that projects
+/// them.
 struct TangentialStress {
   Tensor3 now = Tensor3::zero(), projected = Tensor3::zero();
 
@@ -234,8 +234,8 @@ TEST(TurnOfAShearedPacking, RotationKeepsTheStressThatProjectionLoses)
 TEST(ShearOfSpheres, IsTheSameWithASuperposedSpin)
 {
   // F(t) = R(t) (1 + gamma(t) e_x e_y), a rotation about a tilted axis. Local damping, which
-  // depends on the axes, is off. Two runs whose initial positions differ by 1e-12 of a diameter
-  // differ as much.
+  // depends on the axes, is off. The differences are about as large as those between two runs whose
+  // initial positions differ by 1e-12 of a diameter.
   Spheres state = packing();
   state.material.local_damping = 0.0;
   const double dt = step_of(state), rate = 2.0 * kPi / (STEPS_PER_TURN * dt);

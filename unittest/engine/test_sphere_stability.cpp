@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The largest stable time step of spheres: closed forms of its frequencies, runs below and above
-// it, and the bound of it that an engine finds.
+// The largest stable time step of spheres: closed forms of the frequencies, runs with shorter and
+// longer steps, and the bound that an engine computes.
 
 #include "rve/engine/stability.h"
 #include "support/spheres.h"
@@ -49,7 +49,7 @@ double engine_bound(const Spheres &state)
   return bounds[0];
 }
 
-/// Returns the kinetic energy after a number of steps of dt over the initial one.
+/// Returns the kinetic energy after a number of steps of dt, divided by the initial one.
 double growth_of_energy(const Spheres &state, double dt, int steps)
 {
   SphereRig rig(state, options_for(state));

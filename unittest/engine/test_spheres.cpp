@@ -109,7 +109,7 @@ TEST(FaceCentredCubic, HasTheElasticConstantsOfItsLattice)
                c44 = root / (2 * distance) * (kn + kt);
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b) EXPECT_NEAR(c[4 * a][b], a == b ? c11 : c12, 1e-8 * c11);
-  // d sigma_xy / d eps_xy with both components of the strain is 2 C44 times the half of each.
+  // The shear strain has both components eps_xy = eps_yx, so d sigma_xy / d eps_xy = 2 C44.
   EXPECT_NEAR(c[1][3], 2.0 * c44, 1e-8 * c11);
   EXPECT_NEAR(c[2][4], 2.0 * c44, 1e-8 * c11);
   EXPECT_NEAR(c[5][5], 2.0 * c44, 1e-8 * c11);
@@ -257,8 +257,8 @@ TEST(Spheres, BalanceTheirEnergy)
 
 namespace {
 
-/// Returns the largest difference over the mean stress between a packing and the same one in a
-/// rotated frame after the same deformation.
+/// Returns the largest stress difference, divided by the mean stress, between a packing and the
+/// same packing in a rotated frame after the same deformation.
 double difference_of_a_turned(const Spheres &plain)
 {
   const Tensor3 turn = spatial_rotation({{0.7, -0.4, 1.1}});
@@ -388,7 +388,7 @@ TEST(Spheres, ContinueThroughLatticeReductions)
 
 TEST(Spheres, PacksGiveTheBitsOfSingleGrains)
 {
-  // A batch with energy bookkeeping uses the program that computes grains one by one.
+  // A batch with energy bookkeeping uses the kernel variant that computes grains one by one.
   Spheres state = disordered(7, 4);
   state.material.local_damping = 0.3;
   for (const bool objective : {false, true})

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The bound of the time step that an engine finds for all of its RVEs never exceeds the exact one
-// of their states, and is within a few per cent of it near the requested step. The same source is
-// compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
+// The bound of the time step that an engine finds for all of its RVEs never exceeds the exact bound
+// of their states. It is within a few per cent of the exact bound if that is near the requested
+// step. The same source is compiled for a CPU and, with RVE_TEST_CUDA, for a GPU.
 
 #include "support/on_device.h"
 #include "support/packings.h"
@@ -55,7 +55,8 @@ RveState strained(const RveState &state, const Tensor2 &gradient, double strain)
 
 }    // namespace
 
-// The frequency of one contact has 1/m_i + 1/m_j along the normal, with arms along the tangent.
+// The squared frequency of one contact is k_n (1/m_i + 1/m_j) along the normal. Along the tangent,
+// the rotation of the lever arms adds to it.
 TEST_P(StabilityBound, IsThatOfOneContact)
 {
   for (const double stiffness : {0.0, 1e5, 1e6}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Choice of the line of the table of programs for RVEs and a call.
+// Choice of the kernel variant for RVEs and a call.
 
 #include "rve/core/error.h"
 #include "rve/engine/engine.h"
@@ -76,7 +76,7 @@ TEST(VariantChoice, IsTheSmallestProgramForTheNeedsOfACall)
   }
 }
 
-/// Every line of the table must satisfy these conditions, also new ones.
+/// Every kernel variant in the table must satisfy these conditions.
 TEST(VariantChoice, CoversAllNeedsOfAllContactLaws)
 {
   for (int k = 0; k < kNumVariants; ++k) {

@@ -31,19 +31,19 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// The global vector ends, after the bodies, with wall times, which differ from run to run, and the
-// force of damping in x and y.
+// After the entries of the bodies, the global vector has TIMES wall times, which differ from run to
+// run, and DAMPING components (x and y) of the damping force.
 constexpr int TIMES = 3;
 constexpr int DAMPING = 2;
 
-/// A script with a fix mpm of the ID soil.
+/// Script with a fix mpm whose ID is soil.
 class SoilScript : public Script {
  public:
   using Script::Script;
 
   Fix *fix() { return lmp->modify->get_fix_by_id("soil"); }
 
-  /// Returns all numbers of a point by atom ID on every rank: position, velocity, force columns of
+  /// Returns the values of each point by atom ID, on every rank: x, y, vx, vy and the columns of
   /// the fix.
   Rows points()
   {
@@ -55,12 +55,12 @@ class SoilScript : public Script {
     });
   }
 
-  /// Returns the local points of this rank; a change between two calls shows migration.
+  /// Returns the atom IDs of this rank's points; a change between two calls shows migration.
   std::set<tagint> mine() const { return {lmp->atom->tag, lmp->atom->tag + lmp->atom->nlocal}; }
 
   bool has_ranks() const { return lmp->comm->nprocs > 1; }
 
-  /// Returns true if the points of some rank have changed.
+  /// Returns true if the points of at least one rank differ from its points in `before`.
   bool migrated_since(const std::set<tagint> &before) const
   {
     int changed = mine() != before;
@@ -96,8 +96,8 @@ std::string block_of_points(const std::string &lattice)
   return scene.replace(scene.find(usual), usual.size(), lattice);
 }
 
-/// Returns a rough footing that is pressed into elastic ground, the scene of the bit tests. Points
-/// move more than a cell.
+/// Returns the scene of the tests for bitwise equality: a rough footing that is pressed into
+/// elastic ground. Points move by more than one cell.
 std::string elastic_footing()
 {
   return points_in_box(8, 6) +
@@ -140,7 +140,7 @@ TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
 
 TEST(FixMpm, ShowsFieldsOfPointsAsColumns)
 {
-  // The columns follow x, y, vx, vy; the fields are 18 to 20 of the fix.
+  // A row has x, y, vx, vy and then the columns of the fix, of which the fields are 18 to 20.
   constexpr int EPS_V = 12, RHO = 14, MASS = 21;
   std::string scene = elastic_footing();
   scene.insert(scene.size() - 1, " column mass column volume column initial_volume");
@@ -286,7 +286,8 @@ TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
 
 TEST(FixMpm, BodyHasItsOwnDensity)
 {
-  // A free block falls; its mass is that of its four atoms, or that of the density.
+  // The mass of the block follows from a density, by default that of the ground, or with `density
+  // rve` from its four atoms.
   const auto mass = [](const std::string &words) {
     SoilScript script;
     script << points_in_box(4, 2, 6) +
@@ -418,8 +419,9 @@ TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
 }
 
 /// Returns a specimen of cohesive sand, 4 wide and 8 high, between a moving upper plate and a lower
-/// one at rest. f_mean[1..3] are the means over the second half of the run of the vertical forces
-/// on both plates and of the damping. The specimen yields from the middle of the run.
+/// one at rest. f_mean[1..3] are the vertical forces on the upper plate, on the lower plate and of
+/// the damping, averaged over the second half of the run. The specimen yields from the middle of
+/// the run.
 std::string specimen_between_platens(double damping)
 {
   std::string scene = points_in_box(8, 12, 0);
@@ -598,8 +600,8 @@ std::string specimen_under_a_plate(const std::string &law)
       "rigid plate vx 0 vy -0.02 smooth\n";
 }
 
-/// Returns the largest and the least yield function of the ground over the uniaxial strength, with
-/// cohesion and friction divided by `factor`.
+/// Returns the largest and the smallest yield function of the ground, divided by the uniaxial
+/// strength, with cohesion and friction divided by `factor`.
 std::pair<double, double> yield_of_ground(SoilScript &script, const std::string &law,
                                           double cohesion, double degrees, double factor)
 {
@@ -651,8 +653,8 @@ TEST(FixMpmModify, StrengthFallsWithTheFactorAndTheStateIsKept)
       if (row[4 + 16] == 0.0) continue;
       EXPECT_GT(row[4 + 16], 0.5 * plastic) << "it goes on from there";
     }
-    // The factor applies to the strength of the fix and not to the last one; a run without setup
-    // has the new law too.
+    // The factor applies to the strength given in the fix command, not to the strength that the
+    // previous factor reduced. It also takes effect in a run without setup.
     script << "fix_modify soil strength_reduction ground 2\nrun 800 pre no\n";
     expect_yield(2.0);
     script << "fix_modify soil model ground " + law + " 1e7 0.3 5e3 30 10\nrun 800\n";
@@ -701,7 +703,8 @@ TEST(FixMpmModify, ARestartContinuesBitForBitWithTheReducedStrength)
       << same.second;
   EXPECT_EQ(same.second.find("with changes"), std::string::npos) << same.second;
 
-  // A fix that defines the model otherwise replaces the one of the file.
+  // If the fix command defines the model with other parameters, the changes in the restart file are
+  // not applied.
   std::string other = fix;
   other.replace(other.find("1e4"), 3, "2e4");
   const auto defined = continued(other);
@@ -923,8 +926,8 @@ TEST(FixMpm, ContinuedRunListsChangedSettings)
 
 TEST(FixMpm, RestartFilesOfDifferentStepsAreRefused)
 {
-  // With several files per write, the head is complete first: a run that ends then leaves the atoms
-  // of the previous write.
+  // If a restart has several files, the file with the header is written first. A run that is killed
+  // afterwards leaves the atoms of the previous restart in the other files.
   const std::string command = elastic_footing();
   const std::string path = "test_fix_mpm_steps." + std::to_string(SoilScript().lmp->comm->me) + ".";
   SoilScript(MPI_COMM_SELF) << command + "run 5\nwrite_restart " + path +
@@ -985,7 +988,8 @@ std::string ball_and_wall()
       "rigid wall vx 0 vy 0 rough form box separation yes spin v_tip pivot 1 3 turned 10\n";
 }
 
-// Positions in the vector: the ball's velocity, spin, angle and torque follow the damping.
+// Index of the first of the ball's five values in the vector: vx, vy, spin, angle and torque. They
+// follow the damping force.
 constexpr int BALL = 4 + 2 * 4 + TIMES + DAMPING;
 
 /// Returns a wedge with the points of the ball instead of the ball.
@@ -1101,8 +1105,8 @@ TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
 }
 
 /// Returns a plate that is pressed into 16 points with RVEs of 60 grains. The row of points below
-/// the plate starts just above the border of two ranks, at 3.49, and moves to the lower rank, by a
-/// hundredth of the plate's motion in a few steps.
+/// the plate starts at y = 3.5, just above the border of two ranks at y = 3.49, and moves to the
+/// lower rank within a few steps.
 std::string footing_on_grains()
 {
   return points_in_box(4, 4, 2.98) +
@@ -1119,8 +1123,8 @@ std::string footing_on_grains()
       "damping 0.05 rigid plate vx 0 vy -0.3 rough traction surface 0 -20000\n";
 }
 
-// The bound of the contacts exceeds the wave speed of an RVE by a factor of at most 1/sqrt(0.54) =
-// 1.36.
+// The bound from the contact stiffness exceeds the wave speed of an RVE by a factor of at most
+// 1/sqrt(0.54) = 1.36.
 TEST(FixMpmWithGrains, SpeedsOfAbsorbingSidesAreComparedWithTheBoundOfTheContacts)
 {
   make_packing();
@@ -1159,8 +1163,8 @@ TEST(FixMpmWithGrains, InitialStressIsThatOfTheRvesAndBalancesTheSurcharge)
           "boundary ylo fixed "
           "traction surface 0 -20000\nrun 0\n";
 
-  // a small packing keeps some shear stress, which no surface carries: it is all that is out of
-  // balance
+  // A small packing keeps some shear stress, which no boundary balances. It causes the whole
+  // unbalanced force.
   double shear = 0.0;
   for (const auto &point : script.points()) {
     EXPECT_NEAR(point.second[4 + 6], 20000, 20);    // p, by the packing's tolerance
@@ -1179,7 +1183,8 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsOnRequest)
   make_packing();
   const auto modulus_of = [](const std::string &words, double &largest_stiffness) {
     SoilScript script;
-    // softer across contacts than along them: the bound has k_n for both
+    // Contacts are softer in the tangential direction (kt) than in the normal one; the bound uses
+    // k_n for both.
     script << points_in_box(4, 4) +
             "timestep 0.005\nfix grains all rve test_fix_mpm.rve kt 1e5 drive mpm dt 1e-4 substeps "
             "match device cpu threads 1\n"
@@ -1189,7 +1194,7 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsOnRequest)
     tangent->compute_peratom();
     if (script.lmp->atom->nlocal > 0)
       largest_stiffness = std::max(tangent->array_atom[0][0], tangent->array_atom[0][1]);
-    // nothing moves: the Courant number is that of the wave
+    // The points are at rest, so the Courant number is c dt/h with the wave speed c.
     const double speed = script.fix()->compute_scalar() / 0.005;
     return speed * speed * script.fix()->compute_vector(3) / 16.0;
   };
@@ -1199,19 +1204,19 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsOnRequest)
   const double measured = modulus_of("wave_speed tangent 3", stiffness);
 
   EXPECT_LT(measured, 0.9 * bound);
-  // waves along x and y are not faster than the fastest, which is not far from them where the
-  // packing is nearly isotropic
+  // Waves along x and y are not faster than the fastest wave. Its modulus is at most 20 % larger
+  // than theirs, since the packing is nearly isotropic.
   if (stiffness > 0.0) {
     EXPECT_GT(measured, 0.99 * stiffness);
     EXPECT_LT(measured, 1.2 * stiffness);
   }
-  // equal ones are chosen by their IDs, and more than there are RVEs are all
+  // Among equal RVEs the IDs decide. A number larger than that of the RVEs selects all of them.
   EXPECT_EQ(modulus_of("wave_speed tangent 100", stiffness), measured);
   EXPECT_EQ(modulus_of("wave_speed bound", stiffness), bound);
 }
 
-// Under a surcharge of twice the pressure that they were prepared at, grains get more contacts, and
-// waves other speeds.
+// Under a surcharge of twice the pressure of their preparation, the packings gain contacts, which
+// changes the wave speeds.
 TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 {
   make_packing();
@@ -1233,12 +1238,12 @@ TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 
   const double at_the_start = courant_after("tangent 4", "run 40", once);
   const double in_the_run = courant_after("tangent 4 every 20", "run 40", followed);
-  // the same grains at the beginning of a run
+  // the same state of the grains at the beginning of a run
   const double at_a_start = courant_after("tangent 4", "run 39\nrun 0", stopped);
 
   EXPECT_EQ(in_the_run, at_a_start);
   EXPECT_NE(in_the_run, at_the_start);
-  EXPECT_EQ(followed, once);    // no other result depends on it
+  EXPECT_EQ(followed, once);    // the update of the wave speed changes no other result
 }
 
 TEST(FixMpmWithGrains, OtherGroupsHaveAnAnalyticLaw)
@@ -1322,8 +1327,8 @@ TEST(FixMpm, DeviceGivesTheSameBits)
 
 TEST(FixMpm, ColumnsBelongToTheStepForEveryReader)
 {
-  // Outputs occur at the end of the run only; a fix that works in other steps then reads the
-  // columns.
+  // Thermo output occurs only in the first and the last step. Fix vector reads the columns in other
+  // steps too.
   constexpr int STEPS = 6;
   SoilScript script, step_by_step;
   script << elastic_footing() +
@@ -1342,8 +1347,8 @@ TEST(FixMpm, ColumnsBelongToTheStepForEveryReader)
   }
 }
 
-/// Returns the points of a scene after 40 steps in one run, and in two runs of which the second
-/// continues; output every `interval` steps.
+/// Returns the points of a scene after 40 steps for three ways to run them: one run, several runs
+/// of which the last one has no setup, and `run every`. Output occurs every `interval` steps.
 std::vector<Script::Rows> ends_with_output(const std::string &scene, int interval)
 {
   std::vector<Script::Rows> ends;
@@ -1367,8 +1372,8 @@ std::string footing_with(const std::string &words, const std::string &others,
 
 TEST(FixMpm, VariablesDoNotDependOnTheOutput)
 {
-  // The scenes use the displacement of a point or its stress in a velocity, a traction, a moving
-  // region, and gravity.
+  // In each scene, a velocity, a traction, a moving region or gravity depends on the displacement
+  // or the stress of points.
   const std::vector<std::string> scenes = {
       footing_with("vy -0.5", "vy v_v",
                    "variable depth equal -F_soil[41][2]\nvariable v equal -0.5*(1-20*v_depth)\n"),
@@ -1392,8 +1397,8 @@ TEST(FixMpm, VariablesDoNotDependOnTheOutput)
 
 TEST(FixMpmWithGrains, DriveVariablesDoNotDependOnTheOutput)
 {
-  // The scene has an RVE next to the continuum that is sheared as fast as one of its points
-  // rotates.
+  // The scene has an RVE that does not act on the continuum and is sheared at the rate at which
+  // point 41 rotates.
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
   const std::string scene = footing_with(
@@ -1754,8 +1759,9 @@ TEST(FixMpmErrors, AreReported)
   std::remove(dump.c_str());
 }
 
-/// Returns the log of 20 steps in which a plate moves down by `motion` per step, in a box with this
-/// lower side. `moved` is the displacement of its points over that of the body.
+/// Returns the log of 20 steps in which a plate moves down by `motion` per step, in a box whose
+/// lower side is at `ylo`. `moved` is the displacement of the plate's points divided by that of the
+/// body.
 std::string log_of_plate(double ylo, double motion, double &moved)
 {
   char box[400];
@@ -1783,8 +1789,8 @@ std::string log_of_plate(double ylo, double motion, double &moved)
   return log;
 }
 
-// The coordinates are those of a map: LAMMPS stores positions as doubles, which are multiples of
-// 2^-30 m there.
+// The coordinates are as large as those of maps, about 5600 km. LAMMPS stores positions as doubles,
+// which are multiples of 2^-30 m at this distance.
 TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
 {
   const double quantum = std::ldexp(1.0, -30), far = 5621000;
@@ -1801,14 +1807,15 @@ TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
   EXPECT_EQ(moved, 0.0);
   EXPECT_NE(log.find("rounding changes it by up to 100 %"), std::string::npos) << log;
 
-  // The limit is an error of one per cent, which motions of half quanta reach.
+  // The warning requires that rounding by half a quantum is more than one per cent of the motion,
+  // which is thus below 50 quanta.
   log = log_of_plate(far, 49.4 * quantum, moved);
   EXPECT_NE(log.find("multiples of 9.31e-10"), std::string::npos) << log;
   log = log_of_plate(far, 50.5 * quantum, moved);
   EXPECT_EQ(log.find("multiples of"), std::string::npos) << log;
   EXPECT_NEAR(moved, 1.0, 0.01);
 
-  // Near the origin there is no warning for small motions or none.
+  // Near the origin there is no warning, even if the motion is tiny or zero.
   for (const double motion : {1e-9, 1e-15, 0.0}) {
     log = log_of_plate(0.0, motion, moved);
     EXPECT_EQ(log.find("multiples of"), std::string::npos) << motion << log;
@@ -1895,7 +1902,8 @@ TEST(FixMpmWarnings, NameProbableMistakes)
 
 namespace {
 
-/// Returns a block that rises at 5 m/s from below 4 m; `groups` and `fixes` define the model.
+/// Returns a block of 4 by 4 points, the uppermost at y = 3.5, that rises with the given speed;
+/// `groups` and `fixes` define the model.
 std::string rising_block(const std::string &speed, const std::string &groups,
                          const std::string &fixes)
 {
@@ -1909,14 +1917,16 @@ std::string rising_block(const std::string &speed, const std::string &groups,
 
 }    // namespace
 
-// The point is found in every step, not only in those that check the Courant number.
+// The error occurs in the step in which the point leaves, even if this step does not check the
+// Courant number.
 TEST(FixMpm, APointThatLeavesTheGroupsOfAllModelsIsNamed)
 {
   const std::string groups = "region r block 0 8 0 4.2 -0.5 0.5\n"
                              "group soil dynamic all region r every 1\nrun 0\n";
   const std::string fix = "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller model soil "
                           "elastic 1e6 0.3 density 2000\n";
-  // The point leaves in a step with a check of the Courant number, and in another one.
+  // With one speed the point leaves in a step that checks the Courant number, with the other speed
+  // in a step without this check.
   for (const std::string speed : {"5.07", "5.3"}) {
     const std::string message = message_of(rising_block(speed, groups, fix));
     EXPECT_NE(message.find("fix mpm m: step 1"), std::string::npos) << message;
@@ -1946,7 +1956,7 @@ TEST(FixMpm, APointThatJoinsTheGroupOfAModelWithoutAnRveIsNamed)
   }
 }
 
-// The RVE of atom 13 does not change while a law computes the point.
+// The RVE of atom 13 does not deform while the elastic law computes the stress of this point.
 TEST(FixMpm, APointThatJoinsTheGroupOfItsRveInARunIsNamed)
 {
   const std::string groups = "region low block 0 8 0 4.2 -0.5 0.5\n"
@@ -1976,8 +1986,8 @@ TEST(FixMpm, DeletedFixOfRvesIsNamedInARunWithoutSetUp)
   }
 }
 
-// LAMMPS gives the bit of a deleted group to the next one, and a run with pre no does not check
-// groups.
+// LAMMPS assigns the bit of a deleted group to the next new group, and a run with `pre no` does not
+// check groups.
 TEST(FixMpm, GroupsAndRegionsDeletedBeforeARunWithoutSetUpAreNamed)
 {
   const std::string fix =

@@ -171,7 +171,7 @@ TEST(FixMpmInSitu, WeightSurchargeAndReactionsBalanceForAnyLaw)
       EXPECT_NEAR(row[SYY_2D], -vertical, 1e-9 * vertical) << law;
       EXPECT_NEAR(row[SXX_2D], -0.5 * vertical, 1e-9 * vertical) << law;
       EXPECT_NEAR(row[UY_2D], 0.0, 1e-12) << law;
-      // An elastic law does not store the stress across the plane.
+      // An elastic law does not store the out-of-plane stress.
       const double across = law[0] == 'e' ? 0.0 : -0.5 * vertical;
       EXPECT_NEAR(row[SZZ_2D], across, 1e-9 * vertical) << law;
     }
@@ -362,7 +362,7 @@ TEST(FixMpmInSitu, MassDensityIsTheMeanDensityOfTheGrainsOfALevel)
     sum[row[Y]] += 0.5 * 2650.0 / (1.0 + void_ratios.at(id));    // one of two points in a level
     mass_density[row[Y]] = row[RHO_2D];
   }
-  // The rounds of weight and density end at a change of 1e-4.
+  // The iteration of weight and density ends when the change is below 1e-4.
   for (const auto &[height, mean] : sum) EXPECT_NEAR(mass_density.at(height), mean, 1.01e-4 * mean);
 }
 

@@ -18,8 +18,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Indices of the per-atom array of the fix, from 0, and of its vector after the four numbers of the
-// head.
+// Column indices of the per-atom array of the fix, from 0. The other constants are sizes of the
+// parts of its vector, which begins with four numbers.
 enum { UX, UZ = 2, U, SXX, SYY, SZZ, SXY, SXZ, SYZ, P, Q, EPS_V, EPS_Q, RHO, FXX, FZZ = FXX + 8 };
 enum { PLASTIC = FZZ + 1, COLUMNS };
 constexpr int HEAD = 4, PER_BODY = 6, TIMES = 3, DAMPING = 3, PER_TURNING_BODY = 12;

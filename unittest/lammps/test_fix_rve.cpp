@@ -101,8 +101,9 @@ TEST(FixRve, ServoHoldsItsStressUnderCompression)
 
 TEST(FixRve, ServoRatesAreThoseOfTheDeformation)
 {
-  // In a macro step of one DEM step, d ln F/dt of a controlled component is the rate that the servo
-  // had before it. F is multiplied by 1 + a + a^2/2 with a = rate dt, whose logarithm is a - a^3/6.
+  // In a macro step of one DEM step, d ln F/dt of a controlled component is the servo's rate from
+  // before this step. F is multiplied by 1 + a + a^2/2 with a = rate dt, whose logarithm is a -
+  // a^3/6.
   constexpr double DT = 5e-6;
   struct Case {
     std::string packing, component, drive, stress;
@@ -154,7 +155,7 @@ TEST(FixRve, InertialNumberIsThatOfDaCruz)
   const double d = 2.0 * std::sqrt(sum / packing.num_grains());
   // |U - 1| of a step over its duration
   const double rate = (1.0 - std::exp(-1.0 * 1e-3)) / 1e-3;
-  // The mass is that of a metre of the disks, the stress that of 0.075 m.
+  // The mass is that of disks 1 m long; the stress refers to the thickness of 0.075 m.
   const double expected = rate * d * std::sqrt(2650.0 * 1.0 / (0.075 * script.per_atom("p", 0)));
   EXPECT_NEAR(script.per_atom("i", 0) / expected, 1.0, 1e-9);
 }
@@ -208,8 +209,8 @@ TEST(FixRve, RestartContinuesBitForBit)
 
 TEST(FixRve, RestartFilesOfDifferentStepsAreRefused)
 {
-  // With several files per write, the head is complete first: a run that ends then leaves the atoms
-  // of the previous write.
+  // If a restart has several files, the file with the header is written first. A run that is killed
+  // afterwards leaves the atoms of the previous restart in the other files.
   const std::string early = temporary_path("early."), late = temporary_path("late.");
   Script first;
   first << FOUR_ATOMS + SHEAR + "run 5\nwrite_restart " + early + "%\nrun 5\nwrite_restart " +
@@ -546,8 +547,8 @@ double largest_difference(const std::vector<double> &a, const std::vector<double
 
 TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
 {
-  // At 0.02/s a step of 1 ms has a strain of 2e-5: 20 DEM steps of 1e-6 each, and 10 if time is
-  // matched.
+  // At 0.02/s a macro step of 1 ms has a strain of 2e-5. The limit of 1e-6 gives 20 DEM steps;
+  // matching the time gives 10 DEM steps of 1e-4.
   const std::string drive = "dt 1e-4 drive velocity_gradient yy -0.02\n";
   GrainsScript matched, fine, coarse;
   matched << KNOBS + FIX + drive + "run 100";
@@ -558,7 +559,8 @@ TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
   EXPECT_EQ(fine.fix_value(9), 20.0);
   EXPECT_EQ(fine.fix_value(3), 4 * 100 * 20.0);
   EXPECT_EQ(coarse.fix_value(3), 4 * 100 * 1.0);
-  // 2 ms of the RVE's own time give a strain of 2e-3 up to the waves that they cause.
+  // With both limits the strain is the whole strain of the run, 2e-3. With the small limit the
+  // stress agrees with that for matched time.
   for (GrainsScript *script : {&fine, &coarse})
     EXPECT_NEAR(script->per_atom("f", 0), std::exp(-0.02 * 0.1), 1e-14);
   const double p = matched.per_atom("p", 0);
@@ -590,7 +592,7 @@ TEST(Quiescent, SkippedRveUsesItsStiffness)
   script << "run 45";
 
   EXPECT_EQ(script.fix_value(14), 4.0);
-  EXPECT_EQ(script.fix_value(3), 6 * 10.0);    // in the first step, and once more atoms 3 and 4
+  EXPECT_EQ(script.fix_value(3), 6 * 10.0);    // first step; atoms 3 and 4 once more
   EXPECT_NEAR(script.per_atom("f", 0), 1.0 - 4.5e-7, 1e-12);
   const std::vector<double> after = stress_of(script, 0);
   // The plane modulus of the packing is about 10 MPa by Voigt, so that the stress changes by
@@ -608,7 +610,8 @@ TEST(Quiescent, AppliesTheWholeDeferredDeformation)
   always << KNOBS + drive + "run 120";
   sometimes << KNOBS + skipping + "run 120";
 
-  // At 1e-5 per step one step in five is made, and the strain is the same.
+  // At a strain of 1e-5 per step, one macro step in five is computed, and the total strain is the
+  // same.
   EXPECT_EQ(always.fix_value(3), 4 * 120 * 100.0);
   EXPECT_EQ(sometimes.fix_value(3), 4 * 24 * 100.0);
   EXPECT_NEAR(sometimes.per_atom("f", 0), always.per_atom("f", 0), 1e-14);
@@ -720,7 +723,7 @@ TEST(MassScaling, IncreasesTheStepAndKeepsTheQuasiStaticStress)
   light << KNOBS + FIX + drive + "run 200";
   heavy << KNOBS + FIX + "mass_scaling 4 " + drive + "run 200";
 
-  // Steps of a millisecond have room for 17 and 9 DEM steps.
+  // A macro step of 1 ms takes 17 and 9 DEM steps.
   EXPECT_NEAR(light.fix_value(9) / heavy.fix_value(9), 2.0, 0.2);
   const double p = light.per_atom("p", 0);
   EXPECT_GT(p, 1.1e5);
@@ -744,8 +747,8 @@ TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
     samples.push_back(stress_of(single, 0));
   }
 
-  // The cell path is straight instead of exponential, a difference of 1e-3 squared of the strain in
-  // between.
+  // Within a macro step of strain 1e-3, the cell path is straight instead of exponential, which
+  // changes intermediate strains by about 1e-3 squared.
   const double p = single.per_atom("p", 0);
   for (int k = 0; k < 4; ++k) {
     const double mean = (samples[0][k] + samples[1][k] + samples[2][k]) / 3.0;
@@ -828,7 +831,7 @@ TEST(Warnings, NameValueLimitAndRemedyOnce)
   EXPECT_EQ(log.find("inertial", log.find("inertial") + 1), std::string::npos);
 }
 
-/// Returns 25 RVEs, of which the first `fast` strain fast.
+/// Returns a script with 25 RVEs, of which the first `fast` ones strain fast.
 std::string some_fast_rves(int fast)
 {
   return R"(units si

@@ -198,7 +198,8 @@ TEST(FixModify, IsEquivalentToAContinuedRunWithAnotherFix)
 
 TEST(FixModify, MaterialAppliesAtOnce)
 {
-  // The stress is that of the same overlaps: f = k_n delta, and half of the volume.
+  // Overlaps and contact forces f = k_n delta do not change. Half the thickness gives half the
+  // volume and twice the stress.
   GrainsScript script;
   script << FOUR_ATOMS + FIX + "kt 0 dt auto 0.5 " + DRIVE +
           "\ncompute p all rve/atom p\nrun 5\nfix_modify grains thickness 0.15\nrun 0";
@@ -380,8 +381,8 @@ TEST(DamagedRestart, RecordOfAnRveIsRefused)
   const RestartFile file("record");
   ASSERT_NE(file.record, std::string::npos);
 
-  // After the header follow head and state of the RVE: one byte of every number at first, then some
-  // of the rest.
+  // The head and the state of the RVE follow the header. The loop damages every 13th byte at first,
+  // then every 1501st.
   for (std::size_t byte = 8; byte < file.text.size() - file.record - 512;
        byte += byte < 700 ? 13 : 1501) {
     const std::string message = file.message_with_flip(file.record + byte, byte % 8);

@@ -170,9 +170,9 @@ TEST(PathsOfFixRve, EndedPathsContinueWhenAContinuedRunChangesThem)
   EXPECT_NEAR(second["yy"], 1e-4, 1e-9);
 }
 
-// Rows are within steps, and the paths continue after the last row. Strains are those of the table,
-// shear up to the effect of the stretch of a step. p is within a per cent, an error that bends of a
-// table cause for a servo.
+// The times of rows are within steps, and the paths continue after the last row. Strains are those
+// of the table; shear differs by the effect of the stretch of a step. The error of p, which the
+// bends of the table cause, is within one per cent.
 TEST(PathsOfFixRve, FollowTablesFromFiles)
 {
   const std::string strains = written("strains.csv",

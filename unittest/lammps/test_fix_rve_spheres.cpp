@@ -41,7 +41,7 @@ std::string file_of(const std::string &name, const rve_test::Spheres &state)
   return path;
 }
 
-/// Returns a face-centred cubic array of 32 spheres.
+/// Returns the packing file of a face-centred cubic array of 32 spheres.
 std::string lattice()
 {
   return file_of("lattice.rve",
@@ -58,7 +58,7 @@ rve_test::CubicConstants lattice_constants()
   return rve_test::face_centred_constants(lattice_material(), RADIUS);
 }
 
-/// Returns 125 moving spheres.
+/// Returns the packing file of 125 moving spheres.
 std::string disorder()
 {
   return file_of("disorder.rve", rve_test::disordered_spheres(rve_test::spheres_material(), 5, 7));

@@ -23,7 +23,7 @@ const std::string COMPUTES =
     "compute elastic all rve/atom elastic\ncompute xx all rve/atom cell_xx\n"
     "compute yy all rve/atom cell_yy\n";
 
-/// A heap of RVEs under pressure without support, half a metre above the ground in the measure of
+/// A heap of RVEs under pressure without support, half a metre above the ground, measured between
 /// grid nodes.
 struct Heap {
   std::string script;
@@ -134,8 +134,8 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
   // Moving grains collide at times.
   EXPECT_GE(open_in_flight, heap.points - heap.collisions);
   EXPECT_LT(pressure_in_flight, 0.01 * PRESSURE);
-  // One metre of 2.2 (spheres: 1.6) t/m^3 at 3 m/s has 6.6 (4.8) kPa s, which it loses in less than
-  // 0.07 (0.05) s.
+  // A height of one metre of 2.2 (spheres: 1.6) t/m^3 at 3 m/s has a momentum of 6.6 (4.8) kPa s
+  // per area, which it loses in less than 0.07 (0.05) s.
   EXPECT_GT(pressure_after, 1e5);
   EXPECT_EQ(script.fix_value(2), 0.0);    // number of frozen RVEs
 }

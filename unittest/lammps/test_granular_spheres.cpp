@@ -146,8 +146,8 @@ class GranularScript : public Script {
   }
 };
 
-/// Returns the branch to the nearest image of touching grains, which are at most a quarter of the
-/// box apart, less than half of it in all fractions.
+/// Returns the branch between touching grains, to the nearest image. Touching grains are at most a
+/// quarter of the box apart, so their fractional coordinates differ by less than one half.
 Vector branch_between(const Vector &from, const Vector &to)
 {
   static const Tensor3 inverse_box = rve::inverse(BOX_MATRIX);

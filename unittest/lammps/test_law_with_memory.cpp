@@ -63,7 +63,7 @@ class CappedElastic : public mpm::Constitutive<2> {
     return lame_first_ + 2.0 * shear_modulus_;
   }
 
-  /// The last state variable has another name in another version of the program.
+  /// Name of the last state variable. A test changes it as another version of the law might.
   static std::string &last_name()
   {
     static std::string name = "plastic_strain";

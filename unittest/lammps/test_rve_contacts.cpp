@@ -158,7 +158,7 @@ TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
   expect_contacts_of_the_rve(script);
 }
 
-// C = 4 (<n n> - 1/2) in the plane, and kinds of energy are parts of the energy
+// In the plane C = 4 (<n n> - 1/2). The three kinds of elastic energy add up to the whole.
 TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
 {
   ContactsScript script;

@@ -117,7 +117,7 @@ TYPED_TEST(FreshRve, ComesFromThePackingWithTheNearestVoidRatio)
   EXPECT_NEAR(renewals[0].void_ratio, loose, 0.25 * (loose - dense));
 }
 
-// A torn point keeps its density and has no stress.
+// An RVE that has lost all contacts keeps its density and has no stress.
 TYPED_TEST(FreshRve, KeepsTheDensityOfARveWithoutContacts)
 {
   constexpr int D = TypeParam::value;

@@ -40,7 +40,7 @@ LoadPathsOf<D> paths_of(const std::string &text, const macro::ReadPathFile &read
   return LoadPathsOf<D>(macro::path_words(text, "paths"), read);
 }
 
-/// RVEs on paths, each with its step.
+/// RVEs that follow load paths.
 template <int D> class Laboratory {
  public:
   using Points = macro::RvePointsOf<D>;
@@ -79,7 +79,7 @@ template <int D> class Laboratory {
   const rve::ResultOf<D> &result(int k = 0) { return points.point(slots[k]).result; }
   const PathState<D> &path(int k = 0) { return points.path(slots[k]); }
 
-  /// Steps until the path has ended, at most `most` times.
+  /// Advances until the path has ended, at most `most` times; returns the number of macro steps.
   int finish(
       int most, const std::function<void()> &evaluation = [] {})
   {
@@ -421,13 +421,14 @@ TEST(LoadPath, ConstantBIsHeldInTrueTriaxialCompression)
   EXPECT_LT(s(2, 2), -2e5);
 }
 
-// Tests on a cubic crystal with its tangent under pressure. Strains of 1e-5 change the overlap,
-// 5e-4 of the distance, by a fiftieth; terms of second order are at most ten strains.
+// These tests compare a cubic crystal with its tangent under pressure. Strains of 1e-5 change the
+// overlap, which is 5e-4 of the distance, by a fiftieth. The relative error by terms of second
+// order is at most ten times the strain.
 namespace {
 constexpr double STRAIN = -1e-5, SECOND_ORDER = 1e-4;
 }
 
-// No side moves, without a servo.
+// The lateral sides do not move, so the path has no servo.
 TEST(LoadPath, K0OfALatticeIsThatOfItsElasticConstants)
 {
   const Spheres start = lattice();
@@ -445,9 +446,9 @@ TEST(LoadPath, K0OfALatticeIsThatOfItsElasticConstants)
 }
 
 // Along an axis of the crystal: drained, E = C11 - 2 C12^2/(C11 + C12). At constant volume and at
-// constant p the difference of stresses increases by 3/2 (C11 - C12) with the axial strain. With
-// the volume p increases by (C11 + 2 C12)/3, isotropic or at constant q. At constant b the strains
-// of the sides satisfy
+// constant p, q increases by 3/2 (C11 - C12) per axial strain. In isotropic compression and at
+// constant q, p increases by (C11 + 2 C12)/3 per volumetric strain. At constant b the strains of
+// the sides satisfy
 //   C11 e_x + C12 (e_y + e_z) = 0,
 //   C11 e_y + C12 (e_x + e_z) = b (C11 e_z + C12 (e_x + e_y)).
 TEST(LoadPath, ModuliOfALatticeAreThoseOfItsElasticConstants)
@@ -575,7 +576,8 @@ TEST(LoadPath, OfDisksHoldsPInThePlane)
   EXPECT_GT(laboratory.result().deviatoric_stress(), 0.3 * 1e5);
 }
 
-// The stress moves on a circle in the deviatoric plane, |s'| = 2e4; here (s_xx - s_yy)/2 and s_xy.
+// The stress moves on a circle in the deviatoric plane, with |s'| = 2e4; for disks the axes of this
+// plane are (s_xx - s_yy)/2 and s_xy.
 TEST(LoadPath, CircleInTheDeviatoricPlaneKeepsItsRadius)
 {
   const auto paths = paths_of<2>("stage stress xx ramp -1e5 -0.8e5 0.05 stress yy ramp -1e5 -1.2e5 "
@@ -818,8 +820,8 @@ TEST(LoadPath, FollowsTablesOfStrain)
 }
 
 // The servo integrates twice, and an array of stiffness K oscillates under it with omega^2 = 3 G K,
-// since p increases by 3 K with the rate of its mode. After a bend of the goal the error is the
-// change of slope over omega. Within a macro step the goal is constant.
+// since p increases at 3 K times the rate of its mode. After a bend of the goal the error is the
+// change of slope divided by omega. Within a macro step the goal is constant.
 TEST(LoadPath, FollowsTablesOfStress)
 {
   const std::string text = "time p\n0 P\n0.005 Q\n0.02 P\n";
@@ -855,9 +857,9 @@ TEST(LoadPath, FollowsTablesOfStress)
 // ---- the gain of the servo ----
 
 // The default gain does not depend on the springs. At the same pressure, grains with springs a
-// hundred times as stiff converge as fast in periods of the servo and in numbers of steps, since
-// the stable step decreases as the period does. The constants of the arrays differ by their
-// overlaps, 5e-4.
+// hundred times as stiff need the same number of servo periods and of steps, since the stable step
+// decreases in proportion to the period. The elastic constants, divided by the spring stiffness,
+// differ by 5e-4 because the overlaps differ.
 TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsForAnyStiffness)
 {
   std::vector<double> errors[2];
@@ -1024,7 +1026,7 @@ TEST(LoadPath, RotatesWithTheSample)
   EXPECT_NEAR(s(0, 1), -t(1, 0), 1e-6 * size);
 }
 
-// The error of the servo after a step and its rate are results.
+// The servo's stress error and its velocity gradient are available after each step.
 TEST(LoadPath, ReportsTheErrorOfItsStresses)
 {
   const auto paths = paths_of<3>("stage rate zz -0.5 stress p 7e4 stress xx-yy 0");

@@ -297,12 +297,13 @@ TYPED_TEST(NarrowCell, DoublesItsShadowAndAveragesItsStress)
   EXPECT_EQ(points.copies(0), 2);
   EXPECT_FALSE(points.frozen(0));
   ASSERT_GE(points.point(0).shadow, 0);
-  // The stress is the mean of the last two steps, and that of the shadow the one of the last step.
+  // The stress of the RVE is the mean of the last two steps; that of the shadow is the stress of
+  // the last step.
   EXPECT_LT(points.point(0).shadow_deviation(), 0.1);
 }
 
-// Copies in a narrow cell part, and the RVE flows as one with many grains. Otherwise its grains
-// would stay in rows, which bear a stress ratio of 0.9.
+// Copies in a narrow cell diverge, and the RVE flows like one with many grains. Otherwise its
+// grains would stay in rows, which bear a stress ratio of 0.9.
 TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
 {
   Points<2> points(rve::make_engine<2>(options_of_dimension(2, Format::Fast)), nullptr,

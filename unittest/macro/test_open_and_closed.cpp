@@ -220,8 +220,8 @@ TYPED_TEST(OpenAndClosed, StressReturnsContinuouslyWhenGrainsTouch)
   const double pressure = virial / (D * depth * std::pow(stretch, D) * state.cell_volume());
   EXPECT_EQ(after.num_contacts, contacts);
   EXPECT_GT(pressure, 0.0);
-  // The overlap is a difference of lengths, 1e-6 of them, in coordinates of 64 bits and radii of 53
-  // bits.
+  // The overlap is a difference of lengths and about 1e-6 of them. Coordinates have 64 bits and
+  // radii 53 bits.
   EXPECT_NEAR(after.mean_stress(), pressure, 1e-6 * pressure);
 }
 

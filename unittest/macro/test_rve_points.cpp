@@ -57,7 +57,8 @@ template <class T> bool same_bits(const T &a, const T &b)
 
 }    // namespace
 
-// fix mpm counts both as time of the RVEs: a check in the middle of a step may compile a kernel.
+// Fix mpm counts engine_time() and bounding_time() as time of the RVEs. They are separate because a
+// check in the middle of a step may compile a kernel.
 TEST(RvePoints, BoundsOfTimeStepsAreTimedSeparately)
 {
   std::vector<int> slots;
@@ -69,7 +70,8 @@ TEST(RvePoints, BoundsOfTimeStepsAreTimedSeparately)
   EXPECT_EQ(points.engine_time(), in_engine);
 }
 
-// Velocities have had their last kick in both cases, on which kinetic energy and dashpots depend.
+// Kinetic energy and dashpot forces depend on the velocities, which have received their last kick
+// in both cases.
 TEST(RvePoints, DetailsAreTheSameAtOnceAndLater)
 {
   rve::RveState packing = rve_test::packing_of_400();
@@ -329,8 +331,8 @@ rve::Drive small_drive(double strain, double angle = 0.0)
   return drive;
 }
 
-/// Returns drives for three RVEs: the first strains always, the second is quiescent at times and
-/// then rotates, the third is quiescent at times without rotation.
+/// Returns drives for three RVEs: the first one always strains, the second is quiescent at times
+/// and then rotates, the third is quiescent at times without rotation.
 std::vector<rve::Drive> drives_with_quiescence()
 {
   return {small_drive(5e-5), small_drive(4e-6, 3e-4), small_drive(-3e-6)};
@@ -384,8 +386,8 @@ TEST(AdaptiveMacroSteps, ShortAndLongAnswersHaveTheSameBits)
 
 namespace {
 
-/// Returns the stress over the mean stress after a rotation by `angle` in `steps` macro steps,
-/// rotated back.
+/// Returns the stress divided by the mean stress after a rotation by `angle` in `steps` macro
+/// steps, rotated back.
 Tensor2 stress_after_turn(double angle, int steps, MacroStepOptions macro, bool with_details)
 {
   std::vector<int> slots;
@@ -461,7 +463,8 @@ TEST(AdaptiveMacroSteps, RotateShadowsToo)
 
 TEST(AdaptiveMacroSteps, EnoughStepsForTheRotationGiveTheBitsOfThoseSteps)
 {
-  // Simple shear is half a rotation, and its number of DEM steps is that of the strain.
+  // Simple shear consists of strain and rotation; only its strain determines the number of DEM
+  // steps.
   std::vector<int> slots, other_slots;
   RvePoints points = three_points(slots, adaptive()),
             plain = three_points(other_slots, MacroStepOptions());
@@ -482,8 +485,8 @@ TEST(AdaptiveMacroSteps, EnoughStepsForTheRotationGiveTheBitsOfThoseSteps)
 
 TEST(AdaptiveMacroSteps, ShearGivesTheSameStressWithFewSteps)
 {
-  // Strain and rotation of a DEM step exceed the limit for contacts without rotation: 2e-4 and
-  // 1e-4, with one to ten DEM steps for each macro step.
+  // The coarse RVE makes one DEM step per macro step. Its shear of 2e-4 and rotation of 1e-4 per
+  // DEM step exceed the limit up to which contacts need no rotation.
   MacroStepOptions coarse, fine;
   coarse.adaptive = rve::AdaptiveSubsteps{1.5e-4, 1.0, 100000};
   fine.adaptive = rve::AdaptiveSubsteps{1e-6, 1.0, 100000};
@@ -534,7 +537,7 @@ TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
   EXPECT_GT(naps, 8);
   EXPECT_GT(tally.turned, 2);
   EXPECT_EQ(tally.turned, other_tally.turned);
-  // A diagnostic evaluation is the long answer of a step that is made in any case.
+  // A diagnostic evaluation is the long answer of a step that runs anyway.
   EXPECT_EQ(tally.responses + tally.elastic_results, awake);
   EXPECT_EQ(tally.results, at_first.results);
   EXPECT_GE(tally.elastic_results, naps);
@@ -561,7 +564,7 @@ TEST(QuiescentMacroSteps, EvaluationRunsOnlyIfItSavesTime)
   EXPECT_EQ(tally.elastic_results, at_first);
 }
 
-// The record is of an RVE that is quiescent, has just been evaluated, or is about to wake.
+// The record is of an RVE that is quiescent, has just been evaluated, or is about to advance again.
 TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
 {
   bool has_slept = false, has_rested = false;
@@ -596,8 +599,8 @@ TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
 
 TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameFailuresInOrder)
 {
-  // The RVEs are small and so many that a team of threads pays: some are quiescent, some strain,
-  // and these exceed the overlap limit in step 2.
+  // The RVEs are small and so many that a team of threads runs them. Some are quiescent, others
+  // strain, and those in `crushed` exceed the overlap limit in step 2.
   const int count = 600;
   const std::vector<int> crushed = {7, 411, 599};
   const rve::RveState lattice =

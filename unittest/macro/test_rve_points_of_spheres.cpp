@@ -230,7 +230,7 @@ TEST(PointsOfSpheres, RotateTheStressAboutAnyAxisAtAnySpeed)
 
 TEST(PointsOfSpheres, AverageTheStressOfARotatingIncrement)
 {
-  // The lattice only rotates: all parts have the same stress in the axes of their own time.
+  // The lattice only rotates: all samples have the same stress in axes that rotate with it.
   MacroStepOptions average;
   average.stress_from = macro::StressFrom::Average;
   average.stress_samples = 4;

@@ -365,7 +365,7 @@ TEST_P(StepsOnDevice, FailedRvesKeepTheBitsOfTheCpu)
   expect_same_course(loose, GetParam(), {8.0}, {}, 0.05);
 }
 
-// RVEs become quiescent, rotate by more than contacts allow, wake after about ten steps, and are
+// RVEs become quiescent, rotate by more than contacts allow, advance after about ten steps, and are
 // evaluated again.
 TEST_P(StepsOnDevice, QuiescentRvesHaveTheBitsOfTheCpu)
 {

@@ -295,9 +295,10 @@ TEST(TangentProbes, ElasticTangentOfSpheresIsThatOfASmallStrainInARun)
 
 TEST(TangentProbes, LoadingTangentNeedsALead)
 {
-  // At rest contacts have left the friction limit. The disks of the page have 16 % of nonlinearity
-  // without a lead and 0.9 % with a lead of 0.1, 18 times less. These disks are others, and the
-  // test requires a factor of four, the root of that.
+  // At rest contacts have left the friction limit. The disks in the manual (compute rve/tangent)
+  // have a nonlinearity of 16 % without a lead and of 0.9 % with a lead of 0.1, which is 18 times
+  // less. The disks of this test are other ones, so it requires only a factor of four, about the
+  // square root of 18.
   const rve::RveState state = sheared_packing();
   const auto nonlinearity = [&](double lead) {
     TangentOptions options = loading();
@@ -341,7 +342,8 @@ TEST(TangentProbes, LoadingTangentWithoutSlidingIsTheElasticOne)
   options.probe = 1e-4;
   const auto plastic = probe<2>({state}, options, rve::Format::Double, 1, LOADING)[0];
   const auto stiff = probe(state, elastic());
-  // The tolerance is the rounding over the spread of a probe and its square.
+  // The tolerance covers the rounding error divided by the spread of a probe, and the square of the
+  // probe.
   EXPECT_LT(relative_error(plastic.tangent, stiff.tangent), 1e-5);
   EXPECT_LT(plastic.nonlinearity, 1e-5);
 

@@ -63,9 +63,9 @@ template <int D> double reflected(End end, Face side, int polarisation, double m
   options.sides.fill(SideKind::Roller);
   const auto face = static_cast<int>(side);
   if (is_shear) {
-    // The bar is a piece of a wide body: its sides across the polarisation move with the wave, and
-    // it does not move along the bar there. Dashpots for a million times the speed hold the resting
-    // parts.
+    // The bar is a piece of a wide body: its sides normal to the polarisation move with the wave,
+    // but not along the bar. Tangential dashpots for a million times the wave speed prevent this
+    // motion.
     for (const int of_wave : {2 * polarisation, 2 * polarisation + 1}) {
       options.sides[of_wave] = SideKind::Free;
       options.dashpots[of_wave].tangential = 1e6 * c;

@@ -99,8 +99,8 @@ TEST(BoxesThatFollow, HaveTheSecondMomentsOfTheDeformedBox)
 namespace {
 
 /// Stretches a bar of one point per cell to `stretch` times its length. Points have v = ε̇ x in
-/// every step, and the result of the grid is compared with e^(ε̇ t): the least and the largest
-/// stretch of a point over that, and of the stress over E ln λ.
+/// every step. The members are the smallest and the largest ratio of a point's stretch λ to e^(ε̇
+/// t). The stress of each point must be E ln λ.
 struct Bar {
   double least = 1e9, largest = 0.0;
 };

@@ -128,8 +128,8 @@ TEST_P(BitsInSpace, DoNotDependOnRanks)
   });
 }
 
-/// A rank is next to a border, where the other one has only one of the two nodes that a face ties
-/// together.
+/// The border of two ranks is near a face of a body, where one rank has only one of the two nodes
+/// that the face ties together.
 TEST_P(BitsInSpace, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 2;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Nodes that a side or a body holds: points near them still feel forces, and walls and bodies get
-// the momentum that points lose.
+// Nodes that a side or a body holds: forces still act on points near them, and walls and bodies
+// receive the momentum that points lose.
 
 #include "scene.h"
 

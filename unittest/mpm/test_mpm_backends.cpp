@@ -262,8 +262,8 @@ TEST_P(Backends, GiveTheSameBitsOnSeveralRanks)
   alone.steps(10);
   const std::vector<double> at_end = numbers(alone);
 
-  // Points of ranks are everywhere, in columns, or in layers with a border right below the footing;
-  // the last rank has no points.
+  // The points of a rank are scattered, in columns, or in layers with a border right below the
+  // footing; the last rank has no points.
   constexpr int RANKS = 3;
   const std::vector<std::function<int(int, double, double)>> divisions = {
       [](int p, double, double) { return p * 7 / 3 % 2; },

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Closed forms and manufactured solutions on successively finer grids: the error and its observed
-// order. Time steps are proportional to cells, so that an order is that of both.
+// order. Time steps are proportional to cells, so that the order is that of both errors together.
 // doc/src/verification_mpm.rst has the table.
 
 #include "convergence.h"
@@ -85,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(, AxialBar, testing::Values(Scheme::Musl, Scheme::Usavg
 
 namespace {
 
-/// Errors of stress over E and of position over the height, on three grids.
+/// Errors of stress, divided by E, and of position, divided by the height, on three grids.
 struct ColumnErrors {
   std::array<double, 3> stress, place;
 };
@@ -148,8 +148,8 @@ TEST(SelfWeightColumn, CompressedByAThirdHasTheStressAndPositionOfTheClosedForm)
   EXPECT_GT(order(place_error[0], place_error[1]), 0.9);
   EXPECT_GT(order(place_error[1], place_error[2]), 0.9);
   EXPECT_LT(place_error[2], 2e-3);
-  // Boxes of fixed size overlap where the column is compressed, so that the sum over points is not
-  // that of adjacent neighbours. The error of single stresses is largest at the base and decreases
+  // Boxes of fixed size overlap where the column is compressed, so that sums over points are not
+  // those of adjacent boxes. The error of single stresses is largest at the base and decreases
   // slowly.
   EXPECT_GT(order(e[1], e[2]), 0.4);
   EXPECT_LT(e[2], 0.025);
@@ -176,7 +176,7 @@ namespace {
 /// Kamojjala, Brannon, Sadeghirad & Guilkey 2015, Eng. Comput. 31, 193). For the Jaumann rate, with
 /// spin W - θ' = γ'/2 with respect to that frame, the stress is
 ///   σ_rθ = μ sin γ,  σ_θθ = -σ_rr = μ (1 - cos γ),
-/// and the body force per mass of the balance of momentum is
+/// and the body force per mass that the balance of momentum requires is
 ///   b_r = -r (g' h)² - [∂σ_rr/∂r + (σ_rr - σ_θθ)/r]/ρ,
 ///   b_θ = r h g'' - [∂σ_rθ/∂r + 2 σ_rθ/r]/ρ.
 /// h = (1 - 16 (r - 1)²)³ for 3/4 < r < 5/4, else 0 (a third power, for a continuous body force); g
@@ -220,7 +220,8 @@ struct Vortex {
 
 namespace {
 
-/// Errors of position over the largest rotation and of stress over G, on three grids.
+/// Errors of position, divided by the largest rotation, and of stress, divided by G, on three
+/// grids.
 struct VortexErrors {
   std::array<double, 3> place, stress;
 };
@@ -318,8 +319,8 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
 {
   // A disk in plane strain rotates with ω. With K = ρω²/(8(1-ν)),
   //   σ_rr = K (3-2ν)(R² - r²),   σ_θθ = K [(3-2ν) R² - (1+2ν) r²]
-  // (Timoshenko & Goodier 1970, section 32, with the constants of plane strain). This state only
-  // rotates.
+  // (Timoshenko & Goodier 1970, section 32, with the constants of plane strain). This stress state
+  // only rotates with the disk.
   const double radius = 0.5, spin = 1.0, density = 1000.0, young = 2e3, poisson = 0.3;
   const double K = density * spin * spin / (8.0 * (1.0 - poisson));
   const double central = K * (3.0 - 2.0 * poisson) * radius * radius;    // largest stress
@@ -405,7 +406,7 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
       EXPECT_GT(order(-drift[1], -drift[2]), 1.5);
       EXPECT_LT(std::abs(drift[2]), 5e-3);
       EXPECT_LT(lag[2], 0.01 * 2.0 * PI);
-    } else {    // control: the noise of points that cross cells does not vanish with them
+    } else {    // control: the noise of cell crossing does not vanish for small cells
       EXPECT_LT(order(e[1], e[2]), 0.3);
       EXPECT_GT(e[2], 0.4);
     }

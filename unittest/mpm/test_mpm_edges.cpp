@@ -48,8 +48,8 @@ TEST_P(OnACellEdge, PointMovesWithItsVelocityWithoutStrain)
     EXPECT_NEAR(scene.position[0], place[0] + sign * 0.5 * dt, 1e-12);
     EXPECT_NEAR(scene.velocity[0], sign * 0.5, 1e-9);
     EXPECT_NEAR(scene.velocity[1], sign * 0.25, 1e-9);
-    // The tolerance is the round-off of nodes with hardly any mass, over a cell; points keep a
-    // distance of 2^-24 cells from nodes.
+    // The tolerance is the round-off of nodes with hardly any mass, divided by the cell edge;
+    // points keep a distance of 2^-24 cells from nodes.
     for (const double l : scene.velocity_gradient[p].component) EXPECT_NEAR(l, 0.0, 1e-5);
     EXPECT_EQ(solver.totals(scene.view()).mass, scene.mass[0]);
   }

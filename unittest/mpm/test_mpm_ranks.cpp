@@ -259,8 +259,8 @@ TEST_P(Bits, DoNotDependOnRanksWithPartsOfTheGround)
         STEPS);
 }
 
-/// A rank is above or next to a border, where the other one has only one of the two nodes that a
-/// face ties together.
+/// The border of two ranks is near a face of a body, where one rank has only one of the two nodes
+/// that the face ties together.
 TEST_P(Bits, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 4;

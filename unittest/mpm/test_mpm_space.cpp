@@ -326,9 +326,9 @@ struct SpinningSphere {
   double q;    ///< ρω²/(5 (1-ν)(7+5ν))
   Vec3 axis;
 
-  /// Returns the stress of the equilibrium with ρω²(x, y, 0), z along the axis, whose displacements
-  /// are polynomials of third degree without traction on the surface (Chree 1889, Trans. Camb.
-  /// Phil. Soc. 14, 250).
+  /// Returns the stress that balances the centrifugal force ρω²(x, y, 0), with z along the axis and
+  /// without traction on the surface. The displacements are polynomials of third degree (Chree
+  /// 1889, Trans. Camb. Phil. Soc. 14, 250).
   Tensor3 stress(const Vec3 &place) const
   {
     const double n = poisson, R = radius;
@@ -473,11 +473,11 @@ namespace {
 
 /// A manufactured solution in space: rings around an axis rotate by g(t) h(r, z), z along the axis.
 /// Each point shears by γ = |Γ|, Γ = r g ∇h, in the plane of e_θ and d = Γ/γ, which rotates with
-/// it, so that the generalized vortex of test_mpm_convergence has an equivalent of two shears. For
-/// the Jaumann rate
+/// it, so that this solution is the generalized vortex of test_mpm_convergence with two shears. For
+/// the Jaumann rate the stress is
 ///   σ = μ sin γ (e_θ ⊗ d + d ⊗ e_θ) + μ (1 - cos γ) (e_θ ⊗ e_θ - d ⊗ d),
-/// and the force per mass of the balance of momentum is -r (g' h)² e_r + r h g'' e_θ - div σ/ρ. h =
-/// (1 - r² - z²)³ inside of the unit sphere, else 0; g = A (1 - cos 2πt)/2.
+/// and the body force per mass that the balance of momentum requires is -r (g' h)² e_r + r h g''
+/// e_θ - div σ/ρ. h = (1 - r² - z²)³ inside of the unit sphere, else 0; g = A (1 - cos 2πt)/2.
 struct VortexInSpace {
   static constexpr double AMPLITUDE = 0.15;    ///< A: γ up to 0.13
   double shear_modulus, density;
@@ -525,8 +525,8 @@ struct VortexInSpace {
   static double growth(double t) { return 0.5 * AMPLITUDE * (1.0 - std::cos(2.0 * PI * t)); }
 };
 
-/// Returns errors of position over the largest rotation and of stress over the shear modulus;
-/// `cells` is the number in the radius of the vortex.
+/// Returns the errors of position, divided by the largest rotation, and of stress, divided by the
+/// shear modulus. `cells` is the number of cells in the radius of the vortex.
 std::array<double, 2> errors_of_vortex(int cells, const Vec3 &axis, mpm::ShapeFunction shape)
 {
   const double young = 1000.0, poisson = 0.3, density = 1000.0, h = 1.0 / cells;

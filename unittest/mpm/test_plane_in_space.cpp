@@ -78,7 +78,8 @@ struct PlaneGround {
   }
 };
 
-/// Maps x and y of the plane to two axes of space in the order of space; `out` is the axis across.
+/// Maps x and y of the plane to two axes of space in the order of space; `out` is the axis normal
+/// to the plane.
 struct Embedding {
   int in[2], out;
 

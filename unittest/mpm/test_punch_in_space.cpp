@@ -12,8 +12,8 @@ namespace {
 
 constexpr double YOUNG = 1e6, POISSON = 0.25;
 
-/// Returns the force of a smooth punch over its settlement and E a/(1 - ν²), for the half width or
-/// radius `half` in cells, on a quarter of the ground.
+/// Returns F (1 - ν²)/(E a u) of a smooth punch with the force F, the settlement u and the half
+/// width or radius a of `half` cells. The model is a quarter of punch and ground.
 double stiffness_of_punch(int half, bool round)
 {
   constexpr int WIDTH = 14, DEPTH = 14;
@@ -52,10 +52,10 @@ double stiffness_of_punch(int half, bool round)
 
 TEST(PunchInSpace, IsAsStiffAsTheClosedFormsOfASquareAndARoundOne)
 {
-  // On a half space a round punch has 2 (Boussinesq; Johnson 1985, Contact Mechanics, section 3.4)
-  // and a square one 2.31 (Pais & Kausel 1988, Soil Dyn. Earthq. Eng. 7, 213). The ground ends
-  // after 3.5 half widths, and a rigid base is 1.28/3.5 stiffer; a square acts as if half a cell
-  // wider.
+  // On a half space, the result is 2 for a round punch (Boussinesq; Johnson 1985, Contact
+  // Mechanics, section 3.4) and 2.31 for a square one (Pais & Kausel 1988, Soil Dyn. Earthq. Eng.
+  // 7, 213). A rigid base at a depth of 3.5 half widths increases it by the factor 1 + 1.28/3.5. A
+  // square acts as if it were half a cell wider.
   const double square = stiffness_of_punch(4, false), round = stiffness_of_punch(4, true);
   printf("punch: square %.3f, round %.3f, ratio %.3f\n", square, round, round / square);
   EXPECT_GT(square, 2.31);

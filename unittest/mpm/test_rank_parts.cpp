@@ -179,7 +179,7 @@ Outcome run_on(int ranks, const Analysis<D> &analysis, int steps, std::vector<in
 }
 
 /// Returns the number of nodes of a box of cells with points and its margins for weights, loads and
-/// three steps: 4 below and above for the points, 1 + 2 for bodies, and 1 for the motion of points.
+/// three steps: on each side 3 nodes for the points, 3 for bodies, and 1 for the motion of points.
 double nodes_around(const std::vector<double> &cells)
 {
   double nodes = 1.0;
@@ -223,8 +223,8 @@ TEST(RankPart, OfAnEnormousGridHasTheBitsOfASmallOneInSpace)
   expect_same_bits_as_on_a_small_grid<3>({}, 60);
 }
 
-/// Ends of boxes that follow the deformation are rounded at their position, so that runs with
-/// several ranks are compared with each other.
+/// The rounding of the ends of boxes that follow the deformation depends on their position. Runs on
+/// the large grid are therefore compared with each other, not with runs on the small one.
 TEST(RankPart, HoldsBoxesThatFollowTheDeformation)
 {
   const Analysis<2> analysis({mpm::Scheme::Musl, ShapeFunction::Cpgimp, true}, true);

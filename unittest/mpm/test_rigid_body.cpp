@@ -162,7 +162,7 @@ TEST(RigidPunch, SeparatingFaceDoesNotPull)
   pulling.set_body_velocity(0, {{0.0, 0.1}});
   leaving.set_body_velocity(0, {{0.0, 0.1}});
 
-  for (int step = 0; step < 10; ++step) {    // from there the face is too far away
+  for (int step = 0; step < 10; ++step) {    // after these steps the face is too far away
     pulling.step(glued.scene.view(), {}, TIME_STEP);
     leaving.step(loose.scene.view(), {}, TIME_STEP);
     EXPECT_LT(pulling.body_reaction(0)[1], 0.0);

@@ -654,7 +654,7 @@ TEST(ConvexBody, HalfAWedgeAtAPlaneOfSymmetryHasHalfTheForce)
   for (int part = 0; part < 5; ++part) {    // one and a half cells deep at the end
     const double all = whole.force_at(0.2, 300)[1];
     EXPECT_GT(all, 1e4);
-    // Points spread mass behind the plane of symmetry, which stays there.
+    // Points spread mass beyond the plane of symmetry, and this mass remains there.
     EXPECT_NEAR(half.force_at(0.2, 300)[1], 0.5 * all, 0.005 * all);
   }
 }

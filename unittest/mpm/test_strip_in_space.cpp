@@ -17,8 +17,8 @@ using mpm::SideKind;
 namespace {
 
 struct Capacity {
-  double factor;    ///< mean pressure over the last quarter of the settlement, over the cohesion
-  double gain;      ///< relative decrease from the third quarter
+  double factor;    ///< mean pressure in the last quarter of the settlement / cohesion
+  double gain;      ///< relative increase from the third quarter
 };
 
 /// Returns the capacity of a rough strip with a half width of 1 m, or `half` cells, on a slice one

@@ -30,8 +30,8 @@ Vec3 at(const std::vector<double> &rows, int p)
   return {{rows[3 * p], rows[3 * p + 1], rows[3 * p + 2]}};
 }
 
-/// A frame whose third axis is inclined by `slope` to the vertical, downwards along the first one,
-/// whose direction seen from above is `azimuth`.
+/// Frame of an inclined face. The third axis is the normal, inclined by `slope` to the vertical.
+/// The first axis points down the slope; its direction seen from above is `azimuth`.
 struct Incline {
   double slope, azimuth;
 
@@ -294,8 +294,9 @@ TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABentBar)
 namespace {
 
 /// Water in front of a smooth wall that is inclined by `slope` about its foot, away from the water.
-/// The members are the force across over γ b H²/2, the force upwards over that times tan(slope),
-/// and the moment about the foot over γ b H³/6 cos²(slope).
+/// The members are ratios to the closed form: the horizontal force over γ b H²/2, the vertical
+/// force (downwards on the wall) over tan(slope) γ b H²/2, and the moment about the foot over γ b
+/// H³/(6 cos²(slope)).
 struct WaterBehindWall {
   double across, upwards, moment;
 
@@ -351,8 +352,8 @@ struct WaterBehindWall {
 
 TEST(InclinedWall, HasTheForceAndTheMomentOfWaterAboutItsFoot)
 {
-  // Pressures γ (H - z) on a face inclined by β have the resultants γ H²/2 across, that times tan β
-  // down, and γ H³/6 cos² β about the foot.
+  // Pressures γ (H - z) on a face inclined by β have the resultants γ H²/2 horizontally, tan β γ
+  // H²/2 downwards, and the moment γ H³/(6 cos² β) about the foot.
   const WaterBehindWall vertical(6, 0.0);
   EXPECT_NEAR(vertical.across, 1.0, 1e-9);
   EXPECT_NEAR(vertical.upwards, 0.0, 1e-9);
@@ -374,12 +375,12 @@ TEST(InclinedWall, HasTheForceAndTheMomentOfWaterAboutItsFoot)
 
 namespace {
 
-/// A smooth rigid footing of the half width or radius `half` [cells] on half of the ground below
-/// it, 9 cells deep, pressed by an eccentric force.
+/// A smooth rigid footing of the half width or radius `half` [cells], pressed on ground by an
+/// eccentric force. The ground is 9 cells deep and ends at a plane of symmetry through the footing.
 struct PressedFooting {
   static constexpr double YOUNG = 1e6, POISSON = 0.25;
   static constexpr int DEPTH = 9;
-  /// reactions of the footing and of the ground over the applied ones
+  /// reactions of the footing and of the ground, divided by the applied force and moment
   double force, moment, ground;
   double vertical, rocking;    ///< F/(E a u) (1 - ν²) and M/(E a³ θ) (1 - ν²)
 
@@ -430,9 +431,9 @@ struct PressedFooting {
 TEST(PressedFooting, SettlesAndTiltsUnderAnEccentricForce)
 {
   // On a half space a square has F (1 - ν²)/(E a u) = 2.31 and M (1 - ν²)/(E a³ θ) = 2.0 (Pais &
-  // Kausel 1988). On ground of the depth d these increase by 1.28 a/d and 0.17 a/d (for a circle:
-  // Kausel 1974). A line of nodes touches the footing if it is more than a quarter of a cell inside
-  // its edge.
+  // Kausel 1988). On ground of the depth d these increase by the factors 1 + 1.28 a/d and 1 + 0.17
+  // a/d (for a circle: Kausel 1974). A line of nodes touches the footing if it is more than a
+  // quarter of a cell inside its edge.
   const double half = 3.26;
   const PressedFooting square(BodyForm::Box, half, 600);
   printf("square footing: force %.5f, moment %.5f, ground %.4f, vertical %.3f, rocking %.3f\n",
@@ -458,8 +459,8 @@ TEST(PressedFooting, SettlesAndTiltsUnderAnEccentricForce)
 
 TEST(PressedFooting, BoxAndCylinderAgreeWithBodiesWithAFace)
 {
-  // A line of nodes touches a box if it is more than a quarter of a cell inside its edge, and a
-  // body with a face from its edge on.
+  // A line of nodes touches a box if it is more than a quarter of a cell inside the edge. It
+  // touches a body with a face if it is at the edge or inside.
   constexpr int DEPTH = 9, HALF = 3;
   for (const bool round : {false, true}) {
     double force[2];

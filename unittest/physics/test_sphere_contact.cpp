@@ -46,7 +46,7 @@ Vector rotated(const Vector &v, const Vector &axis, double angle)
       ((1.0 - std::cos(angle)) * dot(axis, v)) * axis;
 }
 
-/// Returns the part of a vector in the plane across n.
+/// Returns the component of v perpendicular to the unit vector n.
 Vector across(const Vector &n, const Vector &v)
 {
   return v - dot(v, n) * n;
@@ -217,7 +217,7 @@ TEST(SphereContact, HasNoSlipInARigidRotation)
     EXPECT_LT(length(turn.tilt - dt * cross(w, pair.contact.normal)), 1e-15 * dt);
     EXPECT_NEAR(turn.twist, dt * dot(w, pair.contact.normal), 1e-15 * dt);
 
-    // LAMMPS' arms of whole radii have a relative velocity.
+    // With LAMMPS' lever arms, which are the whole radii, the surfaces have a relative velocity.
     const auto lammps =
         SphereContact<double>::of<true>(pair.contact, pair.i, pair.j, turning, 0.0, 0.0);
     const double sideways = length(cross(w, pair.contact.normal));
@@ -301,7 +301,7 @@ TYPED_TEST(VectorSpringOf, IsTheSpringOfDisksAlongALine)
     const auto vector = this->spring.advance(h, velocity, Real(NORMAL_FORCE), Real(DT));
     const auto number = plane.advance(g, velocity[0], Real(NORMAL_FORCE), Real(DT));
 
-    // In mixed numbers the changes of the vector are rounded to single precision.
+    // In mixed precision the changes of the vector are rounded to single precision.
     EXPECT_NEAR(vector.force[0], number.force, 4 * std::numeric_limits<Real>::epsilon() * LIMIT);
     EXPECT_EQ(vector.force[1], Real(0));
     h = vector.spring;
@@ -475,8 +475,8 @@ TYPED_TEST(SphereLaw, HistoriesRotateWithARigidRotationAboutAnyAxis)
       after = evaluate(law, pair.contact(), pair.i, pair.j, turning, after.history(), dt);
     }
 
-    // The error is the square of the angle of a step, and slip by its third power in a stiff
-    // spring.
+    // The error is of second order in the angle of a step. The stiff spring adds slip of third
+    // order in this angle.
     const double error = 1e-6, angle = 2.0 / steps;
     const double slip = 0.8e6 * 2.0 * RADIUS * steps * angle * angle * angle / 8.0;
     EXPECT_LT(length(after.spring - rotated(before.spring, axis, 2.0)),
@@ -564,8 +564,9 @@ TEST(SphereRolling, MomentsEndAtTheirLimits)
 
 TEST(SphereRolling, ReducesASpinAtItsLimit)
 {
-  // Two spheres, pressed on each other without friction, spin in opposite directions. Both lose M t
-  // / I, by rolling about an axis across the normal and by twisting about the normal.
+  // Two spheres, pressed on each other without friction, spin in opposite directions. The spin of
+  // both decreases by M t / I, by rolling about an axis across the normal and by twisting about the
+  // normal.
   Material material = sphere_material();
   material.friction = 0.0;
   const auto law = law_of<RollingSpheres>(material);
