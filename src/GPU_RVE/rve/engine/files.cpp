@@ -67,7 +67,8 @@ OutputFile::OutputFile(const std::string &_path) : path(_path), target(_path)
   if (!exists && errno != ENOENT) fail(errno);
   if (exists) {
     if (S_ISDIR(old.st_mode)) fail(EISDIR);
-    // Renaming needs no permission of the file, but a write-protected file must stay.
+    // Renaming needs no write permission of the old file, but a write-protected file must not be
+    // replaced.
     if (::access(target.c_str(), W_OK) != 0) fail(errno);
     regular = S_ISREG(old.st_mode);
     if (!regular) return;
@@ -113,7 +114,7 @@ void OutputFile::write(const std::string &text)
   synchronise_name_of(target);
 }
 
-/// This cleans up, since a constructor that throws has no destructor.
+/// Removes the temporary file first, since the destructor does not run if the constructor throws.
 void OutputFile::fail(int reason)
 {
   discard();
