@@ -13,7 +13,7 @@
 namespace rve {
 
 /// Bins of grains by fractional coordinates. Each bin is at least `contact_distance` wide. A cell
-/// that is too narrow for three bins per axis has a single bin.
+/// that is too narrow for three bins along each axis has a single bin.
 template <int D> class GrainBins {
  public:
   GrainBins(const Tensor<double, D> &cell, double contact_distance)

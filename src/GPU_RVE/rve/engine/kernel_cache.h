@@ -33,8 +33,9 @@ class KernelCache {
 
   void store(const std::string &key, const DeviceCode &kernel);
 
-  /// Lock on a key during its lifetime. Others with the same key wait, for at most `seconds`, since
-  /// a process may hang and a file system may have no locks. Other keys are independent.
+  /// Lock on a key during its lifetime. Other objects with the same key wait, for at most
+  /// `seconds`, since a process may hang and a file system may have no locks. Other keys are
+  /// independent.
   class Turn {
    public:
     Turn(const KernelCache &cache, const std::string &key, double seconds = 300.0);

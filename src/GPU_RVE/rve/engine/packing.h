@@ -48,9 +48,9 @@ struct PackingRecipe {
   std::int64_t max_steps = 2000000;
 };
 
-/// Isotropic pressure over the vertical stress at the beginning of the compression without lateral
-/// strain. Soil is deposited without stress; an earlier stress changes the final lateral stress by
-/// about (1 - K0) of this share.
+/// Isotropic pressure at the beginning of the compression without lateral strain, over the final
+/// vertical stress [-]. Soil is deposited without stress; an earlier stress changes the final
+/// lateral stress by about (1 - K0) of this share.
 constexpr double START_AT_REST = 0.05;
 
 /// Returns the overlap over diameter of two grains of the mean radius at the pressure, as

@@ -65,8 +65,8 @@ template <int D> void write_packing(const std::string &path, const RveStateOf<D>
 ///   end_library
 template <int D = 2> PackingLibraryOf<D> read_library(const std::string &path);
 
-/// Writes a library, completely or not at all. Throws InputError if it or a packing is not sound or
-/// the file cannot be written.
+/// Writes a library, completely or not at all. Throws InputError if the library or a packing is not
+/// sound, or if the file cannot be written.
 template <int D> void write_library(const std::string &path, const PackingLibraryOf<D> &library);
 
 /// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`;
@@ -83,8 +83,8 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
 ///
 /// Contact forces are those of the springs, without dashpots, on the first grain: -f_n n + f_t
 /// (-n_y, n_x), and -f_n n + f_t for spheres. With rolling forces there is a column for the moment
-/// on the first grain over the reduced radius; for spheres three, and one for the twisting moment,
-/// as in PairOf<3>.
+/// on the first grain over the reduced radius. For spheres there are three columns for the rolling
+/// force and one for the twisting moment, as in PairOf<3>.
 template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state);
 
 }    // namespace rve

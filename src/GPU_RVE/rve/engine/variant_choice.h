@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Choice of a kernel variant from their table.
+// Choice of a kernel variant from the table in kernel_variants.h.
 
 #pragma once
 
@@ -12,7 +12,7 @@ namespace rve {
 struct CallNeeds {
   bool friction = false;
   bool dashpots = false;
-  bool rescaling = false;    ///< rescaling of springs by a changed contact (has_rescaling of a law)
+  bool rescaling = false;    ///< rescaling of spring forces as contacts change (Law::has_rescaling)
   bool servo = false;
   bool has_bookkeeping = false;    ///< all bookkeeping of energy and stress (Bookkept::All)
 };
