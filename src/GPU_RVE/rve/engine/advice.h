@@ -106,7 +106,7 @@ template <int D> EnergyTerms energy_terms(const ResultOf<D> &result)
 /// accumulated losses are wrong.
 std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now);
 
-/// Returns an advice for each limit that a result violates. Limits that concern contacts are not
+/// Returns one Advice for each limit that a result violates. Limits that concern contacts are not
 /// checked in a packing without contacts.
 template <int D>
 std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Material &material,

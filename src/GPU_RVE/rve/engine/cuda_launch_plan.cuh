@@ -45,8 +45,8 @@ struct LaunchPlan {
   int share_on_chip = 0;            ///< carveout of shared memory, for both kernels [percent]
 };
 
-/// Launch plans of an engine by kind of call. Calls of a few kinds alternate: evaluations of some
-/// RVEs between the steps of all.
+/// Launch plans of an engine by kind of call. A run alternates between a few kinds of calls, such
+/// as evaluations of some RVEs and steps of all RVEs.
 class LaunchPlans {
  public:
   LaunchPlans(const cudaDeviceProp &_device, const CudaVariants &_variants, int _block_size) :
@@ -126,7 +126,7 @@ class LaunchPlans {
     check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                     static_cast<int>(plan.dynamic)),
                "shared memory of the kernel");
-    plan_in_use = nullptr;    // that plan may have the same kernel
+    plan_in_use = nullptr;    // the plan in use may have the same kernel
     int blocks_per_sm = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
                                                              plan.block, plan.dynamic),

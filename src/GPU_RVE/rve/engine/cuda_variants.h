@@ -53,8 +53,8 @@ class CudaVariants {
   /// residency.
   std::optional<BlockShape> shape(KernelVariant variant, Residency residency) const;
 
-  /// Returns a kernel of a usable variant as a launch takes it: a function of (LaunchRecord,
-  /// BatchConstants), or its handle.
+  /// Returns a kernel of a usable variant for cudaLaunchKernelExC: the address of a function of
+  /// (LaunchRecord, BatchConstants), or a handle of it.
   const void *advance(KernelVariant variant, Residency residency) const;
   const void *prepare(KernelVariant variant) const;
   /// Returns true if advance() need not compile or load the kernel.

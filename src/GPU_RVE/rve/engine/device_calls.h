@@ -57,8 +57,8 @@ template <int D> class DeviceCallsOf : public Request {
  public:
   /// Plans a call on the device, after the work that has been launched so far.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
-  /// Indices (in the call) of the RVEs that exceeded the limits of their plans, of which fetch()
-  /// returns at most MOST_STIFFENED.
+  /// Returns the indices (in the call) of RVEs that exceeded the limits of their plans in the last
+  /// fetched call, at most MOST_STIFFENED of them.
   virtual const std::vector<int> &stiffened() const = 0;
   static constexpr int MOST_STIFFENED = 64;
   /// Delivers the results of the last call; calls of unfinished RVEs are repeated first. A

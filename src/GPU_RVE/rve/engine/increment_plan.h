@@ -83,12 +83,12 @@ RVE_HD bool slips(const Tensor<double, D> &increment, int substeps, double dt, d
 
 /// State of an RVE that a plan depends on.
 struct PlannedRve {
-  double pressure = 0.0;      ///< after its last DEM steps, compression positive [stress]
+  double pressure = 0.0;      ///< pressure after the last DEM steps [stress]
   double grain_size = 0.0;    ///< rve::grain_size() [length]
   double density = 0.0;       ///< rve::inertial_density() [mass/length^3]
   LinearContacts contacts;
   StiffeningLimit limit;
-  std::uint32_t status = 0;    ///< status of its last DEM steps
+  std::uint32_t status = 0;    ///< status of the last DEM steps
 };
 
 /// Cost of a diagnostic evaluation with the affine stiffness, and overhead of a call, both in DEM

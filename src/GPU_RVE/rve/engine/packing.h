@@ -104,7 +104,7 @@ template <int D> double default_servo_gain(const RveStateOf<D> &state);
 /// Returns the default rate of each axis during the compression of the cloud [1/time]. It is the
 /// lesser of 0.01 sqrt(K/M), at 1 % of the wave speed of the packing with the contact stiffness K
 /// at the pressure, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of
-/// p. For spheres h is as above, and K is multiplied by h over the mean diameter.
+/// p. For spheres h is as in default_servo_gain(), and K is multiplied by h over the mean diameter.
 template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure);
 
 /// Resets the history of a packing: velocities, strain, servo, counters and energies become zero.

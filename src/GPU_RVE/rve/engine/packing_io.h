@@ -70,7 +70,7 @@ template <int D = 2> PackingLibraryOf<D> read_library(const std::string &path);
 template <int D> void write_library(const std::string &path, const PackingLibraryOf<D> &library);
 
 /// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`;
-/// the latter is omitted if the path is a device or a fifo. Throws InputError as above.
+/// the latter is omitted if the path is a device or a fifo. Throws InputError as write_packing().
 ///
 /// LAMMPS requires vector a along +x, and b in the plane of x and y. So the packing is rotated
 /// (positions, velocities, spins, forces), and vectors are reduced by multiples of those before

@@ -27,8 +27,8 @@ struct KernelName {
 std::string to_string(const KernelName &name);
 
 /// Returns a kernel for GPUs of this compute capability from the cache, or compiles and stores it.
-/// `log` takes lines on compiled kernels with their times, and on a cache that cannot be used.
-/// Throws std::runtime_error if compilation fails.
+/// `log` receives lines about compiled kernels with their compile times, and about a cache that
+/// cannot be used. Throws std::runtime_error if compilation fails.
 DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &nvrtc,
                            KernelCache &cache, const std::function<void(const std::string &)> &log);
 

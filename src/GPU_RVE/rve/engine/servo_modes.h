@@ -7,8 +7,8 @@
 // the servo shears along x. There are conditions on rates, E l = r, and on stresses, C sigma = g,
 // together as many as components. The servo uses l = E^+ r + sum_k a_k w_k with amplitudes a_k. The
 // modes w_k are the columns of W = P C^+: C^+ e is the smallest stress change that removes the
-// error e of the stress conditions, and P projects on the motions that the rates leave free, E l =
-// 0.
+// error e of the stress conditions, and P projects on the motions with E l = 0, which the
+// conditions on rates leave free.
 //
 // If the stresses are the work conjugates of the free motions, P C^T = C^T, the stiffness C S W of
 // the modes has positive eigenvalues for every positive definite S. The servo then oscillates about

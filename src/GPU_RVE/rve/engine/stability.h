@@ -25,10 +25,10 @@ template <int D> double largest_frequency(const RveStateOf<D> &state);
 /// grows with the overlap.
 template <int D> double pair_frequency(const RveStateOf<D> &state, double coming_overlap = 0.0);
 
-/// Returns the largest stable time step of the leapfrog update [time]: the smaller one of the time
-/// steps for the network and for one contact as in pair_frequency(), which may form at any time.
-/// With the frequency w, the dashpot rate B (largest eigenvalue of M^-1 C) and Cundall damping A,
-/// which scales a force by up to 1 + A,
+/// Returns the largest stable time step of the leapfrog update [time]. It is stable for the contact
+/// network and for one contact as in pair_frequency(), which may form at any time. With the
+/// frequency w, the dashpot rate B (largest eigenvalue of M^-1 C) and Cundall damping A, which
+/// scales a force by up to 1 + A,
 ///     dt = 4 / ((1+A) B + sqrt((1+A)^2 B^2 + 4 (1+A) w^2)),
 /// that is 2/(w sqrt(1+A)) without dashpots and 2/w (sqrt(1+xi^2) - xi), xi = B/(2w), with them,
 /// since the dashpot uses the velocity of half a step before. The result is exact for B

@@ -12,7 +12,7 @@ namespace rve {
 struct CallNeeds {
   bool friction = false;
   bool dashpots = false;
-  bool rescaling = false;    ///< rescaling of spring forces as contacts change (Law::has_rescaling)
+  bool rescaling = false;    ///< springs change with the contact radius (Law::has_rescaling)
   bool servo = false;
   bool has_bookkeeping = false;    ///< all bookkeeping of energy and stress (Bookkept::All)
 };
