@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Common contact model of a batch. It is known when the packings have been read, before an engine
-// exists.
+// Common contact model of a batch. The model is known when the packings have been read, before an
+// engine exists.
 
 #pragma once
 

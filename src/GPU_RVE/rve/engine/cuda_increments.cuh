@@ -33,8 +33,8 @@ struct CallFindings {
 };
 constexpr std::size_t kHostFindings = offsetof(CallFindings, class_size);
 
-/// Largest number of unfinished RVEs whose calls are repeated one by one while the other results
-/// stay on the device. With more, the host processes the results of the whole call.
+/// Largest number of unfinished RVEs whose calls the host repeats while the results of the other
+/// RVEs stay on the device. With more, the host processes the results of the whole call.
 constexpr int kMostUnfinished = 64;
 
 /// Rotation of an RVE.

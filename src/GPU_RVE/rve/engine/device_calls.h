@@ -32,7 +32,8 @@ template <int D> struct RestingRve {
 /// device does not have the result of its last DEM steps.
 constexpr std::int32_t BEFORE_THE_CALL = -1;
 
-/// Input of a call. It lives until the results have been delivered or the next call is planned.
+/// Input of a call. The object must live until the results have been delivered or the next call is
+/// planned.
 template <int D> struct DeviceCallOf {
   PointsOnDevice points;
   std::vector<int> rves;

@@ -16,10 +16,10 @@ namespace rve {
 
 /// Returns the mean peculiar velocity, weighted by mass, if it exceeds the root mean square of the
 /// fluctuations about it; otherwise zero [length/time]. A periodic packing does not need a mean
-/// velocity, and local damping would act on it instead of the fluctuations. It is also zero if it
-/// moves a grain in a stable time step by less than 1e-7 of the smallest radius: the grains are
-/// then at rest except for rounding. In runs a mean velocity of a few percent of the fluctuations
-/// arises, which is kept. The state must have passed check().
+/// velocity, and local damping would act on it instead of the fluctuations. The result is also zero
+/// if the mean velocity moves a grain in a stable time step by less than 1e-7 of the smallest
+/// radius: the grains are then at rest except for rounding. In runs a mean velocity of a few
+/// percent of the fluctuations arises, which is kept. The state must have passed check().
 template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
 {
   constexpr double AT_REST =

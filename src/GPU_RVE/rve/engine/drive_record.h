@@ -98,8 +98,8 @@ template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
   return has_time && (is_nearly_identity(drive.deformation) || is_simple(drive.deformation));
 }
 
-/// Returns true if check() finds no error and no SteeringRecord is needed. This is a quick test
-/// that holds for most prescribed motions.
+/// Returns true if check() finds no error and no SteeringRecord is needed. The test is quick, and
+/// most prescribed motions pass it.
 template <int D> bool is_simple(const DriveOf<D> &drive)
 {
   bool controls = drive.num_modes != 0;
@@ -112,8 +112,8 @@ template <int D> bool is_simple(const IncrementOf<D> &increment)
   return is_unsteered(increment);
 }
 
-/// Returns the record of a path in one segment, of a DriveOf or an IncrementOf. It is fastest if
-/// the record is constructed in place (new) and not copied.
+/// Returns the record of a path in one segment, of a DriveOf or an IncrementOf. The function is
+/// fastest if the record is constructed in place (new) and not copied.
 template <int D, template <int> class AnyDrive> DriveRecord<D> to_record(const AnyDrive<D> &drive)
 {
   DriveRecord<D> record = DriveRecord<D>();    // zeroes the padding too

@@ -4,7 +4,7 @@
 // nor CUDA.
 //
 // States, prescribed motions, results and engines are templates on the dimension D of the RVEs;
-// their names without it are those of disks.
+// their names without the suffix `Of` are those for disks, such as Engine for EngineOf<2>.
 
 #pragma once
 
@@ -68,7 +68,7 @@ template <int D> struct DriveOf {
   /// must live as long as the call.
   const ServoModeOf<D> *modes = nullptr;
   std::int32_t num_modes = 0;
-  /// Nonzero if amplitudes start from zero and not from those of the previous call.
+  /// Nonzero if amplitudes start from zero and not from their values in the previous call.
   std::int32_t modes_begin = 0;
 
   bool has_servo() const
@@ -131,7 +131,7 @@ template <int D> struct ResultOf {
 };
 using Result = ResultOf<2>;
 
-/// A Result with the affine stiffness of the same configuration, for an RVE that may be skipped.
+/// Result and affine stiffness of one configuration, for an RVE that may be skipped.
 template <int D> struct ElasticResultOf {
   ResultOf<D> result;
   AffineStiffnessOf<D> stiffness;
@@ -255,8 +255,8 @@ template <int D> class EngineOf {
   virtual Request *begin(const std::vector<int> &rves, IncrementCallOf<D> &call) = 0;
 
   /// Finds lower bounds of the stable time steps of RVEs in their present states
-  /// (rve::stable_time_step), on the device of the engine [time]. They are accurate to a few
-  /// percent below `enough` and may be looser above; 0 where none was found. They depend on the
+  /// (rve::stable_time_step), on the device of the engine [time]. Bounds are accurate to a few
+  /// percent below `enough` and may be looser above; 0 where none was found. Bounds depend on the
   /// state and on `enough` alone. The cost is about ten DEM steps.
   virtual void bound_time_steps(const std::vector<int> &rves, double enough,
                                 std::vector<double> &bounds) = 0;

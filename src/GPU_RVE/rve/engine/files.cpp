@@ -75,7 +75,7 @@ OutputFile::OutputFile(const std::string &_path) : path(_path), target(_path)
   }
 
   const std::string name = temporary_name(target);
-  ::unlink(name.c_str());    // left by a killed process with the same number
+  ::unlink(name.c_str());    // left by a killed process that had this process ID
   const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) fail(errno);
   temporary = name;

@@ -131,7 +131,7 @@ RVE_HD inline Tensor2 rotation_of(const Tensor2 &f)
   return Tensor2{{c, -s, s, c}};
 }
 
-/// Returns the angle of a rotation, in [0, pi] [rad]. A device gives the same bits.
+/// Returns the angle of a rotation, in [0, pi] [rad]. A device and the host give the same bits.
 RVE_HD inline double angle_of_rotation(const Tensor2 &r)
 {
   return angle_of(std::fabs(r(1, 0)), r(0, 0));

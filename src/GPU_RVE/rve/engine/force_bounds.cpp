@@ -28,8 +28,8 @@ namespace {
   }
 
   /// Largest obliquity (friction 10) for which the sums have capacity for all possible friction
-  /// forces. This costs them less than four bits; beyond it few bits would remain for the actual
-  /// forces.
+  /// forces. This capacity costs the sums less than four bits; beyond it few bits would remain for
+  /// the actual forces.
   const double LARGEST_OBLIQUITY = std::sqrt(1.0 + 10.0 * 10.0);
 
 }    // namespace

@@ -43,8 +43,8 @@ namespace rve {
 template <int D = 2> RveStateOf<D> read_packing(const std::string &path);
 
 /// Returns 2 if a packing file, or the first packing of a library, is of disks, 3 if it is of
-/// spheres. It reads no more than necessary, and throws InputError with path:line where that part
-/// is broken.
+/// spheres. The function reads no more than necessary, and throws InputError with path:line if the
+/// part that it reads is broken.
 int dimension_of_packing(const std::string &path);
 
 /// Writes a packing file, completely or not at all (OutputFile). Throws InputError if the state is

@@ -30,8 +30,8 @@ template <int D> struct PackingLibraryOf {
 
   void add(const LibraryRow &row, RveStateOf<D> packing);
 
-  /// Throws InputError unless there is a packing, each has its row, and the grains and the void
-  /// ratio (to 1e-9) of the rows are those of the packings.
+  /// Throws InputError unless there is at least one packing, each packing has a row, and the
+  /// numbers of grains and the void ratios (to 1e-9) of rows and packings agree.
   void check() const;
 };
 using PackingLibrary = PackingLibraryOf<2>;

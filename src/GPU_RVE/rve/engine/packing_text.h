@@ -90,7 +90,8 @@ std::string for_axes(const std::string &before, const std::string &after,
   return words;
 }
 
-/// Returns the least number of stored values of a pair in files: those of the tangential force.
+/// Returns the smallest number of history values of a pair in files: the number of components of
+/// the tangential force.
 template <int D> constexpr int least_remembered()
 {
   return D == 2 ? 1 : D;

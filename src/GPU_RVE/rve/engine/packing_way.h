@@ -154,7 +154,7 @@ template <int D> class WaySearch {
     return way;
   }
 
-  /// Adds a leg for anisotropic stress. It comes last and has the final friction, since
+  /// Adds a leg for anisotropic stress. The leg is the last one and has the final friction, since
   /// frictionless grains bear only one pressure.
   void add_anisotropy(Way<D> &way) const
   {

@@ -44,8 +44,7 @@ template <int D> std::string strain_name(int c)
   return {"xyz"[strain_row<D>(c)], "xyz"[strain_column<D>(c)]};
 }
 
-/// Returns the weighted sum of the components of a tensor; off the diagonal those of its symmetric
-/// part.
+/// Returns the weighted sum of the components of the symmetric part of a tensor.
 template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<double, D> &symmetric)
 {
   double sum = 0.0;

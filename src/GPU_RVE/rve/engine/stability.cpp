@@ -34,8 +34,8 @@ namespace {
 
   struct Moduli {
     std::vector<ContactModuli> of_contact;    // in the order of the contacts
-    // Returns the moduli of a contact that may form between grains of two radii. Its overlap is
-    // that of the deepest present contact or a larger given one; if there is neither,
+    // Returns the moduli of a contact that may form between grains of two radii. Its overlap is the
+    // larger of `coming_overlap` and that of the deepest present contact; if both are zero,
     // kGasOverlapShare of the mean radius.
     std::function<ContactModuli(double, double)> coming;
   };
@@ -357,7 +357,7 @@ namespace {
 
   // Returns the largest row sum of |M^-1 K| with the rotation in units of r theta / 4. Any unit
   // gives a bound. With r theta the rows of the rotation would be the largest by far (K_ww/m_w = 2
-  // z k/m); with this unit they are similar to those of the translations.
+  // z k/m); with this unit they are similar to the rows of the translations.
   double gershgorin_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
                                const Moduli &moduli)
   {

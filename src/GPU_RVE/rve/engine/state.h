@@ -154,7 +154,8 @@ template <int D> struct RveStateOf {
   double list_margin = 0.0;
 
   /// (N) Grain numbers in the storage order of the engine, or empty: then the engine chooses an
-  /// order with neighbours next to each other. It is kept so that a restart continues bit for bit.
+  /// order with neighbours next to each other. The order is stored so that a restart continues bit
+  /// for bit.
   std::vector<std::int32_t> order;
 
   /// Velocity gradient L of the stress servo at the end of the last call [1/time].

@@ -27,8 +27,8 @@ struct VariantFeatures {
 VariantFeatures features_of(KernelVariant variant);
 
 /// Returns the variant that defines the memory layout of RVEs with these contacts: `prepared` of
-/// the first suitable one of the table. It has all features of the others with that layout. Throws
-/// InputError if there is none.
+/// the first suitable one of the table. This variant has all features of the others with its memory
+/// layout. Throws InputError if there is none.
 KernelVariant memory_variant(const ContactModel &contacts);
 
 /// Returns the last variant of a law for disks or spheres; with rolling resistance if the law
