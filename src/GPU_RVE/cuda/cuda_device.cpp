@@ -23,7 +23,7 @@ namespace {
     return {properties.name, 10 * properties.major + properties.minor};
   }
 
-  /// Returns the reason why the device cannot load the code of the program, tested with one kernel.
+  /// Returns the reason why the device cannot load `kernel`; empty if it can.
   std::string find_loading_obstacle(int number, const void *kernel)
   {
     cudaFuncAttributes attributes;

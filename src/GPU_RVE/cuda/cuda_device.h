@@ -9,14 +9,14 @@ namespace rve {
 
 struct CudaDevice {
   int number = -1;         ///< number of the device in CUDA
-  std::string obstacle;    ///< reason why there is none, with a remedy; empty if there is one
+  std::string obstacle;    ///< reason why no device can be used, with a remedy; or empty
   /// True if the driver compiles the code from PTX when a kernel is first used.
   bool compiles = false;
 };
 
-/// Returns the device of a rank of this machine. Ranks take in turn the GPUs that the program has
-/// code for. `kernel` is a kernel of the program, such as the smallest, which the device must be
-/// able to load. Throws std::runtime_error if a device does not respond.
+/// Returns the device of a rank of this machine. The ranks are distributed in turn over the GPUs
+/// for which the program has code. `kernel` is a kernel of the program, such as the smallest, which
+/// the device must be able to load. Throws std::runtime_error if a device does not respond.
 CudaDevice find_cuda_device(int local_rank, const void *kernel);
 
 }    // namespace rve

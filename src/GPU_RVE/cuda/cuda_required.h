@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The environment variable GPU_RVE_REQUIRE_CUDA, with which a run or a test without a CUDA device
-// fails.
+// The environment variable GPU_RVE_REQUIRE_CUDA. If it is true, a run or a test fails on a machine
+// without a usable CUDA device.
 
 #pragma once
 
@@ -11,8 +11,8 @@
 
 namespace rve {
 
-/// Returns true for 1, true, yes or on, and false for 0, false, no, off or an empty word, in any
-/// case of letters. Throws InputError for other words.
+/// Returns true for 1, true, yes or on, and false for 0, false, no, off or an empty word, in upper
+/// or lower case. Throws InputError for other words.
 inline bool says_yes(const std::string &name, const std::string &word)
 {
   std::string small;
@@ -32,7 +32,7 @@ inline bool cuda_required()
   return word && says_yes("GPU_RVE_REQUIRE_CUDA", word);
 }
 
-/// Returns the setting for an error message.
+/// Returns the text "GPU_RVE_REQUIRE_CUDA=value" for an error message.
 inline std::string cuda_requirement()
 {
   const char *word = std::getenv("GPU_RVE_REQUIRE_CUDA");

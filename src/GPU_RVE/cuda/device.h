@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Device of RVEs and points, as a user chooses it.
+// Kind of device that the user selects for RVEs and material points.
 
 #pragma once
 

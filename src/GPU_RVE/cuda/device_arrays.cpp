@@ -14,7 +14,7 @@ namespace rve {
 
 bool is_on_device(const double *array, const char *name, int device)
 {
-  // With another current device, CUDA would begin to use that device too.
+  // Otherwise CUDA would create a context on the current device, which may be another one.
   check_cuda(cudaSetDevice(device), "choice of the device");
   cudaPointerAttributes attributes;
   check_cuda(cudaPointerGetAttributes(&attributes, array), "memory of an array");
@@ -28,7 +28,7 @@ void copy_numbers(const double *from, double *to, std::size_t count, int device)
 {
   check_cuda(cudaSetDevice(device), "choice of the device");
   check_cuda(cudaMemcpy(to, from, count * sizeof(double), cudaMemcpyDefault), "copy of an array");
-  // A copy to the device may still be running.
+  // cudaMemcpy may return before a copy to the device is complete.
   check_cuda(cudaStreamSynchronize(nullptr), "copy of an array");
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Owners of device memory by plain cudaMalloc, without managed memory.
+// Classes that own device memory (cudaMalloc, no managed memory), page-locked host memory, streams
+// and events.
 
 #pragma once
 
@@ -16,8 +17,8 @@
 
 namespace rve {
 
-/// Throws std::runtime_error with the message of CUDA. It clears the error, which the next launch
-/// would report otherwise.
+/// Throws std::runtime_error with CUDA's message if `error` is not a success. It also clears CUDA's
+/// last error; otherwise the next launch would report it.
 inline void check_cuda(cudaError_t error, const char *what)
 {
   if (error == cudaSuccess) return;
@@ -25,8 +26,8 @@ inline void check_cuda(cudaError_t error, const char *what)
   throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
 }
 
-/// Owner of a CUDA resource with the function that frees it: memory of T, or a handle, a pointer to
-/// T.
+/// Deleter and owners of a CUDA resource: CudaOwner frees an array of T, and CudaHandle destroys a
+/// handle, which is a pointer to an opaque type.
 template <auto free> struct CudaDeleter {
   template <class T> void operator()(T *owned) const { free(owned); }
 };
@@ -35,7 +36,7 @@ template <class Handle, auto destroy>
 using CudaHandle = CudaOwner<std::remove_pointer_t<Handle>, destroy>;
 
 /// Page-locked array of T on the host that the device can access. It grows, never shrinks, and
-/// loses its contents when it grows. `flags` as of cudaHostAlloc.
+/// loses its contents when it grows. `flags` are those of cudaHostAlloc.
 template <class T> class HostBuffer {
  public:
   explicit HostBuffer(unsigned flags_in = cudaHostAllocDefault) : flags(flags_in) {}
@@ -84,7 +85,7 @@ template <class T> class DeviceBuffer {
     return zeros;
   }
 
-  /// Returns memory that is zero where it has never been written.
+  /// Returns memory in which each element is zero that has not been written since the last growth.
   T *reserve_clean(std::size_t count)
   {
     return count > capacity ? reserve_zeros(count) : memory.get();
@@ -117,8 +118,9 @@ template <class T> class DeviceBuffer {
     return host;
   }
 
-  /// Returns `count` elements from `first` on, within the last host_array(). Synchronises
-  /// with its own stream alone, so the kernels that write the elements must have ended.
+  /// Returns a host copy of `count` elements from `first` on, which must not exceed the last
+  /// host_array(). It synchronises with `stream` only, so the kernels that write the elements must
+  /// have ended.
   const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
   {
     T *host = host_array(first + count) + first;
@@ -157,7 +159,7 @@ class SideStream {
 /// Event in the default stream, on which the host can wait while the device continues.
 class Milestone {
  public:
-  /// Records the event after all work that the device has been given.
+  /// Records the event after all work that has been launched in the default stream.
   void set()
   {
     if (!event) {
@@ -168,7 +170,7 @@ class Milestone {
     }
     check_cuda(cudaEventRecord(event.get(), nullptr), "record of an event");
   }
-  /// Waits for the event. Errors are attributed to `what` the device does before it.
+  /// Waits for the event. In an error message `what` names the device work before the event.
   void wait(const char *what) const { check_cuda(cudaEventSynchronize(event.get()), what); }
 
  private:
@@ -176,7 +178,7 @@ class Milestone {
 };
 
 /// Allocator of device memory for RVEs. It cuts pieces from large slabs, since thousands of RVEs
-/// come and go.
+/// are added and removed.
 class DeviceArena {
  public:
   char *allocate(std::size_t size)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels whose blocks are placed on a device while the previous kernel runs, and then wait
-// themselves.
+// Programmatic dependent launch: the blocks of a kernel are placed on the device while the previous
+// kernel still runs, and the kernel itself waits for the end of the previous one.
 
 #pragma once
 
@@ -10,15 +10,16 @@
 
 namespace rve {
 
-/// Returns true if a call of cudaGridDependencySynchronize() in the kernel waits, on a GPU of this
-/// compute capability. In code from older PTX it does not, even on a capable GPU.
+/// Returns true if cudaGridDependencySynchronize() in the kernel waits for the previous kernel, on
+/// a GPU with this major compute capability. In code that was compiled from PTX for older GPUs the
+/// function does nothing.
 inline bool waits_itself(int major, const cudaFuncAttributes &kernel)
 {
   return major >= 9 && kernel.ptxVersion >= 90;
 }
 
-/// Returns the launch attribute that places blocks before the previous kernel has ended. It is
-/// allowed only for kernels that wait themselves.
+/// Returns the launch attribute that places blocks before the previous kernel has ended. `early`
+/// may be true only for kernels that wait themselves (waits_itself).
 inline cudaLaunchAttribute in_place_early(bool early)
 {
   cudaLaunchAttribute attribute;
@@ -37,9 +38,9 @@ __device__ inline void follow()
 #endif
 }
 
-/// Copies a few numbers between page-locked host memory and device memory, in the stream of the
-/// kernels and with a thread for each. The copy engine would wait for the previous kernel, and the
-/// next kernel for it, for several times as long.
+/// Copies a few numbers between page-locked host memory and device memory, one per thread, in the
+/// stream of the kernels. A copy by the copy engine would take several times as long, since it
+/// waits for the previous kernel and the next kernel waits for the copy.
 template <class T> __global__ void copy_few(const T *from, T *to, std::size_t count)
 {
   follow();

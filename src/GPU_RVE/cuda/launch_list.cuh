@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are launched together, as one graph if the same list recurs. Launching a graph takes
-// the host a few microseconds, as a single kernel does.
+// List of kernels that are launched together. A list that recurs is launched as one CUDA graph,
+// which takes the host a few microseconds, as the launch of a single kernel does.
 
 #pragma once
 
@@ -17,8 +17,8 @@
 
 namespace rve {
 
-/// List of kernels of the default stream, in order. None begins before hand_over(). All must call
-/// follow() first.
+/// List of kernels for the default stream, in order. No kernel begins before hand_over(). Each
+/// kernel must call follow() first.
 class LaunchList {
  public:
   /// Sets whether a kernel may be placed before the previous one has ended (waits_itself).
@@ -56,13 +56,13 @@ class LaunchList {
   long graphs() const { return graphs_; }
 
  private:
-  /// Least number of launches for which a graph saves time of the host.
+  /// Smallest number of launches for which a graph saves host time.
   static constexpr std::size_t WORTH_A_GRAPH = 4;
 
   struct Launch {
     const void *kernel;
     unsigned blocks, threads;
-    std::size_t first, count;    ///< arguments
+    std::size_t first, count;    ///< index of the first argument, number of arguments
 
     bool operator==(const Launch &other) const
     {
@@ -90,7 +90,7 @@ class LaunchList {
     }
   };
   using Graph = CudaHandle<cudaGraphExec_t, cudaGraphExecDestroy>;
-  /// List that has been launched, and its graph from the second time on.
+  /// List that has been launched, and its graph, which the second launch creates.
   struct Kept {
     List list;
     Graph graph;
@@ -114,7 +114,7 @@ class LaunchList {
       if (kept.list == now_) return &kept;
     return nullptr;
   }
-  /// Keeps the present list in place of the oldest one.
+  /// Stores the present list and discards the oldest stored one.
   void keep()
   {
     Kept &kept = kept_[oldest_];
@@ -142,14 +142,14 @@ class LaunchList {
     return cudaSuccess;
   }
 
-  /// Returns the graph of a list; null if the driver cannot make graphs, and then no other list is
-  /// tried.
+  /// Returns the graph of a list. If the driver cannot make graphs, it returns null and disables
+  /// graphs for all later lists.
   Graph graph_of(List &list)
   {
     const auto ask = [this](cudaError_t error) {
       makes_graphs_ = makes_graphs_ && error == cudaSuccess;
     };
-    // The default stream cannot be recorded.
+    // The default stream cannot be captured, so another stream records the kernels.
     cudaGraph_t recorded = nullptr;
     cudaGraphExec_t graph = nullptr;
     ask(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeThreadLocal));

@@ -7,13 +7,13 @@
 
 namespace rve {
 
-/// Returns the reason why this program cannot load code that was not compiled with it; empty if it
-/// can.
+/// Returns the reason why this program cannot load kernels that are compiled at run time; empty if
+/// it can.
 std::string loading_of_kernels_obstacle();
 
-/// Returns a handle that CUDA accepts in place of the address of a kernel: in cudaLaunchKernelExC,
-/// cudaFuncSetAttribute, cudaFuncGetAttributes and for occupancy. It is valid for the rest of the
-/// run. Throws std::runtime_error if the driver refuses the code.
+/// Returns a handle that CUDA accepts instead of the address of a kernel in cudaLaunchKernelExC,
+/// cudaFuncSetAttribute, cudaFuncGetAttributes and the occupancy functions. It is valid for the
+/// rest of the run. Throws std::runtime_error if the driver refuses the code.
 const void *load_kernel(const DeviceCode &compiled);
 
 }    // namespace rve

@@ -13,7 +13,7 @@ namespace rve {
 namespace {
 
   using Program = void *;
-  constexpr int SUCCESS = 0, BUILTINS_MISSING = 7;    ///< nvrtcResult
+  constexpr int SUCCESS = 0, BUILTINS_MISSING = 7;    ///< values of nvrtcResult
 
   std::string file_of(void *library)
   {
@@ -61,7 +61,7 @@ struct Nvrtc::Functions {
         find(words, "nvrtcGetErrorString");
   }
 
-  /// Throws std::runtime_error unless a call succeeded.
+  /// Throws std::runtime_error if `result` is an error. `what` names the call in the message.
   void check(int result, const char *what) const
   {
     if (result != SUCCESS)
@@ -113,8 +113,8 @@ Nvrtc::~Nvrtc()
 
 const Nvrtc &Nvrtc::of_this_machine()
 {
-  // The loader's search comes first, for users who set LD_LIBRARY_PATH. The object is never
-  // destroyed, since the library has its own threads.
+  // The name without a folder comes first, so that the dynamic loader finds the library of users
+  // who set LD_LIBRARY_PATH. The object is never destroyed, since the library has its own threads.
   static const Nvrtc &nvrtc = *new Nvrtc(
       {"libnvrtc.so." GPU_RVE_CUDA_MAJOR, GPU_RVE_CUDA_LIBRARIES "/libnvrtc.so", "libnvrtc.so"});
   return nvrtc;

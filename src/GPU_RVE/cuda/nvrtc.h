@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Run-time compiler of the CUDA Toolkit, libnvrtc. It is loaded when needed, so that no program
-// depends on it, and needs no GPU.
+// Run-time compiler of the CUDA Toolkit, libnvrtc. The library is loaded when needed, so programs
+// also run without it. It needs no GPU.
 
 #pragma once
 
@@ -9,14 +9,14 @@
 
 namespace rve {
 
-/// Header with its name in `#include` and its text.
+/// Header file for the compiler: its name as in `#include`, and its text.
 struct DeviceHeader {
   const char *name;
   const char *text;
 };
 
 struct DeviceCode {
-  std::string kernel;    ///< name of the kernel in the code
+  std::string kernel;    ///< mangled name of the kernel in `code`
   /// Binary for an architecture, or PTX that the driver compiles.
   std::string code;
   std::string text;    ///< PTX of the code, for inspection; not stored in a cache
@@ -30,8 +30,8 @@ class Nvrtc {
   Nvrtc(const Nvrtc &) = delete;
   Nvrtc &operator=(const Nvrtc &) = delete;
 
-  /// Returns the library of the CUDA Toolkit that the program was built with, or of a newer or
-  /// older one; searched once.
+  /// Returns the compiler of this machine: that of the CUDA version of the build if it is
+  /// installed, else that of another version. The library is searched for once in a process.
   static const Nvrtc &of_this_machine();
 
   /// Returns the reason why there is no library, with a remedy; empty if there is one.
@@ -41,9 +41,10 @@ class Nvrtc {
   /// of a version.
   const std::string &identity() const { return identity_; }
 
-  /// Returns the architecture for the options of GPUs of this compute capability (10 major +
-  /// minor), such as "sm_90". For a GPU newer than the compiler it is the newest PTX that its
-  /// driver can compile, such as "compute_120". Throws std::runtime_error if there is neither.
+  /// Returns the value of the option --gpu-architecture for GPUs of this compute capability (10
+  /// major + minor), such as "sm_90". For a GPU that the compiler does not support, it returns the
+  /// newest older architecture as PTX, such as "compute_120", which the driver of the GPU compiles.
+  /// Throws std::runtime_error if there is neither.
   std::string target_for(int capability) const;
 
   /// Compiles the kernel with the C++ name `kernel`. Throws std::runtime_error with the message of

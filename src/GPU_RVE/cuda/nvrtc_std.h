@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Part of the standard library that the kernels need, for NVRTC. It has no headers of the host, and
-// those of libcu++ are missing where a program runs without the toolkit. This header replaces each
+// Part of the standard library that the kernels need, for NVRTC. NVRTC has no host headers, and the
+// headers of libcu++ are missing on machines without the CUDA Toolkit. This header replaces each
 // standard header that the kernels include (cmake/EmbedKernelText.cmake), and nothing else includes
-// it. It has an include guard, since NVRTC reads it under several names, and #pragma once
-// distinguishes only names.
+// it. It has an include guard instead of #pragma once, since NVRTC includes it under several names
+// and recognises a repeated file only by its name.
 
 #ifndef CUDA_NVRTC_STD_H
 #define CUDA_NVRTC_STD_H
@@ -15,7 +15,7 @@
 
 namespace std {
 
-// The types are those of 64-bit Linux, so that overloads are the same.
+// The types are those of 64-bit Linux, so that overload resolution is the same as on the host.
 using int32_t = int;
 using uint32_t = unsigned int;
 using int64_t = long;
@@ -51,7 +51,7 @@ template <class Yes, class No> struct conditional<false, Yes, No> {
 template <bool condition, class Yes, class No>
 using conditional_t = typename conditional<condition, Yes, No>::type;
 
-/// Limited to types that are neither arrays nor functions.
+/// Replacement of std::decay for types that are neither arrays nor functions.
 template <class T> struct decay {
   using type = T;
 };

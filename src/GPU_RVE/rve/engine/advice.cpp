@@ -17,8 +17,9 @@ namespace {
 
   constexpr double STRESS_ERROR = 1e-3;
 
-  // Smallest strain of a DEM step that a single-precision tangential force accumulates, in units of
-  // its last digit. 64 units keep the rounding of each addition, half a unit, below a percent.
+  // Smallest increment of a single-precision tangential force in a DEM step, in units in the last
+  // place of the force. The rounding error of an addition is half a unit, here less than 1 % of the
+  // increment.
   constexpr double UNITS_PER_STEP = 64.0;
 
   /// Returns true if tangential forces are stored in fp32.
@@ -51,7 +52,7 @@ double smallest_overlap(Format format, double grains_along_edge)
 {
   switch (format) {
     case Format::Single:
-      // The rounding is that of positions, not of distances.
+      // The error is the rounding of positions, which grows with the size of the cell.
       return grains_along_edge * 0x1p-24 / STRESS_ERROR;
     case Format::Fast:
       return 0x1p-24 / STRESS_ERROR;
@@ -116,7 +117,7 @@ std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> 
 
 std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now)
 {
-  // The rounding of the stored energy is no gap.
+  // Tolerance for the rounding error of the stored energy, relative to that energy [-].
   constexpr double ROUNDING = 1e-5;
   const double gap = std::fabs(now.constant() - before.constant());
   const double turnover = std::fabs(now.supplied - before.supplied) +
@@ -173,7 +174,8 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
   });
   if (is_fp32(format) && in_contact && motion.strain_rate > 0.0 && motion.dt > 0.0 &&
       tangential_stiffness > 0.0) {
-    // A sliding contact carries mu f_n, and the strain of a step adds k_t d strain to it.
+    // A sliding contact carries the tangential force mu f_n. A DEM step adds k_t d times the strain
+    // of the step.
     const double limit = UNITS_PER_STEP * 0x1p-24 * material.friction * spring_force /
         (tangential_stiffness * 2.0 * radius) / motion.dt;
     if (motion.strain_rate < limit)

@@ -30,7 +30,8 @@ struct Advice {
   AdviceKind kind;
   double value, limit;
   std::string message;    ///< text with the value, the limit and a remedy
-  /// Returns how far the value is beyond the limit, > 1. The worst case of a batch has the largest.
+  /// Returns value / limit, or limit / value for a lower limit, > 1. The worst RVE of a batch has
+  /// the largest severity.
   double severity() const;
 };
 
@@ -45,11 +46,11 @@ struct DriveRates {
 /// Returns the mean overlap over the sum of radii below which the stress of a format is wrong by
 /// more than one in a thousand [-].
 ///
-/// A gap is a difference of lengths. In `fast` it carries the rounding of the sum of radii, 2^-24,
-/// and of a 32-bit fraction of the cell: the measured unbalanced force of a packing at rest is
-/// 6e-8/overlap (doc/accuracy). In `single` it carries the rounding of a position, which is
-/// relative to the cell and not to a diameter. In `mixed` and `double` the gap has 53 bits, and the
-/// limit is the overlap at which the force of a contact is lost, 2^-53 / 1e-3.
+/// The gap of two grains is a difference of lengths. In `fast` it has the rounding errors of the
+/// sum of radii, 2^-24, and of 32-bit fractional coordinates: the measured unbalanced force of a
+/// packing at rest is 6e-8/overlap (doc/accuracy). In `single` it has the rounding error of a
+/// position, which is relative to the cell and not to a diameter. In `mixed` and `double` the gap
+/// has 53 bits, and the limit is 2^-53 / 1e-3.
 double smallest_overlap(Format format, double grains_along_edge);
 
 /// Largest inertial number of quasi-static deformation [-]. Da Cruz et al., Phys Rev E 72, 021309
@@ -62,8 +63,8 @@ constexpr double TIME_STEP_SHARE = 0.95;
 
 /// Smallest width of the cell over the mean grain size. A shear band is 8 to 16 grains wide
 /// (Roscoe, Geotechnique 20, 129 (1970); Muehlhaus and Vardoulakis, Geotechnique 37, 271 (1987))
-/// and meets its own image in a narrower cell. RVEs of spheres use the lower end of that range,
-/// since one of 16 grains width has 4000 grains.
+/// and overlaps its own periodic image in a narrower cell. RVEs of spheres use the lower end of
+/// that range, since a cell of 16 grains width contains 4000 spheres.
 template <int D> constexpr double SHEAR_BAND_GRAINS = D == 2 ? 16.0 : 8.0;
 
 /// Shear strain below which no band forms [-]. The peak of dense packings is at a few percent.
@@ -74,12 +75,12 @@ constexpr double SHEAR_BAND_STRAIN = 0.02;
 /// twice, are then wrong by the same share.
 constexpr double LARGEST_MEAN_OVERLAP = 0.03;
 
-/// Largest usual friction coefficient [-]. Materials have less than 1, and an angle in degrees is
-/// above 2.
+/// Largest usual friction coefficient [-]. Coefficients of materials are below 1. A value above 2
+/// is probably an angle in degrees.
 constexpr double LARGEST_USUAL_FRICTION = 2.0;
 
-/// Largest share of the supplied, lost and kinetic energy by which the energy balance may be open
-/// [-]. Above it the losses of the energy bookkeeping are wrong.
+/// Largest error of the energy balance relative to the supplied, lost and kinetic energy [-]. Above
+/// it the losses of the energy bookkeeping are wrong.
 constexpr double ENERGY_BALANCE_GAP = 0.05;
 
 /// Terms of the energy balance of an RVE at one time [force length].
@@ -100,11 +101,13 @@ template <int D> EnergyTerms energy_terms(const ResultOf<D> &result)
           totals.friction + totals.local_damping + totals.viscous};
 }
 
-/// Warns of an energy balance that has opened since `before`. Collisions are then shorter than a
-/// few time steps, or dashpots are too stiff for them, and the accumulated losses are wrong.
+/// Warns if the error of the energy balance since `before` exceeds ENERGY_BALANCE_GAP. Then
+/// collisions last only a few time steps, or dashpots are too stiff for the time step, and the
+/// accumulated losses are wrong.
 std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now);
 
-/// Returns all limits that a result exceeds. Limits of overlaps are skipped without contacts.
+/// Returns one Advice for each limit that a result violates. Limits that concern contacts are not
+/// checked in a packing without contacts.
 template <int D>
 std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Material &material,
                            const DriveRates &motion);
@@ -114,7 +117,7 @@ std::vector<Advice> advice_on_friction(const Material &material);
 
 /// Returns the largest distance of the stress from its goal after a call, over the components that
 /// the servo strains at its largest rate [stress]; 0 if there are none. With servo modes it returns
-/// `mode_error`.
+/// `mode_error` if a mode is at its largest rate, else 0.
 template <int D>
 double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive,
                            double mode_error = 0.0);

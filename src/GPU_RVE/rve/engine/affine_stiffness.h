@@ -12,12 +12,13 @@ namespace rve {
 ///     d sigma = 1/V sum (df (x) b + f (x) db) - sigma tr(eps),    db = eps b,
 ///     df = (k_n l eps_nn - f_t eps_nt) n + (k_t l - f_n) eps_nt t,
 /// where f = -f_n n + f_t t is the force on `first`, l = |b|, eps_nn = n.eps n and eps_nt = t.eps
-/// n. The terms are springs, turning contact forces, stretching branch vectors and the change of
-/// volume. The tangent is Voigt's upper bound of the elastic stiffness, exact for the first step of
-/// an RVE at rest.
+/// n. The terms are the springs, the rotation of contact forces, the stretch of branch vectors and
+/// the change of volume. The tangent is Voigt's upper bound of the elastic stiffness, exact for the
+/// first step of an RVE at rest.
 template <int D> struct AffineStiffnessOf {
-  /// d(sigma_xx, sigma_xy, sigma_yx, sigma_yy) / d(eps_xx, eps_yy, eps_xy) [stress]: a row for each
-  /// component of sigma, and the diagonal of eps before the shear strains.
+  /// d sigma / d eps [stress], with one row for each component of sigma and one column for each
+  /// strain, the diagonal of eps first. For disks: d(sigma_xx, sigma_xy, sigma_yx, sigma_yy) /
+  /// d(eps_xx, eps_yy, eps_xy).
   double component[Space<D>::components][Space<D>::strains] = {};
 
   /// Returns the stress increment of a symmetric strain [stress].

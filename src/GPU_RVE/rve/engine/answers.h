@@ -9,7 +9,8 @@
 
 namespace rve {
 
-/// Returns true if a call has failed for a reason that a repetition of the call removes.
+/// Returns true if a call has failed, and a repetition with longer lists or a coarser force scale
+/// may succeed.
 template <int D> RVE_HD bool must_repeat(const AnswerRecord<D> &answer)
 {
   return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
@@ -52,7 +53,7 @@ template <int D> RVE_HD EvaluationOf<D> to_evaluation(const DetailRecord<D> &rec
           stiffness_of(record)};
 }
 
-/// Returns the details of an RVE whose call failed. It is unchanged by the call.
+/// Returns the details of an RVE whose call failed. The call has not changed the RVE.
 template <int D> DetailRecord<D> details_of(const StateHeader<D> &header)
 {
   DetailRecord<D> record = DetailRecord<D>();

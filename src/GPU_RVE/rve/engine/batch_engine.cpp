@@ -21,17 +21,18 @@ namespace rve {
 
 namespace {
 
-  /// Largest number of repetitions of a call before the RVE fails. Each one coarsens the force
-  /// scale by 16, and 16^8 covers any guess.
+  /// Largest number of repetitions of a call before the RVE fails. Each repetition coarsens the
+  /// force scale by a factor of 16, and 16^8 corrects any initial guess.
   constexpr int MAX_REPEATS = 8;
 
-  /// Number of threads that translate between the caller and the RVEs.
+  /// Returns the number of host threads that convert data between the caller and the records.
   int helpers(const Options &options)
   {
     return options.threads > 0 ? options.threads : omp_get_max_threads();
   }
 
-  /// Number of RVEs whose increments and answers stay in the caches of a core.
+  /// Number of RVEs that a thread converts at a time. Their increments and answers fit into the
+  /// caches of a core.
   constexpr int RVES_OF_PART = 64;
 
   /// Calls f(begin, end) for parts of the present thread's share of `count` items.
@@ -137,8 +138,7 @@ template <int D> void BatchEngine<D>::remove(int rve)
 
 namespace {
 
-  /// Returns the margin of lists with the default skin, for contacts that do not act beyond
-  /// touching.
+  /// Returns the margin of lists with the default skin, without the reach of the material [length].
   template <int D> double default_list_margin(const RveStateOf<D> &state)
   {
     return list_margin_of(state, 0.0) - reach_of(state.material);
@@ -320,7 +320,7 @@ void BatchEngine<D>::prepare(Call &call, const std::vector<int> &rves,
       extent.add(mine);
     }
   }
-  if (first_bad < count) {    // throws the message
+  if (first_bad < count) {    // throws InputError
     check_slot(rves[first_bad]);
     check(drives[first_bad]);
   }
@@ -440,7 +440,7 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
   repeated.assign(first.answers, first.answers + count);
   repeated_details.assign(kind == Answer::Short ? 0 : count, DetailRecord<D>());
   if (first.details) std::copy_n(first.details, count, repeated_details.begin());
-  std::map<std::size_t, StateHeader<D>> before;    // of the RVEs whose call is repeated
+  std::map<std::size_t, StateHeader<D>> before;    // headers of repeated RVEs
   for (int round = 0; round < MAX_REPEATS; ++round) {
     std::vector<std::size_t> again;
     for (std::size_t k = 0; k < count; ++k)
@@ -461,7 +461,7 @@ typename BatchEngine<D>::Answers BatchEngine<D>::repeat(const std::vector<int> &
     }
   }
 
-  // A call that fails in the end leaves no trace of its repetitions.
+  // If a call fails in the end, its repetitions leave the header unchanged.
   for (const auto &[k, header_before] : before) {
     if (!(repeated[k].status & status::Fatal)) continue;
     StateHeader<D> header = get_header(rves[k]);
@@ -521,7 +521,7 @@ void BatchEngine<D>::bound_time_steps(const std::vector<int> &rves, double enoug
           "a sufficient time step must be positive and finite, got ", enough, " [time]");
   DriveOf<D> evaluation;
   evaluation.dt = enough;
-  // The array is large, and its contents rarely change from call to call.
+  // The array is kept, since it is large and its contents rarely change from call to call.
   if (!drives_of_bounds.empty() && drives_of_bounds.front().dt != enough) drives_of_bounds.clear();
   drives_of_bounds.resize(rves.size(), evaluation);
   Answers all = start(rves, drives_of_bounds, Answer::TimeStep);

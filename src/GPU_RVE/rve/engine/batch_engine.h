@@ -23,7 +23,7 @@ struct CallShape {
   int largest = 0;          ///< grains in the largest RVE
   int longest = 0;          ///< largest number of substeps
   double mean = 0.0;        ///< mean number of substeps
-  int pair_capacity = 0;    ///< least capacity of the workspaces
+  int pair_capacity = 0;    ///< smallest pair capacity of a workspace
   KernelVariant variant = KernelVariant::Plain;
   bool with_details = false;
 };
@@ -67,11 +67,11 @@ template <int D> class BatchEngine : public EngineOf<D> {
   virtual StateHeader<D> get_header(int rve) const = 0;
   virtual void turn_device_states(const std::vector<int> &rves,
                                   const std::vector<Tensor<double, D>> &rotations) = 0;
-  /// Run of the block program for some RVEs.
+  /// Arguments of one launch of the block program for some RVEs.
   struct Call : CallShape {
     const std::vector<int> *rves = nullptr;     ///< numbers of the RVEs
     const DriveRecord<D> *drives = nullptr;     ///< memory from drive_buffer()
-    std::vector<SteeringRecord<D>> steering;    ///< one per RVE, or none; they point at `modes`
+    std::vector<SteeringRecord<D>> steering;    ///< one per RVE, or none; they may point at `modes`
     std::vector<SteeredModes<D>> modes;         ///< one per RVE, or none
     const std::vector<int> *order =
         nullptr;    ///< indices in the call, most expensive first; null: all cost the same
@@ -93,7 +93,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// Runs the block program once for each RVE. The answers are complete after end_launch().
   virtual Answers begin_launch(const Call &call) = 0;
   virtual void end_launch() {}
-  /// Returns memory() without the limit of the environment.
+  /// Returns memory() without the limit by GPU_RVE_MEMORY_LIMIT.
   virtual Memory backend_memory() const = 0;
 
   /// Returns the kernel variant of calls that need only friction. Estimates of call sizes use it.
@@ -104,7 +104,8 @@ template <int D> class BatchEngine : public EngineOf<D> {
   static constexpr std::size_t BYTES_PER_ANSWER = sizeof(AnswerRecord<D>) +
       sizeof(DetailRecord<D>) + sizeof(ElasticResultOf<D>) + sizeof(DriveOf<D>);
 
-  /// Kind of the answer to a call.
+  /// Kind of the answer to a call: without details, with details, with details and the affine
+  /// stiffness, or with a bound of the stable time step.
   enum class Answer { Short, Long, Longest, TimeStep };
   /// Function that returns the prescribed motion at an index of a call.
   using DriveAt = std::function<DriveOf<D>(std::size_t index)>;
@@ -116,12 +117,13 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// necessary. Diagnostic evaluations come from the details in the order of detail_of, if there
   /// are any, and from repeated calls.
   void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
-  /// Reports what is known about the rest of the RVEs of such a call, after answer().
+  /// Passes diagnostic evaluations and deferred increments of a call by increments to the caller,
+  /// for the RVEs whose rest is known. Called after answer().
   void report_rest(int count, const Rest *rest, const QuiescentStateOf<D> *states,
                    IncrementCallOf<D> &caller) const;
-  /// Returns a call by increments that are in device memory. `largest` is the number of grains of
-  /// the largest RVE, `longest` the largest number of DEM steps, `steps` their sum, `num_details`
-  /// the number of RVEs with details.
+  /// Returns a call whose increments are in device memory. `largest` is the number of grains of the
+  /// largest RVE, `longest` the largest number of DEM steps, `steps` their sum, `num_details` the
+  /// number of RVEs with details.
   Call call_of_increments(const std::vector<int> &rves, int largest, int longest,
                           std::int64_t steps, int num_details);
   static void request_evaluations(Call &call, int num_details);
@@ -189,7 +191,7 @@ template <int D> class BatchEngine : public EngineOf<D> {
   std::vector<double> costs;
   std::vector<unsigned char> cost_class;
   std::vector<int> order, class_begin;
-  /// Prescribed motions of bound_time_steps(), megabytes that the next call reuses.
+  /// Prescribed motions of bound_time_steps(), kept for the next call since they are megabytes.
   std::vector<DriveOf<D>> drives_of_bounds;
   /// Request of a call by increments in host memory.
   class IncrementRequest final : public Request {

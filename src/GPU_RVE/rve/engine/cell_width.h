@@ -9,15 +9,15 @@
 
 namespace rve {
 
-/// Returns the shares of the widths across the faces of the cell, along x first, to which the cell
-/// can be compressed. Below them half of the cell is no wider than two touching largest grains and
-/// the skin: a grain could touch two images of another one, and the RVE fails. `skin` as in Options
-/// [length].
+/// Returns the smallest ratios of compressed to present width of the cell, one for each pair of
+/// opposite faces, x first [-]. Below a ratio, half of the cell is narrower than the largest
+/// distance of a listed pair: a grain could touch two images of another grain, and the RVE fails.
+/// `skin` as in Options [length].
 template <int D>
 std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double skin);
 
-/// Returns the gap up to which the list contains pairs: the reach of the law and the skin, as in
-/// Options [length].
+/// Returns the gap up to which the list contains pairs: the reach of the law plus the skin
+/// [length]. `skin` as in Options.
 template <int D> double list_margin_of(const RveStateOf<D> &state, double skin);
 
 /// Returns the smallest width of the cell over the mean grain size [-]. The mean size is that of

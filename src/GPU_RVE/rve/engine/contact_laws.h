@@ -54,15 +54,16 @@ template <int D> double loaded_depth(const Material &material, double diameter)
 
 /// Returns overlap over diameter of two equal grains that a pressure p presses together [-]. The
 /// force is p h times the diameter of disks, or p times the squared diameter of spheres: linear
-/// springs give p h / k_n and p d / k_n. The mean of a packing is similar: 0.9 of it for
-/// frictionless stiff disks, 0.6 at an overlap of 0.1, and a quarter more for loose packings.
+/// springs give p h / k_n and p d / k_n. The mean overlap of a packing is similar: 0.9 of this
+/// value for frictionless stiff disks, 0.6 at an overlap of 0.1, and a quarter more for loose
+/// packings.
 template <int D = 2> double contact_strain(double pressure, const Material &material, double radius)
 {
   return with_law<D>(material, [&](const auto &law) {
     if constexpr (law.has_constant_moduli)
       return pressure * loaded_depth<D>(material, 2.0 * radius) /
           law.stiffness({0.0, radius, radius}).normal;
-    // Newton's method starts where even the softest law bears more. Forces grow faster than
+    // Newton's method starts from an overlap whose force exceeds `force`. Forces grow faster than
     // overlaps, so no step overshoots.
     const double diameter = 2.0 * radius;
     const double force = pressure * (loaded_depth<D>(material, diameter) * diameter);

@@ -25,10 +25,11 @@ namespace {
     return x - trace(x) / D * Tensor<double, D>::identity();
   }
 
-  // Share of A in the mean of n_i n_j (1 + A_kl n_k n_l) over directions. The unit tensor has 1/D.
+  // Coefficient of A in the mean of n_i n_j (1 + A_kl n_k n_l) over directions n. The coefficient
+  // of the unit tensor is 1/D.
   template <int D> constexpr double SHARE = 2.0 / (D * (D + 2));
 
-  // Share of T in the mean of n_i (T_jk n_k - T_kl n_k n_l n_j) over directions.
+  // Coefficient of T in the mean of n_i (T_jk n_k - T_kl n_k n_l n_j) over directions n.
   template <int D> constexpr double SHARE_ACROSS = 1.0 / (D + 2);
 
   template <int D>
@@ -83,7 +84,9 @@ namespace {
         1.0 / (SHARE_ACROSS<D> * measures.mean_normal_force) * deviator(tangential_forces);
   }
 
-  // Adds the energy of the law with one kind of spring stretched and the others unstretched.
+  // Adds the energy of each kind of spring. The energy of a tangential, rolling or twisting spring
+  // is the energy of a contact with this spring and the normal spring, less that of the normal
+  // spring.
   template <int D> void add_energies(const RveStateOf<D> &state, ContactMeasuresOf<D> &measures)
   {
     const std::vector<TouchingPairOf<D>> contacts = find_contacts(state);

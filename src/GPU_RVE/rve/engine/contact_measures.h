@@ -17,9 +17,9 @@ namespace rve {
 /// the plane Rothenburg and Bathurst 1989, Geotechnique 39, 601). Normal forces are positive in
 /// repulsion.
 ///
-/// As in LAMMPS' compute fabric, T uses |f_t| n_i n_j for f_t,i n_j: it measures the size of
-/// tangential forces by direction of contacts, not their direction. All values are zero without
-/// contacts.
+/// As in LAMMPS' compute fabric, T is computed from |f_t| n_i n_j and not from f_t,i n_j: it
+/// describes the magnitude of the tangential forces as a function of the contact direction, not the
+/// direction of the forces. All values are zero without contacts.
 template <int D> struct ContactMeasuresOf {
   using Matrix = Tensor<double, D>;
 
@@ -35,8 +35,8 @@ template <int D> struct ContactMeasuresOf {
   /// of all contacts (Radjai, Wolf, Jean and Moreau 1998, Phys. Rev. Lett. 80, 61).
   double strong = 0.0, sliding_strong = 0.0, sliding_weak = 0.0;
 
-  /// Energy of the springs by direction of resistance [force length]. The normal part includes the
-  /// energy of the adhesion.
+  /// Energy of each kind of spring [force length]. The normal part includes the energy of the
+  /// adhesion.
   double elastic_normal = 0.0, elastic_tangential = 0.0, elastic_rolling = 0.0,
          elastic_twisting = 0.0;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Common contact model of a batch. It is known when the packings have been read, before an engine
-// exists.
+// Common contact model of a batch. The model is known when the packings have been read, before an
+// engine exists.
 
 #pragma once
 
@@ -16,13 +16,13 @@ namespace rve {
 template <int D> struct RveStateOf;
 
 /// Contact law, and whether pairs store rolling forces and twisting moments. The memory layout of
-/// an RVE and its kernel variants follow from them.
+/// an RVE and its kernel variants follow from the contact model.
 struct ContactModel {
   ContactLaw law = ContactLaw::Linear;
   bool rolling = false;
   int dimension = 2;    ///< dimension of the RVEs: disks or spheres
 
-  /// Returns true if an engine of this model accepts RVEs that need the other one.
+  /// Returns true if an engine of this model accepts RVEs that need the model `need`.
   bool serves(const ContactModel &need) const
   {
     return dimension == need.dimension && law == need.law && (rolling || !need.rolling);
@@ -36,8 +36,8 @@ struct ContactModel {
 /// Returns a text such as "contact law hooke with rolling resistance".
 std::string to_string(const ContactModel &contacts);
 
-/// Returns the contact model that an RVE needs. A state with rolling forces needs them stored,
-/// whatever its material.
+/// Returns the contact model that an RVE needs. A state with rolling forces needs `rolling`, even
+/// if its material has no rolling resistance.
 ContactModel contacts_of(const Material &material);
 
 template <int D> ContactModel contacts_of(const RveStateOf<D> &state)
@@ -71,8 +71,9 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
 /// Returns the law with this word. Throws InputError with the known words if there is none.
 ContactLaw contact_law_of(const std::string &word);
 
-/// Returns the parameters of materials of a law, of disks or spheres, in the order of restart
-/// records: those in all records, or those that were added later.
+/// Returns the parameters of materials of a law, for disks or spheres, in the order of restart
+/// records. With `later` it returns the parameters that were added to the records later, otherwise
+/// those of all records.
 std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension = 2, bool later = false);
 
 }    // namespace rve

@@ -26,7 +26,7 @@ namespace {
   }
 
   // Returns the periodic image of the second grain that is nearest to the first one, along one
-  // axis.
+  // axis: -1, 0 or 1.
   int image_of_second(std::uint64_t first, std::uint64_t second)
   {
     const auto difference = static_cast<std::int64_t>(second - first);
@@ -42,8 +42,8 @@ namespace {
     const double sum_of_radii = state.radius[i] + state.radius[j];
     double squares = branch[0] * branch[0];
     for (int a = 1; a < D; ++a) squares += branch[a] * branch[a];
-    // Most grains of a bin are far apart, which needs no root. The margin leaves the last digits to
-    // the root.
+    // Most grains of neighbouring bins are far apart, which their squared distance shows without a
+    // root. The factor 1.001 leaves close cases to the exact test below.
     if (squares > 1.001 * (sum_of_radii + reach) * (sum_of_radii + reach)) return;
     const double distance = length(branch);
     const double overlap = sum_of_radii - distance;
@@ -79,8 +79,8 @@ template <int D> ContactSite site_of(const RveStateOf<D> &state, const TouchingP
 
 template <int D> void forget_absurd_force(RveStateOf<D> &state)
 {
-  // Forces within a call may be larger than at its end, by a collision or a dashpot. Ten bits of
-  // the sums are reserved for that. Without contacts the reference is the force of two of the
+  // Forces during a call may be larger than those at its end, because of a collision or a dashpot.
+  // A factor of 2^10 is allowed for that. Without contacts the limit is the force of two of the
   // largest grains at an overlap as large as their radius.
   constexpr double SURPRISE = 1024.0;
   const double radius = *std::max_element(state.radius.begin(), state.radius.end());
@@ -125,7 +125,7 @@ template <int D>
 std::vector<PairOf<D>> remembered_pairs(const RveStateOf<D> &state,
                                         const std::vector<TouchingPairOf<D>> &contacts)
 {
-  // The list has the lower number first and is sorted.
+  // In `known` each pair has the lower grain number first, and pairs are sorted.
   std::vector<PairOf<D>> known;
   with_law<D>(state.material, [&](const auto &law) {
     for (const PairOf<D> &pair : state.pairs) {

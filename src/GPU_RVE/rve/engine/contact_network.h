@@ -31,8 +31,8 @@ template <int D> ContactSite site_of(const RveStateOf<D> &state, const TouchingP
 template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &state);
 
 /// Resets a largest contact force that is far above the forces of the present contacts. A file may
-/// contain such a value, and the scale of forces would resolve none of them. The engine then starts
-/// from its own estimate.
+/// contain such a value, and a force scale for it would resolve none of the present forces. After
+/// the reset the engine starts from its own estimate.
 template <int D> void forget_absurd_force(RveStateOf<D> &state);
 
 /// Returns the stored pairs of these contacts as seen from their first grains; zeros where the
@@ -47,15 +47,15 @@ template <int D> struct SpringForcesOf {
   /// Force on the first grain across the normal [force]; for disks along t = (-n_y, n_x) with n
   /// from first to second.
   Force tangential;
-  /// Moment on the first grain over the reduced radius [force]; for spheres that moment is n x
-  /// this.
+  /// Moment on the first grain over the reduced radius [force]. For spheres that quotient is the
+  /// vector n x `rolling`.
   Force rolling;
   double twisting = 0.0;    ///< moment on the first grain along n, spheres only [force length]
 };
 
-/// Returns the spring forces of these contacts; zero where the state has none. Where friction
-/// resists twisting, `twisting` belongs to an overlap as large as the reduced radius, as pairs
-/// store it.
+/// Returns the spring forces of these contacts; zero for contacts without a pair in the state. If
+/// friction resists twisting, `twisting` is scaled to an overlap as large as the reduced radius, as
+/// in PairOf<3>.
 template <int D>
 std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
                                              const std::vector<TouchingPairOf<D>> &contacts);
@@ -77,7 +77,7 @@ template <int D> std::vector<SpringContactOf<D>> find_spring_contacts(const RveS
 
 /// Mobilized friction above which a contact counts as sliding [-]. A run compares forces in the
 /// number format of its engine. The normal force here is recomputed from positions in double
-/// precision and differs by less than 1e-3 of itself in format fast.
+/// precision. In format fast it differs from that of the run by less than 1e-3 of its value.
 constexpr double SLIDING = 0.999;
 
 /// Returns Love's stress of the springs, without dashpots, tension positive [stress].

@@ -20,10 +20,12 @@ namespace {
 
   constexpr std::uint64_t HALF = std::uint64_t{1} << 63;
 
-  // A cell that is sheared far beyond the range of a call needs some tens of steps.
+  // Largest number of reduction steps. A cell that is sheared far beyond the range of a call needs
+  // some tens of them.
   constexpr int MOST_LATTICE_STEPS = 256;
 
-  /// Applies Lagrange's or Minkowski's reduction, as a new list does. Coordinates follow exactly.
+  /// Applies Lagrange's (disks) or Minkowski's (spheres) lattice reduction, as the construction of
+  /// a list does. Fractional coordinates are transformed exactly.
   template <int D> void reduce_lattice(RveStateOf<D> &state)
   {
     for (int k = 0; k < MOST_LATTICE_STEPS; ++k) {
@@ -69,9 +71,9 @@ namespace {
     return std::ldexp(static_cast<double>(static_cast<std::int64_t>(difference)), -64);
   }
 
-  /// Returns the offset of most copies, whose numbers are larger by `stride`, in units of 1/copies
-  /// of the cell vectors. Cell vectors change by whole multiples of each other, so the offset of a
-  /// copy is preserved. Returns nothing if most grains are elsewhere.
+  /// Returns the offset from a grain i to its copy i + `stride` that most grains have, in units of
+  /// 1/`copies` of the cell vectors. Lattice reduction adds whole multiples of cell vectors to each
+  /// other, so offsets stay multiples of that unit. Returns nothing if no offset has a majority.
   template <int D>
   std::optional<std::array<int, D>> place_of_copies(const RveStateOf<D> &state, int copies,
                                                     int stride)
@@ -98,7 +100,7 @@ namespace {
     return std::nullopt;
   }
 
-  /// Returns the shortest length of a vector with this offset, up to whole cell vectors [length].
+  /// Returns the length of the shortest sum of this offset and whole cell vectors [length].
   template <int D>
   double least_distance(const Tensor<double, D> &cell, const std::array<int, D> &parts, int copies)
   {
@@ -153,7 +155,7 @@ template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state)
   append_copy(wide.velocity);
   append_copy(wide.spin);
   for (int i = 0; i < n; ++i) {
-    const double change = PARTING * share_of(splitmix64(i));    // within half of it
+    const double change = PARTING * share_of(splitmix64(i));    // at most PARTING/2 in size
     for (int a = 0; a < D; ++a) {
       wide.velocity[D * i + a] *= 1.0 - change;
       wide.velocity[D * (i + n) + a] *= 1.0 + change;

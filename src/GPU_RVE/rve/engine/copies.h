@@ -7,8 +7,8 @@
 
 namespace rve {
 
-/// Relative difference of velocities of a grain and its copy [-]: some roundings of 32 bits, the
-/// least that the narrowest format resolves.
+/// Relative difference of velocities of a grain and its copy [-]: a few rounding units of fp32, the
+/// smallest difference that the narrowest format resolves.
 constexpr double PARTING = 1.0 / (1 << 21);
 
 /// Returns the same medium in a cell of twice the width along its narrowest axis. The lattice is
@@ -16,14 +16,14 @@ constexpr double PARTING = 1.0 / (1 << 21);
 /// between the same grains in space, and the list must be rebuilt. Intensive quantities such as
 /// stresses are unchanged; sums over grains double. Positions lose at most one bit of the format.
 ///
-/// Velocities of a grain and of its copy differ by PARTING of themselves. Wrapping coordinates are
-/// equal to the bit wherever a grain is, so without this difference no rounding would ever separate
-/// the copies, and the medium would stay periodic with half of its cell.
+/// Velocities of a grain and of its copy differ by up to PARTING. Arithmetic with wrapping
+/// coordinates gives the same bits anywhere in the cell, so without this difference no rounding
+/// would ever separate the copies, and the medium would keep the period of half a cell.
 template <int D> RveStateOf<D> side_by_side(const RveStateOf<D> &state);
 
-/// Returns true if a medium of `copies` times the original grains (a power of two) is one grain
-/// across: most grains are still at the offset of their copies, which is at most one and a half of
-/// the largest diameters. A grain that is its own neighbour moves with the mean field in that
+/// Returns true if a medium of `copies` times the original grains (a power of two) is only one
+/// grain wide: most grains still have the same offset from their copies, and its length is at most
+/// 1.5 largest diameters. A grain that is its own neighbour moves with the mean field in that
 /// direction, and a wider cell adds no information. Copies that have diverged are ordinary grains.
 template <int D> bool is_one_grain_across(const RveStateOf<D> &state, int copies);
 

@@ -26,7 +26,8 @@ namespace {
   /// launch allocates memory for code and stacks.
   constexpr std::size_t kSlack = std::size_t(256) << 20;
 
-  /// Returns the number of blocks of so many threads that have a thread for each of `count` items.
+  /// Returns the smallest number of blocks of `threads` threads that have a thread for each of
+  /// `count` items.
   int blocks_for(int count, int threads)
   {
     return (count + threads - 1) / threads;
@@ -99,7 +100,7 @@ namespace {
       launch.most_cost = static_cast<double>(call.options.is_adaptive ? call.options.adaptive.most
                                                                       : call.options.substeps) *
           largest_of_call;
-      // The answers of the previous call may not have been read yet.
+      // Two buffers alternate, since the answers of the previous call may not have been read yet.
       launch.drives = planned_drives[1 - drives_in_use].reserve(count);
       launch.drives_before = planned_drives[drives_in_use].reserve(count);
       launch.rest = may_be_quiescent ? rest_buffer.reserve(count) : nullptr;
@@ -121,8 +122,8 @@ namespace {
     {
       const PlanOptions &asked = increments_of_call.options;
       const bool knows_steps = !asked.is_adaptive || steps_before > 0;
-      // The early launch needs several plans without work for the host. An RVE that was evaluated
-      // in vain is not evaluated in the next step.
+      // An early launch requires several successive plans that were not held. A single one does not
+      // suffice: an RVE that was evaluated and not at rest is never evaluated in the next step.
       constexpr int AS_EXPECTED = 8;
       if (!knows_steps || (may_be_quiescent && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
@@ -201,7 +202,8 @@ namespace {
       use_device();
       const int count = static_cast<int>(limits.size());
       if (count == 0) return;
-      // The former upload must have ended; these kernels run unobserved.
+      // The host buffer is reused, so its previous upload must have ended. No other call has waited
+      // for it.
       check_cuda(cudaStreamSynchronize(nullptr), "upload of contact counts");
       rve::set_limits<<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(
           limits_buffer.upload(limits), count, increments_of_call.planned);
@@ -315,7 +317,8 @@ namespace {
     {
       use_device();
       const std::size_t count = rves.size();
-      // The former upload must have ended. The next launch waits for this one.
+      // The host buffer is reused, so its previous upload must have ended. The next launch follows
+      // the new upload in the stream.
       check_cuda(cudaStreamSynchronize(nullptr), "rotation of RVEs");
       TurnRecord<D> *turns = turn_buffer.host_array(count);
       for (std::size_t k = 0; k < count; ++k) {
@@ -360,7 +363,8 @@ namespace {
       return call.num_details > 0 ? call.num_details : call.num_rves;
     }
 
-    /// Uploads the RVEs whose rest is known at the beginning of a new call. All others are unknown.
+    /// Sets the rest of the RVEs of a new call: uploads the known ones, and sets all others to
+    /// Rest::Unknown.
     void upload_resting(const std::vector<RestingRve<D>> &resting, int count)
     {
       const int number = static_cast<int>(resting.size());
@@ -376,7 +380,8 @@ namespace {
     }
 
     /// Launches a planned call and the kernel that distributes its results. `found` is the result
-    /// of the plan, or the expected result.
+    /// of the plan, or the expected result. If `*hold` is positive when the kernels run, they
+    /// change no RVE and no result.
     void launch_planned(const CallFindings &found, const int *hold)
     {
       use_device();
@@ -426,8 +431,8 @@ namespace {
       answers_ready.wait("RVE kernel");
     }
 
-    /// Launches the kernels of a call. The record has its prescribed motions, order, answers and
-    /// indices of details.
+    /// Launches the kernels of a call. The caller has set the prescribed motions, order, answers
+    /// and indices of details in `record`.
     void run(const Call &call, LaunchRecord<D> &record)
     {
       const int count = call.num_rves;
@@ -435,7 +440,7 @@ namespace {
 
       record.rves = handles_of(*call.rves);
       record.steering = call.steering.empty() ? nullptr : upload_steering(call);
-      // An RVE that fails writes no details.
+      // The details are zeroed, since an RVE that fails writes none.
       record.details = call.with_details ? detail_buffer.reserve_zeros(num_details(call)) : nullptr;
       record.count = count;
       record.queue = queue_buffer.reserve(1);
@@ -454,7 +459,8 @@ namespace {
       const int preparing = blocks_for(count, record.prepared_together);
       record.ready = ready_buffer.reserve_clean(preparing);
       record.turn = ++turn_of_launch;
-      // The kernel has a thread for each planned step and for each piece of a DriveRecord.
+      // A call has a thread for each planned step, at most 16, and at least one for each 16 bytes
+      // of its DriveRecord.
       const int threads = rounded_up(
           record.prepared_together * std::min(16, std::max(kThreadsPerCall<D>, plan.steps_ahead)),
           32);
@@ -466,8 +472,8 @@ namespace {
       prepared.dynamicSmemBytes = record.prepared_together * record.prepared_size;
       check_cuda(cudaLaunchKernelExC(&prepared, plan.prepare, arguments),
                  "launch of the kernel that prepares calls");
-      // The blocks are placed while the last calls are prepared, and each begins when its own call
-      // is.
+      // The blocks are placed on the device while the last calls are prepared. Each block begins
+      // when its own call is ready.
       cudaLaunchAttribute early = in_place_early(plan.waits);
       cudaLaunchConfig_t launched = {};
       launched.gridDim = resident;
@@ -488,7 +494,8 @@ namespace {
       return record;
     }
 
-    /// Repeats the call of RVEs that need it. Returns the number of RVEs that are still unfinished.
+    /// Repeats the call of those of the `count` unfinished RVEs for which a repetition may succeed.
+    /// Returns the number of RVEs that are still unfinished.
     int repeat_some(int count)
     {
       const IncrementLaunch<D> &launch = increments_of_call;
@@ -573,8 +580,8 @@ namespace {
       check_cuda(cudaSetDevice(options.device_number), "choice of the device");
     }
 
-    /// Returns the device handles of the RVEs of a call. Those of the last call are reused if no
-    /// RVE has moved.
+    /// Returns the device handles of the RVEs of a call. The handles of the last call are reused if
+    /// the RVEs are the same and no device state has moved.
     const RveHandle *handles_of(const std::vector<int> &rves)
     {
       const bool is_call = device_call && &rves == &device_call->rves;
@@ -626,11 +633,11 @@ namespace {
     IncrementLaunch<D> increments_of_call = {};
     int largest_of_call = 0;
     bool are_alike = false;           ///< all RVEs of device_call have the same number of grains
-    bool has_resting = false;         ///< the rest of some was known when the call was new
+    bool has_resting = false;         ///< the rest of some RVEs was known when the call was new
     bool may_be_quiescent = false;    ///< some RVEs are or may become quiescent
     int details_to_receive = 0;
     bool handled_call = false;    ///< the handles on the device are those of device_call
-    int drives_in_use = 0;        ///< index of the buffers of the call that has begun last
+    int drives_in_use = 0;        ///< index of the buffers of the last launched call
     DeviceBuffer<DriveRecord<D>> planned_drives[2];
     DeviceBuffer<int> point_buffer, planned_order_buffer;
     DeviceBuffer<PlannedRve> planned_buffer;
@@ -639,9 +646,9 @@ namespace {
     HostBuffer<CallFindings> plan_findings, answer_findings;    ///< host copies of findings
     Milestone answers_ready;
     bool is_launched_early = false;    ///< launched before the host has read the plan
-    /// DEM steps of all RVEs in the last plan; 0 if that was another call.
+    /// Sum of DEM steps over RVEs in the previous plan of this call; 0 if the call is new.
     unsigned long long steps_before = 0;
-    int plans_not_held = 0;    ///< last consecutive plans of this call without CallFindings::held
+    int plans_not_held = 0;    ///< number of last plans in a row without CallFindings::held
     std::vector<int> stiffened_indices;    ///< RVEs that exceeded their limits in the last call
     DeviceBuffer<TurnRecord<D>> planned_turns;
     DeviceBuffer<AnswerRecord<D>> planned_answers[2];

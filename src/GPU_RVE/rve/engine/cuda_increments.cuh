@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels before and after those that advance RVEs, for increments and stresses in device memory.
+// Kernels that run before and after the RVE kernel if increments and stresses are in device memory.
 // They plan the increments, order the RVEs and distribute the answers. Pointers are device pointers
 // unless a comment says otherwise.
 
@@ -17,11 +17,12 @@ namespace rve {
 /// Number of classes by which RVEs are sorted by cost. The last class has the quiescent RVEs.
 constexpr int kCostClasses = 256, kQuiescentClass = kCostClasses - 1;
 
-/// Counters of plan and answers, initially zero. The host receives the members before class_size.
+/// Counters that the kernels of a call add up, for its plan and for its answers; initially zero.
+/// The host receives the members before class_size.
 struct CallFindings {
   unsigned long long steps;    ///< sum over RVEs
   int longest;                 ///< largest number of DEM steps
-  int refused;                 ///< RVEs that need more than an increment
+  int refused;                 ///< RVEs that need a DriveOf (PlanKind::Refused)
   int turned;                  ///< RVEs that are turned rigidly first
   int unfinished;              ///< RVEs that have failed or must repeat the call
   int stiffened;               ///< RVEs that exceed the limit of their plan
@@ -32,8 +33,8 @@ struct CallFindings {
 };
 constexpr std::size_t kHostFindings = offsetof(CallFindings, class_size);
 
-/// Largest number of unfinished RVEs that are repeated singly. Beyond it the host handles the whole
-/// call.
+/// Largest number of unfinished RVEs whose calls the host repeats while the results of the other
+/// RVEs stay on the device. With more, the host processes the results of the whole call.
 constexpr int kMostUnfinished = 64;
 
 /// Rotation of an RVE.
@@ -64,7 +65,7 @@ template <int D> struct IncrementLaunch {
   TurnRecord<D> *turns;                     ///< (count), used up to findings->turned
   AnswerRecord<D> *answers;                 ///< (count)
   const AnswerRecord<D> *answers_before;    ///< (count) of the previous call
-  const int *hold;    ///< positive at run time of the kernels: no answers are distributed
+  const int *hold;    ///< positive when a kernel runs: it distributes no answers; null: no effect
   int *stiffened;     ///< (MOST_STIFFENED) indices in host memory
   int *unfinished;    ///< (kMostUnfinished) indices in host memory
 };
@@ -172,7 +173,8 @@ RVE_DEVICE void give_stress(const IncrementLaunch<D> &launch, int index,
                  launch.points.stress + Space<2>::components * point);
 }
 
-/// Skips the DEM steps of a quiescent RVE. It keeps the answer to its last DEM steps.
+/// Defers the increment of a quiescent RVE. The RVE keeps the answer of its last DEM steps, and its
+/// stress follows from the deferred deformation.
 template <int D> RVE_DEVICE void defer(const IncrementLaunch<D> &launch, int index)
 {
   QuiescentStateOf<D> &quiescent = launch.quiescent_states[index];
@@ -183,7 +185,8 @@ template <int D> RVE_DEVICE void defer(const IncrementLaunch<D> &launch, int ind
   give_stress(launch, index, quiescent.stress_after(quiescent.pending));
 }
 
-/// Returns the known rest of an RVE after DEM steps with this stress.
+/// Returns the rest of an RVE after DEM steps that ended with this stress; Rest::Unknown without an
+/// evaluation. With an evaluation it also sets the quiescent state.
 template <int D>
 RVE_DEVICE Rest rest_after(const IncrementLaunch<D> &launch, int index,
                            const Tensor<double, D> &stress)
@@ -235,7 +238,7 @@ __global__ void __launch_bounds__(kIncrementBlock) take_answers(const IncrementL
     take_answer(launch, k);
 }
 
-/// Answer of an RVE that has repeated its call.
+/// Final answer of an RVE whose call has been repeated.
 template <int D> struct RepeatedRecord {
   int index, has_details;
   AnswerRecord<D> answer;

@@ -20,7 +20,7 @@ inline namespace RVE_ISA {
         launch.prepared + static_cast<std::size_t>(index) * launch.prepared_size);
   }
 
-  /// Unit of copies between kinds of memory.
+  /// Unit of copies between memory spaces: 16 bytes.
   struct alignas(16) FourWords {
     std::int32_t word[4];
   };
@@ -37,8 +37,8 @@ inline namespace RVE_ISA {
   template <KernelVariant variant, class Numbers>
   using LaunchOf = LaunchRecord<VariantConfig<variant, Numbers>::D>;
 
-  /// Publishes that the calls of this block are prepared, including all writes before a barrier.
-  /// One thread calls it.
+  /// Marks the calls that this block has prepared as ready. A block that waits for the mark sees
+  /// all writes before it (release and acquire). One thread calls this function after a barrier.
   template <int D> RVE_DEVICE void tell_ready(const LaunchRecord<D> &launch)
   {
     asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(launch.ready + blockIdx.x),
@@ -55,9 +55,9 @@ inline namespace RVE_ISA {
     } while (turn != launch.turn);
   }
 
-  /// Prepares all calls before the blocks begin. One thread prepares a call, for which a whole
-  /// block would have to wait. A block of this kernel has `launch.prepared_together` calls in
-  /// shared memory.
+  /// Prepares all calls before the blocks of the RVE kernel begin. A single thread prepares a call;
+  /// in the RVE kernel a whole block would wait for that thread. A block of this kernel has
+  /// `launch.prepared_together` calls in shared memory.
   template <KernelVariant variant, class Numbers>
   __global__ void prepare_calls(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                                 const __grid_constant__ BatchConstants batch)
@@ -73,11 +73,13 @@ inline namespace RVE_ISA {
     };
     const int me = threadIdx.x, threads = blockDim.x;
 #if __CUDA_ARCH__ >= 900
-    // The next kernel waits for tell_ready() where it needs the prepared calls.
+    // The blocks of the next kernel may be placed now: they wait for tell_ready() before they read
+    // prepared calls.
     cudaTriggerProgrammaticLaunchCompletion();
 #endif
     if (me == 0 && first == 0) *launch.queue = 0;
-    // The DriveRecords come over the bus: they are requested in rows, and before any other wait.
+    // The DriveRecords are read from host memory over the bus, by coalesced loads that are issued
+    // before all other loads.
     constexpr int of_drive = kPieces<DriveRecord<Config::D>>,
                   of_header = kPieces<StateHeader<Config::D>>,
                   of_steering = kPieces<SteeringRecord<Config::D>>, together = 4;
@@ -128,7 +130,7 @@ inline namespace RVE_ISA {
     if (me == 0) tell_ready(launch);
   }
 
-  /// Prefetches memory into the L2 cache. It is read a few microseconds later.
+  /// Prefetches memory, which is read a few microseconds later, into the L2 cache.
   RVE_DEVICE void prefetch(const char *memory, std::size_t size)
   {
 #if __CUDA_ARCH__ >= 900
@@ -165,8 +167,8 @@ inline namespace RVE_ISA {
              launch.prepared_size);
   }
 
-  /// Returns the memory that the steps of a block use: for this many grains in registers, or for
-  /// any number in memory (0).
+  /// Returns the views of the memory that the steps of a block use. `Capacity` is the largest
+  /// number of grains in registers, or 0 for any number of grains in memory.
   template <class Config, int Capacity>
   RVE_DEVICE SharedView<Config> view_of_block(char *on_chip, std::size_t chip_size, char *memory,
                                               int num_grains)
@@ -180,9 +182,10 @@ inline namespace RVE_ISA {
   }
 
   /// Returns the number of steps that blocks of a residency plan at a time; 0 for the default. The
-  /// shared memory next to the grains decides. Measured on an H200 in `fast`: two RVEs of 1000
-  /// spheres have capacity for 176 steps each, 1 % faster than 64; a single one has 256, 1.5 %
-  /// faster. Three RVEs of disks have 64 steps each, 3 % faster than 32; a single one has 256, 5 %
+  /// number depends on the shared memory that the grains of a multiprocessor leave free. Measured
+  /// on an H200 in `fast`: for two RVEs of 1000 spheres there is capacity for 176 steps each, 1 %
+  /// faster than 64 steps; for a single RVE there is capacity for 256 steps, 1.5 % faster. Three
+  /// RVEs of disks plan 64 steps each, 3 % faster than 32; a single RVE plans 256 steps, 5 %
   /// faster. GPUs with less than 200 KB use the default. A servo plans one step at a time and
   /// leaves the memory to other RVEs.
   template <class Config, Residency residency> RVE_HD constexpr int plan_steps_beside()

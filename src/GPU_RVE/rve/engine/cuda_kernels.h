@@ -37,7 +37,8 @@ template <int D> struct LaunchRecord {
   std::size_t prepared_size;    ///< bytes of one prepared call
   int steps_ahead;              ///< planned steps
   int prepared_together;        ///< calls that one block prepares
-  /// (count / prepared_together) equals `turn` when the calls of a block are ready
+  /// (count / prepared_together, rounded up) equals `turn` when the calls that one block prepares
+  /// are ready
   unsigned *ready;
   unsigned turn;    ///< number of this launch, which differs from all earlier ones
   char *memory;     ///< a workspace per resident block
@@ -68,7 +69,7 @@ enum class Residency {
 };
 constexpr int kNumResidencies = 5;
 constexpr int kSmallBlock = 416;
-constexpr int kSteeredBlock = 224;    ///< whole warps for half as many grains
+constexpr int kSteeredBlock = 224;    ///< kSmallBlock / 2, rounded up to whole warps
 constexpr int kLargeBlock = 1024;
 
 /// Grains per thread in registers (0: any number, in memory), largest number of threads of a block,
@@ -90,19 +91,20 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
 
 /// Returns the block shape of a kernel configuration for a residency.
 ///
-/// Disks: one grain per thread. More RVEs on a multiprocessor hide latencies, fewer spill less:
-/// with all bookkeeping two are faster than three. Without histories `double` also has registers
-/// for two, since its spills are outside the steps. Measured on an H200 and an H100 with 400 disks.
-/// With a servo one thread of an RVE computes the servo and plans steps while the others wait, and
-/// no grain stays in registers between steps. So a thread has two grains, and as many RVEs as fit
-/// into shared memory (228 KB) fill the waiting times: 25 % more steps per second than with one
-/// grain per thread.
+/// Disks: one grain per thread. More RVEs on a multiprocessor hide latencies; fewer RVEs have fewer
+/// register spills: with all bookkeeping two RVEs are faster than three. `double` has registers for
+/// one RVE, and without histories (no friction) for two, since its spills are then outside the
+/// steps. Measured on an H200 and an H100 with 400 disks. With a servo one thread of an RVE
+/// computes the servo and plans steps while the others wait, and no grain stays in registers
+/// between steps. So a thread has two grains, and a multiprocessor has as many RVEs as fit into
+/// shared memory (228 KB), which compute in turn: 25 % more steps per second than with one grain
+/// per thread.
 ///
 /// Spheres: two grains per thread. In `fast` two RVEs of a multiprocessor hide latencies of each
 /// other. In `mixed` and in kernel variants with bookkeeping a thread has twice the registers,
-/// since spilling costs more than fewer resident threads. In `double` histories do not even fit
-/// then: they are streamed (streams_history), and in variants with bookkeeping all data of a grain
-/// are (InMemory). Measured on an H200 with 1000 spheres.
+/// since spilling costs more than fewer resident threads. In `double` histories do not fit into
+/// registers even then: they are streamed (streams_history), and in variants with bookkeeping all
+/// data of a grain are streamed (InMemory). Measured on an H200 with 1000 spheres.
 template <class Config> RVE_HD constexpr BlockShape block_shape(Residency residency)
 {
   const bool wide = sizeof(typename Config::Wide) > 4, all_wide = sizeof(typename Config::Real) > 4;
@@ -150,7 +152,7 @@ struct VariantKernels {
   /// Kernel of each residency; null where there is none and another residency is used.
   const void *kernel[kNumResidencies];
   /// Kernel that fills LaunchRecord::prepared through shared memory and resets the queue. It is
-  /// null where that of another variant is used.
+  /// null if the kernel of another variant prepares the calls.
   const void *prepare;
 };
 

@@ -45,8 +45,8 @@ struct LaunchPlan {
   int share_on_chip = 0;            ///< carveout of shared memory, for both kernels [percent]
 };
 
-/// Launch plans of an engine by kind of call. Calls of a few kinds alternate: evaluations of some
-/// RVEs between the steps of all.
+/// Launch plans of an engine by kind of call. A run alternates between a few kinds of calls, such
+/// as evaluations of some RVEs and steps of all RVEs.
 class LaunchPlans {
  public:
   LaunchPlans(const cudaDeviceProp &_device, const CudaVariants &_variants, int _block_size) :
@@ -70,7 +70,7 @@ class LaunchPlans {
                                     static_cast<int>(plan.dynamic)),
                "shared memory of the kernel");
     // A multiprocessor changes its carveout only when it is empty, so both kernels of a call have
-    // the same.
+    // the same carveout.
     const void *const both[] = {plan.prepare, plan.kernel};
     for (const void *kernel : both)
       check_cuda(cudaFuncSetAttribute(kernel, cudaFuncAttributePreferredSharedMemoryCarveout,
@@ -126,7 +126,7 @@ class LaunchPlans {
     check_cuda(cudaFuncSetAttribute(plan.kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                     static_cast<int>(plan.dynamic)),
                "shared memory of the kernel");
-    plan_in_use = nullptr;    // that plan may have the same kernel
+    plan_in_use = nullptr;    // the plan in use may have the same kernel
     int blocks_per_sm = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks_per_sm, plan.kernel,
                                                              plan.block, plan.dynamic),
@@ -144,8 +144,9 @@ class LaunchPlans {
   }
 
   /// Returns the number of steps that are planned for each RVE before the blocks begin: up to twice
-  /// the mean number, since a block that must plan waits for one thread. The plans of all RVEs are
-  /// written and read. The number is a power of two, so that successive calls have the same plan.
+  /// the mean number of steps. More planned steps avoid that whole blocks wait for one thread that
+  /// plans; fewer planned steps reduce the memory traffic of the plans. The number is a power of
+  /// two or CallShape::longest, so that successive calls mostly have the same launch plan.
   static int steps_to_prepare(const CallShape &call)
   {
     int steps = 1;
@@ -178,8 +179,9 @@ class LaunchPlans {
 
   Residency residency_of(const CallShape &call, KernelVariant variant) const
   {
-    // A few RVEs use the kernel for many if it is loaded and theirs is not. Compiling takes seconds
-    // to half a minute, which a few calls, such as time-step checks, do not gain back.
+    // A call of few RVEs uses the kernel for many RVEs if only that one is loaded. Compiling the
+    // other takes seconds to half a minute, which a few calls, such as time-step checks, do not
+    // gain back.
     const bool takes_many = fills_device(call) ||
         (variants.is_at_hand(variant, Residency::Many) &&
          !variants.is_at_hand(variant, Residency::Few));

@@ -16,8 +16,8 @@ template <int D> struct TurnList {
   const int *hold;           ///< device memory, positive if no RVE may be turned; or null
 };
 
-/// Turns RVEs rigidly, one after the other in each block of any size. All turned data precede the
-/// histories, so RVEs with rolling resistance can use the same kernel.
+/// Turns RVEs rigidly. A block, of any size, turns one RVE after the other. `Config` has the memory
+/// layout of the RVEs.
 template <class Config> __global__ void turn_rves(const TurnList<Config::D> list)
 {
   using Block = BlockCuda<0>;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernel variants of a CUDA engine: kernels that were compiled with it or are compiled when they
-// are first needed, and their memory.
+// Kernel variants of a CUDA engine: their kernels, which were compiled with the program or are
+// compiled when they are first needed, and the memory that these need.
 
 #pragma once
 
@@ -40,20 +40,21 @@ class CudaVariants {
   CudaVariants(const Options &options, int capability);
 
   /// Returns the reason why RVEs with the memory layout of a variant cannot be advanced: they need
-  /// kernels that are compiled at run time, and `to_compiling` prevents that. Empty if they can be.
+  /// kernels that are compiled at run time, and the obstacle `to_compiling` prevents that. The text
+  /// is empty if they can be advanced.
   std::string obstacle(KernelVariant memory, const std::string &to_compiling) const;
 
   /// Returns the variant itself, or, if its kernels must be compiled at run time and cannot be, the
-  /// more general variant that prepares its calls and gives the same bits. Throws InputError where
-  /// that one cannot be compiled either.
+  /// more general variant that prepares its calls and gives the same bits. Throws InputError if the
+  /// kernels of that variant cannot be compiled either.
   KernelVariant usable(KernelVariant variant) const;
 
   /// Returns the block shape of a kernel of a usable variant; empty if it has no kernel of that
   /// residency.
   std::optional<BlockShape> shape(KernelVariant variant, Residency residency) const;
 
-  /// Returns a kernel of a usable variant as a launch takes it: a function of (LaunchRecord,
-  /// BatchConstants), or its handle.
+  /// Returns a kernel of a usable variant for cudaLaunchKernelExC: the address of a function of
+  /// (LaunchRecord, BatchConstants), or a handle of it.
   const void *advance(KernelVariant variant, Residency residency) const;
   const void *prepare(KernelVariant variant) const;
   /// Returns true if advance() need not compile or load the kernel.

@@ -28,11 +28,12 @@ template <int D> struct RestingRve {
   QuiescentStateOf<D> quiescent;    ///< without a stiffness if the RVE moves
 };
 
-/// Value of IncrementOf::substeps for an RVE that has been quiescent since before the call was new:
-/// the device does not have the result of its last DEM steps.
+/// Value of IncrementOf::substeps for an RVE that was quiescent already when the call was new: the
+/// device does not have the result of its last DEM steps.
 constexpr std::int32_t BEFORE_THE_CALL = -1;
 
-/// Input of a call. It lives until the results have been delivered or the next call is planned.
+/// Input of a call. The object must live until the results have been delivered or the next call is
+/// planned.
 template <int D> struct DeviceCallOf {
   PointsOnDevice points;
   std::vector<int> rves;
@@ -57,11 +58,11 @@ template <int D> class DeviceCallsOf : public Request {
  public:
   /// Plans a call on the device, after the work that has been launched so far.
   virtual void plan(const DeviceCallOf<D> &call) = 0;
-  /// Indices (in the call) of the RVEs that exceeded the limits of their plans, of which fetch()
-  /// returns at most MOST_STIFFENED.
+  /// Returns the indices (in the call) of RVEs that exceeded the limits of their plans in the last
+  /// fetched call, at most MOST_STIFFENED of them.
   virtual const std::vector<int> &stiffened() const = 0;
   static constexpr int MOST_STIFFENED = 64;
-  /// Delivers the results of the last call; RVEs that have not finished are repeated before. A
+  /// Delivers the results of the last call; calls of unfinished RVEs are repeated first. A
   /// quiescent RVE delivers the result of its last DEM steps and, with
   /// IncrementCallOf::take_deferred(), its deferred increment.
   virtual void deliver(IncrementCallOf<D> &call) = 0;

@@ -16,7 +16,7 @@ namespace rve {
 
 namespace {
 
-  /// Conversion of 64-bit fractional coordinates; `fast` keeps the leading half.
+  /// Convert fractional coordinates from and to 64 bits. `fast` keeps the upper 32 bits.
   template <class Coordinate> Coordinate narrow(std::uint64_t s)
   {
     if constexpr (std::is_same_v<Coordinate, FloatFraction>)
@@ -53,7 +53,7 @@ namespace {
     return order;
   }
 
-  /// Returns a pair with its history in a device state.
+  /// Returns a pair of a state from a history of a device state.
   template <class Config>
   PairOf<Config::D> pair_of(int first, int second, const typename Config::History &history)
   {
@@ -61,7 +61,7 @@ namespace {
     pair.first = first;
     pair.second = second;
     Config::Law::to_pair(history, pair);
-    // A zero has no sign in a state.
+    // A state has no negative zeros.
     for (const auto &number : pair_memory<Config::D>()) number.of(pair) += 0.0;
     return pair;
   }
@@ -95,7 +95,7 @@ namespace {
     store_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
     store_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
     set_material_in(header, state.material);
-    // The sums use rounded radii, so that the state read back gives the same ones.
+    // The sums use the rounded radii, so that a state that is read back gives the same sums.
     RveStateOf<D> stored;
     for (double r : state.radius) stored.radius.push_back(static_cast<typename Config::Wide>(r));
     const auto [smallest, largest] =
@@ -121,7 +121,7 @@ namespace {
     const auto &list = header.list_valid ? state.list_fractional : state.fractional;
     const std::vector<std::int32_t> order = state.order.empty() ? storage_order(state)
                                                                 : state.order;
-    std::vector<int> site(n);    // index of a grain number
+    std::vector<int> site(n);    // storage index of each grain
     for (int k = 0; k < n; ++k) {
       const int i = order[k];
       site[i] = k;
@@ -209,7 +209,7 @@ namespace {
                  rotation);
   }
 
-  /// Returns work(config) of the variant that prepares calls of `memory`, in these numbers.
+  /// Returns work(config) for the variant that prepares calls of `memory`, in the format `Numbers`.
   template <int D, class Numbers, class Work>
   auto with_numbers(KernelVariant memory, const Work &work)
   {

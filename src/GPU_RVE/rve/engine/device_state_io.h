@@ -23,12 +23,13 @@ struct DeviceState {
 // `memory` is the kernel variant that defines the memory layout (engine/variant_choice.h), the same
 // for all RVEs of an engine.
 
-/// Returns the device state. Its extra list holds at least `extra_capacity` pairs and all that the
-/// state needs. Rolling forces are included if the variant has them.
+/// Returns the device state of an RVE. Its list of extra pairs has capacity for at least
+/// `extra_capacity` pairs and for all extra pairs of the state. Rolling forces are included if the
+/// variant has them.
 template <int D>
 DeviceState build_device_state(Format format, const RveStateOf<D> &state, int extra_capacity,
                                KernelVariant memory);
-/// Returns the state of a device state, exactly.
+/// Returns the RVE state in a device state, without rounding.
 template <int D = 2>
 RveStateOf<D> read_device_state(Format format, const DeviceState &device_state,
                                 KernelVariant memory);

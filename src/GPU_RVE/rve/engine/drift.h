@@ -14,11 +14,12 @@
 
 namespace rve {
 
-/// Returns the mean peculiar velocity, weighted by mass, if it is most of the motion of the grains;
-/// otherwise zero [length/time]. A periodic packing does not need it, and local damping would act
-/// on it instead of the fluctuations. It is also zero if it moves a grain in a stable time step by
-/// less than 1e-7 of the smallest radius: the grains are then at rest except for rounding. Runs
-/// leave a mean velocity of a few percent of the fluctuations. The state must be sound.
+/// Returns the mean peculiar velocity, weighted by mass, if it exceeds the root mean square of the
+/// fluctuations about it; otherwise zero [length/time]. A periodic packing does not need a mean
+/// velocity, and local damping would act on it instead of the fluctuations. The result is also zero
+/// if the mean velocity moves a grain in a stable time step by less than 1e-7 of the smallest
+/// radius: the grains are then at rest except for rounding. In runs a mean velocity of a few
+/// percent of the fluctuations arises, which is kept. The state must have passed check().
 template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
 {
   constexpr double AT_REST =
@@ -29,7 +30,8 @@ template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
   for (int i = 0; i < n; ++i) {
     const double of_grain = grain_volume<D>(state.radius[i]);
     mass += of_grain;
-    // Relative to the first grain, equal velocities have exactly themselves as mean.
+    // Velocities are summed relative to that of the first grain, so that the mean of equal
+    // velocities is exact.
     for (int a = 0; a < D; ++a)
       mean[a] += of_grain * (state.velocity[D * i + a] - state.velocity[a]);
   }

@@ -65,17 +65,18 @@ template <int D> void check(const DriveOf<D> &drive)
   }
 }
 
-/// Returns true if a prescribed motion needs a SteeringRecord<2>: for a servo, or to rotate the RVE
-/// in several segments.
+/// Returns true if a prescribed motion needs a SteeringRecord: for a servo, or to rotate the RVE in
+/// several segments.
 template <int D> bool needs_steering(const DriveOf<D> &drive)
 {
   return drive.has_servo() || !turns_little(drive.deformation);
 }
 
 /// Returns true if F is so near the identity that is_simple() must hold, as for most increments.
-/// The test is quicker, by two thirds on processors without fma. If the sums of |F - 1| in each row
-/// are below s, the diagonal dominates, so the determinant is positive (Levy and Desplanques); the
-/// axial vector of turns_little() is shorter than D s, and the trace of F is above D (1 - s).
+/// This test is faster than is_simple(), by two thirds on processors without fma. If the sums of |F
+/// - 1| in each row are below s, the diagonal dominates, so the determinant is positive (Levy and
+/// Desplanques); the axial vector of turns_little() is shorter than D s, and the trace of F is
+/// above D (1 - s).
 template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
 {
   constexpr double small = 0.5 * LARGEST_TURN / (1.0 + LARGEST_TURN);
@@ -88,7 +89,8 @@ template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
   return is;
 }
 
-/// Returns true for a valid prescribed motion without a servo in one segment, or such an increment.
+/// Returns true if a prescribed motion without a servo, or an increment, is valid and takes one
+/// segment.
 template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
 {
   const bool has_time = drive.substeps == 0 ||
@@ -96,8 +98,8 @@ template <class AnyDrive> bool is_unsteered(const AnyDrive &drive)
   return has_time && (is_nearly_identity(drive.deformation) || is_simple(drive.deformation));
 }
 
-/// Returns true if check() finds no error and no SteeringRecord is needed. This is a quick test
-/// that holds for most prescribed motions.
+/// Returns true if check() finds no error and no SteeringRecord is needed. The test is quick, and
+/// most prescribed motions pass it.
 template <int D> bool is_simple(const DriveOf<D> &drive)
 {
   bool controls = drive.num_modes != 0;
@@ -110,8 +112,8 @@ template <int D> bool is_simple(const IncrementOf<D> &increment)
   return is_unsteered(increment);
 }
 
-/// Returns the record of a path in one segment, of a DriveOf or an IncrementOf. It is fastest if
-/// the record is constructed in place (new) and not copied.
+/// Returns the record of a path in one segment, of a DriveOf or an IncrementOf. The function is
+/// fastest if the record is constructed in place (new) and not copied.
 template <int D, template <int> class AnyDrive> DriveRecord<D> to_record(const AnyDrive<D> &drive)
 {
   DriveRecord<D> record = DriveRecord<D>();    // zeroes the padding too

@@ -95,7 +95,8 @@ template <int D>
 DriveOf<D> DriveOf<D>::constant_velocity_gradient(const Matrix &velocity_gradient, double dt,
                                                   int substeps)
 {
-  // The engine sees only the increment, and half a turn looks the same in both directions.
+  // The engine receives only the deformation increment, which is the same for rotations by pi and
+  // -pi.
   const double turn = turn_of(velocity_gradient) * substeps * dt;
   require(!(std::fabs(turn) > 3.0), "an RVE must rotate by at most 3 rad in one call, got ", turn,
           " rad: use a smaller timestep or fewer substeps");

@@ -4,7 +4,7 @@
 // nor CUDA.
 //
 // States, prescribed motions, results and engines are templates on the dimension D of the RVEs;
-// their names without it are those of disks.
+// their names without the suffix `Of` are those for disks, such as Engine for EngineOf<2>.
 
 #pragma once
 
@@ -68,7 +68,7 @@ template <int D> struct DriveOf {
   /// must live as long as the call.
   const ServoModeOf<D> *modes = nullptr;
   std::int32_t num_modes = 0;
-  /// Nonzero if amplitudes start from zero and not from those of the previous call.
+  /// Nonzero if amplitudes start from zero and not from their values in the previous call.
   std::int32_t modes_begin = 0;
 
   bool has_servo() const
@@ -131,7 +131,7 @@ template <int D> struct ResultOf {
 };
 using Result = ResultOf<2>;
 
-/// A Result with the affine stiffness of the same configuration, for an RVE that may be skipped.
+/// Result and affine stiffness of one configuration, for an RVE that may be skipped.
 template <int D> struct ElasticResultOf {
   ResultOf<D> result;
   AffineStiffnessOf<D> stiffness;
@@ -178,7 +178,7 @@ template <int D> class IncrementCallOf {
  public:
   virtual ~IncrementCallOf() = default;
   /// Writes increments[0] and following for the RVEs from `begin` to `end` - 1 of the call. Returns
-  /// false if one of them needs another prescribed motion; then there is no call.
+  /// false if one of these RVEs needs a DriveOf; then the engine launches nothing.
   virtual bool give(int begin, int end, IncrementOf<D> *increments) = 0;
   /// Called when all increments are known and will be used. RVEs can be turned here for the last
   /// time before the steps.
@@ -199,7 +199,7 @@ struct Memory {
   std::string name;         ///< engines on one machine with the same name share the memory
   std::size_t free = 0;     ///< free for RVEs at present [bytes]
   bool is_known = false;    ///< false: `free` is undefined
-  bool is_host = true;      ///< the data of the caller are there too
+  bool is_host = true;      ///< the data of the caller are in the same memory
 };
 
 /// An engine owns RVEs. An RVE is identified by the number that add() returned until it is removed.
@@ -209,7 +209,7 @@ template <int D> class EngineOf {
  public:
   virtual ~EngineOf() = default;
 
-  /// Returns the contact model of its RVEs (Options::contacts).
+  /// Returns the contact model of the RVEs (Options::contacts).
   virtual const ContactModel &contacts() const = 0;
   /// Returns an engine without RVEs with the options of this one, on the same device, but with
   /// another contact model. Throws InputError if no kernel variant supports it.
@@ -222,12 +222,12 @@ template <int D> class EngineOf {
   virtual void remove(int rve) = 0;
   virtual int size() const = 0;
 
-  /// Returns the present state, exactly. Adding it to an engine with the same options continues bit
-  /// for bit.
+  /// Returns the present state, without rounding. A copy of it in an engine with the same options
+  /// continues bit for bit.
   virtual RveStateOf<D> state(int rve) const = 0;
 
-  /// Changes the material, as for the friction after preparation, and nothing else. Throws
-  /// InputError as add() does.
+  /// Changes only the material, for example its friction after the preparation. Throws InputError
+  /// as add() does.
   virtual void set_material(int rve, const Material &material) = 0;
 
   /// Turns whole RVEs rigidly: cell, deformation and velocities rotate, all other data are
@@ -239,23 +239,24 @@ template <int D> class EngineOf {
   /// may have its own number of substeps.
   virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                        std::vector<ResultOf<D>> &results) = 0;
-  /// Advances RVEs like the function above and also returns the affine stiffness. It costs as much
-  /// as the rest of the result. Its bits depend on the state alone, not on the call.
+  /// Advances RVEs like the function above and also returns the affine stiffness. The stiffness
+  /// costs as much as the rest of the result. Its bits depend on the state alone, not on the call.
   virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                        std::vector<ElasticResultOf<D>> &results) = 0;
-  /// Advances RVEs like the functions above with short results. A call without substeps returns the
-  /// Result of the same configuration.
+  /// Advances RVEs like the functions above with short results. The full Result of the same
+  /// configuration follows from another call with 0 substeps.
   virtual void advance(const std::vector<int> &rves, const std::vector<DriveOf<D>> &drives,
                        std::vector<ResponseOf<D>> &responses) = 0;
 
-  /// Launches the same motion by increments with short results, which Request::fetch() delivers to
-  /// `call`. Returns null if one of the RVEs needs a DriveOf; then nothing has changed. `rves` and
-  /// `call` must live until fetch(), and no other function of the engine may be called before.
+  /// Launches an advance by the increments of `call`. Request::fetch() delivers the short results
+  /// to `call`. Returns null if one of the RVEs needs a DriveOf; then nothing has changed. `rves`
+  /// and `call` must live until fetch(), and no other function of the engine may be called before
+  /// fetch().
   virtual Request *begin(const std::vector<int> &rves, IncrementCallOf<D> &call) = 0;
 
   /// Finds lower bounds of the stable time steps of RVEs in their present states
-  /// (rve::stable_time_step), on the device of the engine [time]. They are accurate to a few
-  /// percent below `enough` and may be looser above; 0 where none was found. They depend on the
+  /// (rve::stable_time_step), on the device of the engine [time]. Bounds are accurate to a few
+  /// percent below `enough` and may be looser above; 0 where none was found. Bounds depend on the
   /// state and on `enough` alone. The cost is about ten DEM steps.
   virtual void bound_time_steps(const std::vector<int> &rves, double enough,
                                 std::vector<double> &bounds) = 0;
@@ -271,14 +272,15 @@ template <int D> class EngineOf {
   /// grains, while lists have their initial capacity [bytes]; 0 without RVEs.
   virtual std::size_t bytes_of_call(int num_rves, int num_grains) = 0;
 
-  /// Returns the memory of the RVEs and the free part of it, at most the bytes in the environment
-  /// variable GPU_RVE_MEMORY_LIMIT. Throws InputError if that is not a number.
+  /// Returns the memory that contains the RVEs. Its free part is limited to the number of bytes in
+  /// the environment variable GPU_RVE_MEMORY_LIMIT, if that is set. Throws InputError if the
+  /// variable is not a number.
   virtual Memory memory() const = 0;
 
   /// Returns the interface for points on the device of the engine; null if there is none.
   virtual DeviceCallsOf<D> *device_calls() { return nullptr; }
 
-  /// Returns the number of its device in CUDA; -1 on CPU threads.
+  /// Returns the number of the engine's device in CUDA; -1 for CPU threads.
   virtual int cuda_device() const { return -1; }
 };
 using Engine = EngineOf<2>;

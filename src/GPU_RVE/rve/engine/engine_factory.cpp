@@ -36,7 +36,7 @@ std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *no
       "double, or device cpu");
   if (only_on_cpu) return make_host_engine<D>(options);
   std::string obstacle = "GPU_RVE was built without CUDA";
-  // a build without CUDA always uses the CPU, which is worth a notice only if arithmetic changes
+  // A build without CUDA always uses the CPU. A notice is given only if the arithmetic changes.
   const bool is_relaxed = options.arithmetic == Arithmetic::Relaxed;
   bool is_notable = is_relaxed;
 #if defined(GPU_RVE_WITH_CUDA)

@@ -67,14 +67,15 @@ OutputFile::OutputFile(const std::string &_path) : path(_path), target(_path)
   if (!exists && errno != ENOENT) fail(errno);
   if (exists) {
     if (S_ISDIR(old.st_mode)) fail(EISDIR);
-    // Renaming needs no permission of the file, but a write-protected file must stay.
+    // Renaming needs no write permission of the old file, but a write-protected file must not be
+    // replaced.
     if (::access(target.c_str(), W_OK) != 0) fail(errno);
     regular = S_ISREG(old.st_mode);
     if (!regular) return;
   }
 
   const std::string name = temporary_name(target);
-  ::unlink(name.c_str());    // left by a killed process with the same number
+  ::unlink(name.c_str());    // left by a killed process that had this process ID
   const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) fail(errno);
   temporary = name;
@@ -113,7 +114,7 @@ void OutputFile::write(const std::string &text)
   synchronise_name_of(target);
 }
 
-/// This cleans up, since a constructor that throws has no destructor.
+/// Removes the temporary file first, since the destructor does not run if the constructor throws.
 void OutputFile::fail(int reason)
 {
   discard();

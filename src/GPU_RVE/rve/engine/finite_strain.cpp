@@ -7,7 +7,7 @@ namespace rve {
 
 namespace {
 
-  /// [v] x = v cross x
+  /// Returns the matrix [v] with [v] x = v cross x.
   Tensor3 cross_matrix(const Vec<double, 3> &v)
   {
     return Tensor3{{0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0}};
@@ -64,7 +64,7 @@ Vec<double, 3> rotation_vector(const Tensor3 &rotation)
     v[last] = factor * (r(last, axis) + r(axis, last));
     w = factor * (r(last, next) - r(next, last));
   }
-  if (w < 0.0) {    // the opposite sign of the same rotation
+  if (w < 0.0) {    // both signs describe the same rotation
     w = -w;
     v = -1.0 * v;
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rotation and stretch of a deformation increment. Functions for small ones also run on a device.
+// Rotation and stretch of a deformation increment. Functions for small increments also run on a
+// device.
 
 #pragma once
 
@@ -130,12 +131,13 @@ RVE_HD inline Tensor2 rotation_of(const Tensor2 &f)
   return Tensor2{{c, -s, s, c}};
 }
 
-/// Returns the angle of a rotation, in [0, pi] [rad]. A device gives the same bits.
+/// Returns the angle of a rotation, in [0, pi] [rad]. A device and the host give the same bits.
 RVE_HD inline double angle_of_rotation(const Tensor2 &r)
 {
   return angle_of(std::fabs(r(1, 0)), r(0, 0));
 }
-/// Returns the same in space, from the axial vector, whose length is twice the sine.
+/// Returns the angle of a rotation in space, in [0, pi] [rad], from the axial vector, whose length
+/// is twice the sine of the angle.
 RVE_HD inline double angle_of_rotation(const Tensor3 &r)
 {
   const Vec<double, 3> axis = axial_vector(r);
@@ -160,7 +162,7 @@ template <int D> RVE_HD double norm(const Tensor<double, D> &a)
   return std::sqrt(sum);
 }
 
-/// Replaces an increment by its stretch, and returns its rotation.
+/// Replaces an increment F = V R by its left stretch V, and returns its rotation R.
 template <int D> RVE_HD Tensor<double, D> take_rotation(Tensor<double, D> &increment)
 {
   const Tensor<double, D> rotation = rotation_of(increment);
@@ -179,8 +181,9 @@ RVE_HD inline double strain_size(const Tensor2 &f)
   return std::sqrt(0.5 * ((sum - 2.0) * (sum - 2.0) + square_of_difference));
 }
 
-/// Finds the size of a small strain in space, as of macro steps, to twelve digits, from the series
-/// of U = sqrt(1 + 2E), E = (F^T F - 1)/2 [-]. Returns false if the strain is not small.
+/// Finds strain_size() of a small increment in space, such as that of a macro step, to twelve
+/// digits. It uses the series of U = sqrt(1 + 2E), E = (F^T F - 1)/2 [-]. Returns false if the
+/// strain is not small.
 RVE_HD inline bool find_strain_size(const Tensor3 &f, double &size)
 {
   constexpr double SMALL = 1e-3;
@@ -205,16 +208,17 @@ inline double strain_size(const Tensor3 &f)
 constexpr double NO_BOUND = std::numeric_limits<double>::infinity();
 
 /// Returns an upper bound of the angle of the rotation in a deformation increment [rad]. The bound
-/// is close if rotation and strain are small, and infinite if it needs a decomposition.
+/// is close if rotation and strain are small, and infinite if only a polar decomposition would give
+/// the angle.
 RVE_HD inline double bound_of_rotation(const Tensor2 &f)
 {
   const double twice_cosine = f(0, 0) + f(1, 1), twice_sine = f(1, 0) - f(0, 1);
   return twice_cosine > 0.0 ? std::fabs(twice_sine) / twice_cosine : NO_BOUND;
 }
 
-/// The same bound in space. The axial vector of F - F^T = R - R^T + (R - 1)(U - 1) - (U - 1)(R -
-/// 1)^T is no shorter than 2 sin(angle) - sqrt(2) angle |U - 1|, which is angle/0.55 for an angle
-/// below 0.45 and |U - 1| below 1/40.
+/// Returns the same bound of the angle in space. The axial vector of F - F^T = R - R^T + (R - 1)(U
+/// - 1) - (U - 1)(R - 1)^T is no shorter than 2 sin(angle) - sqrt(2) angle |U - 1|, which is at
+/// least angle/0.55 for an angle below 0.45 and |U - 1| below 1/40.
 RVE_HD inline double bound_of_rotation(const Tensor3 &f)
 {
   const Vec<double, 3> axis = axial_vector(f);
@@ -232,8 +236,8 @@ template <int D> Tensor<double, D> part_of_increment(const Tensor<double, D> &f,
   return polar.part_of_rotation(share) * (Tensor<double, D>::identity() + share * polar.strain);
 }
 
-/// Returns exp(A), the deformation by a velocity gradient A/t in the time t. Exact zeros stay: a
-/// motion along one axis gives zeros of the increment, to the bit.
+/// Returns exp(A), the deformation by a velocity gradient A/t in the time t. Exact zeros are
+/// preserved: a motion along one axis does not change the other components of the increment.
 Tensor2 exponential(const Tensor2 &a);
 Tensor3 exponential(const Tensor3 &a);
 

@@ -14,8 +14,9 @@ namespace {
 
   /// Returns the largest number that a contact may add to a sum of forces or torques, over its
   /// normal force: |f| = sqrt(1 + mu^2) f_n, or the moment (a mu + R mu_r) f_n. In internal units a
-  /// lever arm a is below 1/2 and the reduced radius R below 1/4. The result is infinite if the
-  /// normal force bounds no other force, or bounds a twisting moment by a length of the material.
+  /// lever arm a is below 1/2 and the reduced radius R below 1/4. The result is infinite if the law
+  /// does not bound tangential forces by the normal force, or if contacts resist twisting, since
+  /// the bound of a twisting moment contains a length of the material.
   double possible_obliquity(const Material &material)
   {
     const bool is_bounded =
@@ -27,8 +28,8 @@ namespace {
   }
 
   /// Largest obliquity (friction 10) for which the sums have capacity for all possible friction
-  /// forces. This costs them less than four bits; beyond it few bits would remain for the actual
-  /// forces.
+  /// forces. This capacity costs the sums less than four bits; beyond it few bits would remain for
+  /// the actual forces.
   const double LARGEST_OBLIQUITY = std::sqrt(1.0 + 10.0 * 10.0);
 
 }    // namespace
@@ -44,8 +45,8 @@ template <> int neighbor_bits<2>(double smallest_radius, double largest_radius)
 }
 
 // The number follows from solid angles: each smallest grain hides 2 pi (1 - cos a), sin a = r / (r
-// + R), of the 4 pi around the largest grain. They cover at most 0.91 of it, as hexagons in the
-// plane; overlaps add a fifth.
+// + R), of the 4 pi around the largest grain. They cover at most 0.91 of it, as a hexagonal packing
+// of disks covers the plane; overlaps add a fifth.
 template <> int neighbor_bits<3>(double smallest_radius, double largest_radius)
 {
   const double sine = smallest_radius / (smallest_radius + largest_radius);
@@ -68,8 +69,9 @@ bool all_forces_count(const Material &material)
 }
 
 // Relative to the largest of f_n, f_t and f_r/2, |f| is at most sqrt(2), and a moment 1/2 + 2/4. In
-// space the largest is that of components, which are at least 1/sqrt(3) of a vector: |f| is sqrt(1
-// + 3), and moments are sqrt(3) as much and the twisting one, which counts with f_r/2.
+// space the reference is the largest component, which is at least 1/sqrt(3) of its vector: |f| is
+// at most sqrt(1 + 3), and a moment at most sqrt(3) times that of disks plus the twisting moment,
+// which enters the reference like f_r/2.
 double obliquity_of(const Material &material, int dimension)
 {
   if (!all_forces_count(material)) return possible_obliquity(material);

@@ -13,22 +13,22 @@ namespace rve {
 /// `double` would overflow.
 constexpr int LARGEST_NEIGHBOR_BITS = 8;
 
-/// Ratio of largest to smallest radius that never gives more neighbours [-]. `has_reach`: grains
-/// act on each other beyond touching.
+/// Largest ratio of largest to smallest radius for which a grain has at most
+/// 2^LARGEST_NEIGHBOR_BITS neighbours [-]. `has_reach`: grains act on each other before they touch.
 template <int D> constexpr double largest_size_ratio(bool has_reach)
 {
   return D == 2 ? (has_reach ? 15.0 : 60.0) : (has_reach ? 2.8 : 6.6);
 }
 
-/// Returns the number of bits for the smallest grains that touch the largest one; at most one more
-/// than allowed.
+/// Returns the number of bits of the largest possible number of smallest grains that touch a
+/// largest one; at most LARGEST_NEIGHBOR_BITS + 1.
 template <int D> int neighbor_bits(double smallest_radius, double largest_radius);
 template <> int neighbor_bits<2>(double smallest_radius, double largest_radius);
 template <> int neighbor_bits<3>(double smallest_radius, double largest_radius);
 
-/// Returns the same number for grains that act on each other within the reach of the material. A
-/// reach of up to the smallest radius makes the layer with their centres around the largest grain
-/// at most four times as full.
+/// Returns the number of bits for grains that act on each other within the reach of the material. A
+/// reach of at most the smallest radius increases the number of neighbours at most by a factor of
+/// four.
 template <int D>
 int neighbor_bits(double smallest_radius, double largest_radius, const Material &material)
 {

@@ -12,13 +12,13 @@
 
 namespace rve {
 
-/// Bins by fractional coordinates. Each is at least one largest contact distance wide, or there is
-/// a single one.
+/// Bins of grains by fractional coordinates. Each bin is at least `contact_distance` wide. A cell
+/// that is too narrow for three bins along each axis has a single bin.
 template <int D> class GrainBins {
  public:
   GrainBins(const Tensor<double, D> &cell, double contact_distance)
   {
-    // Largest number of bins per axis. More would be empty for any N that such a cell holds.
+    // Largest number of bins per axis. More bins would mostly be empty.
     constexpr int MOST_BINS = D == 2 ? 1024 : 64;
     int least = MOST_BINS;
     std::size_t bins = 1;

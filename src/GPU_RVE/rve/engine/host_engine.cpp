@@ -39,8 +39,8 @@ namespace {
 #endif
   }
 
-  /// Returns the memory that programs may take without swapping, by the Linux kernel [bytes]; 0 if
-  /// it is unknown.
+  /// Returns the Linux kernel's estimate of the memory that programs can take without swapping
+  /// [bytes]; 0 if it is unknown.
   std::size_t available_memory()
   {
     std::ifstream file("/proc/meminfo");

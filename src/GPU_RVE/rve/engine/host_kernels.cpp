@@ -66,8 +66,9 @@ inline namespace RVE_ISA {
     kernel.run(answer, detail);
   }
 
-  /// Kernel variant that runs in place of another one: the general variant that prepares the same
-  /// calls and gives the same bits, where short compile times matter more than speed.
+  /// Kernel variant that runs the calls of `variant`: with RVE_RICH_VARIANTS_ONLY the general one
+  /// that prepares the same calls and gives the same bits, for short compile times at the cost of
+  /// speed; otherwise `variant` itself.
 #if defined(RVE_RICH_VARIANTS_ONLY)
   template <KernelVariant variant>
   constexpr KernelVariant kWorker = VariantTraits<variant>::prepared_like;

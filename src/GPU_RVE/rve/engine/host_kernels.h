@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Interface to the block program on a CPU thread, which is compiled for each instruction set,
-// dimension and number format. It has plain data only.
+// dimension and number format. The interface consists of plain data.
 
 #pragma once
 

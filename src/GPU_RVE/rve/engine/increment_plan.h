@@ -14,14 +14,15 @@
 
 namespace rve {
 
-/// Slip of contacts by a rotation that grains do not follow, over the mean overlap over sum of
-/// radii, above which an RVE is turned rigidly [-]. If a cell rotates in a few DEM steps, contacts
-/// slip by the angle, since grains do not spin yet. The limit is a hundredth of the normal force at
-/// k_t = k_n.
+/// Largest slip of contacts by a rotation that grains do not follow [-]: the slip as an angle, over
+/// the mean overlap / sum of radii. Above it an RVE is turned rigidly. If a cell rotates within a
+/// few DEM steps, contacts slip by the angle of rotation, since grains do not spin yet. At the
+/// limit, the tangential force is a hundredth of the normal force for k_t = k_n.
 constexpr double TURN_OF_OVERLAP = 1e-2;
 
 /// Largest rotation of one segment of a macro increment [rad]. Larger rotations have several
-/// segments. The chord through the rotation loses at most 2.5e-5 of the area on its way.
+/// segments. Within a segment the cell moves along the chord of the rotation, on which its area
+/// decreases by at most 2.5e-5 of it.
 constexpr double LARGEST_TURN = 0.01;
 
 RVE_HD inline bool turns_little(const Tensor2 &f)
@@ -37,7 +38,7 @@ RVE_HD inline bool turns_little(const Tensor3 &f)
   return std::sqrt(dot(twice_sine, twice_sine)) < LARGEST_TURN * (trace(f) - 1.0);
 }
 
-/// Returns true for a deformation that takes one segment.
+/// Returns true for a finite deformation with a positive determinant that takes one segment.
 template <int D> RVE_HD bool is_simple(const Tensor<double, D> &f)
 {
   return finite(f) && determinant(f) > 0.0 && turns_little(f);
@@ -54,8 +55,8 @@ struct LinearContacts {
 };
 
 /// Returns the largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]:
-/// the whole rotation if the grains do not follow. At a constant rate grains lag behind by that
-/// rate over their frequency; before the first step they are at rest.
+/// the whole rotation if the grains do not follow. At a constant rate of rotation grains lag by
+/// this rate over their frequency; before the first step they do not spin.
 RVE_HD inline double slip_of_rotation(double angle, int substeps, double dt, double frequency)
 {
   const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
@@ -82,21 +83,21 @@ RVE_HD bool slips(const Tensor<double, D> &increment, int substeps, double dt, d
 
 /// State of an RVE that a plan depends on.
 struct PlannedRve {
-  double pressure = 0.0;      ///< mean stress of its last DEM steps [stress]
+  double pressure = 0.0;      ///< pressure after the last DEM steps [stress]
   double grain_size = 0.0;    ///< rve::grain_size() [length]
   double density = 0.0;       ///< rve::inertial_density() [mass/length^3]
   LinearContacts contacts;
   StiffeningLimit limit;
-  std::uint32_t status = 0;    ///< status of its last DEM steps
+  std::uint32_t status = 0;    ///< status of the last DEM steps
 };
 
 /// Cost of a diagnostic evaluation with the affine stiffness, and overhead of a call, both in DEM
 /// steps. Measured with 19,200 RVEs of 400 disks on an H200.
 constexpr double EVALUATION_IN_STEPS = 30.0, CALL_IN_STEPS = 3.0;
 
-/// Returns true if an evaluation is worth its cost. The RVE could then be quiescent until the
-/// strain reaches the limit, at the rate of this strain_size() in so many DEM steps. Each macro
-/// step in between saves its DEM steps and the overhead of a call.
+/// Returns true if an evaluation is worth its cost. After it the RVE could be quiescent for limit /
+/// strain macro steps of this strain_size(). Each of them saves `substeps` DEM steps and the
+/// overhead of a call.
 RVE_HD inline bool is_worth_an_evaluation(double strain, int substeps, double limit)
 {
   return (substeps + CALL_IN_STEPS) * limit > EVALUATION_IN_STEPS * strain;
@@ -110,8 +111,8 @@ enum class Skipping {
 };
 
 /// Decides how a macro step of an RVE with status Ok is skipped. `strain` is the strain of the
-/// step, `of_all` the strain since its last DEM steps, `substeps()` the number of DEM steps of the
-/// step.
+/// step, `of_all` the strain since the last DEM steps of the RVE, `substeps()` the number of DEM
+/// steps of the macro step.
 template <class Substeps>
 RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limit,
                             const Substeps &substeps)
@@ -127,7 +128,7 @@ enum class PlanKind {
   Simple,       ///< DEM steps
   Turned,       ///< DEM steps after a rigid rotation
   Quiescent,    ///< no DEM steps
-  Refused       ///< more than an increment is needed
+  Refused       ///< the RVE needs a DriveOf
 };
 
 /// Options of a plan, equal for all RVEs of a step.
@@ -200,7 +201,8 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
   plan.kind = PlanKind::Turned;
   plan.rotation = take_rotation(plan.deformation);
   if (!options.is_adaptive) return plan;
-  // The strain of the remaining stretch is exact to its last digit.
+  // The number of steps follows from the strain of the remaining stretch, whose last digits may
+  // differ from those of the strain before the rotation was removed.
   if (find_strain_size(plan.deformation, of_all))
     plan.substeps = options.substeps_of(of_all, rve);
   else

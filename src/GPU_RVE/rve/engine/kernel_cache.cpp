@@ -111,7 +111,7 @@ bool KernelCache::load(const std::string &key, DeviceCode &kernel)
     return false;
   }
   const std::size_t name = digits + key.size() + 1, end = text.find('\0', name);
-  // The file belongs to another key with the same hash.
+  // The file may belong to another key with the same hash.
   if (text.compare(digits, key.size() + 1, key + '\0') != 0 || end == std::string::npos)
     return false;
   kernel.kernel = text.substr(name, end - name);
@@ -122,7 +122,7 @@ bool KernelCache::load(const std::string &key, DeviceCode &kernel)
 void KernelCache::store(const std::string &key, const DeviceCode &kernel)
 {
   if (folder_.empty()) return;
-  obstacle_.clear();    // of an earlier load
+  obstacle_.clear();    // obstacle of an earlier load
   const std::string text = key + '\0' + kernel.kernel + '\0' + kernel.code;
   try {
     OutputFile(folder_ + "/" + file_name(key)).write(hash_of(text) + text);
@@ -136,15 +136,15 @@ KernelCache::Turn::Turn(const KernelCache &cache, const std::string &key, double
   if (cache.folder_.empty()) return;
   const std::string file = cache.folder_ + "/lock";
   descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  // A kernel locks the byte of the file at the hash of its key: the file stays empty, and no other
-  // files must be removed. The lock belongs to the descriptor, not to the process, so it also works
-  // between threads.
+  // The lock of a key is one byte of the file, at the hash of the key. The file stays empty, and
+  // there are no lock files to remove. The lock belongs to the descriptor, not to the process, so
+  // it also works between threads.
   struct flock byte = {};
   byte.l_type = F_WRLCK;
   byte.l_whence = SEEK_SET;
   byte.l_start = static_cast<off_t>(checksum_of(key.data(), key.size()) >> 2);    // not negative
   byte.l_len = 1;
-  // The lock is polled, since a wait in the Linux kernel could not be ended.
+  // The lock is polled, since a wait in the Linux kernel has no time limit.
   const auto begin = WallClock::now();
   for (;;) {
     is_mine_ = ::fcntl(descriptor_, F_OFD_SETLK, &byte) == 0;

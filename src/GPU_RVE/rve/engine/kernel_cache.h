@@ -3,8 +3,8 @@
 //
 // A file of the cache is code that a GPU runs in the name of the user. So the folder must belong to
 // the user and be closed to others; another folder is not used, and obstacle() gives the reason. A
-// file is written completely or not at all (OutputFile). It contains its key and a checksum; if one
-// of them does not match, the kernel is compiled again.
+// file is written completely or not at all (OutputFile). A file contains its key and a checksum; if
+// one of them does not match, the kernel is compiled again.
 
 #pragma once
 
@@ -33,8 +33,9 @@ class KernelCache {
 
   void store(const std::string &key, const DeviceCode &kernel);
 
-  /// Lock on a key during its lifetime. Others with the same key wait, for at most `seconds`, since
-  /// a process may hang and a file system may have no locks. Other keys are independent.
+  /// Lock on a key during its lifetime. Other objects with the same key wait, for at most
+  /// `seconds`, since a process may hang and a file system may have no locks. Other keys are
+  /// independent.
   class Turn {
    public:
     Turn(const KernelCache &cache, const std::string &key, double seconds = 300.0);

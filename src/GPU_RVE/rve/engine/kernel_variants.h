@@ -16,17 +16,18 @@ namespace rve {
 ///           of RVEs and all features of the variants that refer to it.
 ///
 /// The leanest variant comes first: a call uses the first one with its memory layout and features
-/// (engine/variant_choice.h). Variants give the same bits for calls that need no more than the
-/// lesser one has. Frictionless is for RVEs without friction and without tangential forces. The
+/// (engine/variant_choice.h). Two variants with the same memory layout give the same bits for calls
+/// that both support. Frictionless is for RVEs without friction and without tangential forces. The
 /// last variant of a contact law has rolling resistance, for spheres also resistance to twisting.
 ///
 /// Number format, arithmetic and residency are not columns. CMakeLists.txt makes the CUDA units of
 /// a line: fast, mixed and double in strict arithmetic, and fast in relaxed arithmetic. It also
 /// makes the CPU units: one of host_kernels.cpp for each dimension, format (single for disks only)
-/// and instruction set, strict. CudaVariants has the CUDA kernels of an engine's format and
-/// arithmetic, and runtime_kernels.cpp compiles those that the build left out. make_variant_kernels
-/// (cuda_kernels.cuh) makes a kernel for each residency of a line: for grains in registers, with
-/// the block sizes of block_shape (cuda_kernels.h), or in memory, for any number.
+/// and instruction set, strict. CudaVariants contains the CUDA kernels in the format and arithmetic
+/// of an engine, and runtime_kernels.cpp compiles those that the build left out.
+/// make_variant_kernels (cuda_kernels.cuh) makes a kernel for each residency of a line: for grains
+/// in registers, with the block sizes of block_shape (cuda_kernels.h), or in memory, for any
+/// number.
 // clang-format off
 #define RVE_DISK_VARIANTS(variant)                             \
   variant(Frictionless, NormalSprings,     None,  General)      \

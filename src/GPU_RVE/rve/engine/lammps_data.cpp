@@ -22,8 +22,8 @@ namespace {
       state.fractional[D * i + to] += n * state.fractional[D * i + from];
   }
 
-  // The functions return the packing in the axes of LAMMPS: a along +x, b in the plane of x and y,
-  // and tilts of at most half an edge.
+  // in_lammps_frame() returns the packing in the axes of LAMMPS: a along +x, b in the plane of x
+  // and y, and tilts of at most half an edge.
 
   RveState in_lammps_frame(RveState state)
   {
@@ -121,7 +121,7 @@ namespace {
     const double mass_per_volume = state.material.density * state.material.mass_depth;
     for (int i = 0; i < state.num_grains(); ++i) {
       const double r = state.radius[i];
-      // LAMMPS computes the mass of a sphere.
+      // LAMMPS computes the mass of a grain as that of a sphere.
       const double density = D == 2 ? mass_per_volume * kPi * r * r / (4.0 / 3.0 * kPi * r * r * r)
                                     : mass_per_volume;
       out << i + 1 << " 1 " << exact(2.0 * r) << " " << exact(density) << components<D>(x, i)

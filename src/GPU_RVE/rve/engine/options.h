@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Options that a user chooses once for a batch. Engines translate them to types when they are made.
+// Options that a user chooses once for a batch. Engines translate them to template arguments.
 
 #pragma once
 
@@ -32,7 +32,8 @@ struct Options {
   Device device = Device::Auto;
   Arms arms = Arms::Contact;
   int threads = 0;    ///< CPU threads; 0: number of OpenMP (OMP_NUM_THREADS)
-  /// Local rank, which selects the CUDA device; larger numbers start from the first device again.
+  /// Local rank, which selects the CUDA device; with more ranks than devices, devices are used
+  /// again in order.
   int device_number = 0;
   int block_size = 0;    ///< CUDA threads per block; 0: chosen from the number of grains
   double skin = 0.0;     ///< skin of the Verlet list [length]; 0: a share of the mean radius
@@ -43,7 +44,7 @@ struct Options {
   std::function<void(const std::string &)> log = {};
 };
 
-/// Word of a user and its value.
+/// Word in a script and the value that it selects.
 template <class T> struct Choice {
   const char *word;
   T value;

@@ -18,8 +18,8 @@ namespace rve {
 
 namespace {
 
-  /// Throws InputError if radii, stiffness and pressure give overlaps beyond those of a soil. It
-  /// runs before the preparation.
+  /// Throws InputError if radii, stiffness and pressure give overlaps above LARGEST_CONTACT_STRAIN.
+  /// Called before the preparation.
   template <int D> void check_overlap(const PackingRecipe &recipe)
   {
     const Material &material = recipe.material;
@@ -59,11 +59,12 @@ namespace {
     return material;
   }
 
-  // Time step of bound_time_steps() that makes all bounds accurate.
+  // Argument `enough` of bound_time_steps() for which all bounds are accurate.
   constexpr double ANY_TIME_STEP = 1e30;
 
-  // Returns the frequency of two of the lightest spheres in contact with this overlap [1/time]: the
-  // larger of those along the normal and along the contact, where 1/m + r^2/I = 7/2 1/m for each.
+  // Returns the frequency of a contact of the two lightest spheres with this overlap [1/time]: the
+  // larger one of its normal and its tangential frequency. For the latter each sphere has 1/m +
+  // r^2/I = 7/2 1/m.
   double pair_frequency_at(const RveStateOf<3> &state, double overlap)
   {
     std::vector<double> r = state.radius;
@@ -113,7 +114,8 @@ namespace {
     return vertical == 0.0 ? 0.0 : (trace(stress) - vertical) / ((D - 1) * vertical);
   }
 
-  /// Returns the remedy if grains fail under unequal stresses.
+  /// Returns the remedy if grains may not carry unequal stresses, beginning with `before`; empty
+  /// for equal stresses.
   std::string remedy_of_ratio(const Leg &leg, const std::string &before)
   {
     if (leg.k0 == 1.0) return "";
@@ -122,7 +124,8 @@ namespace {
         " may not carry this ratio of stresses";
   }
 
-  /// Preparation of one packing, call by call of an engine that is shared with others.
+  /// Preparation of one packing by successive calls of an engine, which it shares with other
+  /// preparations.
   template <int D> class Preparation {
    public:
     Preparation(const PackingRecipe &_recipe, EngineOf<D> &_engine) :
@@ -215,7 +218,7 @@ namespace {
     Specimen<D> specimen{};     // state at the end of the last leg
     DriveOf<D> drive;
     double dt = 0.0;
-    double coming_pair_frequency = 0.0;    // of spheres, in this leg [1/time]
+    double coming_pair_frequency = 0.0;    // pair_frequency_at() for the leg [1/time]
     bool was_at_rest = false;
     double k0 = 1.0;    // at the end of the last leg
     std::int64_t steps = 0, steps_of_leg = 0;
@@ -277,8 +280,8 @@ namespace {
 
     // Returns the time step of the next call for disks. Gershgorin's bound does not include
     // contacts that form within a call, so a margin is kept. A packing without contacts gets the
-    // step that its grains need in a dense network, which is about 0.55 of the step for single
-    // contacts. Their overlap is that at the pressure.
+    // step that its grains need in a dense network, which is about 0.55 of the step for a single
+    // contact with deepest_overlap().
     double time_step(const RveStateOf<D> &state) const
     {
       const double overlap = deepest_overlap(state.material);
@@ -287,7 +290,8 @@ namespace {
       return std::min(0.8 * gershgorin_time_step(state, overlap), 0.5 * pair_time_step);
     }
 
-    // Returns the time step of the next call from the bound of the engine, if it found one.
+    // Returns the time step of the next call for spheres, from the bound of the engine (0: none
+    // found).
     double time_step(double bound) const
     {
       const double of_pair =

@@ -20,8 +20,9 @@ struct PackingRecipe {
   /// Material of the packing. Its friction and rolling resistance are set at the end.
   Material material;
   double pressure = 0.0;    ///< goal of -sigma of each axis [stress], > 0
-  /// Lateral over vertical stress [-]. The vertical axis is the last one. Its goal is the pressure,
-  /// and that of the others k0 times the pressure, which grains must bear with the final friction.
+  /// Lateral over vertical stress [-]. The vertical axis is the last one. The stress along it has
+  /// the goal `pressure`, and the lateral stresses have the goal k0 times the pressure, which
+  /// grains must bear with the final friction.
   double k0 = 1.0;
   /// Earth pressure at rest: the vertical stress grows from START_AT_REST of the pressure to the
   /// pressure at zero lateral strain. The lateral stresses result from it, and `k0` is not used.
@@ -48,9 +49,9 @@ struct PackingRecipe {
   std::int64_t max_steps = 2000000;
 };
 
-/// Isotropic pressure over the vertical stress at the beginning of the compression without lateral
-/// strain. Soil is deposited without stress; an earlier stress changes the final lateral stress by
-/// about (1 - K0) of this share.
+/// Isotropic pressure at the beginning of the compression without lateral strain, over the final
+/// vertical stress [-]. Soil is deposited without stress; an earlier stress changes the final
+/// lateral stress by about (1 - K0) of this share.
 constexpr double START_AT_REST = 0.05;
 
 /// Returns the overlap over diameter of two grains of the mean radius at the pressure, as
@@ -104,7 +105,7 @@ template <int D> double default_servo_gain(const RveStateOf<D> &state);
 /// Returns the default rate of each axis during the compression of the cloud [1/time]. It is the
 /// lesser of 0.01 sqrt(K/M), at 1 % of the wave speed of the packing with the contact stiffness K
 /// at the pressure, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of
-/// p. For spheres h is as above, and K is multiplied by h over the mean diameter.
+/// p. For spheres h is as in default_servo_gain(), and K is multiplied by h over the mean diameter.
 template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure);
 
 /// Resets the history of a packing: velocities, strain, servo, counters and energies become zero.
@@ -112,9 +113,9 @@ template <int D> double default_compression_rate(const RveStateOf<D> &state, dou
 template <int D> void forget_past(RveStateOf<D> &state);
 
 /// Returns non-overlapping grains at rest in a periodic square or cube at initial_solid_fraction,
-/// by random sequential addition, largest first. They depend only on radii and seed of the recipe,
-/// on every machine: std::mt19937_64 with a fixed mapping to numbers. Throws InputError on a recipe
-/// out of range.
+/// by random sequential addition, largest first. Positions depend only on radii and seed of the
+/// recipe, on every machine: std::mt19937_64 with a fixed mapping to numbers. Throws InputError on
+/// a recipe out of range.
 template <int D = 2> RveStateOf<D> loose_cloud(const PackingRecipe &recipe);
 
 /// Runs the preparation on `engine` (a packing is added and removed) and returns the packing at the
@@ -133,10 +134,10 @@ template <int D>
 RveStateOf<D> generate_packing(const PackingRecipe &recipe, EngineOf<D> &engine,
                                const PackingProgress &progress = {});
 
-/// Prepares many packings, in the order of their recipes and each with the same bits as alone. All
-/// that are not ready advance together in each call of the engine. A recipe out of range throws
-/// InputError before anything runs. A preparation that fails stores its reason and does not stop
-/// the others.
+/// Prepares many packings, in the order of their recipes and each with the same bits as if it were
+/// prepared alone. All that are not ready advance together in each call of the engine. A recipe out
+/// of range throws InputError before anything runs. A preparation that fails stores its reason and
+/// does not stop the others.
 template <int D>
 std::vector<PreparedPackingOf<D>>
 generate_packings(const std::vector<PackingRecipe> &recipes, EngineOf<D> &engine,

@@ -16,7 +16,8 @@ namespace {
     bool is_mirror;
   };
 
-  // (x, y) -> (-y, x) turns the rows of R^(k mod 4). The mirror reverses components taken from x.
+  // R maps (x, y) to (-y, x), and row k of the table is R^k. The mirror, which acts first, reverses
+  // the components that come from x.
   AxisMap<2> plane_map(int image)
   {
     constexpr AxisMap<2> TURNS[4] = {{{0, 1}, {1, 1}, false},
@@ -58,7 +59,8 @@ namespace {
     return sign > 0 || value == 0.0 ? value : -value;
   }
 
-  // The function gives the fraction 1 - s, since unsigned numbers wrap as the cell does.
+  // For a negative sign the function returns the fraction 1 - s, since unsigned numbers wrap as the
+  // periodic cell does.
   std::uint64_t with_sign(int sign, std::uint64_t fraction)
   {
     return sign > 0 ? fraction : std::uint64_t{0} - fraction;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Images of a packing: the same grains in a mirror or rotated by right angles. They are equivalent
-// samples of the material, with the bias in other directions.
+// Images of a packing: the same grains in a mirror or rotated by right angles. Images are
+// equivalent samples of the material, in which the anisotropy of the packing has other directions.
 
 #pragma once
 

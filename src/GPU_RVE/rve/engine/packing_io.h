@@ -43,8 +43,8 @@ namespace rve {
 template <int D = 2> RveStateOf<D> read_packing(const std::string &path);
 
 /// Returns 2 if a packing file, or the first packing of a library, is of disks, 3 if it is of
-/// spheres. It reads no more than necessary, and throws InputError with path:line where that part
-/// is broken.
+/// spheres. The function reads no more than necessary, and throws InputError with path:line if the
+/// part that it reads is broken.
 int dimension_of_packing(const std::string &path);
 
 /// Writes a packing file, completely or not at all (OutputFile). Throws InputError if the state is
@@ -65,12 +65,12 @@ template <int D> void write_packing(const std::string &path, const RveStateOf<D>
 ///   end_library
 template <int D = 2> PackingLibraryOf<D> read_library(const std::string &path);
 
-/// Writes a library, completely or not at all. Throws InputError if it or a packing is not sound or
-/// the file cannot be written.
+/// Writes a library, completely or not at all. Throws InputError if the library or a packing is not
+/// sound, or if the file cannot be written.
 template <int D> void write_library(const std::string &path, const PackingLibraryOf<D> &library);
 
 /// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`;
-/// the latter is omitted if the path is a device or a fifo. Throws InputError as above.
+/// the latter is omitted if the path is a device or a fifo. Throws InputError as write_packing().
 ///
 /// LAMMPS requires vector a along +x, and b in the plane of x and y. So the packing is rotated
 /// (positions, velocities, spins, forces), and vectors are reduced by multiples of those before
@@ -83,8 +83,8 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
 ///
 /// Contact forces are those of the springs, without dashpots, on the first grain: -f_n n + f_t
 /// (-n_y, n_x), and -f_n n + f_t for spheres. With rolling forces there is a column for the moment
-/// on the first grain over the reduced radius; for spheres three, and one for the twisting moment,
-/// as in PairOf<3>.
+/// on the first grain over the reduced radius. For spheres there are three columns for the rolling
+/// force and one for the twisting moment, as in PairOf<3>.
 template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state);
 
 }    // namespace rve

@@ -30,16 +30,16 @@ template <int D> struct PackingLibraryOf {
 
   void add(const LibraryRow &row, RveStateOf<D> packing);
 
-  /// Throws InputError unless there is a packing, each has its row, and the grains and the void
-  /// ratio (to 1e-9) of the rows are those of the packings.
+  /// Throws InputError unless there is at least one packing, each packing has a row, and the
+  /// numbers of grains and the void ratios (to 1e-9) of rows and packings agree.
   void check() const;
 };
 using PackingLibrary = PackingLibraryOf<2>;
 
 /// Returns a number from 0 to count-1 with equal probability for the point `id`. It depends only on
-/// the arguments, so neither on ranks nor on the order of points. Draws for different `purpose` are
-/// independent. The mixing function is SplitMix64 (Steele, Lea & Flood, OOPSLA 2014), chained over
-/// the arguments.
+/// the arguments, and neither on the number of ranks nor on the order of points. Draws for
+/// different `purpose` are independent. The mixing function is SplitMix64 (Steele, Lea & Flood,
+/// OOPSLA 2014), chained over the arguments.
 int draw(std::uint64_t seed, std::int64_t id, int count, std::uint64_t purpose = 0);
 
 /// Search of packings by their void ratios.
@@ -53,12 +53,12 @@ class VoidRatioIndex {
   double most() const { return sorted.back().first; }
 
   /// Returns the packing with the nearest void ratio; among equally near ones that with the lower
-  /// void ratio, then the lower number. Returns nothing if it differs by more than `tolerance` [-],
-  /// or if `wanted` is not finite.
+  /// void ratio, then the lower number. Returns nothing if that void ratio differs from `wanted` by
+  /// more than `tolerance` [-], or if `wanted` is not finite.
   std::optional<int> nearest(double wanted, double tolerance) const;
 
-  /// Returns one of the packings whose void ratios differ by at most `tolerance` [-], drawn for
-  /// point `id`, or nothing if there is none.
+  /// Returns one of the packings whose void ratios differ from `wanted` by at most `tolerance` [-],
+  /// drawn for point `id`, or nothing if there is none.
   std::optional<int> draw_within(double wanted, double tolerance, std::uint64_t seed,
                                  std::int64_t id) const;
 
@@ -66,8 +66,8 @@ class VoidRatioIndex {
   std::vector<std::pair<double, int>> sorted;    // void ratio, number
 };
 
-/// Search of packings by the stress that they bear. Packings belong to the same level if their
-/// stresses differ from the next lower one by at most SAME_LEVEL of it.
+/// Search of packings by the stress that they bear. A packing belongs to the level of the packing
+/// with the next lower stress if the stresses differ by at most SAME_LEVEL of the lower one.
 class StressLevels {
  public:
   static constexpr double SAME_LEVEL = 0.05;

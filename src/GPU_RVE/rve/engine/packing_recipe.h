@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Functions of a recipe alone, for the parts of the preparation (engine/packing.h).
+// Functions that depend only on a recipe, for the source files of the preparation
+// (engine/packing.h).
 
 #pragma once
 
@@ -23,7 +24,7 @@ inline double isotropic_pressure(const PackingRecipe &recipe)
   return recipe.at_rest ? START_AT_REST * recipe.pressure : recipe.pressure;
 }
 
-/// Returns the edge of a square or a cube [length].
+/// Returns the edge of a square of this area, or of a cube of this volume [length].
 template <int D> double edge_of_volume(double volume)
 {
   return D == 2 ? std::sqrt(volume) : std::cbrt(volume);

@@ -31,8 +31,8 @@ struct MaterialLine {
   double of(const Material &material) const { return material.*parameter->member; }
 };
 
-/// Returns the lines of a material. Spheres have no thickness and no depth for their mass, so the
-/// factor of their mass is a plain number.
+/// Returns the lines of a material. Spheres have no thickness and no mass depth; the factor of
+/// their mass, mass_scaling, has no unit.
 template <int D> std::vector<MaterialLine> material_lines()
 {
   std::vector<MaterialLine> lines;
@@ -90,7 +90,8 @@ std::string for_axes(const std::string &before, const std::string &after,
   return words;
 }
 
-/// Returns the least number of stored values of a pair in files: those of the tangential force.
+/// Returns the smallest number of history values of a pair in files: the number of components of
+/// the tangential force.
 template <int D> constexpr int least_remembered()
 {
   return D == 2 ? 1 : D;

@@ -19,7 +19,7 @@ struct Leg {
   double pressure;    // [stress]
   double friction;    // [-]
   const char *phase;
-  double k0 = 1.0;         // lateral over vertical stress, which is the pressure [-]
+  double k0 = 1.0;         // lateral stress over the vertical stress `pressure` [-]
   bool at_rest = false;    // zero lateral strain; only the vertical stress has a goal
 
   template <int D> bool has_goal(int axis) const { return !at_rest || axis + 1 == D; }
@@ -35,7 +35,7 @@ template <int D> struct Way {
   double peak;        // [stress]
 };
 
-/// Packing at rest at the end of a way, and its void ratio.
+/// Packing at rest at the end of a leg, and its void ratio.
 template <int D> struct Specimen {
   RveStateOf<D> state;
   double void_ratio;
@@ -43,9 +43,9 @@ template <int D> struct Specimen {
 
 /// Search of the way of a recipe: a single way, or as many as a required void ratio needs.
 ///
-/// A packing is a discontinuous function of its preparation x. Bisection finds where it passes the
-/// goal, which may be a jump. Then the search samples a growing neighbourhood, where other jumps
-/// have other values.
+/// A packing is a discontinuous function of its preparation x. Bisection finds the x at which the
+/// void ratio passes the goal, possibly by a jump. If no packing was within the tolerance, the
+/// search samples a growing neighbourhood of x, where jumps reach other void ratios.
 template <int D> class WaySearch {
  public:
   WaySearch(const PackingRecipe &_recipe, const RveStateOf<D> &_cloud) :
@@ -103,7 +103,8 @@ template <int D> class WaySearch {
   }
 
  private:
-  // Largest preparation friction. Above it hardly a contact slides and nothing changes.
+  // Largest preparation friction. Above it hardly any contact slides, and the packing does not
+  // change.
   static constexpr double LARGEST_FRICTION = 1.0;
   // Overlap over diameter at the highest pressure.
   static constexpr double LARGEST_PEAK_STRAIN = 0.04;
@@ -121,9 +122,10 @@ template <int D> class WaySearch {
   int attempt = 0;
   double best = 0.0, least_error = 1e300;    // best void ratio and its error
 
-  /// Returns the way for a value of the search variable. For looser packings it is the root of the
-  /// friction, on which the void ratio depends most linearly, since most of the growth is below
-  /// 0.2. For denser ones it is the logarithm of the overconsolidation ratio.
+  /// Returns the way for a value of the search variable. For packings looser than the frictionless
+  /// one it is the square root of the friction: the void ratio is nearly a linear function of it,
+  /// since the void ratio grows mostly below a friction of 0.2. For denser ones it is the logarithm
+  /// of the overconsolidation ratio.
   Way<D> at(double value) const
   {
     return looser ? with_friction(value * value) : overconsolidated(value);
@@ -152,7 +154,7 @@ template <int D> class WaySearch {
     return way;
   }
 
-  /// Adds a leg for anisotropic stress. It comes last and has the final friction, since
+  /// Adds a leg for anisotropic stress. The leg is the last one and has the final friction, since
   /// frictionless grains bear only one pressure.
   void add_anisotropy(Way<D> &way) const
   {

@@ -11,7 +11,7 @@
 
 namespace rve {
 
-/// Known rest of an RVE.
+/// State of rest of an RVE, as far as it is known.
 enum class Rest : std::int32_t {
   Unknown,      ///< not evaluated since its last DEM steps
   Moves,        ///< evaluated, and not at rest
@@ -43,12 +43,13 @@ RVE_HD inline bool may_be_evaluated(Rest rest)
 template <int D> struct QuiescentStateOf {
   using Matrix = Tensor<double, D>;
 
-  Matrix pending = Matrix::identity();    ///< deformation since its last DEM step
-  Matrix stress = Matrix::zero();         ///< stress of that step [stress]
+  Matrix pending = Matrix::identity();    ///< deformation since the last DEM step
+  Matrix stress = Matrix::zero();         ///< stress after the last DEM step [stress]
   AffineStiffnessOf<D> stiffness;
-  double mean_overlap = 0.0;    ///< mean overlap of that step [-]
+  double mean_overlap = 0.0;    ///< mean overlap after the last DEM step [-]
 
-  /// Returns sigma + C:eps after this deformation since that step, rotated with the RVE [stress].
+  /// Returns the stress after this deformation since the last DEM step: sigma + C:eps, rotated with
+  /// the RVE [stress].
   RVE_HD Matrix stress_after(const Matrix &deformation) const
   {
     const RotationAndStrain<D> parts(deformation);

@@ -28,8 +28,9 @@ namespace {
     return name;
   }
 
-  /// Returns the options of nvcc (cmake/CompilerFlags.cmake). Functions without a mark are device
-  /// functions, since there is no host.
+  /// Returns the compiler options for NVRTC, which correspond to those of nvcc
+  /// (cmake/CompilerFlags.cmake). Functions without __device__ are device functions too, since
+  /// there is no host code.
   std::vector<std::string> options_for(Arithmetic arithmetic, const std::string &target)
   {
     std::vector<std::string> options{

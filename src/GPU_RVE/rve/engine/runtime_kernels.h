@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled while the program runs, when a call needs them first. Exists only in
-// builds with CUDA.
+// Kernels that are compiled at run time, when a call first needs them. Exists only in builds with
+// CUDA.
 
 #pragma once
 
@@ -27,8 +27,8 @@ struct KernelName {
 std::string to_string(const KernelName &name);
 
 /// Returns a kernel for GPUs of this compute capability from the cache, or compiles and stores it.
-/// `log` takes lines on compiled kernels with their times, and on a cache that cannot be used.
-/// Throws std::runtime_error if compilation fails.
+/// `log` receives lines about compiled kernels with their compile times, and about a cache that
+/// cannot be used. Throws std::runtime_error if compilation fails.
 DeviceCode compiled_kernel(const KernelName &name, int capability, const Nvrtc &nvrtc,
                            KernelCache &cache, const std::function<void(const std::string &)> &log);
 
@@ -38,9 +38,9 @@ std::string runtime_kernels_obstacle();
 /// Returns true if runtime_kernel() need not compile or load the kernel.
 bool is_loaded(const KernelName &name, int capability);
 
-/// Returns a handle that launches accept in place of a function, on the present device, which has
-/// this compute capability. A kernel is compiled and loaded at most once in a process. Lines go to
-/// `log` or, if that is empty, to stderr.
+/// Returns a handle that launches accept instead of a function. It belongs to the current device,
+/// which must have this compute capability. A kernel is compiled and loaded at most once in a
+/// process. Lines go to `log` or, if that is empty, to stderr.
 const void *runtime_kernel(const KernelName &name, int capability,
                            const std::function<void(const std::string &)> &log);
 

@@ -19,7 +19,8 @@ namespace {
     return sum;
   }
 
-  /// Relative size of the rest of a row without the others below which rows are linearly dependent.
+  /// Rows count as linearly dependent if the part of a row that is orthogonal to other rows is
+  /// smaller than this share of the row [-].
   constexpr double DEPENDENT = 1e-6;
 
   /// Finds the transposed pseudo-inverse A^+T = (A A^T)^-1 A of linearly independent rows. Returns
@@ -48,7 +49,8 @@ namespace {
     return true;
   }
 
-  /// Returns a velocity gradient: the servo shears along x.
+  /// Returns the velocity gradient with these components on and above the diagonal, since the servo
+  /// shears along x.
   template <int D> Tensor<double, D> upper(const ComponentSum<D> &sum)
   {
     auto tensor = Tensor<double, D>::zero();
@@ -57,7 +59,8 @@ namespace {
     return tensor;
   }
 
-  /// Returns a symmetric tensor, with `share` of an off-diagonal factor in each of both places.
+  /// Returns the symmetric tensor with these components. Both entries of an off-diagonal component
+  /// are `share` times its value.
   template <int D> Tensor<double, D> symmetric(const ComponentSum<D> &sum, double share)
   {
     auto tensor = Tensor<double, D>::zero();

@@ -4,9 +4,11 @@
 //
 // A symmetric tensor is written as its components on and above the diagonal, sigma = (s_xx, ...,
 // s_xy, ...), and a velocity gradient as their work conjugates, l = (L_xx, ..., L_xy, ...), since
-// the servo shears along x. With rates E l = r and stresses C sigma = g, together as many as
-// components, l = E^+ r + sum_k a_k w_k. The modes w_k are the columns of W = P C^+: C^+ e is the
-// smallest stress that lacks e, and P projects on the motions that the rates leave free, E l = 0.
+// the servo shears along x. There are conditions on rates, E l = r, and on stresses, C sigma = g,
+// together as many as components. The servo uses l = E^+ r + sum_k a_k w_k with amplitudes a_k. The
+// modes w_k are the columns of W = P C^+: C^+ e is the smallest stress change that removes the
+// error e of the stress conditions, and P projects on the motions with E l = 0, which the
+// conditions on rates leave free.
 //
 // If the stresses are the work conjugates of the free motions, P C^T = C^T, the stiffness C S W of
 // the modes has positive eigenvalues for every positive definite S. The servo then oscillates about
@@ -42,8 +44,7 @@ template <int D> std::string strain_name(int c)
   return {"xyz"[strain_row<D>(c)], "xyz"[strain_column<D>(c)]};
 }
 
-/// Returns the weighted sum of the components of a tensor; off the diagonal those of its symmetric
-/// part.
+/// Returns the weighted sum of the components of the symmetric part of a tensor.
 template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<double, D> &symmetric)
 {
   double sum = 0.0;
@@ -55,14 +56,15 @@ template <int D> double sum_of(const ComponentSum<D> &factors, const Tensor<doub
 }
 
 template <int D> struct ServoModesOf {
-  std::vector<ServoModeOf<D>> modes;    ///< one for each stress
-  /// Columns of E^+: velocity gradients L with one of the rates and no amplitude.
+  std::vector<ServoModeOf<D>> modes;    ///< one for each stress condition
+  /// Columns of E^+: velocity gradients for which one rate of a condition is 1 and the other rates
+  /// and all amplitudes are 0.
   std::vector<Tensor<double, D>> unit_rates;
-  /// Columns of C^+: stresses sigma with one of the stress conditions.
+  /// Columns of C^+: stresses for which one sum of a condition is 1 and the others are 0.
   std::vector<Tensor<double, D>> unit_stresses;
 
-  /// Throws InputError unless rates and stresses are together as many as components and determine
-  /// the motion.
+  /// Throws InputError unless there are as many conditions as components, and they determine the
+  /// motion.
   ServoModesOf(const std::vector<ComponentSum<D>> &rates,
                const std::vector<ComponentSum<D>> &stresses);
 };

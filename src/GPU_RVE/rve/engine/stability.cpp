@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // A contact couples six coordinates: (x, y, r theta) of two grains. The rotation is measured as the
 // surface displacement r theta, so all coordinates are lengths, and the rotational mass is I/r^2 =
-// m/2. A stretch of the contact is
+// m/2. The stretches of a contact are
 //     u_n = (u_j - u_i).n,    u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,
 //     u_r = (R/r_j) w_j - (R/r_i) w_i,
 // with w = r theta, a = r - overlap/2 and R = r_i r_j / (r_i + r_j). Two spheres have twelve
@@ -28,14 +28,15 @@ namespace rve {
 
 namespace {
 
-  // Kind of elements of the contacts. Springs and dashpots are quadratic forms of the same
+  // Contact elements whose moduli are used. Springs and dashpots are quadratic forms of the same
   // stretches.
   enum class Kind { Springs, Dashpots };
 
   struct Moduli {
     std::vector<ContactModuli> of_contact;    // in the order of the contacts
-    // Moduli of a future contact of two radii. Its overlap is that of the deepest present contact,
-    // or kGasOverlapShare of the mean radius in a packing without contacts.
+    // Returns the moduli of a contact that may form between grains of two radii. Its overlap is the
+    // larger of `coming_overlap` and that of the deepest present contact; if both are zero,
+    // kGasOverlapShare of the mean radius.
     std::function<ContactModuli(double, double)> coming;
   };
 
@@ -46,7 +47,8 @@ namespace {
     return with_law<D>(state.material, [&](const auto &law) {
       const auto moduli_at = [law, kind](const ContactSite &site) {
         ContactModuli moduli = kind == Kind::Springs ? law.stiffness(site) : law.viscosity(site);
-        // An attraction that decreases with the distance increases no frequency.
+        // A negative normal stiffness, of an attraction that decreases with the distance, increases
+        // no frequency.
         moduli.normal = std::max(moduli.normal, 0.0);
         return moduli;
       };
@@ -66,7 +68,7 @@ namespace {
     });
   }
 
-  // Derivative of a stretch by (x, y, w)_first, (x, y, w)_second.
+  // Derivative of a stretch with respect to (x, y, w)_first and (x, y, w)_second.
   using Stretch = std::array<double, 6>;
 
   Stretch normal_stretch(const TouchingPair &contact)
@@ -296,10 +298,10 @@ namespace {
     return std::inner_product(x.begin(), x.end(), y.begin(), 0.0);
   }
 
-  // Lanczos' method with full reorthogonalisation, which keeps the small basis clean without thick
-  // restarts. A Ritz value approaches the eigenvalue from below, and its error falls with the
-  // square of the residual. A change of 1e-9 between successive steps leaves much less than the
-  // margin of a time step.
+  // Lanczos' method with full reorthogonalisation, which is cheap for the small basis and makes
+  // restarts unnecessary. A Ritz value approaches the eigenvalue from below, and its error falls
+  // with the square of the residual. When the value changes by less than 1e-9 between successive
+  // steps, the remaining error is much smaller than the margin of a time step.
   template <class Operator> double lanczos_largest_eigenvalue(const Operator &matrix)
   {
     constexpr double TOLERANCE = 1e-9;
@@ -355,7 +357,7 @@ namespace {
 
   // Returns the largest row sum of |M^-1 K| with the rotation in units of r theta / 4. Any unit
   // gives a bound. With r theta the rows of the rotation would be the largest by far (K_ww/m_w = 2
-  // z k/m); with this unit they are similar to those of the translations.
+  // z k/m); with this unit they are similar to the rows of the translations.
   double gershgorin_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
                                const Moduli &moduli)
   {
@@ -394,11 +396,13 @@ namespace {
     return largest;
   }
 
-  // Returns the largest eigenvalue of one contact without overlap that slides and rolls; 0 without
-  // resistance to either. It is the larger eigenvalue of k_t t t^T + k_r r r^T in coordinates
-  // scaled by the roots of the masses, from t.t = (1 + c) (1/m_i + 1/m_j), r.r = c ((R/r_i)^2/m_i +
+  // Returns the largest eigenvalue of one contact with tangential and rolling springs, between the
+  // smallest grain and any other, with the radii as lever arms; 0 without resistance to rolling and
+  // twisting. It is the larger eigenvalue of k_t t t^T + k_r r r^T in coordinates scaled by the
+  // roots of the masses, from t.t = (1 + c) (1/m_i + 1/m_j), r.r = c ((R/r_i)^2/m_i +
   // (R/r_j)^2/m_j) and t.r, c = m r^2/I. In space this holds for both directions across the normal,
-  // and twisting is decoupled. The lightest grain rolls fastest, but with a large partner.
+  // and twisting is decoupled. All partners of the lightest grain are tried, since it rolls fastest
+  // with a large one.
   template <int D> double turning_pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
     constexpr double ROTATION = 1.0 / GrainShape<D>::inertia;
@@ -425,8 +429,9 @@ namespace {
     return largest;
   }
 
-  // Returns the largest eigenvalue of one contact without overlap, from 1/m_i + 1/m_j along the
-  // normal, and 1/m + r^2/I of each grain along the tangent.
+  // Returns the largest eigenvalue of one contact of the lightest grains, with the radii as lever
+  // arms: from 1/m_i + 1/m_j along the normal, and from 1/m + r^2/I of each grain along the
+  // tangent.
   template <int D> double pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
     double lightest = std::numeric_limits<double>::infinity(), second = lightest;

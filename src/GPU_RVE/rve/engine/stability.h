@@ -8,24 +8,25 @@
 namespace rve {
 
 /// Returns the highest angular frequency of the undamped contact network [1/time]; 0 without
-/// contacts. It is found by Lanczos' method for M^-1/2 K M^-1/2. A disk has two translations and a
-/// rotation, a sphere three of each. A contact has k_n along the normal, k_t along the tangent with
-/// arms r - overlap/2, k_r with the reduced radius against rolling, and the twisting stiffness
-/// about the normal. The inertia I is m r^2/2 or 2 m r^2/5.
+/// contacts. The frequency is found by Lanczos' method for M^-1/2 K M^-1/2. A disk has two
+/// translations and a rotation, a sphere three of each. A contact has k_n along the normal, k_t
+/// along the tangent with arms r - overlap/2, k_r with the reduced radius against rolling, and the
+/// twisting stiffness about the normal. The inertia I is m r^2/2 or 2 m r^2/5.
 ///
 /// All contacts stick. The geometric stiffness -f_n/|b| of a rotating normal, of the order
 /// overlap/diameter relative to k_n, is neglected; it lowers the frequency. Without friction k_t
 /// does not act, and without rolling friction k_r does not.
 template <int D> double largest_frequency(const RveStateOf<D> &state);
 
-/// Returns the frequency of one contact between the two lightest grains [1/time], the first contact
-/// in a packing without contacts. With resistance to rolling or twisting it includes contacts of
-/// the lightest grain with any other. The overlap is the larger of `coming_overlap` [length] and
-/// that of the deepest present contact; it matters if the stiffness grows with the overlap.
+/// Returns the frequency of one contact between the two lightest grains [1/time], such as the first
+/// contact that forms in a packing without contacts. With resistance to rolling or twisting it
+/// includes contacts of the lightest grain with any other. The overlap is the larger of
+/// `coming_overlap` [length] and that of the deepest present contact; it matters if the stiffness
+/// grows with the overlap.
 template <int D> double pair_frequency(const RveStateOf<D> &state, double coming_overlap = 0.0);
 
-/// Returns the largest stable time step of the leapfrog update [time]: that of the network, and
-/// never more than that of one contact as in pair_frequency(), which may form at any time. With the
+/// Returns the largest stable time step of the leapfrog update [time]. That step is stable for the
+/// contact network and for one contact as in pair_frequency(), which may form at any time. With the
 /// frequency w, the dashpot rate B (largest eigenvalue of M^-1 C) and Cundall damping A, which
 /// scales a force by up to 1 + A,
 ///     dt = 4 / ((1+A) B + sqrt((1+A)^2 B^2 + 4 (1+A) w^2)),

@@ -23,8 +23,8 @@ namespace {
 
   // ---- checks ----
 
-  /// Throws InputError unless a value is sound. `what` is a name or a function that returns it:
-  /// thousands of grains are checked, and few names are needed.
+  /// Throws InputError unless a value is sound. `what` is a name, or a function that returns the
+  /// name: thousands of grains are checked, and the name is needed only for an error.
   template <class Name>
   void require_sound(bool sound, double value, const Name &what, const char *unit,
                      const char *demand)
@@ -62,8 +62,8 @@ namespace {
     require_sound(std::fabs(value) <= LARGEST, value, what, unit, "at most 1e30 in size");
   }
 
-  // Largest friction coefficient. Above it forces along contacts have no digits in common with
-  // those across them.
+  // Largest friction coefficient. Above it a normal force would be lost by rounding in a sum with a
+  // tangential force.
   constexpr double LARGEST_FRICTION = 1e10;
 
   void require_friction(double value, const std::string &what)
@@ -174,8 +174,9 @@ namespace {
     check_moduli(viscosity, "viscosity", "[1/time]");
   }
 
-  // Checks the reach of an adhesion. A very small reach acts like a wall. Within a larger one there
-  // would be grains of the second row, for which the sums have no capacity.
+  // Checks the reach of an adhesion. A smaller reach than the allowed ones would act like a jump of
+  // the force. Within a larger one there would be second neighbours, for which the sums have no
+  // capacity.
   void check_reach(const Material &material, double smallest_radius)
   {
     constexpr double LEAST_SHARE = 1e-6;
@@ -232,10 +233,11 @@ namespace {
 
   // ---- record ----
 
-  // "RVESTATE" as a number. A file of a machine with another byte order has it reversed.
+  // "RVESTATE" as a number. In a file from a machine with another byte order its bytes are
+  // reversed.
   constexpr std::uint64_t MAGIC = 0x4554415453455652u;
-  // Versions of records of disks: of linear springs, and of another contact law, whose word comes
-  // first.
+  // Versions of records of disks: with linear springs, and with another contact law. The latter
+  // record begins with the word of the law.
   constexpr std::uint32_t VERSION = 3, VERSION_WITH_LAW = 4;
   // Version of records of spheres, which always begin with the word of the law.
   constexpr std::uint32_t VERSION_OF_SPHERES = 5;
@@ -302,7 +304,7 @@ namespace {
     }
   };
 
-  // Record of a pair with the first numbers of PAIR_MEMORY.
+  // Record of a pair with the first `Count` numbers of pair_memory().
   template <std::size_t Count> struct PairRecord {
     std::int32_t first, second;
     double number[Count];
@@ -351,7 +353,7 @@ namespace {
     archive(state.fractional);
     archive(state.velocity);
     archive(state.spin);
-    // Linear springs remember fewer numbers, and keep their original record.
+    // Disks with linear springs have a shorter history, and keep their original record.
     constexpr std::size_t all = std::size(pair_memory<D>());
     if (D == 2 && state.material.law == ContactLaw::Linear)
       visit_pairs<std::min<std::size_t>(2, all)>(archive, state.pairs);

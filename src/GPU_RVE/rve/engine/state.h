@@ -40,13 +40,13 @@ using Pair = PairOf<2>;
 template <> struct PairOf<3> {
   std::int32_t first;
   std::int32_t second;
-  Vec<double, 3> tangential_force;    ///< history: on `first`, across the normal [force]
+  Vec<double, 3> tangential_force;    ///< history: force on `first`, across the normal [force]
   double contact_radius = 0.0;        ///< history: contact radius of the tangential force [length]
   /// History: with the normal n from first to second, n x this is the moment on `first` over the
   /// reduced radius [force].
   Vec<double, 3> rolling_force = Vec<double, 3>::zero();
-  /// History: moment on `first` along that normal [force length]. Where friction resists twisting,
-  /// it belongs to an overlap as large as the reduced radius.
+  /// History: moment on `first` along that normal [force length]. If friction resists twisting, the
+  /// moment is scaled to an overlap as large as the reduced radius.
   double twisting_moment = 0.0;
 };
 
@@ -63,8 +63,8 @@ template <int D> struct RememberedNumber {
   double of(const PairOf<D> &pair) const { return get(const_cast<PairOf<D> &>(pair)); }
 };
 
-/// History of pairs of disks, in the order of packing files and restart records. These have the
-/// first number and all up to the last one that is nonzero in some pair of the state.
+/// History of pairs of disks, in the order of packing files and restart records. A packing file
+/// contains the first number, and all others up to the last one that is nonzero in some pair.
 constexpr RememberedNumber<2> PAIR_MEMORY[] = {
     {"tangential_force", "tangential force", "[force]",
      [](Pair &pair) -> double & { return pair.tangential_force; }, true},
@@ -100,7 +100,8 @@ template <int D> constexpr const auto &pair_memory()
     return SPATIAL_PAIR_MEMORY;
 }
 
-/// Returns the number of stored values of the pairs of a state.
+/// Returns the number of values of pair_memory() that represent these pairs: all up to the last one
+/// that is nonzero in some pair, at least one.
 template <int D> int remembered_numbers(const std::vector<PairOf<D>> &pairs)
 {
   int count = static_cast<int>(std::size(pair_memory<D>()));
@@ -129,8 +130,8 @@ struct EnergyTotals {
 };
 
 /// State of one RVE. Positions x = H s are stored as fractional coordinates s in [0,1)^D, as
-/// unsigned 64-bit fixed point (s * 2^64). A spin has a component for each plane of rotation: one
-/// for disks.
+/// unsigned 64-bit fixed point (s * 2^64). A spin has one component for disks and three for
+/// spheres.
 template <int D> struct RveStateOf {
   Material material;
   /// Cell matrix H, whose columns are the cell vectors [length].
@@ -148,11 +149,13 @@ template <int D> struct RveStateOf {
   /// Cell matrix H when the list was built; zero: no list yet.
   Tensor<double, D> list_cell = Tensor<double, D>::zero();
   std::vector<std::uint64_t> list_fractional;    ///< (N, D) s when the list was built, or empty
-  /// Largest gap of the pairs in the list [length]; 0: list_margin_of() without a skin and a reach.
+  /// Largest gap of the pairs in the list [length]; 0: list_margin_of() for the default skin,
+  /// without the reach.
   double list_margin = 0.0;
 
   /// (N) Grain numbers in the storage order of the engine, or empty: then the engine chooses an
-  /// order with neighbours next to each other. It is kept so that a restart continues bit for bit.
+  /// order with neighbours next to each other. The order is stored so that a restart continues bit
+  /// for bit.
   std::vector<std::int32_t> order;
 
   /// Velocity gradient L of the stress servo at the end of the last call [1/time].

@@ -23,7 +23,7 @@ struct StiffnessMeasures {
 /// The largest eigenvalue of a packing grows with the number of contacts and with their moduli. A
 /// modulus of Hertz' law grows with the cube root of the force. Contacts and moduli may grow by a
 /// tenth each: together the eigenvalue grows by a fifth, and the bound falls by a tenth, which is
-/// what `dt auto` leaves at first.
+/// the initial margin of `dt auto`.
 struct StiffeningLimit {
   std::int32_t num_contacts = -1;
   double peak_force = -1.0;    ///< [force]
@@ -42,7 +42,8 @@ constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
 /// Allowed growth of forces where moduli depend on them: a tenth of a modulus of Hertz' law.
 constexpr double FORCE_GROWTH = 1.1 * 1.1 * 1.1;
 
-/// Limit for an RVE whose bound has just been checked. With constant moduli only contacts count.
+/// Returns the limit for an RVE whose bound has just been checked. With constant moduli only
+/// contacts count.
 inline StiffeningLimit stiffening_limit(const StiffnessMeasures &now, std::int32_t num_grains,
                                         bool has_constant_moduli)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Choice of a kernel variant from their table.
+// Choice of a kernel variant from the table in kernel_variants.h.
 
 #pragma once
 
@@ -12,7 +12,7 @@ namespace rve {
 struct CallNeeds {
   bool friction = false;
   bool dashpots = false;
-  bool rescaling = false;    ///< rescaling of springs by a changed contact (has_rescaling of a law)
+  bool rescaling = false;    ///< springs change with the contact radius (Law::has_rescaling)
   bool servo = false;
   bool has_bookkeeping = false;    ///< all bookkeeping of energy and stress (Bookkept::All)
 };
@@ -27,8 +27,8 @@ struct VariantFeatures {
 VariantFeatures features_of(KernelVariant variant);
 
 /// Returns the variant that defines the memory layout of RVEs with these contacts: `prepared` of
-/// the first suitable one of the table. It has all features of the others with that layout. Throws
-/// InputError if there is none.
+/// the first suitable one of the table. This variant has all features of the others with its memory
+/// layout. Throws InputError if there is none.
 KernelVariant memory_variant(const ContactModel &contacts);
 
 /// Returns the last variant of a law for disks or spheres; with rolling resistance if the law
