@@ -31,8 +31,8 @@ namespace {
 
 constexpr int COURANT_EVERY = 20;    // steps between two checks of the Courant number
 // Steps between two checks of the Courant number in a model with RVEs. A check needs complete
-// results of all RVEs. It comes one step after the time-step check of fix rve (by default every 100
-// steps), which makes these results.
+// results of all RVEs. fix rve completes them at its interval dt_check (by default 100 steps); this
+// check comes one step later and uses the same results.
 constexpr int COURANT_OF_GRAINS_EVERY = 100;
 
 }    // namespace
@@ -469,8 +469,8 @@ template <int D> double FixMpm::ImplOf<D>::vector_component(int n)
 
 template <int D> double FixMpm::ImplOf<D>::bytes() const
 {
-  // doubles per node in GridArrays: sums, mass, six vectors, impulses for each axis and each body,
-  // and arrays of bytes
+  // doubles per node in NodeFields: sums (1 + 2 D), mass, six vectors, an impulse vector for each
+  // axis and each body, and about one for small integers; fields of special options are left out
   const double of_node = 3.0 + 8.0 * D + D * D + D * (double) settings.bodies.size();
   return sizeof(double) * ((double) atom->nmax * fix->maxexchange + of_node * solver->held_nodes());
 }

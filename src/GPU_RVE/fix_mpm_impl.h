@@ -131,8 +131,8 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   /// Copies fields that a device has changed to the arrays of the host.
   void fetch_points() { solver->fetch(points()); }
 
-  /// Prepares the points for a change by the host of their data, number or order: fetches them from
-  /// the device and marks the copies of the solver as outdated.
+  /// Must be called before the host changes data, number or order of the points. Fetches the points
+  /// from the device and marks the copies of the solver as outdated.
   void claim_points()
   {
     fetch_points();

@@ -20,9 +20,9 @@ using namespace LAMMPS_NS;
 namespace {
 
 // Default tolerances of the stress of RVEs [-]. ERROR_OF_WEIGHT is relative to the weight of a cell
-// per area, ERROR_OF_STRESS to the largest stress; it applies where no weight is known. If the
-// stresses of all points around a node have errors of ERROR_OF_WEIGHT whose nodal forces add up,
-// the unbalanced force of the node is four times ERROR_OF_WEIGHT, in weights of a cell.
+// per area, ERROR_OF_STRESS to the largest stress; it applies where no weight is known. If all
+// stress components of all points around a node are off by ERROR_OF_WEIGHT with the worst signs, a
+// component of the unbalanced force of the node is at most 2 D ERROR_OF_WEIGHT weights of a cell.
 constexpr double ERROR_OF_WEIGHT = 1e-4, ERROR_OF_STRESS = 1e-5;
 
 // Unbalanced force at rest above which there is a warning [weight of a cell]

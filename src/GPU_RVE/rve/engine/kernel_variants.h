@@ -9,11 +9,13 @@ namespace rve {
 
 /// Lines are variant(name, law, kept, prepared):
 ///
-/// law:      class of physics/laws, in a number format, with its contact law, friction,
-///           dashpots and rolling resistance;
-/// kept:     None, Servo, or All (algorithm/kernel_config.h);
-/// prepared: variant of the same contact law that prepares the calls. It has the same memory layout
-///           of RVEs and all features of the variants that refer to it.
+/// law:      class template of physics/laws with the number format as its parameter. It determines
+///           the contact law and whether there are friction, dashpots and rolling resistance;
+/// kept:     work of a step besides forces and motion (Bookkept, algorithm/kernel_config.h): None,
+///           Servo, or All (servo and energy bookkeeping);
+/// prepared: variant of the same contact law whose kernel prepare_calls fills the PreparedCall
+///           records (algorithm/call_state.h). It has the same memory layout of RVEs and all
+///           features of the variants that refer to it.
 ///
 /// The leanest variant comes first: a call uses the first one with its memory layout and features
 /// (engine/variant_choice.h). Two variants with the same memory layout give the same bits for calls
@@ -21,13 +23,13 @@ namespace rve {
 /// last variant of a contact law has rolling resistance, for spheres also resistance to twisting.
 ///
 /// Number format, arithmetic and residency are not columns. CMakeLists.txt makes the CUDA units of
-/// a line: fast, mixed and double in strict arithmetic, and fast in relaxed arithmetic. It also
-/// makes the CPU units: one of host_kernels.cpp for each dimension, format (single for disks only)
-/// and instruction set, strict. CudaVariants contains the CUDA kernels in the format and arithmetic
+/// a line: fast, mixed and double in strict arithmetic, and fast in relaxed arithmetic. For the
+/// CPU it compiles host_kernels.cpp once for each dimension, format (single for disks only) and
+/// instruction set, always in strict arithmetic. CudaVariants contains the CUDA kernels in the format and arithmetic
 /// of an engine, and runtime_kernels.cpp compiles those that the build left out.
-/// make_variant_kernels (cuda_kernels.cuh) makes a kernel for each residency of a line: for grains
-/// in registers, with the block sizes of block_shape (cuda_kernels.h), or in memory, for any
-/// number.
+/// make_variant_kernels (cuda_kernels.cuh) collects the kernels of a line: one for each residency
+/// with grains in registers, with the block sizes of block_shape (cuda_kernels.h), and one with
+/// grains in memory, for any number of grains.
 // clang-format off
 #define RVE_DISK_VARIANTS(variant)                             \
   variant(Frictionless, NormalSprings,     None,  General)      \

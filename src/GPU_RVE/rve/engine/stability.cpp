@@ -5,7 +5,8 @@
 //     u_n = (u_j - u_i).n,    u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,
 //     u_r = (R/r_j) w_j - (R/r_i) w_i,
 // with w = r theta, a = r - overlap/2 and R = r_i r_j / (r_i + r_j). Two spheres have twelve
-// coordinates, the rotational mass is 2 m/5, and stretches along the contact are vectors:
+// coordinates, and the rotational mass is 2 m/5. u_t and u_r are vectors across n, u_q is the twist
+// about n, and across(v) = v - (v.n) n:
 //     u_t = across(u_j - u_i) - ((a_i/r_i) w_i + (a_j/r_j) w_j) x n,
 //     u_r = d x n,    u_q = d.n,    d = (R/r_j) w_j - (R/r_i) w_i.
 
@@ -47,8 +48,8 @@ namespace {
     return with_law<D>(state.material, [&](const auto &law) {
       const auto moduli_at = [law, kind](const ContactSite &site) {
         ContactModuli moduli = kind == Kind::Springs ? law.stiffness(site) : law.viscosity(site);
-        // A negative normal stiffness, of an attraction that decreases with the distance, increases
-        // no frequency.
+        // Where an attraction decreases with the distance, the normal stiffness is negative. It can
+        // only lower frequencies and is taken as zero.
         moduli.normal = std::max(moduli.normal, 0.0);
         return moduli;
       };
@@ -355,9 +356,8 @@ namespace {
     return lanczos_largest_eigenvalue(NetworkOperator<D>(state, contacts, all));
   }
 
-  // Returns the largest row sum of |M^-1 K| with the rotation in units of r theta / 4. Any unit
-  // gives a bound. With r theta the rows of the rotation would be the largest by far (K_ww/m_w = 2
-  // z k/m); with this unit they are similar to the rows of the translations.
+  // Returns the largest row sum of |M^-1 K| with r theta / 4 as the coordinate of a rotation. Any
+  // positive factor gives a bound; 1/4 makes the rows of rotations and translations similar.
   double gershgorin_eigenvalue(const RveState &state, const std::vector<TouchingPair> &contacts,
                                const Moduli &moduli)
   {
@@ -398,9 +398,9 @@ namespace {
 
   // Returns the largest eigenvalue of one contact with tangential and rolling springs, between the
   // smallest grain and any other, with the radii as lever arms; 0 without resistance to rolling and
-  // twisting. It is the larger eigenvalue of k_t t t^T + k_r r r^T in coordinates scaled by the
-  // roots of the masses, from t.t = (1 + c) (1/m_i + 1/m_j), r.r = c ((R/r_i)^2/m_i +
-  // (R/r_j)^2/m_j) and t.r, c = m r^2/I. In space this holds for both directions across the normal,
+  // twisting. With g_t and g_r the derivatives of u_t and u_r over the roots of the masses, it
+  // is the larger eigenvalue of k_t g_t g_t^T + k_r g_r g_r^T. With c = m r^2/I,
+  // g_t.g_t = (1 + c) (1/m_i + 1/m_j) and g_r.g_r = c ((R/r_i)^2/m_i + (R/r_j)^2/m_j). In space this holds for both directions across the normal,
   // and twisting is decoupled. All partners of the lightest grain are tried, since it rolls fastest
   // with a large one.
   template <int D> double turning_pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
