@@ -25,8 +25,9 @@ namespace rve {
 /// Number format, arithmetic and residency are not columns. CMakeLists.txt makes the CUDA units of
 /// a line: fast, mixed and double in strict arithmetic, and fast in relaxed arithmetic. For the
 /// CPU it compiles host_kernels.cpp once for each dimension, format (single for disks only) and
-/// instruction set, always in strict arithmetic. CudaVariants contains the CUDA kernels in the format and arithmetic
-/// of an engine, and runtime_kernels.cpp compiles those that the build left out.
+/// instruction set, always in strict arithmetic. CudaVariants contains the CUDA kernels in the
+/// format and arithmetic of an engine, and runtime_kernels.cpp compiles those that the build left
+/// out.
 /// make_variant_kernels (cuda_kernels.cuh) collects the kernels of a line: one for each residency
 /// with grains in registers, with the block sizes of block_shape (cuda_kernels.h), and one with
 /// grains in memory, for any number of grains.

@@ -400,9 +400,9 @@ namespace {
   // smallest grain and any other, with the radii as lever arms; 0 without resistance to rolling and
   // twisting. With g_t and g_r the derivatives of u_t and u_r over the roots of the masses, it
   // is the larger eigenvalue of k_t g_t g_t^T + k_r g_r g_r^T. With c = m r^2/I,
-  // g_t.g_t = (1 + c) (1/m_i + 1/m_j) and g_r.g_r = c ((R/r_i)^2/m_i + (R/r_j)^2/m_j). In space this holds for both directions across the normal,
-  // and twisting is decoupled. All partners of the lightest grain are tried, since it rolls fastest
-  // with a large one.
+  // g_t.g_t = (1 + c) (1/m_i + 1/m_j) and g_r.g_r = c ((R/r_i)^2/m_i + (R/r_j)^2/m_j). In space
+  // this holds for both directions across the normal, and twisting is decoupled. All partners of
+  // the lightest grain are tried, since it rolls fastest with a large one.
   template <int D> double turning_pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
     constexpr double ROTATION = 1.0 / GrainShape<D>::inertia;
