@@ -16,6 +16,8 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+# Packages of programs that a build uses only where they are installed.
+OPTIONAL = {"ccache", "git", "lld", "mold", "pkg-config", "pkgconf", "pkgconf-bin", "python3-sphinx"}
 
 
 def output_of(*command):
@@ -85,7 +87,7 @@ def main():
         return
     depends, base = installed_packages()
     known = closure(listed_packages(), depends) | closure(base, depends)
-    known |= {"ccache", "mold", "lld"}    # speed a build up where they are installed
+    known |= OPTIONAL
     files = files_of_build(pathlib.Path(sys.argv[1]))
     forgotten = {}
     for path, package in owners(files).items():
