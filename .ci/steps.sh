@@ -104,8 +104,8 @@ cuda() {
   local cuobjdump program=src/GPU_RVE/CMakeFiles/rve_cuda.dir/programs/cuda_General_Mixed.cu.o cards at_run_time tested compiled
   at_run_time=$(sed -n 's/^  variant(\([A-Za-z]*\),.*/\1/p' src/GPU_RVE/rve/engine/kernel_variants.h | grep -vx General | paste -sd ';')
   cuobjdump=$(sh tools/get_cuobjdump.sh) &&
-    cmake --preset cuda -B build/ci-cuda -D GPU_RVE_LAMMPS=OFF -D CMAKE_CUDA_ARCHITECTURES=90 -D "GPU_RVE_PROGRAMS_AT_RUN_TIME=$at_run_time" &&
-    cmake --build build/ci-cuda --target cuda_parts && cmake --preset cuda -B build/ci-cuda-cards -D GPU_RVE_LAMMPS=OFF || return 1
+    cmake --preset cuda -B build/ci-cuda -D GPU_RVE_LAMMPS=OFF -D GPU_RVE_BASELINE_KERNELS=OFF -D CMAKE_CUDA_ARCHITECTURES=90 -D "GPU_RVE_PROGRAMS_AT_RUN_TIME=$at_run_time" &&
+    cmake --build build/ci-cuda --target cuda_parts && cmake --preset cuda -B build/ci-cuda-cards -D GPU_RVE_LAMMPS=OFF -D GPU_RVE_BASELINE_KERNELS=OFF || return 1
   # the program of all architectures is one process of minutes: next to NVRTC, in test_runtime_kernels
   cmake --build build/ci-cuda-cards --target "$program" >build/ci-cuda-cards.log 2>&1 &
   CUOBJDUMP=$cuobjdump ctest --test-dir build/ci-cuda --parallel 2 --output-on-failure --no-tests=error -R '^(cuda_code|cuda_driver_.*|test_cuda_choice|test_runtime_kernels_[0-9]+)$'
