@@ -48,7 +48,7 @@ $(grep -nE '#[[:space:]]*include' fix_mpm.h fix_rve.h compute_rve_atom.h compute
 END
 complain "GPU threads and the CUDA runtime belong to rve/block, the room cuda, the CUDA engine (rve/engine/*.cu, *.cuh) and mpm/cuda_*.cu" <<END
 $(grep -rnE '\<(threadIdx|blockIdx|blockDim|gridDim|__syncthreads|__syncwarp|__shared__|cuda[A-Z][A-Za-z]*)\>' . \
-  --include='*.h' --include='*.cpp' --include='*.cu' --include='*.cuh' | grep -vE '^\./(cuda/|rve/(block/|engine/[^:]*\.cuh?:)|mpm/cuda_[a-z_]*\.cuh?:)')
+  --include='*.h' --include='*.cpp' --include='*.cu' --include='*.cuh' | grep -vE ':[0-9]+: *//' | grep -vE '^\./(cuda/|rve/(block/|engine/[^:]*\.cuh?:)|mpm/cuda_[a-z_]*\.cuh?:)')
 END
 
 # headers for AVX2 compile with flags for AVX2
