@@ -80,7 +80,7 @@ build_files=(CMakeLists.txt CMakePresets.json cmake src/GPU_RVE/CMakeLists.txt)
 styles=(':(glob)src/GPU_RVE/*.h' ':(glob)src/GPU_RVE/*.cpp' src/GPU_RVE/lammps)
 inputs_of() {    # inputs_of <part>: sets `inputs`
   case $1 in
-    cuda) inputs=(src/GPU_RVE/rve src/GPU_RVE/cuda ':(glob)src/GPU_RVE/mpm/*.h' ':(glob)src/GPU_RVE/mpm/*.cu' ':(glob)src/GPU_RVE/mpm/*.cuh'
+    cuda | cuda_architectures) inputs=(src/GPU_RVE/rve src/GPU_RVE/cuda ':(glob)src/GPU_RVE/mpm/*.h' ':(glob)src/GPU_RVE/mpm/*.cu' ':(glob)src/GPU_RVE/mpm/*.cuh'
       unittest/cuda unittest/support unittest/engine/test_cuda_drivers.cpp unittest/engine/test_runtime_kernels.cpp unittest/tools/cuda_code.sh
       bench/strict_text.sh bench/uniform_registers.sh bench/bench_kernels.cpp tools/cuda_code.sh "${build_files[@]}") ;;
     races) inputs=(src/GPU_RVE/rve/core src/GPU_RVE/rve/physics src/GPU_RVE/rve/block src/GPU_RVE/rve/algorithm unittest/engine/test_phases.cpp
@@ -97,25 +97,28 @@ inputs_of() {    # inputs_of <part>: sets `inputs`
 }
 
 # ---- CUDA, where there is no GPU ----------------------------------------------------------------------------------------------------------------
-# Compiled, ahead and as at run time, and what was compiled is looked at. A cuobjdump that cannot be had is a failure. For one architecture and its
-# successors, which takes three quarters of the time: ahead the program of disks that has everything, the others as at run time, by
-# test_runtime_kernels. And one program for all architectures that a build serves without being asked.
+cuda_of_variants() {    # the value of GPU_RVE_PROGRAMS_AT_RUN_TIME for all variants except General
+  sed -n 's/^  variant(\([A-Za-z]*\),.*/\1/p' src/GPU_RVE/rve/engine/kernel_variants.h | grep -vx General | paste -sd ';'
+}
+# Compiles the CUDA code for one architecture and checks the machine code. The variant General of disks is compiled ahead, the other variants by
+# test_runtime_kernels. A missing cuobjdump is a failure.
 cuda() {
-  local cuobjdump program=src/GPU_RVE/CMakeFiles/rve_cuda.dir/programs/cuda_General_Mixed.cu.o cards at_run_time tested compiled
-  at_run_time=$(sed -n 's/^  variant(\([A-Za-z]*\),.*/\1/p' src/GPU_RVE/rve/engine/kernel_variants.h | grep -vx General | paste -sd ';')
+  local cuobjdump
   cuobjdump=$(sh tools/get_cuobjdump.sh) &&
-    cmake --preset cuda -B build/ci-cuda -D GPU_RVE_LAMMPS=OFF -D GPU_RVE_BASELINE_KERNELS=OFF -D CMAKE_CUDA_ARCHITECTURES=90 -D "GPU_RVE_PROGRAMS_AT_RUN_TIME=$at_run_time" &&
-    cmake --build build/ci-cuda --target cuda_parts && cmake --preset cuda -B build/ci-cuda-cards -D GPU_RVE_LAMMPS=OFF -D GPU_RVE_BASELINE_KERNELS=OFF || return 1
-  # the program of all architectures is one process of minutes: next to NVRTC, in test_runtime_kernels
-  cmake --build build/ci-cuda-cards --target "$program" >build/ci-cuda-cards.log 2>&1 &
-  CUOBJDUMP=$cuobjdump ctest --test-dir build/ci-cuda --parallel 2 --output-on-failure --no-tests=error -R '^(cuda_code|cuda_driver_.*|test_cuda_choice|test_runtime_kernels_[0-9]+)$'
-  tested=$?
-  wait $!
-  compiled=$?
-  cat build/ci-cuda-cards.log
-  # shellcheck disable=SC2046  # a list of files
-  [ $tested = 0 ] && [ $compiled = 0 ] &&
-    CUOBJDUMP=$cuobjdump sh bench/strict_text.sh $(find build/ci-cuda/src/GPU_RVE -name '*.cu.o') "build/ci-cuda-cards/$program" &&
-    cards=$(sed -n 's/^GPU_RVE_CHOSEN_ARCHITECTURES:[A-Z]*=//p' build/ci-cuda-cards/CMakeCache.txt | tr ';' ':') &&
-    CUOBJDUMP=$cuobjdump sh unittest/tools/cuda_code.sh . "$cards" "build/ci-cuda-cards/$program"
+    cmake --preset cuda -B build/ci-cuda -D GPU_RVE_LAMMPS=OFF -D GPU_RVE_BASELINE_KERNELS=OFF -D CMAKE_CUDA_ARCHITECTURES=90 \
+      -D "GPU_RVE_PROGRAMS_AT_RUN_TIME=$(cuda_of_variants)" &&
+    cmake --build build/ci-cuda --target cuda_parts &&
+    CUOBJDUMP=$cuobjdump ctest --test-dir build/ci-cuda --parallel 2 --output-on-failure --no-tests=error \
+      -R '^(cuda_code|cuda_driver_.*|test_cuda_choice|test_runtime_kernels_[0-9]+)$' &&
+    find build/ci-cuda/src/GPU_RVE -name '*.cu.o' -exec env "CUOBJDUMP=$cuobjdump" sh bench/strict_text.sh {} +
+}
+# Compiles one variant for all architectures that a build serves by default, and checks that its code is there.
+cuda_architectures() {
+  local cuobjdump variant=src/GPU_RVE/CMakeFiles/rve_cuda.dir/programs/cuda_General_Mixed.cu.o architectures
+  cuobjdump=$(sh tools/get_cuobjdump.sh) &&
+    cmake --preset cuda -B build/ci-cuda-cards -D GPU_RVE_LAMMPS=OFF -D GPU_RVE_BASELINE_KERNELS=OFF &&
+    cmake --build build/ci-cuda-cards --target "$variant" &&
+    CUOBJDUMP=$cuobjdump sh bench/strict_text.sh "build/ci-cuda-cards/$variant" &&
+    architectures=$(sed -n 's/^GPU_RVE_CHOSEN_ARCHITECTURES:[A-Z]*=//p' build/ci-cuda-cards/CMakeCache.txt | tr ';' ':') &&
+    CUOBJDUMP=$cuobjdump sh unittest/tools/cuda_code.sh . "$architectures" "build/ci-cuda-cards/$variant"
 }
