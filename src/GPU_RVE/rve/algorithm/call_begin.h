@@ -22,8 +22,8 @@ inline namespace RVE_ISA {
     using Progress = CallProgress<Config>;
     using Renewal = ListRenewal<Block, Config>;
 
-    /// Prepares a call, except for its plan; header, drive, steering and batch must be set before.
-    /// One thread calls it.
+    /// Prepares a call, except for its plan. Its members header, drive, steering and batch must be
+    /// set before. One thread calls this function.
     static RVE_INLINE void prepare(PreparedCall<Config> &call, char *device_state,
                                    int pair_capacity)
     {

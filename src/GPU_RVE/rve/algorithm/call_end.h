@@ -32,9 +32,10 @@ inline namespace RVE_ISA {
       return word;
     }
 
-    /// Returns the status with errors of single grains. It checks the grains unless is_sound()
-    /// excludes errors or the call has a fatal error other than OverlapTooLarge: an overlap that
-    /// seems too large may result from a force beyond the range of the sums.
+    /// Adds the errors of single grains to the status `word` and returns it. The grains are not
+    /// checked if is_sound() excludes errors, or if `word` has a fatal error already.
+    /// OverlapTooLarge does not prevent the check: a force beyond the range of the sums can cause
+    /// overlaps that seem too large.
     static RVE_INLINE std::uint32_t
     with_errors_of_grains(Block &block, const CallState<Config> &call, std::uint32_t word)
     {
@@ -42,8 +43,8 @@ inline namespace RVE_ISA {
       return find_errors(block, call, word);
     }
 
-    /// Checks each grain. After a force beyond the range of the sums the overlaps are wrong, too,
-    /// and the call is repeated.
+    /// Checks each grain. If a force is beyond the range of the sums, the overlaps are wrong, too.
+    /// The status is then ForceSaturated without OverlapTooLarge, and the call is repeated.
     static RVE_COLD std::uint32_t find_errors(Block block, const CallState<Config> &call,
                                               std::uint32_t word)
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Changes of an RVE by a successful call, except those of its grains.
+// Prepares the part of the stored state that a successful call changes, except the grains.
 
 #pragma once
 
@@ -35,11 +35,11 @@ inline namespace RVE_ISA {
     return static_cast<double>(call.totals.sum[k]) * unit;
   }
 
-  /// Prepares the changes in advance, as far as they are known.
+  /// Prepares the StateProgress that a successful call stores, as far as it is known in advance.
   template <class Config> struct CallProgress {
 
-    /// Sets the changes of a successful call, as far as they are known: with a servo those up to
-    /// the current cell. One thread calls it.
+    /// Sets call.after, the StateProgress of a successful call. With a servo it has the changes up
+    /// to the current cell. One thread calls this function.
     static RVE_INLINE void note_progress(PreparedCall<Config> &call, const EnergyLoss &lost)
     {
       const StateHeader<Config::D> &before = call.header;

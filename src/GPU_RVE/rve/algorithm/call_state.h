@@ -2,9 +2,9 @@
 // Numbers that are the same for all grains of an RVE during a call. On a GPU they are on chip, and
 // one thread writes them.
 //
-// Inside a call the units of lengths and forces are powers of two times those of the script, so
-// that the conversion does not round. The length unit is so large that lever arms are at most 1/2;
-// the force unit is the resolution of the integer sums.
+// Inside a call the units of length and force are powers of two times the units of the script, so
+// that the conversion does not round. The length unit is so large that lever arms are at most 1/2.
+// The force unit is the resolution of the integer sums.
 
 #pragma once
 
@@ -24,7 +24,7 @@ inline namespace RVE_ISA {
   /// Internal units and numbers that depend on them.
   struct CallUnits {
     double length, per_length;    ///< internal length [length] and its reciprocal
-    /// Internal force, which is 1 in the integer sums [force], and its reciprocal.
+    /// Internal force [force] and its reciprocal; an internal force is 1 in the integer sums.
     double force, per_force;
     double force_limit;      ///< forces above it may make sums overflow [internal force]
     double contact_force;    ///< units of 64-bit sums per internal unit of |f| or energy
@@ -36,10 +36,11 @@ inline namespace RVE_ISA {
       return floor_log2(contact_range) + 1;
     }
 
-    /// Chooses the force unit. At most 2^neighbor_bits grains fit around the largest one, so that a
-    /// sum of contact forces at the limit does not wrap. The largest expected force is a factor of
-    /// 2 to 8 below the limit. `obliquity` bounds the contribution of a contact to a sum, relative
-    /// to the force that counts: the normal force, or the largest of all.
+    /// Chooses the force unit and the force limit so that sums of contact forces up to the limit do
+    /// not wrap: a sum has at most 2^neighbor_bits contacts, since no more grains fit around the
+    /// largest one. The largest expected force is a factor of 2 to 8 below the limit. `obliquity`
+    /// bounds the contribution of a contact to a sum, divided by the force that counts. This force
+    /// is the normal force, or the largest of all forces of the contact.
     RVE_INLINE void choose_force(int sum_bits, int neighbor_bits, double largest_contact_force,
                                  double obliquity, double inverse_obliquity)
     {
@@ -69,8 +70,8 @@ inline namespace RVE_ISA {
     Tensor<typename Numbers::Real, D> gradient;       ///< L [1/time]
   };
 
-  /// Cell with a matrix from 32-bit fraction units to internal lengths, also if fractions have more
-  /// bits.
+  /// Cell in a step with an additional matrix from 32-bit fraction units to internal lengths, for
+  /// formats whose fractions have more bits.
   template <class Numbers, int D> struct LeadingCell : CellOfStep<Numbers, D> {
     Tensor<float, D> leading_to_length;
 
@@ -84,11 +85,12 @@ inline namespace RVE_ISA {
     RVE_INLINE void set_list_to_length(const Tensor<float, 3> &) {}
   };
 
-  /// Cell in a DEM step, and the limits of displacements until a new list.
+  /// Plan of one DEM step: the cell, and the limits of displacements beyond which a new list is
+  /// needed.
   template <class Numbers, int D> struct alignas(16) StepPlan : LeadingCell<Numbers, D> {
-    /// Allowed displacement since the list was built [internal length^2]. It is negative if the
-    /// strain alone requires a new list, or if the lattice must be reduced: no grain is then within
-    /// it.
+    /// Square of the allowed displacement since the list was built [internal length^2]. It is
+    /// negative, so that every displacement exceeds it, if the strain alone requires a new list or
+    /// if the lattice must be reduced.
     float allowed_squared;
     /// Half width of a box: a grain that moved less along each axis has not left the list [32-bit
     /// fraction units].
@@ -98,9 +100,9 @@ inline namespace RVE_ISA {
   template <class Config> using PlanOf = StepPlan<typename Config::Numbers, Config::D>;
 
   /// Number of steps that are planned at a time. The threads of a GPU store their grains between
-  /// two plans: with 128 instead of 32 steps `mixed` gains 5 % on an H200. For spheres in `fast`,
-  /// four small RVEs have space on chip for 64 steps each. If fewer RVEs share the chip, or if the
-  /// chip is larger, plans are longer (plan_steps_beside).
+  /// two plans, so that longer plans are faster: with 128 instead of 32 steps `mixed` gains 5 % on
+  /// an H200. For spheres in `fast`, four small RVEs have space on chip for 64 steps each. If fewer
+  /// RVEs share the chip, or if the chip is larger, plans are longer (plan_steps_beside).
   template <class Config>
   constexpr int kPlanSteps = Config::plan_steps > 0
       ? Config::plan_steps
@@ -189,8 +191,9 @@ inline namespace RVE_ISA {
   };
 
   template <class Config> struct CallState : PreparedCall<Config> {
-    /// Sums of the last forces that requested them: Love sums, and the largest force that counted
-    /// in the call [internal force], which is infinite if a number is not finite.
+    /// Results of the last force evaluation that requested sums: the Love sums, and the largest
+    /// force that counted in the call [internal force]. The largest force is infinite if a number
+    /// of a grain is NaN.
     Reduction<StressSums<Config::D>::count> totals;
     Tensor<double, Config::D> list_inverse;    ///< inverse of list_cell, for a servo
     SharedView<Config> shared;

@@ -27,14 +27,15 @@ inline namespace RVE_ISA {
                                                                                  : kInfinity;
   }
 
-  /// Constants of a step in uniform registers. They are read before the grains move, since the
-  /// place of the read decides whether the compiler keeps a number in uniform registers: this
-  /// depends on how often the number is read, and over how many instructions (CUDA 13.0).
+  /// Constants of a step in uniform registers. They are read before the grains move. The place of
+  /// the read matters: the compiler decides by the number of reads, and by the instructions between
+  /// them, whether a number stays in uniform registers (CUDA 13.0).
   template <class Config> struct UniformConstants {
     StepConstants<Config> step;
     std::int32_t num_grains;
   };
-  /// Replaces UniformConstants without uniform registers: pairs read the constants from memory.
+  /// Replaces UniformConstants in kernels without uniform registers, where pairs read the constants
+  /// from memory.
   struct PlainConstants {
     std::int32_t num_grains;
   };
@@ -112,8 +113,8 @@ inline namespace RVE_ISA {
           call.totals.sum, then);
     }
 
-    /// Computes the last forces of a call and call.totals. The grains are loaded, except for their
-    /// pairs; with uniform_constants this function loads and saves the grains.
+    /// Computes the last forces of a call and call.totals. The grains must be loaded, except for
+    /// their pairs. With uniform_constants this function loads and saves the grains itself.
     RVE_INLINE void reduce()
     {
       // If a thread takes its grains in turn, it has no registers for sums of 64 bits. The sums of
@@ -245,7 +246,8 @@ inline namespace RVE_ISA {
     // ---- a grain or a pack of grains, with all sums ---------------------------------------------
 
     /// Computes the owned pairs of grain i and its share of the extra pairs, and stores the forces.
-    /// Dissipation is added to the sums of the grain's number in the RveState.
+    /// The dissipation is added to work.friction and work.viscous, whose index is the number of the
+    /// grain in the RveState.
     RVE_INLINE auto add_grain(Item i)
     {
       if constexpr (in_turn) grains.load_itself(i);

@@ -15,8 +15,8 @@ namespace rve {
 /// Capacities for the pairs of a grain or an RVE, by dimension.
 template <int D> struct PairCounts;
 template <> struct PairCounts<2> {
-  /// Largest number of pairs that one grain owns. Planar contact graphs have at most three pairs
-  /// per grain. Other pairs are in the list of extra pairs.
+  /// Largest number of pairs that one grain owns. A planar contact graph has at most three pairs
+  /// per grain on average. Pairs beyond the largest number are in the list of extra pairs.
   static constexpr int owned = 3;
   /// Initial capacities: listed pairs per grain of a block, and grains per extra pair of an RVE.
   /// Both grow when needed.
@@ -30,15 +30,15 @@ template <> struct PairCounts<3> {
   static constexpr int listed_at_first = 8, grains_per_extra_at_first = 8;
 };
 
-/// Default skin of the list over the mean radius. With it a quasi-static packing uses one list for
-/// hundreds of steps, and few of the listed pairs do not touch. Spheres have more listed pairs that
-/// do not touch, and their lists last longer.
+/// Default skin of the list, divided by the mean radius [-]. With it a quasi-static packing uses
+/// one list for hundreds of steps, and few of the listed pairs do not touch. Spheres have more
+/// listed pairs that do not touch, and their lists last longer.
 template <int D> constexpr double kDefaultSkinShare = D == 2 ? 0.1 : 0.05;
 
 /// Largest number of steps of a call that are planned before it begins.
 constexpr int kStepsAhead = 32;
 
-/// Changes of an RVE by a call, except those of its grains.
+/// Part of the stored state that a call changes, except the grains.
 template <int D> struct alignas(16) StateProgress {
   double cell[Space<D>::components];           ///< H [length]
   double deformation[Space<D>::components];    ///< F since the packing was made [-]
@@ -73,12 +73,13 @@ template <int D> struct alignas(16) DriveRecord {
   double deformation[Space<D>::components];
 };
 
-/// Mode of a servo: a direction in which it changes the velocity gradient until a sum of stresses
-/// reaches its goal. Sums run over all components.
+/// Mode of a servo: a direction in the space of velocity gradients. The servo changes the amplitude
+/// of the mode until a weighted sum of stress components reaches its goal. The products a : b are
+/// sums over all components.
 template <int D> struct alignas(16) SteeredMode {
   double rate[Space<D>::components];    ///< velocity gradient of amplitude one [-]
-  /// dual : L is the amplitude of the mode [-]. It is zero for L of other modes and for a
-  /// prescribed L.
+  /// Weights such that dual : L is the amplitude of this mode in the velocity gradient L [-]. The
+  /// amplitude is zero if L is another mode or the prescribed gradient.
   double dual[Space<D>::components];
   double stress[Space<D>::components];    ///< stress : sigma is the controlled sum [-]
   double goal;                            ///< [stress]
@@ -104,7 +105,7 @@ template <int D> struct alignas(16) SteeringRecord {
 };
 
 /// Results of a call. After a fatal status only `status`, `expected_force` and the `needed_` sizes
-/// are valid, and the stored state is that before the call.
+/// are valid, and the stored state is unchanged.
 template <int D> struct AnswerRecord {
   std::uint32_t status;
   std::int32_t num_contacts;

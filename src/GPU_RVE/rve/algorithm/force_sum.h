@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Sums over the pairs of a grain. Each component of a force is rounded once to an integer and added
-// with opposite signs to the two grains, so that the sum does not depend on the order and momentum
-// is conserved to the last bit.
+// with opposite signs to the two grains. The sums therefore do not depend on the order of the
+// pairs, and momentum is conserved to the last bit.
 
 #pragma once
 
@@ -36,7 +36,8 @@ inline namespace RVE_ISA {
     return sum;
   }
 
-  /// Adds the force and the torque of a pair to the sum of grain i, and returns those on grain j.
+  /// Adds the force and the torque of a pair to the sum of grain i. Returns the force and the
+  /// torque on grain j.
   template <class Config, class Force>
   RVE_INLINE Vec<typename Config::Sum, Config::freedoms>
   add_force_and_torque(const Truth<typename Config::Real> &acting, const Force &force,
@@ -65,10 +66,10 @@ inline namespace RVE_ISA {
     return on_j;
   }
 
-  /// Adds the Love terms of one contact, force on grain i times branch from i to j (equation 24,
-  /// tension positive), in the unit of forces: a branch is no longer than one internal length. Both
-  /// grains give the same term, since both factors change sign. A kinetic term is not needed: with
-  /// c' = F/m the energy balance closes without it.
+  /// Adds the Love terms of one contact: the force on grain i times the branch from i to j
+  /// (equation 24, tension positive). A term is no larger than the force, since a branch is no
+  /// longer than one internal length. Both grains give the same term, since both factors change
+  /// sign. A kinetic term is not needed: with c' = F/m the energy balance closes without it.
   template <class Config>
   RVE_INLINE void add_love_term(const Truth<typename Config::Real> &acting,
                                 const Vec<typename Config::Real, Config::D> &force,

@@ -34,8 +34,8 @@ inline namespace RVE_ISA {
     static RVE_INLINE void choose_units(PreparedCall<Config> &call)
     {
       const StateHeader<Config::D> &header = call.header;
-      // The last call may have ended at the first touch of a collision: with a unit chosen for that
-      // small force, the repeats of a call would not suffice for the collision.
+      // The last call may have ended at the first touch of a collision. If the unit were chosen for
+      // that small force, the repeats of a call would not suffice for the collision.
       const double radius = header.mean_radius;
       const double least = law_of_script<Config>(call)
                                .stiffness({kGasOverlapShare * radius, radius, radius})
@@ -93,8 +93,8 @@ inline namespace RVE_ISA {
     }
 
     /// Returns the spring force of two of the largest grains at the overlap limit [internal force].
-    /// A larger spring force exceeds the overlap limit for any two grains. All other overlaps are
-    /// checked at the end of a call.
+    /// A larger spring force means that any two grains exceed the overlap limit. All other overlaps
+    /// are checked at the end of a call.
     static RVE_INLINE double force_at_overlap_limit(const PreparedCall<Config> &call)
     {
       const double largest = call.header.largest_radius;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Access of the phases of a step to single grains: loads, stores and sums.
-// algorithm/packed_grains.h has the same functions for packs of grains. The computations are
-// written once for both.
+// GrainItems gives the phases of a step access to single grains: loads, stores and sums.
+// algorithm/packed_grains.h has the same functions for packs of grains, so that the computations
+// are written once for both.
 
 #pragma once
 
@@ -36,8 +36,8 @@ inline namespace RVE_ISA {
     for (int k = 0; k < count; ++k) block.accumulate(shared.force[k], shared.capacity, i, force[k]);
   }
 
-  /// Returns force and torque on grain i from the pairs that it owns and from those that other
-  /// grains own, and sets the sums of the latter to zero.
+  /// Returns the force and torque on grain i from all pairs: `own`, from the pairs that grain i
+  /// owns, plus the sums over the pairs that other grains own. Sets these sums to zero.
   template <class Block, class Config>
   RVE_INLINE Vec<typename Config::Sum, Config::freedoms>
   collect_force(Block &block, const SharedView<Config> &shared,
@@ -94,8 +94,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Makes the compiler compute the addresses of a partner's data again: kept through all steps
-    /// they would take too many registers.
+    /// Makes the compiler compute the addresses of a partner's data again. If the addresses were
+    /// kept through all steps, they would take too many registers.
     RVE_INLINE void recompute_addresses(int k, Item i)
     {
       slot[k].keep(i, Block::opaque(slot[k][i]));
@@ -218,8 +218,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void save_whole(int i) { array[i] = (*this)[i]; }
   };
 
-  /// Streamed history of one pair, which was read ahead. After it is written it returns the new
-  /// value.
+  /// Streamed history of one pair, which was read ahead. After a write it returns the new value.
   template <class History, class Number> struct StreamedPair {
     History &before;
     StreamedHistory<History, Number> &rows;
@@ -408,12 +407,13 @@ inline namespace RVE_ISA {
       largest_force.keep(i, force);
     }
 
-    /// Calls act(k, step, other, geometry(step, other)) for the slots of grain i with the partners
-    /// view(k). step() reads the constants of a step: once for disks in registers, otherwise once
-    /// per pair. Constants that are read once occupy registers; constants that are read inside the
-    /// branch for touching pairs delay these pairs. The last slot is skipped if is_taken(slot) is
-    /// false: ListRenewal numbers disks so that it is free in whole warps. Other slots are rarely
-    /// free, and the test would cost more than it saves.
+    /// Calls act(k, here, other, geometry(here, other)) for each slot k of grain i. `other` is the
+    /// partner, from view(k), and `here` are the constants of the step, from step(). Disks in
+    /// registers call step() once, other grains once per pair. Constants that are read once occupy
+    /// registers; constants that are read inside the branch for touching pairs delay these pairs.
+    /// The last slot is skipped if is_taken(slot) is false: ListRenewal numbers disks so that whole
+    /// warps have a free last slot. Other slots are rarely free, and the test would cost more than
+    /// it saves.
     template <class Step, class View, class Geometry, class Act, class IsTaken>
     RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act,
                               IsTaken is_taken)

@@ -15,7 +15,7 @@ inline namespace RVE_ISA {
 
     Tensor<typename Numbers::Wide, D> to_fraction;    ///< velocity to fraction units in a step
     Tensor<typename Leading::Real, D> leading_to_length;    ///< 32-bit fraction units to lengths
-    /// Allowed displacement since the list was built [length^2]
+    /// Square of the allowed displacement since the list was built [length^2]
     typename Leading::Real allowed_squared;
     std::uint32_t safe_box;    ///< as in StepPlan
     /// Coefficient of local damping, below zero for objective damping [-].
@@ -42,8 +42,8 @@ inline namespace RVE_ISA {
     Spin<typename Numbers::Real, D> spin;
   };
 
-  /// Updates velocity and spin by the force and torque on a grain (leapfrog). Turns: the law has
-  /// torques. If `alpha` is negative, damping is objective, which only spheres may have.
+  /// Updates velocity and spin by the force and torque on a grain (leapfrog). Turns is true if the
+  /// law has torques. A negative `alpha` selects objective damping, which only spheres may have.
   template <bool Turns, class Numbers, int D>
   RVE_INLINE Kick<Numbers, D>
   kick_grain(GrainView<Numbers, D> &grain,
@@ -92,8 +92,8 @@ inline namespace RVE_ISA {
     for (int a = 0; a < D; ++a) drift<Numbers>(motion.position[a], displacement[a]);
   }
 
-  /// Returns whether a grain is so close to its position in the list that it has not left the list
-  /// in any direction.
+  /// Returns whether a grain is in the safe box (StepPlan) around its position when the list was
+  /// built. Inside the box no grain has left the list.
   template <class Numbers, int D>
   RVE_INLINE bool is_in_safe_box(const MoveConstants<Numbers, D> &step,
                                  const Motion<Numbers, D> &motion,
@@ -107,8 +107,8 @@ inline namespace RVE_ISA {
     return inside;
   }
 
-  /// Returns the displacement of a grain since the list was built, without that of the mean field
-  /// [length^2].
+  /// Returns the squared displacement of a grain since the list was built, relative to the mean
+  /// field [length^2].
   template <class Numbers, int D>
   RVE_INLINE typename Numbers::Leading::Real
   squared_displacement(const MoveConstants<Numbers, D> &step, const Motion<Numbers, D> &motion,

@@ -171,7 +171,7 @@ inline namespace RVE_ISA {
   template <int D, class F, std::size_t... C>
   RVE_INLINE void for_strains_among(F f, std::index_sequence<C...>)
   {
-    // Before the diagonal of row a there are a (a + 1)/2 components below the diagonal.
+    // Up to the diagonal of row a, a (a + 1)/2 components are below the diagonal.
     ((C / D <= C % D ? f(C - C / D * (C / D + 1) / 2, C / D, C % D) : void()), ...);
   }
 

@@ -46,8 +46,8 @@ inline namespace RVE_ISA {
     static constexpr int plan_steps = steps;
   };
 
-  /// The same configuration of spheres for blocks without registers for them: data that do not fit
-  /// on chip are read from memory in each step (algorithm/passing_grains.h).
+  /// The same configuration for spheres that do not fit into the registers of a block. Data that do
+  /// not fit on chip are read from memory in each step (algorithm/passing_grains.h).
   template <class Config> struct InMemory : Config {
     static_assert(Config::D == 3, "spheres");
     static constexpr bool in_memory = true;

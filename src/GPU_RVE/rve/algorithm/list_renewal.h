@@ -13,15 +13,15 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Renews lists in arrays, in functions outside of the steps, which therefore keep their
-  /// registers.
+  /// Renews Verlet lists. The functions are not inlined into the steps, so that they take no
+  /// registers from the steps.
   template <class Block, class Config> struct ListRenewal {
     using Item = typename Block::Item;
     using Wide = typename Config::Wide;
     using Planning = StepPlanning<Block, Config>;
 
-    /// Reduces the lattice if it is due, builds the list of step k from call.pairs into call.pairs,
-    /// and plans the following steps again.
+    /// Reduces the lattice if a reduction is due, replaces call.pairs by the list of step k, and
+    /// plans the steps from k on again.
     static RVE_COLD void renew(Block block, CallState<Config> &call, int k)
     {
       const SeenMotions<Config> motion = at_known_addresses<Block>(call.shared).motion;
@@ -122,7 +122,8 @@ inline namespace RVE_ISA {
     }
 
    private:
-    /// Uses memory on chip for the list. The sums of forces in it must be zero afterwards.
+    /// Returns the workspace to build the list in, with arrays on chip where possible. They overlap
+    /// the sums of forces, which must be cleared afterwards.
     static RVE_INLINE WorkspaceView<Config> workspace_of(CallState<Config> &call,
                                                          const SharedView<Config> &shared)
     {
@@ -131,8 +132,8 @@ inline namespace RVE_ISA {
       return work;
     }
 
-    /// Reduces the lattice and sets the cell of step k again. If the plan of the step allows
-    /// displacements, the lattice does not change.
+    /// Reduces the lattice and sets the cell of step k again. It is not needed if the plan of the
+    /// step allows displacements.
     static RVE_COLD void reduce_lattice(Block block, CallState<Config> &call, int k)
     {
       const SeenMotions<Config> motion = at_known_addresses<Block>(call.shared).motion;
@@ -155,13 +156,13 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Renumbers the grains: those that own most pairs first, for spheres those with most touching
-    /// pairs. Threads of a warp, or lanes of a pack, then have no work in the same slots and skip
-    /// these slots together: a quarter of all evaluations of slots for spheres, a sixth for disks.
-    /// Disks with the same number of pairs are numbered row by row of the search grid, so that
-    /// neighbouring threads still read neighbouring grains after many lists. The new numbers are in
-    /// work.proposal; the pairs are not moved yet. The stored state keeps its order until the call
-    /// ends successfully.
+    /// Renumbers the grains: disks that own the most pairs come first, and spheres with the most
+    /// touching pairs. The threads of a warp, or the lanes of a pack, then skip the same slots
+    /// together. This saves a quarter of all evaluations of slots for spheres, and a sixth for
+    /// disks. Disks with the same number of pairs are numbered row by row of the search grid, so
+    /// that neighbouring threads still read neighbouring grains after many lists. The new numbers
+    /// are in work.proposal; the pairs are not moved yet. The stored state keeps its order until
+    /// the call ends successfully.
     static RVE_INLINE void order_grains(Block &block, CallState<Config> &call,
                                         const SharedView<Config> &shared,
                                         const WorkspaceView<Config> &work)

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Access of the phases of a step to packs of grains on a CPU with AVX2 (BlockSimd), and to single
-// remaining grains: loads, stores and sums, as in algorithm/grain_items.h. The computations are
-// written once, for numbers and for packs of numbers.
+// PackedGrains gives the phases of a step access to packs of grains on a CPU with AVX2 (BlockSimd),
+// and to the single grains that fill no pack. It has the functions of GrainItems
+// (algorithm/grain_items.h): loads, stores and sums. The computations are written once, for numbers
+// and for packs of numbers.
 
 #pragma once
 
@@ -42,7 +43,8 @@ inline namespace RVE_ISA {
   };
 
   /// Force and torque on a grain in one row, so that a pair adds to its partner with one or two
-  /// additions: 3 sums in 4 numbers, or 6 in 8.
+  /// vector additions. A row has 3 sums in 4 numbers for disks, and 6 sums in 8 numbers for
+  /// spheres.
   template <class Numbers, int D> struct alignas(4 * sizeof(typename Numbers::Sum)) ForceRow {
     typename Numbers::Sum sum[D == 2 ? 4 : 8];
   };
@@ -195,8 +197,8 @@ inline namespace RVE_ISA {
       return Packed<N>::Real::load(this->largest_force.array + i.first);
     }
 
-    /// Computes one stage of all slots before the next stage: the latency of roots and quotients of
-    /// one pair passes while other pairs are computed.
+    /// Computes the geometry of several slots before act() is called for the first of them. The
+    /// latency of roots and quotients of one pair passes while other pairs are computed.
     template <int N, class Step, class View, class Geometry, class Act, class IsTaken>
     RVE_INLINE void for_slots(PackItem<N>, Step step, View view, Geometry geometry, Act act,
                               IsTaken is_taken)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One pair of grains in a step: grains and history give the force, the new history and the
-// contributions to the sums of the grains. The functions take numbers or packs of numbers.
+// Computes one pair of grains in a step: the force, the new history and the contributions to the
+// sums of the grains, from both grains and the history. The functions take numbers or packs of
+// numbers.
 //
 //   pair_geometry    geometry of the two grains
 //   pair_force       normal force, tangential force and torques: evaluate() of physics/laws

@@ -5,8 +5,8 @@
 // thread busy while the others wait. Ownership is therefore passed on until (nearly) no grain owns
 // more than Config::owned_pairs; the remaining pairs form the list of extra pairs. The motion does
 // not depend on the owners: forces are summed as integers, and a contact is the same from both
-// sides. The procedure is deterministic: of several offers to a grain, that of the grain with the
-// lowest index is accepted.
+// sides. The procedure is deterministic: a grain with several offers accepts the offer of the grain
+// with the lowest index.
 
 #pragma once
 
@@ -22,14 +22,15 @@ inline namespace RVE_ISA {
   }
 
   /// Returns whether i is the first owner of its pair with j, if the grid does not order the two
-  /// grains. The first owner is the grain with the shorter cyclic distance ahead to the other one.
+  /// grains. The first owner is the grain from which the cyclic distance ahead to the other grain
+  /// is shorter.
   RVE_INLINE bool owns_first(int i, int j, int n)
   {
     const int there = 2 * ahead(i, j, n);
     return i != j && (there < n || (there == n && i < j));
   }
 
-  /// Partners of the pairs that a grain owns at first, without those given away.
+  /// Partners of the pairs that a grain owns at first, without the pairs that it has given away.
   struct PairRow {
     std::int32_t *first;
     int stride;    ///< distance between partners in the array
@@ -56,9 +57,10 @@ inline namespace RVE_ISA {
       work.overloaded[block.fetch_add(&work.num_overloaded[0], 1)] = i;
   }
 
-  /// Offer of one grain in a round: the index of the partner with the smallest load in its row, and
-  /// the partner, or -1. The search starts at another index in each round, so that a surplus pair
-  /// does not bounce between two grains.
+  /// Offer of one grain in a round: it offers a pair to the partner in its row that owns the fewest
+  /// pairs. `which` is the index of this partner in the row, and `partner` is its index among the
+  /// grains; both are -1 without an offer. The search starts at another index in each round, so
+  /// that a surplus pair does not bounce between two grains.
   struct Offer {
     int which, partner;
   };
@@ -92,9 +94,9 @@ inline namespace RVE_ISA {
     return best;
   }
 
-  /// Makes rounds of offers until no grain is overloaded, at most `max_rounds`. It needs the rows
-  /// and the data of begin_ownership(), and updates the rows, `received` and `count`. Returns
-  /// whether no grain is overloaded.
+  /// Makes rounds of offers, at most `max_rounds`, until no grain is overloaded, that is until no
+  /// grain owns more than Config::owned_pairs. The rows and the data of begin_ownership() must be
+  /// set. Updates the rows, `received` and `count`. Returns whether no grain is overloaded.
   ///
   /// Only overloaded grains take part, and they are few. The random order of their list has no
   /// influence: a grain that gets an offer is not overloaded, and at most one offer is accepted.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Access of the phases of a step to spheres that fit neither into the registers nor into the shared
-// memory of a block (InMemory): loads, stores and sums, as in algorithm/grain_items.h. Each step
-// streams all data from memory, so that they are kept small:
+// PassingGrains gives the phases of a step access to spheres that fit neither into the registers
+// nor into the shared memory of a block (InMemory). It has the functions of GrainItems
+// (algorithm/grain_items.h): loads, stores and sums. Each step streams all data from memory. The
+// data are therefore kept small:
 //
 //   - all forces on a grain are added up in one array
 //   - a sphere has two records; for a partner that does not touch only the first one is read
@@ -16,8 +17,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Pairs that grains own, during steps. A word for each slot has the partner, and a bit that is
-  /// set if the history of the pair is not zero.
+  /// Owned pairs of the grains during steps. The word of a slot has the index of the partner, and a
+  /// bit that is set if the history of the pair is not zero.
   template <class Config> class PassingPairs {
     static_assert(Config::has_friction, "pairs have a history");
     using History = typename Config::History;
@@ -67,8 +68,8 @@ inline namespace RVE_ISA {
     RVE_INLINE History stored_history(int k, int i) const { return stored_history(k, i, word[k]); }
     RVE_INLINE void set_current(const History &history) { before = history; }
 
-    /// History of the pair in slot k, for reading and writing. After it is written it returns the
-    /// new value.
+    /// History of the pair in slot k, for reading and writing. After a write it returns the new
+    /// value.
     struct Memory {
       PassingPairs &pairs;
       int k, i;
@@ -180,9 +181,9 @@ inline namespace RVE_ISA {
     RVE_INLINE Real largest_of(Item) const { return largest; }
     RVE_INLINE void keep_largest(Item, Real force) { largest = force; }
 
-    /// Visits the slots as in GrainItems. A history is read while the previous pair is computed. A
-    /// partner is not: reading partners that do not touch costs more than the latency (measured on
-    /// an H200).
+    /// Visits the slots as in GrainItems. A history is read while the previous pair is computed.
+    /// Partners are not read ahead: reading partners that do not touch costs more than the latency
+    /// (measured on an H200).
     template <class Step, class View, class Geometry, class Act, class IsTaken>
     RVE_INLINE void for_slots(Item i, Step step, View view, Geometry geometry, Act act, IsTaken)
     {

@@ -71,11 +71,11 @@ inline namespace RVE_ISA {
       return wide;
     }
 
-    /// Calls visit(layer, first, count, own) for the rows of cells that may have neighbours of a
-    /// point: `count` cells of the row that begins with cell `layer`, from its cell `first` on,
-    /// cyclically. With `ahead`, which requires has_sides(), it visits only cells ahead of the cell
-    /// of the point. The first cell of the first row is then that of the point, and `own` is true
-    /// for this row.
+    /// Calls visit(layer, first, count, own) for each row of cells that may have neighbours of a
+    /// point. The row begins with cell `layer`; its cells to visit are `count` cells from `first`
+    /// on, cyclically. With `ahead`, which requires has_sides(), only the cell of the point and
+    /// cells ahead of it are visited. The first cell of the first row is then the cell of the
+    /// point, and `own` is true for this row only.
     template <class Coordinate, class Visit>
     RVE_INLINE void rows_around(const Vec<Coordinate, D> &point, bool ahead, Visit visit) const
     {

@@ -3,22 +3,24 @@
 // stable_time_step() (engine/stability.h), so that thousands of RVEs can be checked and few need
 // the exact result.
 //
-// In coordinates u scaled by the roots of the masses, a contact couples u_i and u_j by a 3x3 matrix
-// C, and
+// In the plane, u_i are the three coordinates of grain i, scaled by the roots of the masses. A
+// contact couples u_i and u_j by a 3x3 matrix C, and
 //     2 u_i.C u_j <= g u_i.|C| u_i + (1/g) u_j.|C^T| u_j,    |C| = (C C^T)^1/2, for any g > 0.
-// In the plane M^-1/2 K M^-1/2 is therefore below a matrix with one 3x3 block per grain, whose
-// largest eigenvalue is a bound for any weights w in g = w_j/w_i. The weights w = 1/m give the
-// eigenvalue of a single contact exactly. Then grains with larger eigenvalues get larger weights,
-// so that their partners carry larger shares of their contacts. Each sweep gives a bound. After
-// some sweeps all grains of the fastest mode have the same eigenvalue, which is that of the mode.
-// It stays larger where contacts form odd rings, since the bound assumes signs of the motion that
-// are impossible there.
+// M^-1/2 K M^-1/2, with masses M and stiffness K, is therefore below a matrix with one 3x3 block
+// per grain. The largest eigenvalue of the blocks is a bound for any weights w of the grains, where
+// a contact has g = w_j/w_i. The first sweep has w = 1/m, which gives the eigenvalue of a single
+// contact exactly. In the following sweeps, grains with larger eigenvalues get larger weights, so
+// that their partners carry larger shares of their contacts. Each sweep gives a bound. After some
+// sweeps all grains of the fastest mode have the same eigenvalue, the eigenvalue of the mode. The
+// bound stays above it where contacts form odd rings, since the inequality assumes signs of the
+// motion that are impossible there.
 //
-// In space there are no weights. The energy of a contact is at most twice the sum of its energies
-// if each of its grains moved alone. The network is therefore bounded by twice the largest
-// eigenvalue of a grain's own blocks: T of its translation, R of its rotation, and of both together
-// no more than the sum of the largest of each. A single contact has exactly that sum. The largest
-// eigenvalue of a symmetric matrix with mean q and p^2 = tr((A - q I)^2)/6 is at most q + 2 p.
+// In space there are no weights. The energy of a contact is at most twice the sum of two energies:
+// in each of them only one of its grains moves. The largest eigenvalue of the network is therefore
+// at most twice the largest eigenvalue of a grain that moves alone. Such a grain has a block T for
+// its translation and a block R for its rotation. Its eigenvalue is at most the sum of the largest
+// eigenvalues of T and R; for a single contact it is exactly this sum. The largest eigenvalue of a
+// symmetric 3x3 matrix A is at most q + 2 p with q = tr(A)/3 and p^2 = tr((A - q I)^2)/6.
 
 #pragma once
 
@@ -74,9 +76,10 @@ inline namespace RVE_ISA {
     double *weight, *value;
   };
 
-  /// Bound of the largest eigenvalue of M^-1 K, for the network and for one contact that may form.
-  /// Its unit is `largest` over the mass of a grain of radius one, in internal lengths. `largest`
-  /// is no less than any modulus of K.
+  /// Bound of the largest eigenvalue of M^-1 K, for the contacts of the RVE and for one contact
+  /// that may form. K is the matrix of the springs or of the dashpots (`kind`). The unit of the
+  /// bound is `largest` divided by the mass of a grain whose radius is one internal length.
+  /// `largest` is at least as large as any modulus of K.
   template <class Block, class Config> struct EigenvalueBound {
     using Item = typename Block::Item;
     using ScriptLaw = typename Config::Law::template In<DoubleNumbers>;
@@ -135,10 +138,11 @@ inline namespace RVE_ISA {
     /// Returns the bound in the plane. The sweeps stop when it is below `sufficient`.
     RVE_INLINE double in_plane(double sufficient) const
     {
-      // More sweeps gain little: six stay three percent of a time step below the exact result in
-      // dense and loose packings, 16 one percent.
+      // More sweeps gain little: in dense and loose packings the time step is three percent below
+      // the exact result after six sweeps, and one percent after 16.
       constexpr int kSweeps = 16;
-      // smaller ratios to the largest eigenvalue are raised to this one in a change of weights
+      // In a change of weights, smaller ratios of an eigenvalue to the largest one are raised to
+      // this ratio.
       constexpr double kLeastShare = 0.05;
       const int n = call.num_grains;
       block.for_each(n, [&](Item i) {
@@ -286,10 +290,10 @@ inline namespace RVE_ISA {
     /// Returns 1/m relative to that of a grain of radius one.
     static RVE_INLINE double inverse_mass(double r) { return 1.0 / times_power<Config::D>(1.0, r); }
 
-    /// Returns the bound for a contact of two of the lightest grains: along the normal, and along
-    /// the contact with lever arms of a radius. Rolling is fastest on a large partner, where the
-    /// grain rotates alone; twisting has the angles of both grains. The function also clears the
-    /// sums.
+    /// Returns the bound for a contact of two of the lightest grains: for motion along the normal,
+    /// and for tangential motion with lever arms of one radius. Rolling is fastest on a large
+    /// partner, where only the light grain rotates. Twisting has the angles of both grains. The
+    /// function also clears the sums.
     RVE_INLINE double of_lightest_spheres() const
     {
       const int n = call.num_grains;

@@ -153,10 +153,10 @@ inline namespace RVE_ISA {
           inverse(Tensor<double, Config::D>::identity() - static_cast<double>(call.law.dt) * after);
     }
 
-    /// Adds half of the work of the mean field in a step: that of the last forces on branches that
-    /// grow by `gradient`. Half of the work of a step is done by the forces before it and half by
-    /// those after it, each on their own branches; a rigid rotation then does no work. One thread
-    /// calls it.
+    /// Adds half of the work of the mean field in a step: the work of the last forces on branches
+    /// that grow by `gradient`. The forces before the step do one half of its work, the forces
+    /// after the step the other half, each on their own branches. A rigid rotation then does no
+    /// work. One thread calls this function.
     RVE_INLINE void add_half_of_work(const Tensor<double, Config::D> &gradient) const
     {
       double power = 0.0;

@@ -12,8 +12,8 @@
 //   Love stress of the last forces; details on demand                      homogenization.h
 //   last kick, status, everything back to the stored state                 call_end.h
 //
-// The kick of a step is at the beginning of the next one, which saves a barrier. The stress of a
-// call belongs to its end configuration.
+// The kick of a step is made at the beginning of the next step, which saves a barrier. The stress
+// of a call belongs to its end configuration.
 
 #pragma once
 
@@ -104,8 +104,8 @@ inline namespace RVE_ISA {
     }
     RVE_APART void run_with_bookkeeping() { make_steps<true>(false); }
 
-    /// Makes some steps at a time, up to a step whose grains have moved and whose forces are
-    /// missing. With energy bookkeeping a step 0 has forces only.
+    /// Makes the steps in segments. A segment ends with a step whose grains have moved and whose
+    /// forces are missing. With energy bookkeeping there is a step 0, which has forces only.
     template <bool with_bookkeeping> RVE_INLINE void make_steps(bool direct)
     {
       const int last = last_step();
@@ -259,9 +259,9 @@ inline namespace RVE_ISA {
     /// Steps disks in registers: makes the move of entry t of the plan unless `moved` is true,
     /// computes the forces of this entry, and continues up to the move of entry `end`. Returns the
     /// entry of the last move, or its complement if a new list is needed. The first move is before
-    /// the loop, whose only branch is around pairs that do not touch, and all steps read the data
-    /// of the call from registers: 3 % fewer instructions. Spheres have no such loop: their kernels
-    /// would be too large for uniform registers.
+    /// the loop, so that the only branch of the loop is around pairs that do not touch. All steps
+    /// read the data of the call from registers. This saves 3 % of the instructions. Spheres have
+    /// no such loop: their kernels would be too large for uniform registers.
     RVE_INLINE int step_in_registers(StepGrains &grains, int t, int end, int n, bool moved,
                                      bool kicks)
     {
@@ -509,7 +509,7 @@ inline namespace RVE_ISA {
     }
 
     /// Makes the last kick, writes the stored state, and calls parts(0) ... parts(num_parts - 1) at
-    /// the same time. With Loaded the grains are loaded, with their last forces.
+    /// the same time. Loaded is true if the grains are loaded already, with their last forces.
     template <bool Loaded, class Parts>
     RVE_INLINE void store(Grains &grains, int num_parts, const Parts &parts)
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Plans of steps: the data of the cell, planned for many steps at a time.
+// Plans the DEM steps of a call: computes the data of the cell for many steps at a time.
 
 #pragma once
 
@@ -15,8 +15,8 @@ inline namespace RVE_ISA {
     using Real = typename Config::Real;
     using Wide = typename Config::Wide;
 
-    /// Returns the number of steps to plan before the call begins. It requires a list, and is zero
-    /// with a servo, whose first cell is not known.
+    /// Returns the number of steps to plan before the call begins. The number is zero with a servo,
+    /// whose first cell is not known. The function requires a valid list.
     static RVE_INLINE int steps_to_plan(const PreparedCall<Config> &call)
     {
       return call.has_servo() ? 0 : steps_to_plan(call, 1);
@@ -147,9 +147,10 @@ inline namespace RVE_ISA {
       plan.safe_box = serves ? safe_box(lengths, allowed) : 0;
     }
 
-    /// Returns the half width of a box whose corners are at most `allowed` away: along an internal
-    /// axis a corner is no farther than the sum over the edges. The factor covers the rounding of
-    /// the exact displacement, which is computed outside of the box.
+    /// Returns the half width of a box whose corners are at most `allowed` from its centre. Along
+    /// each Cartesian axis, the distance of a corner is at most the sum over the edges of the box.
+    /// The factor covers the rounding of the exact displacement, which is computed for grains
+    /// outside of the box.
     static RVE_INLINE std::uint32_t safe_box(const Tensor<float, Config::D> &to_length,
                                              double allowed)
     {

@@ -12,9 +12,9 @@ namespace rve {
 inline namespace RVE_ISA {
 
   /// Returns the new value of a controlled component of L [1/time]: L + (1 - g s) gain dt (goal -
-  /// stress), with g = 0.25 and the sign s of L (goal - stress). The rate therefore grows more
-  /// slowly than it falls (the controller of SudoDEM's and YADE's periodic triaxial test). Tensile
-  /// stress is positive.
+  /// stress), with g = 0.25 and s = sign(L (goal - stress)), limited to +-max_rate. The magnitude
+  /// of the rate therefore grows more slowly than it falls. The periodic triaxial tests of SudoDEM
+  /// and YADE have the same controller. Tensile stress is positive.
   RVE_INLINE double steer_rate(double rate, double stress, double goal, double gain, double dt,
                                double max_rate)
   {
@@ -35,8 +35,7 @@ inline namespace RVE_ISA {
     return sum;
   }
 
-  /// Returns the prescribed L plus the sum over modes of amplitude(mode) times the velocity
-  /// gradient of amplitude one.
+  /// Returns the prescribed L plus the sum of amplitude(mode) * mode.rate over all modes.
   template <int D, class Amplitude>
   RVE_INLINE Tensor<double, D> gradient_of_modes(const SteeredModes<D> &modes,
                                                  const Tensor<double, D> &prescribed,

@@ -136,9 +136,9 @@ inline namespace RVE_ISA {
   template <class Number>
   constexpr std::size_t kRecordAlignment = alignof(Number) > 16 ? alignof(Number) : 16;
 
-  /// Alignment of Motion in the plane: that of the coordinates if a larger one would leave a gap
-  /// after each record. With a gap the positions of `mixed` would occupy half of the banks of a
-  /// GPU's shared memory.
+  /// Alignment of Motion in the plane. It is the alignment of the coordinates if kRecordAlignment
+  /// would leave a gap after each record. With a gap the positions of `mixed` would occupy half of
+  /// the banks of a GPU's shared memory.
   template <class Numbers>
   constexpr std::size_t kMotionAlignment =
       (sizeof(typename Numbers::Coordinate) + sizeof(typename Numbers::Real)) % 8 == 0
@@ -167,8 +167,9 @@ inline namespace RVE_ISA {
   constexpr std::size_t kUsedOfSphere = 3 * sizeof(typename Numbers::Coordinate) +
       sizeof(typename Numbers::Wide) + 8 * sizeof(typename Numbers::Real);
 
-  /// Data of a sphere that its partners read, and its response to forces, in pieces of 16 bytes
-  /// that are read and written at once. The first piece shows whether two spheres touch.
+  /// Data of a sphere that its partners read, and its response to forces. The data are read and
+  /// written in pieces of 16 bytes. Position and radius come first, since they show whether two
+  /// spheres touch.
   template <class Numbers> struct alignas(16) SpherePieces {
     Vec<typename Numbers::Coordinate, 3> position;      ///< as in Motion
     typename Numbers::Wide radius;                      ///< [internal length]
@@ -360,9 +361,10 @@ inline namespace RVE_ISA {
     return j == i ? no_contact : shared.radius[j];
   }
 
-  /// Assigns the arrays in the order in which they profit from the chip: sums that many threads add
-  /// to, then data that partners read anywhere, then data that consecutive threads read at
-  /// consecutive addresses. If `capacity`, in grains, is constant, the addresses are constants too.
+  /// Assigns the arrays of a SharedView. The arrays that profit most from memory on chip come
+  /// first: sums that many threads add to, then data that partners read at scattered addresses,
+  /// then data that consecutive threads read at consecutive addresses. If `capacity` (in grains) is
+  /// a compile-time constant, the addresses on chip are constants too.
   ///
   /// With in_registers the data of a grain's partners need no array. In space there is then a
   /// hidden grain without contacts (PackedPartners), and arrays that only rare code needs are in
@@ -449,8 +451,8 @@ inline namespace RVE_ISA {
     return measure.size();
   }
 
-  /// Returns the view of a block, for rare code. Arrays at addresses on chip that are known at
-  /// compile time get these addresses.
+  /// Returns the view of a block, for rarely executed code. If the addresses of arrays on chip are
+  /// known at compile time, the view has these constants.
   template <class Block, class Config>
   RVE_INLINE SharedView<Config> at_known_addresses(const SharedView<Config> &shared)
   {
@@ -586,9 +588,9 @@ inline namespace RVE_ISA {
     std::size_t left;
   };
 
-  /// Moves the arrays of list building onto the chip, for at most `capacity` grains: into the sums
-  /// of forces, the forces of disks' own pairs, and the plans, which are not used during list
-  /// building. The sums must be cleared afterwards (clear_sums).
+  /// Moves the arrays of list building to memory on chip, for at most `capacity` grains. They take
+  /// the place of data that are not used during list building: the sums of forces, the forces of
+  /// disks from their own pairs, and the plans. The sums must be cleared afterwards (clear_sums).
   template <class Config, class Plan>
   RVE_INLINE void build_on_chip(WorkspaceView<Config> &work, const SharedView<Config> &shared,
                                 Plan &plan, int capacity)

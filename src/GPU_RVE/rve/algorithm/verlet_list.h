@@ -16,11 +16,13 @@ inline namespace RVE_ISA {
   /// Returns how far a grain may move relative to the mean field until a new list is needed
   /// [length].
   ///
-  /// A pair that is not listed had |b| >= R + skin when the list was built, where R is the distance
-  /// at which it acts. Now b' = G b + u_j - u_i with G = H H_list^-1, so that |b'| >= s (R + skin)
-  /// - 2 u with the smallest stretch s of G. It cannot act while 2 u <= s skin - (1 - s) R. In
-  /// compression the largest R decides; in expansion the smallest, whose term is neglected. A
-  /// negative result means that the strain alone requires a new list.
+  /// The result is the largest u with 2 u <= s skin - (1 - s) R. R is the largest distance at which
+  /// a pair acts, and s is the smallest stretch of G = H H_list^-1. The branch b of a pair that is
+  /// not listed had |b| >= R + skin when the list was built. It is now b' = G b + u_j - u_i, with
+  /// displacements u_i and u_j of magnitude at most u, so that |b'| >= s (R + skin) - 2 u. The pair
+  /// cannot act while |b'| >= R. In compression the pair with the largest R decides. In expansion
+  /// the pair with the smallest R would decide; the term of R is neglected then. A negative result
+  /// means that the strain alone requires a new list.
   template <int D>
   RVE_INLINE double allowed_displacement(const Tensor<double, D> &cell,
                                          const Tensor<double, D> &list_inverse,
@@ -161,9 +163,8 @@ inline namespace RVE_ISA {
     PairRows rows;
     int num_pairs;
   };
-  /// Finds the pairs. Rows are interleaved if all of them fit into memory that is not used now.
-  /// Otherwise they follow each other in work.row_partner, which has space for work.pair_capacity
-  /// pairs.
+  /// Finds the pairs. Rows are interleaved in work.scratch if all of them fit. Otherwise they
+  /// follow each other in work.row_partner, which has space for work.pair_capacity pairs.
   template <class Block, class Config>
   RVE_INLINE FoundPairs find_pairs(Block &block, const NearGrains<Block, Config> &near)
   {
@@ -271,10 +272,10 @@ inline namespace RVE_ISA {
 
   /// Builds the list of all pairs with |b| < r_i + r_j + reach + skin, assigns owners and copies
   /// the contact history from `old` to work.fresh. For disks work.load has the number of owned
-  /// pairs, by index in the grid; for spheres the number of touching ones, by number of the grain.
-  /// Lengths have the unit of `cell` and `radius`; the cells of `grid` are at least as wide as the
-  /// largest distance of a listed pair. One thread calls aside(sizes) when the sizes are known,
-  /// while all others write the pairs.
+  /// pairs, by index in the grid. For spheres work.load has the number of touching pairs, by index
+  /// of the grain. Lengths have the unit of `cell` and `radius`; the cells of `grid` are at least
+  /// as wide as the largest distance of a listed pair. One thread calls aside(sizes) when the sizes
+  /// are known, while all others write the pairs.
   template <class Block, class Config, class Aside>
   RVE_HD ListSizes build_list(Block &block, const SeenMotions<Config> &motion,
                               SeenArray<Config, typename Config::Wide> radius,

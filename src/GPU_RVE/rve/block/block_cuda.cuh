@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The functions of block_serial.h for one CUDA thread block. Only files in block/ and the CUDA
-// engine use threads. A block has any size from 1 to 1024, which may change from launch to launch.
-// CUB's block primitives have the size as a template parameter and are not used for that reason.
+// BlockCuda implements the functions of a block (block_serial.h) by one CUDA thread block. Only
+// files in block/ and the CUDA engine use threads. A thread block has any size from 1 to 1024,
+// which may change from launch to launch. CUB's block primitives are not used, since their size is
+// a template parameter.
 //
 //   cuda_threads.cuh       warps and shared memory of the collectives
 //   cuda_phases.cuh        assignment of items to threads; barriers

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The functions of a block, in which kernels are written, and their implementation by one CPU
+// The functions of a block, with which kernels are written, and their implementation by one CPU
 // thread.
 //
-// A kernel is written once, as phases over items, and runs on a CPU thread (BlockSerial) or on a
-// CUDA thread block (BlockCuda). A Block has these functions:
+// A kernel is written once, as a sequence of phases. A phase is a parallel loop over items, mostly
+// grains. The kernel runs on a CPU thread (BlockSerial) or on a CUDA thread block (BlockCuda). A
+// Block has these functions:
 //
 // Phases. Each ends in a barrier.
 //   for_each(n, f)          f(item) for items 0 ... n - 1; `item` converts to int
@@ -19,8 +20,8 @@
 //   exclusive_scan(a, n)    in place; returns the total
 //   scan_to_starts(a, n)    the same, and a[n] becomes the total
 //   order_by_class<Classes>(n, class_of, take)
-//                           take(item, index) with indices for the items of class 0 first, then for
-//                           those of class 1, ...; items of a class keep their order
+//                           calls take(item, index) with new indices: items of class 0 come first,
+//                           then items of class 1, ...; items of a class keep their order
 //
 // Integer accumulation from inside a phase.
 //   add(p, v), fetch_min(p, v), fetch_add(p, v)
@@ -34,21 +35,24 @@
 // registers.
 //   resident(array)         an item's own numbers in array[item]
 //   for_items, any_item     as for_each and any, over the items of resident arrays only. If f takes
-//                           `const auto i` it may also get a PackItem, several items at a time.
-//                           for_items<way>, any_item<way>, reduce_items<M, Term, way>; way: a Visit
-//   for_items(n, f, m, g)   the same, and g(0) ... g(m - 1) at the same time
+//                           `const auto i` it may also get a PackItem, several items at a time. The
+//                           template parameter `way` of for_items, any_item and reduce_items is a
+//                           Visit
+//   for_items(n, f, m, g)   for_items(n, f), and g(0) ... g(m - 1) at the same time
 //   for_empty_registers(n, f)  f(i) in threads with registers for an item but without an item; no
 //                           barrier
 //   own_items(n, f)         as for_items, without a barrier: f(item) must not access data that
 //                           other items access before the next phase
 //   reduce_items<M, Term>(n, f, rest, reduction)
+//                           sums M terms and finds the largest number over all items.
 //                           f(item, Term *term, float &largest) adds to the item's terms, integers
 //                           of 32 or 64 bits (64 for a PackItem), and raises `largest`, which is
-//                           not negative; rest(Term *term) adds to the terms of a thread; writes
-//                           the sums and the largest number where all threads can read them
+//                           not negative. rest(Term *term) adds to the terms of a thread. All
+//                           threads can read the results in `reduction` afterwards
 //   add_up_items<M, Term>(n, f, sum, then)
-//                           f(item, Term *term) adds to terms; writes the sums to `sum`; then() by
-//                           one thread afterwards. begin_add_up() and a barrier come before it
+//                           sums M terms over all items: f(item, Term *term) adds to the terms. One
+//                           thread writes the sums to `sum` and then calls then(). begin_add_up()
+//                           and a barrier must precede this function
 //
 // The hints to the compiler are in compiler_hints.h.
 //
@@ -126,8 +130,8 @@ inline namespace RVE_ISA {
       then();
     }
 
-    /// Distributes the numbers 0 ... count - 1 over n resident items and calls f(k) for those of
-    /// item i.
+    /// Distributes the numbers 0 ... count - 1 over n resident items and calls f(k) for each number
+    /// k of item i.
     template <class F> static RVE_INLINE void share_out(int i, int n, int count, F f)
     {
       for (int k = i; k < count; k += n) f(k);

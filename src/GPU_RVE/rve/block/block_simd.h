@@ -11,7 +11,7 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// A BlockSerial with packs: a phase that accepts packs gets packs of grains, and single grains
+  /// A BlockSerial with packs. A phase that accepts packs gets packs of grains, and single grains
   /// for the remainder.
   template <int Lanes> class BlockSimd : public BlockSerial {
    public:

@@ -73,7 +73,7 @@ inline namespace RVE_ISA {
     /// Returns a copy of x in other registers. An access to 16 bytes needs four consecutive
     /// registers. Numbers that are kept through all steps should not be bound to such registers
     /// (gain: 6 % with two histories of Hertz' law). The compiler does not know that `zero` is
-    /// zero.
+    /// zero, and therefore keeps the copy.
     template <class T> static RVE_DEVICE T in_other_registers(const T &x)
     {
       if constexpr (sizeof(T) % sizeof(Piece) != 0) {
@@ -90,8 +90,8 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Returns threadIdx.x, read again: addresses of a thread's second item would be spilled if
-    /// they were kept from step to step (1 to 3 % of the steps of spheres).
+    /// Reads threadIdx.x again and returns it. Otherwise the addresses of a thread's second item
+    /// would be kept from step to step and spilled (cost: 1 to 3 % of the steps of spheres).
     static RVE_DEVICE int thread_again()
     {
       int thread;

@@ -81,9 +81,9 @@ inline namespace RVE_ISA {
       }
     }
 
-    /// Distributes the numbers 0 ... count - 1 over n resident items and calls f(k) for those of
-    /// item i. If a thread has two items, the first one has the share of both. Threads without an
-    /// item have no share.
+    /// Distributes the numbers 0 ... count - 1 over n resident items and calls f(k) for each number
+    /// k of item i. If a thread has two items, the first one has the share of both. Threads without
+    /// an item have no share.
     template <class F> static RVE_DEVICE void share_out(Item i, int n, int count, F f)
     {
       if (slot_of(i) != 0) return;

@@ -90,8 +90,8 @@ inline namespace RVE_ISA {
       for (int k = threadIdx.x; k < kTotals; k += blockDim.x) totals()[k] = 0;
     }
 
-    /// Each warp adds its sums to the totals on chip, in limbs that are added without carries. One
-    /// barrier suffices before one thread reads the totals.
+    /// Each warp splits its sums into limbs and adds the limbs, without carries, to the totals on
+    /// chip. One thread reads the totals after a single barrier.
     template <int M, class Term, class F, class Then>
     RVE_DEVICE void add_up_items(int n, F f, std::int64_t *sum, Then then)
     {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Scans and orders of the items of a CUDA thread block, to build lists.
+// Prefix sums (scans) and ordering of items by class in a CUDA thread block, to build lists.
 
 #pragma once
 
@@ -47,8 +47,8 @@ inline namespace RVE_ISA {
         for (int k = 0; k < Classes; ++k) { scratch().of_class[k][warps::index()] = next[k]; }
       }
       __syncthreads();
-      // The first index of each class in this warp's items follows all earlier classes, and the
-      // items of the same class in earlier warps.
+      // For the items of this warp, the first index of a class follows all items of earlier
+      // classes, and the items of the same class in earlier warps.
       int first = 0;
       RVE_UNROLL
       for (int k = 0; k < Classes; ++k) {

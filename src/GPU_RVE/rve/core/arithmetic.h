@@ -69,15 +69,15 @@ inline namespace RVE_ISA {
   }
 
 #if defined(__CUDA_ARCH__)
-  /// Returns 1/y of y > 0, IEEE rounded, from an approximation `nearly`. One iteration rounds
-  /// correctly for all y except one in each binade (P. W. Markstein, IBM J. Res. Dev. 34 (1990)
-  /// 111): if all mantissa bits of y are ones, 1/y is slightly above the midpoint between two
-  /// numbers.
+  /// Returns 1/y for y > 0, IEEE rounded. `nearly` is an approximation of 1/y. One Newton iteration
+  /// rounds correctly for all y except one in each binade (P. W. Markstein, IBM J. Res. Dev. 34
+  /// (1990) 111). All mantissa bits of this y are ones, and 1/y is slightly above the midpoint
+  /// between two numbers.
   RVE_INLINE double rounded_inverse(double y, double nearly)
   {
     const double inverse = ::fma(nearly, ::fma(-y, nearly, 1.0), nearly);
     const int high = __double2hiint(y), all = __double2loint(y) & (high | 0xfff00000);
-    // 2^-n (2 - 2^-52) has 2^(n - 1) (1 + 2^-52)
+    // The rounded inverse of 2^-n (2 - 2^-52) is 2^(n - 1) (1 + 2^-52).
     return all == -1 ? __hiloint2double(0x7fdfffff - high, 1) : inverse;
   }
 #endif
@@ -87,8 +87,8 @@ inline namespace RVE_ISA {
     Real root, inverse;
   };
 
-  /// Returns sqrt(x) and 1/sqrt(x), each IEEE rounded. x must be a normal number far from the ends
-  /// of the range, and not zero: in internal units lengths are about one.
+  /// Returns root = sqrt(x) and inverse = 1/root, each IEEE rounded. x must be a normal number, not
+  /// zero and far from the ends of the range. Lengths in internal units are about one.
   RVE_INLINE RootAndInverse<float> root_and_inverse(float x)
   {
 #if defined(__CUDA_ARCH__) && defined(RVE_RELAXED)
@@ -147,9 +147,9 @@ inline namespace RVE_ISA {
     return 1.0 / x;
   }
 
-  /// Returns x/y, IEEE rounded. y > 0 and the quotient must be in the range of root_and_inverse();
-  /// the quotient may also be zero. GPU code omits the path for other numbers, which would be a
-  /// function call that takes all registers of a kernel.
+  /// Returns x/y for y > 0, IEEE rounded. y and the quotient must be in the range of
+  /// root_and_inverse(); the quotient may also be zero. GPU code omits the path for other numbers.
+  /// This path would be a function call that takes all registers of a kernel.
   RVE_INLINE float quotient(float x, float y)
   {
 #if defined(__CUDA_ARCH__)
@@ -201,9 +201,9 @@ inline namespace RVE_ISA {
     return std::sqrt(x);
   }
 
-  /// Return the smaller or the larger of two numbers that are not NaN and not zeros of different
-  /// sign. A GPU has an instruction for `float`. For doubles fmin() and fmax() would also test for
-  /// NaN, and would return x if y is NaN.
+  /// smaller() and larger() return the smaller and the larger of two numbers. The numbers must not
+  /// be NaN, and not zeros of different sign. A GPU has an instruction for `float`. For `double`,
+  /// fmin() and fmax() would also test for NaN, and would return x if y is NaN.
   template <class Real> RVE_INLINE Real smaller(Real x, Real y)
   {
 #if defined(__CUDA_ARCH__)

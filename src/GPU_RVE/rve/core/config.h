@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macros for functions of CPU and GPU, and the namespace that separates builds for two instruction
-// sets.
+// Macros that declare functions for CPU and GPU, and the namespace RVE_ISA that separates the
+// builds for two instruction sets.
 //
 // The host engine is compiled twice, for the baseline instruction set and for x86-64-v3, and one
 // build is chosen at run time. Code that may be inlined into both builds is in the inline namespace
@@ -34,9 +34,9 @@
 #define RVE_COLD __attribute__((noinline))
 #endif
 
-// RVE_APART makes a separate function on a CPU, so that the compiler allocates its registers
-// separately (which saves 7 % of a step with energy bookkeeping). A GPU inlines it: a call would
-// need addresses of numbers that are in registers.
+// RVE_APART marks a function that a CPU build does not inline, so that the compiler allocates its
+// registers separately. This saves 7 % of a step with energy bookkeeping. A GPU build inlines the
+// function: a call would need addresses of numbers that are in registers.
 #if defined(__CUDACC__)
 #define RVE_APART __host__ __device__ __forceinline__
 #else
@@ -52,7 +52,7 @@
 #define RVE_INLINE_LAMBDA
 #else
 #define RVE_INLINE inline __attribute__((always_inline))
-// The attribute follows the parameters of a lambda in an inner loop: a function call per grain
-// would cost a tenth of the work on the grain.
+// RVE_INLINE_LAMBDA follows the parameters of a lambda in an inner loop. Without it, a function
+// call per grain would cost a tenth of the work on the grain.
 #define RVE_INLINE_LAMBDA __attribute__((always_inline))
 #endif

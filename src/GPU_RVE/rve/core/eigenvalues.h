@@ -79,9 +79,9 @@ inline double largest_eigenvalue(const Tensor2 &symmetric)
   return 0.5 * trace(symmetric) + std::hypot(half_difference, symmetric(0, 1));
 }
 
-/// Returns the largest eigenvalue after Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix",
-/// Comm. ACM 4, 168: m + 2 sqrt(p) cos(acos(q/p^1.5)/3) with the mean m of the diagonal, 6 p = |A -
-/// m|^2 and 2 q = det(A - m).
+/// Returns the largest eigenvalue of A, m + 2 sqrt(p) cos(acos(q/p^1.5)/3), with m = tr(A)/3, p =
+/// |A - m I|^2/6 and q = det(A - m I)/2 (Smith 1961, "Eigenvalues of a symmetric 3 x 3 matrix",
+/// Comm. ACM 4, 168).
 inline double largest_eigenvalue(const Tensor3 &symmetric)
 {
   const double mean = trace(symmetric) / 3.0;

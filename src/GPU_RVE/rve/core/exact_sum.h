@@ -3,8 +3,8 @@
 // and integers are added.
 //
 // A sum of integers is the same for any order of terms, number of threads and number of ranks. The
-// unit of the integers is a power of two that depends only on the largest magnitude and the number
-// of terms, and neither depends on an order.
+// unit of the integers is a power of two. It depends only on the largest magnitude and on the
+// number of terms.
 
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Integers of the engine. Positions are unsigned fractions of the cell, whose overflow is the
-// periodic wrap. Forces are rounded to integers, so that their sums do not depend on the order of
-// the terms.
+// Fixed-point numbers of the engine. Positions are fractions of the cell, stored as unsigned
+// integers; integer overflow is the periodic wrap. Forces are rounded to integers, so that their
+// sums do not depend on the order of the terms.
 
 #pragma once
 
@@ -61,8 +61,8 @@ inline namespace RVE_ISA {
 #if defined(__CUDA_ARCH__)
     if constexpr (std::is_same_v<Integer, std::int64_t>) {
       // The conversion instruction for 64 bits has a low throughput. Instead each half of q becomes
-      // the trailing digits of a double that begins with a power of two. The difference is exact,
-      // too, so that only the sum is rounded.
+      // the trailing bits of a double that begins with a power of two. The subtraction of the
+      // powers is exact, so that only the sum of both halves is rounded.
       constexpr int two_to_84 = 0x45300000, two_to_52 = 0x43300000;
       const int high = static_cast<int>(q >> 32), low = static_cast<int>(q);
       const double upper = __hiloint2double(two_to_84, high ^ static_cast<int>(0x80000000u)),
@@ -73,8 +73,8 @@ inline namespace RVE_ISA {
     return static_cast<Real>(q);
   }
 
-  /// Returns the nearest-image difference of two fractions, in units of fraction_unit: wrapped
-  /// subtraction is the minimum image.
+  /// Returns the difference of two fractions to the nearest periodic image, in units of
+  /// fraction_unit. Wrapping subtraction of integers gives this difference.
   template <class Numbers>
   RVE_INLINE typename Numbers::Wide nearest_image(typename Numbers::Coordinate to,
                                                   typename Numbers::Coordinate from)

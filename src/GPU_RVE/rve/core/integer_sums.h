@@ -11,8 +11,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Return x + y and x - y modulo 2^bits. Forces beyond the range of the sums are detected at the
-  /// end of a call, which is then discarded. Until then overflow must not be undefined behaviour.
+  /// wrapping_sum() and wrapping_difference() return x + y and x - y modulo 2^bits. A force beyond
+  /// the range of the sums is detected only at the end of a call, which is then discarded. Overflow
+  /// must therefore not be undefined behaviour.
   template <class Integer> RVE_INLINE Integer wrapping_sum(Integer x, Integer y)
   {
     using Bits = std::make_unsigned_t<Integer>;

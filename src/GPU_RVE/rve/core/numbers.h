@@ -10,7 +10,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// 32-bit fractions, fp32 for all other numbers.
+  /// Format `fast`: 32-bit fractions of the cell as coordinates, fp32 for all other numbers, forces
+  /// summed in 32 bits.
   struct FastNumbers {
     using Scalar = FastNumbers;    ///< format of a single number, also for packs
     /// Format of the leading 32 bits of coordinates, which measure how far a grain has moved.
@@ -25,7 +26,8 @@ inline namespace RVE_ISA {
     static constexpr int sum_bits = 31;                            ///< bits of a force on a grain
   };
 
-  /// 64-bit fractions; branch vector, gap and tangential history in fp64, other numbers in fp32.
+  /// Format `mixed`: 64-bit fractions; branch vector, gap and tangential history in fp64; other
+  /// numbers in fp32; forces summed in 32 bits.
   struct MixedNumbers {
     using Scalar = MixedNumbers;
     using Leading = FastNumbers;
@@ -39,7 +41,7 @@ inline namespace RVE_ISA {
     static constexpr int sum_bits = 31;
   };
 
-  /// 64-bit fractions, fp64 for all other numbers, forces summed in 64 bits.
+  /// Format `double`: 64-bit fractions, fp64 for all other numbers, forces summed in 64 bits.
   struct DoubleNumbers {
     using Scalar = DoubleNumbers;
     using Leading = FastNumbers;
@@ -60,9 +62,10 @@ inline namespace RVE_ISA {
     float value;
   };
 
-  /// Format of the paper: fp32 everywhere, also for positions. The paper has Cartesian positions;
-  /// fractions have the same resolution, 2^-24 of the cell. It is used to study the loss of
-  /// accuracy, for disks on a CPU only.
+  /// Format of the paper (Zhao, Zhao & Liang 2021): fp32 for all numbers, also for positions.
+  /// Positions are fractions of the cell instead of the paper's Cartesian coordinates, with the
+  /// same resolution, 2^-24 of the cell. The format is used to study the loss of accuracy, for
+  /// disks on a CPU only.
   struct SingleNumbers {
     using Scalar = SingleNumbers;
     using Leading = FastNumbers;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Packs of numbers in AVX2 registers; one instruction computes all numbers of a register. Every
-// operation is the IEEE operation on each number, so that a formula has the same bits for a pack as
-// for single numbers. Only translation units compiled for x86-64-v3 include this file.
+// operation is the IEEE operation on each number, so that a formula gives the same bits for a pack
+// as for single numbers. Only translation units compiled for x86-64-v3 include this file.
 //
-// std::experimental::simd is not used: its masks of more than one register are bit sets, which AVX2
-// must convert to registers for every selection, and it converts 64-bit integers one by one.
+// std::experimental::simd is not used for two reasons. Its masks of more than one register are bit
+// sets, which AVX2 must convert to registers for every selection. It converts 64-bit integers one
+// by one.
 
 #pragma once
 
@@ -288,10 +289,11 @@ inline namespace RVE_ISA {
 
   // ---- conversions ------------------------------------------------------------------------------
 
-  /// Converts integers of 64 bits to doubles, which AVX2 has no instruction for. The leading 16
-  /// bits become one double and the other 48 bits another, both exact: only their sum is rounded.
-  /// The bits of each part are placed in the mantissa of a large number, which is then subtracted:
-  /// 3 2^67, whose last mantissa bit has the value 2^16, and 2^52, whose last bit has the value 1.
+  /// Converts 64-bit integers to doubles; AVX2 has no instruction for this. The leading 16 bits
+  /// become one double, the other 48 bits another. Both are exact, and only their sum is rounded.
+  /// The bits of each part are placed in the mantissa of a large number, which is then subtracted.
+  /// For the leading bits this number is 3 2^67; its last mantissa bit has the value 2^16. For the
+  /// other bits it is 2^52; its last mantissa bit has the value 1.
   RVE_INLINE __m256d to_double(__m256i x)
   {
     const __m256d large = _mm256_set1_pd(442721857769029238784.0);    // 3 2^67

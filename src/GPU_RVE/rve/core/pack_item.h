@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packs as items of a phase, and the order in which a thread of a GPU visits its items.
+// Packs of grains as items of a phase, and the order in which a thread of a GPU visits its items.
+// block/block_serial.h defines items and phases.
 
 #pragma once
 
@@ -18,7 +19,7 @@ inline namespace RVE_ISA {
   enum class Visit {
     /// one after the other, each in its own registers
     Items,
-    /// all registers without a branch, also those without an item, whose index is n or more
+    /// every register, without a branch; a register without an item has an index of n or more
     Registers,
     /// one after the other by the same code, in the registers of the first item
     InTurn
@@ -37,7 +38,7 @@ inline namespace RVE_ISA {
     RVE_INLINE void publish(int item, const T &x) const { array[item] = x; }
   };
 
-  /// True if an item of a phase, whose type is `const auto`, is a pack.
+  /// True if Item, the type of an item of a phase, is a pack of grains.
   template <class Item> constexpr bool kIsPack = false;
   template <int Lanes> constexpr bool kIsPack<PackItem<Lanes>> = true;
 

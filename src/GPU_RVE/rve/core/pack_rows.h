@@ -42,9 +42,9 @@ inline namespace RVE_ISA {
     x[3] = _mm256_permute2f128_pd(b, d, 0x31);
   }
 
-  /// Transposes part m of the packs x[0], x[1], ... to rows of four numbers; numbers from `count`
-  /// on are zero. Register k has the row of lane k and, for numbers of 32 bits, also that of lane k
-  /// + 4.
+  /// Transposes part m of the packs x[0], x[1], ... to rows of four numbers. The numbers of a row
+  /// from index `count` on are zero. Register k has the row of lane k of the part; for 32-bit
+  /// numbers its upper half has the row of lane k + 4.
   template <class T, int N>
   RVE_INLINE void to_rows(const Pack<T, N> *x, int count, int m, RegisterOf<Floating<T>> (&rows)[4])
   {
@@ -140,8 +140,9 @@ inline namespace RVE_ISA {
 
   // ---- rows of K numbers ------------------------------------------------------------------------
 
-  /// Loads K numbers per row, two or four at a time; the last group overlaps the group before. For
-  /// three numbers of 32 bits it also reads the word after them.
+  /// Loads K numbers per row, in groups of two or four. An incomplete last group is moved back so
+  /// that it overlaps the group before it. Three numbers of 32 bits are read as a group of four,
+  /// with the word after the row.
   template <class T, int N, int K, class Row>
   RVE_INLINE void load_numbers(const Row &row, Vec<Pack<T, N>, K> &x)
   {
@@ -279,8 +280,8 @@ inline namespace RVE_ISA {
     }
   }
 
-  /// Loads a struct of packs P, or one such pack, from the structs of the lanes, `single`. Both
-  /// consist of K numbers of one type.
+  /// Loads a struct of packs P, or one such pack, from `single`, an array with the struct of each
+  /// lane. Both structs have K members, all of one number type.
   template <class Record, class P, class Single>
   RVE_INLINE Record load_records(const Single *single)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The handle of an advance of RVEs that may still run.
+// Handle of an asynchronous advance of RVEs.
 //
 // The engine creates it, and RvePoints, fix rve, the constitutive law and the solver of the MPM
 // pass it on unchanged. Each of them has one function that begins a request and one that finishes
@@ -11,8 +11,8 @@
 
 namespace rve {
 
-/// Location of the stresses of a finished advance. For several advances together, the largest value
-/// holds.
+/// Location of the stresses of a finished advance. Several advances together have the largest of
+/// their values.
 enum class StressesAre {
   OnDevice,          ///< in the arrays of the device; the host did nothing
   OnDeviceByHost,    ///< in the arrays of the device; the host had to repeat some RVEs
@@ -31,9 +31,9 @@ class Request {
   /// already. Returns false if some RVEs need the host; no RVE has moved then, and the request is
   /// void.
   virtual bool launch() { return true; }
-  /// Returns the address of a number in device memory that is above zero if the call has ended and
-  /// the host must repeat some RVEs: kernels that are launched after the call read it. Returns null
-  /// if there is no such number.
+  /// Returns the address of a flag in device memory, or null if there is no flag. The flag is above
+  /// zero if the call has ended and the host must repeat some RVEs. Kernels that are launched after
+  /// the call read it.
   virtual const std::int32_t *needs_host() const { return nullptr; }
   /// Waits until the call has ended. Returns where its stresses are, also when called again.
   StressesAre fetch()

@@ -39,7 +39,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b)
 }
 
 /// Returns the known words that are similar to `word`, at most three, the most similar first. A
-/// third of the letters may differ, or one of the words begins with the other.
+/// known word is similar if at most a third of the letters differ, or if one of the two words
+/// begins with the other.
 inline Words nearest_words(std::string_view word, const Words &known)
 {
   const auto begins = [](std::string_view whole, std::string_view part) {

@@ -10,9 +10,9 @@
 
 namespace rve {
 
-/// Counts loops in windows and estimates the pace of both ways by a mean over their last windows.
-/// The choice begins with one thread. The first loop after a change is not representative, since it
-/// wakes threads.
+/// Times loops in windows of WINDOW loops. The pace [s per item] of one thread, or of all threads,
+/// is a weighted mean over the last windows with this choice. The first choice is one thread. The
+/// first loop after a change is not representative, since it wakes threads.
 class TeamChoice {
  public:
   /// Returns true if one thread does the next loop.
@@ -42,8 +42,8 @@ class TeamChoice {
   /// trial ends early if its time per item is above CLEARLY_WORSE times that of the usual way.
   static constexpr double BETTER = 0.9, CLEARLY_WORSE = 4.0;
   /// Weights of a window in the mean, for a window that was slower or faster than the mean. Once in
-  /// about a thousand loops a thread is not scheduled for milliseconds; the one window that this
-  /// slows must not decide the choice.
+  /// about a thousand loops a thread is not scheduled for milliseconds. The one window that
+  /// contains this loop must not decide the choice.
   static constexpr double SLOWER = 0.125, FASTER = 0.25;
   /// The time until the next trial is REST times the loss of the last trial, and at least
   /// LEAST_REST windows.
@@ -53,8 +53,8 @@ class TeamChoice {
   double pace() const { return seconds_ / items_; }    ///< pace of the current window [s per item]
   double &known(bool alone) { return known_[alone ? 0 : 1]; }
 
-  /// Updates the mean by the current window. The window replaces the mean if it is the first one,
-  /// or if is_all is set, for a trial that ended early.
+  /// Updates the mean by the current window. The window replaces the mean if it is the first
+  /// window, or if `is_all` is set, after a trial that ended early.
   void learn(bool is_all)
   {
     double &known_pace = known(alone_);

@@ -46,8 +46,8 @@ inline namespace RVE_ISA {
     return 0.5 * (std::sqrt(sum + 2.0 * det) - difference);    // (s1 + s2) - (s1 - s2), halved
   }
 
-  /// Step of lattice reduction, H <- H M: multiples of the other vectors are subtracted from
-  /// the vector `axis`.
+  /// One step of lattice reduction, H <- H M. It subtracts integer multiples of the other cell
+  /// vectors from the cell vector `axis`.
   template <int D> struct LatticeStep {
     int axis;                    ///< the vector that changes; -1: the cell is reduced well enough
     std::int64_t multiple[D];    ///< multiple of vector k to subtract; 0 for the axis itself
@@ -64,8 +64,8 @@ inline namespace RVE_ISA {
 
   /// Returns the step of Lagrange's reduction: the shorter vector is subtracted from the longer one
   /// as often as it fits. A step is due when the projection of the longer vector on the shorter one
-  /// exceeds 0.6 of the length of the shorter one. In a reduced lattice it is at most 0.5; the
-  /// margin keeps a cell at the border from flipping back and forth.
+  /// exceeds 0.6 times the length of the shorter one. In a reduced lattice this ratio is at most
+  /// 0.5. The margin keeps a cell near the limit from flipping back and forth.
   RVE_INLINE LatticeStep<2> lattice_step(const Tensor2 &cell)
   {
     const double aa = cell(0, 0) * cell(0, 0) + cell(1, 0) * cell(1, 0);
@@ -93,7 +93,8 @@ inline namespace RVE_ISA {
     return reduced;
   }
 
-  /// Returns M^-1 s, exact in wrapping integers: the point stays where it is.
+  /// Returns M^-1 s, the coordinates of the same point in the reduced cell. The result is exact if
+  /// coordinates are wrapping integers.
   template <class Coordinate, int D>
   RVE_INLINE Vec<Coordinate, D> apply_lattice_step(const Vec<Coordinate, D> &s,
                                                    const LatticeStep<D> &step)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Path of the cell through one macro increment: a straight line from H to dF H, or a polygon if the
-// increment rotates by more than 0.01 rad (a chord loses at most theta^2/4 of the area). The end
-// point is exact.
+// Path of the cell matrix H through one macro increment dF: a straight line from H to dF H, or a
+// polygon if the increment rotates by more than 0.01 rad. A chord over the angle theta loses at
+// most theta^2/4 of the area. The end point is exact.
 
 #pragma once
 
@@ -10,7 +10,8 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Increment dF = R U as prepared by the host: `rotation` is R^(1/segments), `stretch` is U - I.
+  /// Increment dF = R U of the deformation gradient, as prepared by the host, with the rotation R
+  /// and the stretch U. `deformation` is dF, `rotation` is R^(1/segments), `stretch` is U - I.
   template <int D> struct CellIncrement {
     using Matrix = Tensor<double, D>;
     Matrix deformation;
@@ -33,7 +34,7 @@ inline namespace RVE_ISA {
       right = knot(1);
     }
 
-    /// Returns H after `step` of the substeps (1-based, in ascending order).
+    /// Returns H after substep number `step`, which is 1-based. Calls must be in ascending order.
     RVE_INLINE Matrix cell(int step)
     {
       while (static_cast<long long>(step) * path.segments >
@@ -67,7 +68,8 @@ inline namespace RVE_ISA {
     template <class Map> RVE_INLINE void map_start(const Map &map) { start = map(start); }
 
    private:
-    /// Returns the deformation at the end of segment j - 1: R^(j/m) (I + j/m (U - I)).
+    /// Returns the deformation at the end of segment j - 1: R^(j/m) (I + j/m (U - I)) for a path of
+    /// m segments. Calls must be in ascending order of j, one by one.
     RVE_INLINE Matrix knot(int j)
     {
       if (j >= path.segments) return path.deformation;

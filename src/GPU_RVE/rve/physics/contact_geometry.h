@@ -9,9 +9,9 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Returns R^2 - d^2 [length^2], which is positive if two grains touch, equation (7). The small
-  /// difference is rounded once, whereas R - d contains the rounding of the root: stiff grains need
-  /// this accuracy.
+  /// Returns R^2 - d^2 [length^2], equation (7), with the sum of radii R and the distance d of the
+  /// centres. It is positive if the grains touch. Stiff grains need this form: R - d would also
+  /// contain the rounding of the root.
   template <class Wide, int D>
   RVE_INLINE Wide gap_squared(const Vec<Wide, D> &branch, Wide sum_of_radii)
   {
@@ -31,9 +31,10 @@ inline namespace RVE_ISA {
     Real overlap;           ///< R_i + R_j - |branch| [length]
   };
 
-  /// Number added to squared distances [internal length^2], far below the rounding of physical
-  /// ones. With it, coinciding centres have a normal of zero and their full overlap instead of NaN,
-  /// which rounding to integers would turn into an arbitrary number.
+  /// Number added to squared distances [internal length^2]. It is far below the rounding of
+  /// physical distances. With it, grains with coinciding centres have a normal of zero and their
+  /// full overlap. Without it these numbers would be NaN, which rounding to integers would turn
+  /// into an arbitrary number.
   constexpr double kLeastSquaredDistance = 1e-30;
 
   /// Returns the geometry by equations (8)-(10). The grains touch if the overlap is positive.

@@ -9,10 +9,10 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Applies equation (4) to one component of an acceleration or of its velocity increment: a -
-  /// alpha |a| sign(v), with the velocity v at the full step and sign(0) = 0. The sign is not taken
-  /// from a product of force and velocity, since the product could underflow and the result would
-  /// then depend on the units. The formula has no branch.
+  /// Returns a - alpha |a| sign(v), Cundall's damping of one component, equation (4). a is an
+  /// acceleration or its velocity increment, v the velocity at the full step, and sign(0) = 0. The
+  /// sign is not taken from a product of force and velocity, since the product could underflow and
+  /// the result would then depend on the units. The formula has no branch.
   ///
   /// With BySign the sign bit of the velocity is used also if the velocity is zero. A grain at rest
   /// without a force stays at rest.
@@ -24,9 +24,10 @@ inline namespace RVE_ISA {
     return difference_where(velocity != Real(0), increment, loss);
   }
 
-  /// Applies objective damping to a vector: a (1 - alpha sign(a . v)). Along the velocity it acts
-  /// like Cundall's damping, and it does not depend on the orientation of the axes. It dissipates
-  /// the power alpha |F . v|; Cundall's damping dissipates alpha sum |F_k v_k|.
+  /// Returns a (1 - alpha sign(a . v)), the objective damping of a vector. Objective damping does
+  /// not depend on the orientation of the axes; along the velocity it acts like Cundall's damping.
+  /// It dissipates the power alpha |F . v|, whereas Cundall's damping dissipates alpha sum |F_k
+  /// v_k|.
   template <class Real, int D>
   RVE_INLINE Vec<Real, D> objectively_damped(Real alpha, const Vec<Real, D> &increment,
                                              const Vec<Real, D> &velocity)

@@ -28,7 +28,7 @@ inline namespace RVE_ISA {
   template <int D> struct GrainShape;
   template <> struct GrainShape<2> {
     static constexpr double volume = kPi;    ///< of a grain of radius 1
-    /// Moment of inertia over mass and squared radius.
+    /// Moment of inertia divided by mass times squared radius [-].
     static constexpr double inertia = 0.5;
   };
 

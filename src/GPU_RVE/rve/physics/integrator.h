@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Leapfrog integration of peculiar velocity and fractional coordinate: c' = F_damped/m, s' = H^-1
-// c. The mean velocity field does not occur in these equations: equations (19)-(23), (38) and (39)
-// of the paper reduce to this form (doc/src/theory_rve.rst).
+// Leapfrog integration of the velocity c of a grain relative to the mean field (peculiar velocity)
+// and of its fractional coordinates s: c' = F_damped/m, s' = H^-1 c, with the cell matrix H. The
+// mean velocity field does not occur in these equations: equations (19)-(23), (38) and (39) of the
+// paper reduce to this form (doc/src/theory_rve.rst).
 
 #pragma once
 
@@ -28,9 +29,11 @@ inline namespace RVE_ISA {
     return velocity + objectively_damped(alpha, increment, fma(Real(0.5), increment, velocity));
   }
 
-  /// Returns the longest stable step [time] for the largest eigenvalues w^2 of M^-1 K [1/time^2]
-  /// and B of M^-1 C [1/time]. Local damping increases a force by a factor of at most 1 + alpha. A
-  /// dashpot uses the velocity of half a step earlier.
+  /// Returns the longest stable step [time], 4 / (b + sqrt(b^2 + 4 g w^2)) with g = 1 + alpha and b
+  /// = g B. `frequency_squared` is w^2, the largest eigenvalue of M^-1 K [1/time^2], and
+  /// `dashpot_rate` is B, the largest eigenvalue of M^-1 C [1/time], for masses M, stiffness K and
+  /// dashpots C. Local damping increases a force by a factor of at most g. A dashpot uses the
+  /// velocity of half a step earlier.
   RVE_INLINE double leapfrog_bound(double frequency_squared, double dashpot_rate, double alpha)
   {
     const double gain = 1.0 + alpha;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Material of grains: the parameters of their contacts and of their motion. The table below is the
-// only list of them: checks, packing files, restart records, keywords of scripts and the stored
-// state of an RVE follow from it. The structs are plain data, outside of the instruction-set
-// namespaces.
+// Material of grains: the parameters of their contacts and of their motion. The table
+// MATERIAL_PARAMETERS is the only list of parameters: checks, packing files, restart records,
+// keywords of scripts and the stored state of an RVE follow from it. The structs are plain data,
+// outside of the instruction-set namespaces.
 
 #pragma once
 
@@ -39,8 +39,9 @@ struct MaterialNumbers {
   double viscoelastic_damping;    ///< eta of gamma = eta m a [1/(length time)]
   double restitution_damping;     ///< c of gamma = c sqrt(m k_n a) [-]
   double mindlin_damping;         ///< gamma_t / gamma [-]
-  /// 1: contacts keep their tangential displacement while they grow and shrink; 0: their force. 3
-  /// and 2: like 1 and 0, and the kept quantity decreases with a shrinking contact.
+  /// Quantity that a contact keeps while its radius changes. 1: the tangential displacement; 0: the
+  /// tangential force. 3 and 2: as 1 and 0, but the kept quantity decreases while the contact
+  /// shrinks.
   double mindlin_displacement;
   double surface_energy;        ///< w of the attraction 4 pi w R [force/length]
   double twisting_stiffness;    ///< k_q of the twisting angle [force length]; 0: no resistance
@@ -69,7 +70,8 @@ struct Material : MaterialNumbers {
 enum class MaterialRange {
   Positive,       ///< above 0
   NotNegative,    ///< 0 and above
-  /// 0 to 1e10: above it the digits of normal and tangential forces do not overlap.
+  /// 0 to 1e10: with a larger coefficient the digits of normal and tangential forces do not
+  /// overlap.
   Friction,
   Fraction,    ///< [0, 1)
   Choice,      ///< 0, 1, 2 or 3
@@ -105,8 +107,8 @@ struct MaterialParameter {
   bool optional;
   MaterialMember member;
   int dimension = 0;    ///< dimension of grains that have the parameter; 0: both
-  /// True if the parameter was added after the formats of files and records: they contain it only
-  /// if it is not zero.
+  /// True if the parameter is newer than the formats of files and records. They contain such a
+  /// parameter only if it is not zero.
   bool later = false;
 
   constexpr bool of_contact() const { return laws != OF_GRAINS; }

@@ -17,9 +17,10 @@ inline namespace RVE_ISA {
   }
 
   /// Returns a lower bound of the smallest singular value of G [-], the smallest factor by which G
-  /// changes the length of a vector. With the mean q of the eigenvalues of C = G^T G and p^2 =
-  /// tr((C - q I)^2)/6, no eigenvalue is below q - 2 p, and one equals it if the other two are
-  /// equal. The closed form would need a transcendental function.
+  /// changes the length of a vector. The bound is sqrt(q - 2 p), or 0, with C = G^T G, the mean q
+  /// of its eigenvalues and p^2 = tr((C - q I)^2)/6. No eigenvalue of C is below q - 2 p; the
+  /// smallest one equals q - 2 p if the other two are equal. The closed form of the singular value
+  /// would need a transcendental function.
   RVE_INLINE double smallest_stretch(const Tensor3 &g)
   {
     const Tensor3 c = transpose(g) * g;

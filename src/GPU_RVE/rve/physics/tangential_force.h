@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangential spring with Coulomb limit: result for disks and spheres, formula for disks.
+// Tangential spring with Coulomb limit: LimitedForce is the result for disks and spheres,
+// LinearTangential the spring of disks. vector_spring.h has the spring of spheres.
 
 #pragma once
 
@@ -19,10 +20,11 @@ inline namespace RVE_ISA {
     Truth<History> sliding;    ///< true if the force is at the limit
   };
 
-  /// Linear incremental spring with Coulomb limit. In two dimensions the history is a signed
-  /// number, so that a reversed load unloads the spring. Equation (14) of Zhao, Zhao & Liang (2021)
-  /// adds magnitudes along the current increment and cannot unload it. Viscous: the spring has a
-  /// parallel dashpot under the same limit; only kernels with dashpots are compiled with it.
+  /// Linear incremental spring with Coulomb limit. Its force, the history, is a signed number, so
+  /// that a reversed load unloads the spring. Equation (14) of Zhao, Zhao & Liang (2021) adds
+  /// magnitudes along the current increment and cannot unload the spring. With Viscous the spring
+  /// has a parallel dashpot under the same limit; only kernels with dashpots are compiled with
+  /// Viscous.
   template <class Real, class History, bool Viscous> struct LinearTangential {
     History stiffness;    ///< k_t [force/length]
     Real friction;        ///< mu [-]

@@ -13,9 +13,9 @@ inline namespace RVE_ISA {
   /// It is far below the rounding of relevant forces.
   constexpr double kLeastSquaredForce = 1e-30;
 
-  /// Rotation of a contact in the last step: its normal changed by the vector `tilt` across the
-  /// normal, and both grains turned about the normal by a mean angle `twist` = dt/2 (w_i + w_j) . n
-  /// [rad].
+  /// Rotation of a contact in the last step [rad]. `tilt` is the change of the normal n, a vector
+  /// perpendicular to n. `twist` = dt/2 (w_i + w_j) . n is the mean angle by which both grains
+  /// turned about n, with their spins w.
   template <class Real> struct ContactTurn {
     Vec<Real, 3> tilt;
     Real twist;
@@ -28,21 +28,22 @@ inline namespace RVE_ISA {
     return fma(Real(-0.5), turn.tilt, n);
   }
 
-  /// Force in the plane of a contact of spheres. In a step the stored force h turns with the
-  /// contact:
+  /// Tangential force of a contact of spheres after the rotation of the contact in a step. The
+  /// stored force h turns with the contact,
   ///
-  ///   h <- h - (n - tilt/2) (n . h) + twist n x h - twist^2/2 h.
+  ///   h <- h - (n - tilt/2) (n . h) + twist n x h - twist^2/2 h,
   ///
-  /// The force turns from the plane of the old normal n - tilt to that of the new one by the
-  /// smallest rotation, then about the normal, both to second order in the angles of a step. A
-  /// rigid rotation of the pair about any axis turns the force with it. The usual projection onto
-  /// the new plane, h - n (n . h), shortens h in one direction only, which turns h by about the
-  /// angle of a step per revolution; LAMMPS uses this projection and omits the twist. If the grains
-  /// are exchanged, only the signs change. Without a rotation, as in a step of zero time, the force
-  /// keeps its bits.
+  /// with the new normal n, and with tilt and twist of ContactTurn. The first term is the smallest
+  /// rotation from the plane of the old normal n - tilt to the plane of n. The other terms are the
+  /// rotation about n by the angle twist. Both are exact to second order in the angles of a step. A
+  /// rigid rotation of the pair about any axis therefore turns the force with the pair. LAMMPS uses
+  /// the projection h - n (n . h) onto the new plane and omits the twist. The projection shortens h
+  /// in one direction only, which turns h by about the angle of a step per revolution. If the
+  /// grains are exchanged, only the signs change. Without a rotation, as in a step of zero time,
+  /// the force keeps its bits.
   ///
-  /// The caller adds `kept` and `change`, and may add further terms to `change` first: the sum is
-  /// rounded once, in the format of `kept`.
+  /// The turned force is `kept` + `change`. The caller may add further terms to `change` before.
+  /// The sum is rounded once, in the format of `kept`.
   template <class Real, class History> struct TurnedForce {
     Vec<History, 3> kept;
     Vec<Real, 3> change;

@@ -9,11 +9,11 @@
 namespace rve {
 inline namespace RVE_ISA {
 
-  /// Lever arms of the surface velocity. The lever arm of torques is r - overlap/2, the distance to
-  /// the contact point of equation (11). If the surface velocity uses the same arms, their sum is
-  /// |b|, so that a rigid rotation of the pair gives no slip. A law with OwnVelocityArm uses the
-  /// velocity at r - velocity_arm * overlap, with velocity_arm = 1/2, or 0 as in LAMMPS (not
-  /// objective, for cross-checks).
+  /// Lever arms of the surface velocities of grains i and j [length]. Without OwnVelocityArm they
+  /// are the lever arms of torques, r - overlap/2, the distance from the centre to the contact
+  /// point of equation (11). The sum of both arms is then |b|, so that a rigid rotation of the pair
+  /// gives no slip. With OwnVelocityArm they are r - velocity_arm * overlap. velocity_arm is 1/2,
+  /// or 0 as in LAMMPS (not objective, for cross-checks).
   template <class Real> struct VelocityArms {
     Real i, j;
   };
@@ -23,8 +23,9 @@ inline namespace RVE_ISA {
     Along<Real, D> tangential_velocity;    ///< of j relative to i, along the contact [length/time]
     Real arm_i, arm_j;                     ///< lever arms of torques [length]
 
-    /// Returns the relative velocity c_j - c_i + L b, equation (20a), which does not need the
-    /// number of cell periods between the grains.
+    /// Returns the velocity of grain j relative to grain i, c_j - c_i + L b, equation (20a), with
+    /// the peculiar velocities c, the velocity gradient L and the branch b. The number of cell
+    /// periods between the grains is not needed.
     static RVE_INLINE Vec<Real, D> relative_velocity(const ContactGeometry<Real, D> &contact,
                                                      const GrainMotion<Real, D> &i,
                                                      const GrainMotion<Real, D> &j,

@@ -2,16 +2,18 @@
 // Adhesion after Derjaguin, Muller and Toporov (1975), J. Colloid Interface Sci. 53, 314: a
 // constant attraction in addition to Hertz' contact.
 //
-// The law is that of LAMMPS' `pair granular dmt`: f_n = k_n a d - f_a - gamma v_n with f_a = 4 pi w
-// R, the surface energy w and the reduced radius R. Friction is limited by mu |k_n a d + f_a|,
-// where k_n a d + f_a is the force with which spring and attraction press the grains together.
+// The law is that of LAMMPS' `pair granular dmt`: f_n = k_n a d - f_a - gamma v_n with the
+// attraction f_a = 4 pi w R, the surface energy w and the reduced radius R. hertz_mindlin.h has the
+// other symbols. Friction is limited by mu |k_n a d + f_a|, since spring and attraction both press
+// the grains together.
 //
-// In LAMMPS the attraction ends where the grains separate. Here it may act up to a distance h, over
-// which it decreases linearly to zero, as for van der Waals forces with a cutoff or for a film: f_n
-// = -f_a (1 + d/h) at -h < d < 0 (Luding 2008, Granular Matter 10, 235, and Singh et al. 2014,
-// Phys. Rev. E 90, 022202, "reversible adhesion"). Friction and dashpots do not act at a distance.
-// Two approaching grains jump into contact. Two grains that are pulled apart separate at d = -h,
-// after a work f_a h/2 in addition to that of the contact.
+// In LAMMPS the attraction ends where the grains separate. Here it may act up to a distance h
+// between the surfaces, over which it decreases linearly to zero: at -h < d < 0 it is f_n = -f_a (1
+// + d/h). This models van der Waals forces with a cutoff, or a film ("reversible adhesion": Luding
+// 2008, Granular Matter 10, 235; Singh et al. 2014, Phys. Rev. E 90, 022202). Friction and dashpots
+// do not act at a distance. Two approaching grains jump into contact. Two grains that are pulled
+// apart separate at d = -h. The attraction at a distance adds f_a h/2 to the work of their
+// separation.
 
 #pragma once
 

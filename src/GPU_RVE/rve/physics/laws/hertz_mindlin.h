@@ -3,19 +3,21 @@
 // spheres of their radii.
 //
 // The law is that of LAMMPS' `pair granular hertz ... tangential mindlin`, `mindlin/force` and
-// their variants `mindlin_rescale`. With the reduced radius R = r_i r_j / (r_i + r_j) and the
-// reduced mass m = m_i m_j / (m_i + m_j), a contact of overlap d has the radius a = sqrt(R d) and
+// their variants `mindlin_rescale`. A contact of overlap d has the contact radius a = sqrt(R d),
+// with the reduced radius R = r_i r_j / (r_i + r_j). Its normal force f_n and tangential force f_t
+// are
 //
 //     f_n = k_n a d - gamma v_n,    |f_t| <= mu |f_n|,    df_t = k_t a v_t dt,
 //
-// with k_n = 4/3 E*, k_t = 8 G* of the elastic constants (Johnson, Contact Mechanics, 1985,
-// chapters 4 and 7) and a dashpot
+// with the normal velocity v_n, the tangential velocity v_t, and k_n = 4/3 E*, k_t = 8 G* of the
+// effective elastic moduli (Johnson, Contact Mechanics, 1985, chapters 4 and 7). The dashpot is
 //
-//     gamma = gamma_n + eta m a + c sqrt(m k_n a).
+//     gamma = gamma_n + eta m a + c sqrt(m k_n a),
 //
-// The dashpot is the sum of LAMMPS' velocity, viscoelastic (Brilliantov et al. 1996, Phys. Rev. E
-// 53, 5382) and coeff_restitution, for which the restitution does not depend on the velocity (Tsuji
-// et al. 1992, Powder Technol. 71, 239).
+// with the reduced mass m = m_i m_j / (m_i + m_j). Its three terms are LAMMPS' damping `velocity`,
+// `viscoelastic` (Brilliantov et al. 1996, Phys. Rev. E 53, 5382) and `coeff_restitution`. With the
+// third term alone, the restitution does not depend on the velocity (Tsuji et al. 1992, Powder
+// Technol. 71, 239).
 
 #pragma once
 
@@ -40,8 +42,8 @@ inline namespace RVE_ISA {
     typename Numbers::Real normal_stiffness;          ///< k_n [force/length^2]
     typename Numbers::Real friction;
     typename Numbers::Real dt;    ///< time step; if zero, the history is not advanced [time]
-    /// Coefficients of gamma = velocity + viscoelastic m a + restitution sqrt(m a), with m in
-    /// masses of a grain of radius one.
+    /// Coefficients of the dashpot gamma = velocity_damping + viscoelastic_damping m a +
+    /// restitution_damping sqrt(m a). The unit of m is the mass of a grain of radius one.
     typename Numbers::Real velocity_damping, viscoelastic_damping, restitution_damping;
     typename Numbers::Real tangential_damping;    ///< gamma_t / gamma [-]
     typename Numbers::Real velocity_arm;
@@ -91,10 +93,10 @@ inline namespace RVE_ISA {
     }
   };
 
-  /// Hertz-Mindlin contact. Damped: the law has dashpots, and its own lever arm for the surface
-  /// velocity (DiskContact). Rescaling: springs change with the contact radius, as in all variants
-  /// but `mindlin/force`. Without Rescaling, steps do not read the contact radius of the history,
-  /// and only the last force evaluation of a call stores it.
+  /// Hertz-Mindlin contact. With Damped the law has dashpots, and its own lever arm for the surface
+  /// velocity (VelocityArms). With Rescaling the springs change with the contact radius, as in all
+  /// variants except `mindlin/force`. Without Rescaling, steps do not read the contact radius of
+  /// the history, and only the last force evaluation of a call stores it.
   template <class NumberFormat, int Dimension = 2, bool Damped = true, bool Rescaling = true>
   struct HertzMindlin : TouchingGrains {
     using Numbers = NumberFormat;
@@ -163,8 +165,8 @@ inline namespace RVE_ISA {
       return larger(so_far, magnitude(force.tangential));
     }
 
-    /// Adds the dissipation of a step. A contact that grows or shrinks takes energy from its
-    /// spring, or adds some.
+    /// Adds the dissipation of a step. A growing or shrinking contact changes the energy of its
+    /// spring; the loss of this energy, which may be negative, counts as friction.
     RVE_INLINE void dissipate(const ContactGeometry<Real, D> &, const Force &force, Real dt,
                               Dissipation &dissipated) const
     {
@@ -198,8 +200,9 @@ inline namespace RVE_ISA {
       return {Real(force.stiffness), constants.tangential_damping * force.viscosity,
               constants.friction};
     }
-    /// Returns the tangential stiffness times a^2 at a depth d/R, relative to its value at a depth
-    /// of one. In this law the tangential stiffness also grows with the contact radius.
+    /// Returns the product of the tangential stiffness and a^2 at a relative depth d/R, divided by
+    /// its value at d/R = 1. In this law the tangential stiffness also grows with the contact
+    /// radius a.
     template <class Number> static RVE_INLINE Number share_at(Number depth)
     {
       return depth * std::sqrt(depth);

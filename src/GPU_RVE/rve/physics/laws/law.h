@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Interface of contact laws, and code that all laws share.
 //
-// A law is a struct in a number format, in the internal units of a call (algorithm/call_state.h).
-// It stores parameters only: the history of a pair is an argument and part of the result. Kernels
-// are compiled for each law (engine/kernel_variants.h). A law has these members:
+// A law is a struct of parameters in one number format and in the internal units of a call
+// (algorithm/call_state.h). It stores no other data: the history of a pair is an argument and part
+// of the result. Kernels are compiled for each law (engine/kernel_variants.h). A law has these
+// members:
 //
 //   Numbers                    number format; In<OtherNumbers> is the same law in another format,
 //                              for packs of grains
 //   D                          dimension of space: 2 for disks, 3 for spheres
 //   Constants                  parameters in the units of a call, single numbers also for packs;
-//                              set(parameters, units, arm) computes them from the material of an
-//                              RVE, with the powers of the units of each parameter
+//                              set(parameters, units, arm) converts the material of an RVE, by the
+//                              powers of force and length in the unit of each parameter
 //   take(constants)            sets the parameters of the law
 //   History                    history of a pair as its first grain sees it: a number, or a struct
 //                              of numbers, which is initially zero
@@ -19,33 +20,34 @@
 //                              history with each number multiplied by its unit
 //   of_pair, to_pair           conversion of a history from and to a Pair of engine/state.h
 //   turned(history, rotation)  history after a rigid rotation of the RVE, for spheres
-//   history_for_steps(history) part of a history that steps read; a number that no step reads is
-//                              zero until the last forces of a call
+//   history_for_steps(history) part of a history that steps read; its other numbers are zero until
+//                              the last force evaluation of a call
 //   tangential_force(history)  tangential force on the first grain
 //   contact_law                law of the materials (physics/material.h)
 //   has_friction, has_rolling, has_rescaling, is_damped
 //                              properties of the law, so that kernels omit unneeded code
 //   has_reach, reach(parameters), acts(contact)
-//                              distance beyond touching at which forces act [length], and whether
-//                              they act on a pair. TouchingGrains is for laws whose forces end
-//                              where the grains separate. The history of a pair always ends there
+//                              has_reach is true if forces act at a distance; reach() is the
+//                              largest such distance [length]; acts() is true if forces act on a
+//                              pair. Laws whose forces end where the grains separate take all three
+//                              from TouchingGrains. The history of a pair always ends there
 //   answer(contact, i, j, moving, history, dt)
 //                              force: a ContactForce or a struct that begins with one; `moving` is
 //                              the motion of the grains at their contact. dt = 0 evaluates without
 //                              advancing the history. Exchanging the grains changes signs only, to
 //                              the last bit. evaluate() of grain_contact.h calls it
-//   largest(force, so_far)     largest of so_far and the tangential and rolling forces; needed if
-//                              the normal force does not bound these forces
+//   largest(force, so_far)     maximum of so_far, the tangential force and the rolling force;
+//                              needed if the normal force does not bound the other two
 //   dissipate(contact, force, dt, dissipated)
 //                              adds the energy that the contact dissipates in a step
 //   elastic_energy(contact, force)
 //                              elastic energy of the springs
-//   released(history)          elastic energy that is lost when the contact opens: that of the
-//                              springs in the history
+//   released(history)          elastic energy of the springs in the history, which is lost when
+//                              the contact opens
 //   spring_force(site)        normal force of the springs alone: for the overlap limit, and for
 //                              states without an engine
-//   force_scale(site)         sum of the magnitudes of the normal forces, which may cancel: for
-//                              the unit of forces
+//   force_scale(site)         sum of the magnitudes of spring force and attraction, which have
+//                              opposite signs: for the unit of forces
 //   limiting_force(site), limiting_force(force)
 //                              force that limits friction, at rest or for a result of evaluate()
 //   stiffness(site), viscosity(site)
@@ -58,8 +60,8 @@
 //                              true if the material has a normal dashpot
 //
 // Laws call no transcendental function, since the libraries of CPU and GPU differ in the last bit.
-// Sums of two products that are symmetric in the grains are not fused, since the rounding of a
-// fused operation has an order.
+// A sum of two products, one for each grain, is not fused: fma() rounds only one of the products,
+// so that the result would depend on the order of the grains.
 
 #pragma once
 
@@ -80,7 +82,7 @@ inline namespace RVE_ISA {
   template <class Real> using SphereMotion = GrainMotion<Real, 3>;
 
   /// Tangential quantity of a contact: in the plane a number along t = (-n_y, n_x), in space a
-  /// vector across the normal.
+  /// vector perpendicular to the normal.
   template <class T, int D> using Along = Spin<T, D>;
 
   /// Result of a law. The struct of a contact with more springs begins with this one.
@@ -146,15 +148,15 @@ inline namespace RVE_ISA {
     double overlap, radius_i, radius_j;
   };
 
-  /// Estimate of the deepest contact of a packing that has no contacts yet, as an overlap over the
-  /// mean radius. A wrong estimate costs accuracy of the first contacts or a repeat of the call,
-  /// but gives no wrong force.
+  /// Estimate of the largest overlap in a packing that has no contacts yet, divided by the mean
+  /// radius [-]. A wrong estimate costs accuracy of the first contacts or a repeat of the call, but
+  /// gives no wrong force.
   constexpr double kGasOverlapShare = 1e-3;
 
-  /// Springs [force/length] or dashpots [force time/length] of a contact: along the normal,
-  /// tangential, against the rolling displacement, and for spheres against the twisting
-  /// displacement, the angle times the reduced radius. Moduli of directions without resistance are
-  /// zero.
+  /// Moduli of the springs [force/length] or of the dashpots [force time/length] of a contact: in
+  /// normal and tangential direction, against rolling, and for spheres against twisting. The
+  /// twisting displacement is the twisting angle times the reduced radius. Directions without
+  /// resistance have a modulus of zero.
   struct ContactModuli {
     double normal, tangential, rolling, twisting = 0.0;
 
@@ -215,10 +217,11 @@ inline namespace RVE_ISA {
 
   /// Adds the dissipation of a limited spring with a parallel dashpot in a step of dt. `spring_now`
   /// is the part of the force in the spring and `slipped_now` the part above the limit. A sliding
-  /// spring dissipates the work of its force over the slip, slipped_now / stiffness; the dashpot
-  /// dissipates as well. Without a spring the dissipation follows from the velocity. If a dashpot
-  /// raises the force of a spring over the limit, or stops doing so, the spring force jumps: its
-  /// energy then changes by more than the work of the current force.
+  /// spring dissipates the product of its force and the slip, slipped_now / stiffness. The dashpot
+  /// dissipates as well. If the stiffness is zero, the dissipation is force times velocity times
+  /// dt. The spring force jumps if the dashpot raises the total force over the limit, or stops
+  /// doing so. The energy of the spring then changes by more than the work of the current force;
+  /// the last term is this difference.
   template <class Force, class Spring>
   RVE_INLINE void dissipate_spring(const Force &force_now, const Spring &spring_now,
                                    const Spring &slipped_now, const Force &velocity_now,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Linear springs with friction: f_n = k_n d - gamma_n v_n, |f_t| <= mu |f_n|, df_t = k_t v_t dt,
-// with a dashpot gamma_t v_t parallel to the spring.
+// with the overlap d and the normal and tangential velocities v_n and v_t. A dashpot gamma_t v_t is
+// parallel to the tangential spring.
 
 #pragma once
 
@@ -36,8 +37,9 @@ inline namespace RVE_ISA {
 
   /// Linear springs and Coulomb friction, for disks or spheres, in a number format.
   ///
-  /// Damped: the law has dashpots, and its own lever arm for the surface velocity (DiskContact).
-  /// Frictional: the law has friction. Without it the friction coefficient is zero.
+  /// With Damped the law has dashpots, and its own lever arm for the surface velocity
+  /// (VelocityArms). With Frictional the law has friction; otherwise the friction coefficient is
+  /// zero.
   template <class NumberFormat, bool Damped, bool Frictional = true, int Dimension = 2>
   struct LinearFrictionLaw : TouchingGrains {
     using Numbers = NumberFormat;
@@ -162,8 +164,8 @@ inline namespace RVE_ISA {
     {
       return {Real(shear().stiffness), shear().viscosity, shear().friction};
     }
-    /// Returns the tangential stiffness times a^2 at a depth d/R, relative to its value at a depth
-    /// of one.
+    /// Returns the product of the tangential stiffness and a^2 at a relative depth d/R, divided by
+    /// its value at d/R = 1. a is the radius of the contact area, a^2 = R d.
     template <class Number> static RVE_INLINE Number share_at(Number depth) { return depth; }
 
    private:

@@ -49,15 +49,16 @@ inline namespace RVE_ISA {
     Number twisting;           ///< moment on the first grain along the normal [force length]
   };
 
-  /// Twisting resistance of two spheres. The twisting velocity is w_q = (w_j - w_i) . n, and the
-  /// moment along the normal is m_q <- m_q + k_q w_q dt, with a parallel dashpot gamma_q w_q; it is
-  /// at most mu_q times the force that limits friction. If the grains are exchanged, m_q does not
-  /// change.
+  /// Twisting resistance of two spheres. The twisting velocity is w_q = (w_j - w_i) . n, with the
+  /// spins w and the normal n. The moment m_q along the normal changes in a step by m_q <- m_q +
+  /// k_q w_q dt, and a parallel dashpot adds gamma_q w_q. The moment is at most mu_q times the
+  /// force that limits friction. If the grains are exchanged, m_q does not change.
   ///
   /// After Marshall, friction over the contact area of radius a resists twisting (equations 30, 32
-  /// and 44): k_q = k_t a^2/2, gamma_q = gamma_t a^2/2 and mu_q = 2/3 mu a, with a^2 = R d at an
-  /// overlap d. The history stores the moment that the twisting angle would cause at a depth d/R of
-  /// one; the current moment is `share` times the history, since it grows with k_t a^2.
+  /// and 44): k_q = k_t a^2/2, gamma_q = gamma_t a^2/2 and mu_q = 2/3 mu a, with a^2 = R d for the
+  /// reduced radius R and the overlap d. The current moment grows with k_t a^2. The history
+  /// therefore stores the moment that the twisting angle would cause at a relative depth d/R of
+  /// one; the current moment is `share` times the stored one.
   template <class Real, class Spring> struct TwistingResistance {
     using Moment = LinearTangential<Real, Spring, true>;
 
@@ -103,8 +104,8 @@ inline namespace RVE_ISA {
       return answer;
     }
 
-    /// Adds the dissipation of a step. A contact area that grows or shrinks takes energy from the
-    /// spring, or adds some.
+    /// Adds the dissipation of a step. A growing or shrinking contact area changes the energy of
+    /// the spring; the loss of this energy, which may be negative, counts as friction.
     template <class Law>
     RVE_INLINE void dissipate(const Law &law, double overlap, const Answer &twisted,
                               double normal_velocity, double dt, Dissipation &dissipated) const
@@ -148,15 +149,17 @@ inline namespace RVE_ISA {
     struct Answer {};
   };
 
-  /// Rolling resistance of two disks. The rolling velocity is v_r = R (w_j - w_i) with the reduced
-  /// radius R = r_i r_j / (r_i + r_j). The rolling force is f_r <- f_r + k_r v_r dt, with a
-  /// parallel dashpot gamma_r v_r; it is at most mu_r times the force that limits friction, and is
-  /// limited as the tangential spring is. The moments are R f_r on grain i and -R f_r on grain j;
-  /// no force acts on the grains. A rigid rotation has equal spins and no rolling velocity. If the
-  /// grains are exchanged, v_r and f_r change sign exactly.
+  /// Resistance of two grains to rolling, and of two spheres to twisting. For two disks, the
+  /// rolling velocity is v_r = R (w_j - w_i), with the spins w and the reduced radius R = r_i r_j /
+  /// (r_i + r_j). The rolling force f_r changes in a step by f_r <- f_r + k_r v_r dt, and a
+  /// parallel dashpot adds gamma_r v_r. The force is at most mu_r times the force that limits
+  /// friction; it is limited in the same way as the force of the tangential spring. The moments are
+  /// R f_r on grain i and -R f_r on grain j; no force acts on the grains. A rigid rotation has
+  /// equal spins and no rolling velocity. If the grains are exchanged, v_r and f_r change sign
+  /// exactly.
   ///
-  /// For two spheres, v_r = R (w_j - w_i) x n lies across the normal, and f_r turns with the
-  /// contact. The moment on grain i is the sum of R n x f_r and the moment of the twisting
+  /// For two spheres, v_r = R (w_j - w_i) x n is perpendicular to the normal n, and f_r turns with
+  /// the contact. The moment on grain i is the sum of R n x f_r and the moment of the twisting
   /// resistance. If the grains are exchanged, f_r does not change, since the relative spin and the
   /// normal both change sign.
   template <class Real, class Spring, int D> struct TurningResistance {
@@ -221,7 +224,8 @@ inline namespace RVE_ISA {
         moduli.twisting =
             twisting.modulus(moduli.tangential, double(twisting.given.stiffness), site);
     }
-    /// Adds viscosities to `dashpots`, which has the tangential one already.
+    /// Adds the viscosities of rolling and twisting to `dashpots`, which must have the tangential
+    /// viscosity.
     RVE_INLINE void add_viscosity(const ContactSite &site, ContactModuli &dashpots) const
     {
       if (rolling.friction > Real(0)) dashpots.rolling = double(rolling.viscosity);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Motion of two spheres at their contact, and effect of the contact force on them, for all contact
-// laws; disk_contact.h has those of disks.
+// laws. disk_contact.h has the same for disks.
 
 #pragma once
 
@@ -16,9 +16,9 @@ inline namespace RVE_ISA {
 
     /// Returns the motion in a step of dt. The surface velocity of the spins uses the normal at the
     /// middle of the step, which matches the motion of the branch. With the normal at the end of
-    /// the step, a rigidly rotating pair would slip by the square of the angle of a step, always in
-    /// the same direction if the axis is inclined to the normal. In the plane this slip does not
-    /// occur.
+    /// the step, a rigidly rotating pair would slip in each step by the square of its rotation
+    /// angle. If the axis is inclined to the normal, the slip would always have the same direction.
+    /// In the plane this slip does not occur.
     template <bool OwnVelocityArm>
     static RVE_INLINE SphereContact of(const ContactGeometry<Real, 3> &contact,
                                        const SphereMotion<Real> &i, const SphereMotion<Real> &j,
@@ -45,9 +45,9 @@ inline namespace RVE_ISA {
       const Vec<Real, 3> surface = arms.i * i.spin + arms.j * j.spin;
       const Vec<Real, 3> &middle = moving.middle;
       if constexpr (kIsRelaxed) {
-        // The result leaves the contact plane by half of the angle of the step times the velocity
-        // across the normal, which is less than its rounding. The history returns to the plane in
-        // the next step.
+        // The result has a component along the normal: half of the angle of the step times the
+        // velocity perpendicular to the normal. It is less than the rounding of the result. The
+        // history returns to the contact plane in the next step.
         for (int a = 0; a < 3; ++a) {
           const int b = (a + 1) % 3, c = (a + 2) % 3;
           moving.tangential_velocity[a] =
