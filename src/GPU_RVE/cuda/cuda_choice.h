@@ -49,8 +49,9 @@ std::string loading_obstacle(const GpuProperties &gpu, GpuCode code, const std::
 /// Result of CUDA's search for devices.
 enum class DriverError { NoDriver, OldDriver, NoDevice, Other };
 
-/// Returns an error message for the result of a search, with a remedy. Versions are those of CUDA,
-/// 1000 major + 10 minor; `visible` is the environment variable CUDA_VISIBLE_DEVICES, or null.
+/// Returns an error message, with a remedy, for a search that found no device. Versions are those
+/// of CUDA, 1000 major + 10 minor. `visible` is the value of the environment variable
+/// CUDA_VISIBLE_DEVICES, or null. `words` is CUDA's error message.
 std::string driver_obstacle(DriverError driver_error, int driver_version, int runtime_version,
                             const char *visible, const std::string &words);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The CUDA device of a rank. Exists only in builds with CUDA.
+// Search for the CUDA device of a rank. Only builds with CUDA contain this code.
 
 #pragma once
 
@@ -15,8 +15,9 @@ struct CudaDevice {
 };
 
 /// Returns the device of a rank of this machine. The ranks are distributed in turn over the GPUs
-/// for which the program has code. `kernel` is a kernel of the program, such as the smallest, which
-/// the device must be able to load. Throws std::runtime_error if a device does not respond.
+/// for which the program has code. The device must be able to load `kernel`, which may be any
+/// kernel of the program, such as the smallest. Throws std::runtime_error if a device does not
+/// respond.
 CudaDevice find_cuda_device(int local_rank, const void *kernel);
 
 }    // namespace rve

@@ -5,7 +5,7 @@
 
 namespace rve {
 
-/// Auto: a CUDA device if there is a usable one.
+/// Auto: a CUDA device if one is usable, otherwise the CPU.
 enum class Device { Auto, Cpu, Cuda };
 
 }    // namespace rve

@@ -14,7 +14,7 @@ namespace rve {
 
 bool is_on_device(const double *array, const char *name, int device)
 {
-  // Otherwise CUDA would create a context on the current device, which may be another one.
+  // Without this call CUDA would create a context on the current device, which may be another one.
   check_cuda(cudaSetDevice(device), "choice of the device");
   cudaPointerAttributes attributes;
   check_cuda(cudaPointerGetAttributes(&attributes, array), "memory of an array");

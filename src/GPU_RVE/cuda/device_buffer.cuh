@@ -26,7 +26,7 @@ inline void check_cuda(cudaError_t error, const char *what)
   throw std::runtime_error(std::string(what) + ": " + cudaGetErrorString(error));
 }
 
-/// Deleter and owners of a CUDA resource: CudaOwner frees an array of T, and CudaHandle destroys a
+/// Deleter and owners of a CUDA resource. CudaOwner frees an array of T. CudaHandle destroys a
 /// handle, which is a pointer to an opaque type.
 template <auto free> struct CudaDeleter {
   template <class T> void operator()(T *owned) const { free(owned); }
@@ -61,8 +61,8 @@ template <class T> class HostBuffer {
   std::size_t capacity = 0;
 };
 
-/// Array of T on the device, and page-locked host memory for copies: copies from ordinary memory
-/// take several times as long. It grows, never shrinks, and loses its contents when it grows.
+/// Array of T on the device. It grows, never shrinks, and loses its contents when it grows. Copies
+/// use page-locked host memory, since copies from ordinary host memory take several times as long.
 template <class T> class DeviceBuffer {
  public:
   T *reserve(std::size_t count)
@@ -85,7 +85,8 @@ template <class T> class DeviceBuffer {
     return zeros;
   }
 
-  /// Returns memory in which each element is zero that has not been written since the last growth.
+  /// Returns memory for `count` elements. Elements that were not written since the last growth are
+  /// zero.
   T *reserve_clean(std::size_t count)
   {
     return count > capacity ? reserve_zeros(count) : memory.get();
@@ -108,7 +109,8 @@ template <class T> class DeviceBuffer {
     return send(values.size());
   }
 
-  /// Waits for the launched kernels and returns the values, valid until the next host_array().
+  /// Waits for the launched kernels and returns a host copy of the values. It is valid until the
+  /// next host_array().
   const T *receive(std::size_t count)
   {
     T *host = host_array(count);
@@ -118,9 +120,9 @@ template <class T> class DeviceBuffer {
     return host;
   }
 
-  /// Returns a host copy of `count` elements from `first` on, which must not exceed the last
-  /// host_array(). It synchronises with `stream` only, so the kernels that write the elements must
-  /// have ended.
+  /// Returns a host copy of `count` elements from index `first` on. `first` + `count` must not
+  /// exceed the count of the last host_array(). The function synchronises with `stream` only, so
+  /// the kernels that write the elements must have ended.
   const T *receive_beside(cudaStream_t stream, std::size_t first, std::size_t count)
   {
     T *host = host_array(first + count) + first;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Programmatic dependent launch: the blocks of a kernel are placed on the device while the previous
-// kernel still runs, and the kernel itself waits for the end of the previous one.
+// kernel still runs. The kernel itself then waits for the end of the previous one.
 
 #pragma once
 
@@ -10,9 +10,9 @@
 
 namespace rve {
 
-/// Returns true if cudaGridDependencySynchronize() in the kernel waits for the previous kernel, on
-/// a GPU with this major compute capability. In code that was compiled from PTX for older GPUs the
-/// function does nothing.
+/// Returns true if a kernel waits for the previous one by cudaGridDependencySynchronize() on a GPU
+/// of major compute capability `major`. This requires a GPU of compute capability 9.0 or newer, and
+/// code from PTX for such GPUs: code for older GPUs does not wait.
 inline bool waits_itself(int major, const cudaFuncAttributes &kernel)
 {
   return major >= 9 && kernel.ptxVersion >= 90;

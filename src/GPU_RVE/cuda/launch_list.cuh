@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// List of kernels that are launched together. A list that recurs is launched as one CUDA graph,
-// which takes the host a few microseconds, as the launch of a single kernel does.
+// List of kernels that are launched together. A list that recurs is launched as one CUDA graph.
+// That takes the host a few microseconds, as long as the launch of a single kernel.
 
 #pragma once
 
@@ -21,7 +21,8 @@ namespace rve {
 /// kernel must call follow() first.
 class LaunchList {
  public:
-  /// Sets whether a kernel may be placed before the previous one has ended (waits_itself).
+  /// With `early`, the blocks of a kernel may be placed on the device before the previous kernel
+  /// has ended. The kernels must then wait themselves (waits_itself).
   void set_early(bool early) { early_ = early; }
 
   template <class... Parameters>
@@ -90,7 +91,7 @@ class LaunchList {
     }
   };
   using Graph = CudaHandle<cudaGraphExec_t, cudaGraphExecDestroy>;
-  /// List that has been launched, and its graph, which the second launch creates.
+  /// List that has been launched, and its graph. The second launch creates the graph.
   struct Kept {
     List list;
     Graph graph;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading of a kernel that was compiled at run time. Exists only in builds with CUDA.
+// Loading of a kernel that was compiled at run time. Only builds with CUDA contain this code.
 
 #pragma once
 

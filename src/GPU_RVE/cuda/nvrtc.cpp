@@ -23,7 +23,8 @@ namespace {
 
 }    // namespace
 
-/// Functions of nvrtc.h, redeclared so that a build needs neither that header nor the library.
+/// Functions of the CUDA Toolkit's header nvrtc.h. They are redeclared, so a build needs neither
+/// that header nor the library.
 struct Nvrtc::Functions {
   void *library = nullptr;
   int (*version)(int *, int *) = nullptr;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Run-time compiler of the CUDA Toolkit, libnvrtc. The library is loaded when needed, so programs
-// also run without it. It needs no GPU.
+// Run-time compiler of the CUDA Toolkit, libnvrtc. The library is loaded when it is first needed,
+// so programs also run without it. Compilation needs no GPU.
 
 #pragma once
 
@@ -30,15 +30,15 @@ class Nvrtc {
   Nvrtc(const Nvrtc &) = delete;
   Nvrtc &operator=(const Nvrtc &) = delete;
 
-  /// Returns the compiler of this machine: that of the CUDA version of the build if it is
-  /// installed, else that of another version. The library is searched for once in a process.
+  /// Returns the compiler of this machine: the library of the CUDA version of the build if it is
+  /// installed, else the library of another version. The library is searched for once in a process.
   static const Nvrtc &of_this_machine();
 
   /// Returns the reason why there is no library, with a remedy; empty if there is one.
   const std::string &obstacle() const { return obstacle_; }
 
-  /// Returns the version of the compiler and the size of its file, which differs between releases
-  /// of a version.
+  /// Returns a text with the version of the compiler and the size of its file. The size differs
+  /// between releases of the same version.
   const std::string &identity() const { return identity_; }
 
   /// Returns the value of the option --gpu-architecture for GPUs of this compute capability (10

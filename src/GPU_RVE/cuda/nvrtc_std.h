@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Part of the standard library that the kernels need, for NVRTC. NVRTC has no host headers, and the
-// headers of libcu++ are missing on machines without the CUDA Toolkit. This header replaces each
-// standard header that the kernels include (cmake/EmbedKernelText.cmake), and nothing else includes
-// it. It has an include guard instead of #pragma once, since NVRTC includes it under several names
-// and recognises a repeated file only by its name.
+// Substitute for the C++ standard library in kernels that NVRTC compiles. It has only the parts
+// that the kernels need. NVRTC has no host headers, and the headers of libcu++ are missing on
+// machines without the CUDA Toolkit. This header replaces each standard header that the kernels
+// include (cmake/EmbedKernelText.cmake), and no other code includes it. It has an include guard
+// instead of #pragma once, since NVRTC includes it under several names and recognises a repeated
+// file only by its name.
 
 #ifndef CUDA_NVRTC_STD_H
 #define CUDA_NVRTC_STD_H
 
 #ifdef __CUDACC_RTC__
 
-// The front end of NVRTC has this intrinsic and no __builtin_offsetof.
+// The front end of NVRTC has the intrinsic __INTADDR__ but not __builtin_offsetof.
 #define offsetof(type, member) __INTADDR__(&((static_cast<type *>(0))->member))
 
 namespace std {

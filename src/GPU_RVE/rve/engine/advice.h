@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Advice on results that are computed correctly but may not be what the user wants. The limits come
-// from number formats, quasi-static deformation, stability and the size of a representative volume.
-// A message gives the value, the limit and a remedy.
+// Warnings about results that are computed correctly but may not be what the user wants. Their
+// limits come from number formats, quasi-static deformation, stability and the size of a
+// representative volume. A message gives the value, the limit and a remedy.
 
 #pragma once
 
@@ -30,12 +30,13 @@ struct Advice {
   AdviceKind kind;
   double value, limit;
   std::string message;    ///< text with the value, the limit and a remedy
-  /// Returns value / limit, or limit / value for a lower limit, > 1. The worst RVE of a batch has
-  /// the largest severity.
+  /// Returns value / limit for an upper limit and limit / value for a lower one, in both cases > 1.
+  /// The worst RVE of a batch has the largest severity.
   double severity() const;
 };
 
-/// Known rates of the prescribed motion of an RVE. A zero means unknown and is not checked.
+/// Known quantities of the prescribed motion of an RVE. Zero means unknown, and the quantity is not
+/// checked.
 struct DriveRates {
   double strain_rate = 0.0;       ///< |D| in the time of the RVE [1/time]
   double dt = 0.0;                ///< DEM time step [time]
@@ -43,14 +44,15 @@ struct DriveRates {
   double applied_strain = 0.0;    ///< |U - 1| since the packing was made [-]
 };
 
-/// Returns the mean overlap over the sum of radii below which the stress of a format is wrong by
-/// more than one in a thousand [-].
+/// Returns the smallest mean overlap / sum of radii at which the stress in a number format is
+/// accurate to one in a thousand [-]. `grains_along_edge` is the longest edge of the cell over the
+/// grain size.
 ///
-/// The gap of two grains is a difference of lengths. In `fast` it has the rounding errors of the
-/// sum of radii, 2^-24, and of 32-bit fractional coordinates: the measured unbalanced force of a
-/// packing at rest is 6e-8/overlap (doc/accuracy). In `single` it has the rounding error of a
-/// position, which is relative to the cell and not to a diameter. In `mixed` and `double` the gap
-/// has 53 bits, and the limit is 2^-53 / 1e-3.
+/// The gap between two grains is a difference of lengths, and their rounding errors set the limit.
+/// In `fast` these are the errors of the sum of radii, 2^-24, and of 32-bit fractional coordinates.
+/// The measured unbalanced force of a packing at rest is 6e-8/overlap (doc/accuracy). In `single`
+/// the error of a position counts, which is relative to the cell and not to a diameter. In `mixed`
+/// and `double` the gap has 53 bits, and the limit is 2^-53 / 1e-3.
 double smallest_overlap(Format format, double grains_along_edge);
 
 /// Largest inertial number of quasi-static deformation [-]. Da Cruz et al., Phys Rev E 72, 021309
@@ -67,20 +69,21 @@ constexpr double TIME_STEP_SHARE = 0.95;
 /// that range, since a cell of 16 grains width contains 4000 spheres.
 template <int D> constexpr double SHEAR_BAND_GRAINS = D == 2 ? 16.0 : 8.0;
 
-/// Shear strain below which no band forms [-]. The peak of dense packings is at a few percent.
+/// Shear strain below which no shear band forms [-]. The stress of dense packings peaks at a few
+/// percent.
 constexpr double SHEAR_BAND_STRAIN = 0.02;
 
-/// Mean overlap over sum of radii above which disks or spheres do not behave like touching grains
-/// any more [-]. The stiffness of a contact, and the area or volume that the void ratio counts
-/// twice, are then wrong by the same share.
+/// Mean overlap / sum of radii above which disks or spheres no longer behave like touching grains
+/// [-]. Two errors have about this size there: that of the stiffness of a contact, and that of the
+/// void ratio, which counts overlaps twice.
 constexpr double LARGEST_MEAN_OVERLAP = 0.03;
 
 /// Largest usual friction coefficient [-]. Coefficients of materials are below 1. A value above 2
 /// is probably an angle in degrees.
 constexpr double LARGEST_USUAL_FRICTION = 2.0;
 
-/// Largest error of the energy balance relative to the supplied, lost and kinetic energy [-]. Above
-/// it the losses of the energy bookkeeping are wrong.
+/// Largest allowed error of the energy balance, over the sum of supplied, lost and kinetic energy
+/// [-]. Above it the losses of the energy bookkeeping are wrong.
 constexpr double ENERGY_BALANCE_GAP = 0.05;
 
 /// Terms of the energy balance of an RVE at one time [force length].
@@ -101,9 +104,9 @@ template <int D> EnergyTerms energy_terms(const ResultOf<D> &result)
           totals.friction + totals.local_damping + totals.viscous};
 }
 
-/// Warns if the error of the energy balance since `before` exceeds ENERGY_BALANCE_GAP. Then
-/// collisions last only a few time steps, or dashpots are too stiff for the time step, and the
-/// accumulated losses are wrong.
+/// Warns if the error of the energy balance since `before` exceeds ENERGY_BALANCE_GAP. The
+/// accumulated losses are then wrong: collisions last only a few time steps, or dashpots are too
+/// stiff for the time step.
 std::vector<Advice> advice_on_energy(const EnergyTerms &before, const EnergyTerms &now);
 
 /// Returns one Advice for each limit that a result violates. Limits that concern contacts are not
@@ -115,15 +118,15 @@ std::vector<Advice> advice(Format format, const ResultOf<D> &result, const Mater
 /// Warns of a friction coefficient that may be an angle, at the beginning of a run.
 std::vector<Advice> advice_on_friction(const Material &material);
 
-/// Returns the largest distance of the stress from its goal after a call, over the components that
-/// the servo strains at its largest rate [stress]; 0 if there are none. With servo modes it returns
-/// `mode_error` if a mode is at its largest rate, else 0.
+/// Returns the largest difference between the stress and its goal after a call [stress]. Only
+/// components that the servo strains at its largest rate count; without any the result is 0. With
+/// servo modes the result is `mode_error` if a mode is at its largest rate, else 0.
 template <int D>
 double stress_out_of_reach(const ResultOf<D> &result, const DriveOf<D> &drive,
                            double mode_error = 0.0);
 
-/// Warns of a servo that strains at its largest rate and has not come nearer to its goal than
-/// `before`, the distance in an earlier call [stress].
+/// Warns of a servo that strains at its largest rate but does not come closer to its goal. `before`
+/// is stress_out_of_reach() of an earlier call [stress].
 template <int D>
 std::vector<Advice> advice_on_servo(const ResultOf<D> &result, const DriveOf<D> &drive,
                                     double before, double mode_error = 0.0);

@@ -7,14 +7,16 @@
 
 namespace rve {
 
-/// Tangent of Love's stress for grains that move with the mean field and do not spin, with sticking
-/// contacts and without dashpots:
+/// Affine stiffness: the tangent of Love's stress sigma for a small symmetric strain eps. Grains
+/// move with the mean field and do not spin, contacts stick, and dashpots are neglected:
 ///     d sigma = 1/V sum (df (x) b + f (x) db) - sigma tr(eps),    db = eps b,
 ///     df = (k_n l eps_nn - f_t eps_nt) n + (k_t l - f_n) eps_nt t,
-/// where f = -f_n n + f_t t is the force on `first`, l = |b|, eps_nn = n.eps n and eps_nt = t.eps
-/// n. The terms are the springs, the rotation of contact forces, the stretch of branch vectors and
-/// the change of volume. The tangent is Voigt's upper bound of the elastic stiffness, exact for the
-/// first step of an RVE at rest.
+/// V is the volume of the cell. A contact has the branch vector b of length l, the normal n, the
+/// tangent t, the force f = -f_n n + f_t t on its grain `first`, and the spring stiffnesses k_n and
+/// k_t. Its strains are eps_nn = n.eps n and eps_nt = t.eps n. The terms are the springs, the
+/// rotation of contact forces, the stretch of branch vectors and the change of volume. The tangent
+/// is Voigt's upper bound of the elastic stiffness. It is exact for the first step of an RVE at
+/// rest.
 template <int D> struct AffineStiffnessOf {
   /// d sigma / d eps [stress], with one row for each component of sigma and one column for each
   /// strain, the diagonal of eps first. For disks: d(sigma_xx, sigma_xy, sigma_yx, sigma_yy) /

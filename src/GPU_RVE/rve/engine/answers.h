@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Conversion of the records of the block program to the results of the engine.
+// Conversion of the records that the RVE kernel writes to the results of the engine.
 
 #pragma once
 
@@ -16,7 +16,7 @@ template <int D> RVE_HD bool must_repeat(const AnswerRecord<D> &answer)
   return (answer.status & (status::ListFull | status::ForceSaturated)) != 0;
 }
 
-/// Returns true if the answer is valid: the call has neither failed nor must it be repeated.
+/// Returns true if the answer is valid: the call has not failed and need not be repeated.
 template <int D> RVE_HD bool is_sound(const AnswerRecord<D> &answer)
 {
   return (answer.status & status::Fatal) == 0 && !must_repeat(answer);

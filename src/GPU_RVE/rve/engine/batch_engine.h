@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Common part of both backends: the table of RVEs, input checks, the translation between public
-// structs and the records of the block program, and the repetition of calls whose lists or force
-// scale did not suffice.
+// Base class of the engines on CPU threads and on a CUDA device. It keeps the table of RVEs, checks
+// input and translates between public structs and the records of the block program, which is the
+// code that advances one RVE. It repeats a call with longer lists or a coarser force scale if they
+// did not suffice.
 
 #pragma once
 
@@ -17,7 +18,7 @@
 
 namespace rve {
 
-/// Size of a call, from which the memory and the kernels of its launch follow.
+/// Size of a call. It determines the memory and the kernels of the launch.
 struct CallShape {
   int num_rves = 0;
   int largest = 0;          ///< grains in the largest RVE
@@ -58,8 +59,8 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// Returns the device state of an RVE. A list that was built for a smaller skin or reach is left
   /// out, since it may lack pairs that this engine needs.
   DeviceState device_state_of(const RveStateOf<D> &state) const;
-  /// Storage of the device states, in the memory of the backend. `rve` is a free number in
-  /// put_device_state() and a used one elsewhere.
+  /// The following functions store and return device states in the memory of the backend.
+  /// put_device_state() requires a free number `rve`, the others a number in use.
   virtual void put_device_state(int rve, const DeviceState &device_state) = 0;
   virtual DeviceState get_device_state(int rve) const = 0;
   virtual void drop_device_state(int rve) = 0;
@@ -113,17 +114,17 @@ template <int D> class BatchEngine : public EngineOf<D> {
   /// answers.
   Answers repeat(const std::vector<int> &rves, const DriveAt &drive_at, const Answers &first,
                  Answer kind);
-  /// Passes the answers of a call by `increments` to the caller and repeats the call where
-  /// necessary. Diagnostic evaluations come from the details in the order of detail_of, if there
-  /// are any, and from repeated calls.
+  /// Passes the answers of a call by `increments` to the caller, and repeats the call of RVEs that
+  /// need it. Diagnostic evaluations come from the details of `first` (detail_of has their indices)
+  /// and from the repeated calls.
   void answer(const std::vector<int> &rves, IncrementCallOf<D> &caller, const Answers &first);
   /// Passes diagnostic evaluations and deferred increments of a call by increments to the caller,
   /// for the RVEs whose rest is known. Called after answer().
   void report_rest(int count, const Rest *rest, const QuiescentStateOf<D> *states,
                    IncrementCallOf<D> &caller) const;
   /// Returns a call whose increments are in device memory. `largest` is the number of grains of the
-  /// largest RVE, `longest` the largest number of DEM steps, `steps` their sum, `num_details` the
-  /// number of RVEs with details.
+  /// largest RVE, `longest` the largest number of DEM steps of an RVE, `steps` the sum of DEM steps
+  /// over RVEs, `num_details` the number of RVEs with details.
   Call call_of_increments(const std::vector<int> &rves, int largest, int longest,
                           std::int64_t steps, int num_details);
   static void request_evaluations(Call &call, int num_details);

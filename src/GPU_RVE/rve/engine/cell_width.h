@@ -9,10 +9,10 @@
 
 namespace rve {
 
-/// Returns the smallest ratios of compressed to present width of the cell, one for each pair of
-/// opposite faces, x first [-]. Below a ratio, half of the cell is narrower than the largest
-/// distance of a listed pair: a grain could touch two images of another grain, and the RVE fails.
-/// `skin` as in Options [length].
+/// Returns how far the cell may be compressed: the smallest ratio of compressed to present width
+/// for each pair of opposite faces, x first [-]. Below that ratio half of the width is smaller than
+/// the largest distance of a listed pair. A grain could then touch two images of another grain, and
+/// the RVE fails. `skin` as in Options [length].
 template <int D>
 std::array<double, D> least_share_of_widths(const RveStateOf<D> &state, double skin);
 

@@ -45,18 +45,18 @@ inline double reach_of(const Material &material)
   return with_law(material, [&](const auto &law) { return law.reach(material); });
 }
 
-/// Returns the length that makes a pressure a force per length: the thickness of disks, the
-/// diameter of spheres [length].
+/// Returns the length that turns a pressure into a force per length when multiplied by it: the
+/// thickness of disks, the diameter of spheres [length].
 template <int D> double loaded_depth(const Material &material, double diameter)
 {
   return D == 2 ? material.thickness : diameter;
 }
 
-/// Returns overlap over diameter of two equal grains that a pressure p presses together [-]. The
-/// force is p h times the diameter of disks, or p times the squared diameter of spheres: linear
-/// springs give p h / k_n and p d / k_n. The mean overlap of a packing is similar: 0.9 of this
-/// value for frictionless stiff disks, 0.6 at an overlap of 0.1, and a quarter more for loose
-/// packings.
+/// Returns overlap / diameter of two equal grains that a pressure p presses together [-]. The
+/// contact force is p h d for disks of diameter d and thickness h, and p d^2 for spheres. Linear
+/// springs of stiffness k_n give p h / k_n for disks and p d / k_n for spheres. The mean overlap /
+/// sum of radii of a packing is similar: 0.9 of this value for frictionless stiff disks, 0.6 of it
+/// at an overlap of 0.1, and a quarter more for loose packings.
 template <int D = 2> double contact_strain(double pressure, const Material &material, double radius)
 {
   return with_law<D>(material, [&](const auto &law) {

@@ -9,17 +9,17 @@
 
 namespace rve {
 
-/// Directional distributions. The density of contacts over directions n is 1 + C_ij n_i n_j, and
-/// their directional averages are
+/// Directional distributions. The density of contacts over their normals n is 1 + C_ij n_i n_j,
+/// relative to an isotropic packing. The averages over contacts of normal n are
 ///     branch l (1 + B_ij n_i n_j),  normal force f (1 + N_ij n_i n_j),
 ///     tangential force f (T_ij n_j - T_kl n_k n_l n_i),
-/// to second order, with traceless tensors (Ouadfel and Rothenburg 2001, Mech. Mater. 33, 201; in
-/// the plane Rothenburg and Bathurst 1989, Geotechnique 39, 601). Normal forces are positive in
-/// repulsion.
+/// to second order in n. The tensors C, B, N and T [-] are traceless (Ouadfel and Rothenburg 2001,
+/// Mech. Mater. 33, 201; in the plane Rothenburg and Bathurst 1989, Geotechnique 39, 601). Normal
+/// forces are positive in repulsion.
 ///
-/// As in LAMMPS' compute fabric, T is computed from |f_t| n_i n_j and not from f_t,i n_j: it
-/// describes the magnitude of the tangential forces as a function of the contact direction, not the
-/// direction of the forces. All values are zero without contacts.
+/// As in LAMMPS' compute fabric, T is computed from |f_t| n_i n_j and not from f_t,i n_j. So T
+/// describes how the magnitude of tangential forces depends on the contact direction. It does not
+/// describe the direction of the forces. All values are zero without contacts.
 template <int D> struct ContactMeasuresOf {
   using Matrix = Tensor<double, D>;
 
@@ -30,9 +30,10 @@ template <int D> struct ContactMeasuresOf {
   double mean_branch = 0.0;                    ///< l, mean over directions [length]
   double mean_normal_force = 0.0;              ///< f, mean over directions [force]
 
-  /// Share of strong contacts among all contacts, and the shares of strong and weak contacts that
-  /// slide (SLIDING of contact_network.h) [-]. Strong contacts bear more than the mean normal force
-  /// of all contacts (Radjai, Wolf, Jean and Moreau 1998, Phys. Rev. Lett. 80, 61).
+  /// `strong` is the share of strong contacts among all contacts, `sliding_strong` the share of
+  /// strong contacts that slide, `sliding_weak` the share of weak contacts that slide [-] (SLIDING
+  /// of contact_network.h). Strong contacts bear more than the mean normal force of all contacts
+  /// (Radjai, Wolf, Jean and Moreau 1998, Phys. Rev. Lett. 80, 61).
   double strong = 0.0, sliding_strong = 0.0, sliding_weak = 0.0;
 
   /// Energy of each kind of spring [force length]. The normal part includes the energy of the

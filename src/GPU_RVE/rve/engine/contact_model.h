@@ -71,9 +71,9 @@ ContactModel contacts_of(const std::vector<RveStateOf<D>> &states,
 /// Returns the law with this word. Throws InputError with the known words if there is none.
 ContactLaw contact_law_of(const std::string &word);
 
-/// Returns the parameters of materials of a law, for disks or spheres, in the order of restart
-/// records. With `later` it returns the parameters that were added to the records later, otherwise
-/// those of all records.
+/// Returns the material parameters of a contact law for disks or spheres, in the order of restart
+/// records. With `later` these are the parameters that only newer records contain
+/// (MaterialParameter::later), otherwise the parameters that all records contain.
 std::vector<MaterialMember> parameters_of(ContactLaw law, int dimension = 2, bool later = false);
 
 }    // namespace rve

@@ -42,7 +42,7 @@ namespace {
     const double sum_of_radii = state.radius[i] + state.radius[j];
     double squares = branch[0] * branch[0];
     for (int a = 1; a < D; ++a) squares += branch[a] * branch[a];
-    // Most grains of neighbouring bins are far apart, which their squared distance shows without a
+    // Most grains of neighbouring bins are far apart. Their squared distance shows this without a
     // root. The factor 1.001 leaves close cases to the exact test below.
     if (squares > 1.001 * (sum_of_radii + reach) * (sum_of_radii + reach)) return;
     const double distance = length(branch);
@@ -79,9 +79,9 @@ template <int D> ContactSite site_of(const RveStateOf<D> &state, const TouchingP
 
 template <int D> void forget_absurd_force(RveStateOf<D> &state)
 {
-  // Forces during a call may be larger than those at its end, because of a collision or a dashpot.
-  // A factor of 2^10 is allowed for that. Without contacts the limit is the force of two of the
-  // largest grains at an overlap as large as their radius.
+  // Forces during a call may exceed those at its end by collisions or dashpots. A factor of 2^10 is
+  // allowed for this. Without contacts the limit is the force of two of the largest grains at an
+  // overlap as large as their radius.
   constexpr double SURPRISE = 1024.0;
   const double radius = *std::max_element(state.radius.begin(), state.radius.end());
   const ContactSite deepest{radius, radius, radius};

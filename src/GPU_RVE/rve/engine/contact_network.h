@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contacts of a state, found on the host in double precision: for file output, for the stability
-// bound, and as a slow, plain reference. The engine has its own lists.
+// Search of the contacts of a state, on the host in double precision. File output and the stability
+// bound use it, and it is a slow, plain reference. The engine has its own lists.
 
 #pragma once
 
@@ -30,9 +30,9 @@ template <int D> ContactSite site_of(const RveStateOf<D> &state, const TouchingP
 /// coinciding centres have no normal and are skipped.
 template <int D> std::vector<TouchingPairOf<D>> find_contacts(const RveStateOf<D> &state);
 
-/// Resets a largest contact force that is far above the forces of the present contacts. A file may
-/// contain such a value, and a force scale for it would resolve none of the present forces. After
-/// the reset the engine starts from its own estimate.
+/// Resets state.largest_contact_force if it is far above the forces of the present contacts. A file
+/// may contain such a value. Its force scale would resolve none of the present forces. After the
+/// reset the engine starts from its own estimate.
 template <int D> void forget_absurd_force(RveStateOf<D> &state);
 
 /// Returns the stored pairs of these contacts as seen from their first grains; zeros where the
@@ -47,8 +47,8 @@ template <int D> struct SpringForcesOf {
   /// Force on the first grain across the normal [force]; for disks along t = (-n_y, n_x) with n
   /// from first to second.
   Force tangential;
-  /// Moment on the first grain over the reduced radius [force]. For spheres that quotient is the
-  /// vector n x `rolling`.
+  /// Disks: moment on the first grain over the reduced radius [force]. For spheres this quotient is
+  /// the cross product of n and the vector `rolling`.
   Force rolling;
   double twisting = 0.0;    ///< moment on the first grain along n, spheres only [force length]
 };
@@ -63,7 +63,7 @@ std::vector<SpringForcesOf<D>> spring_forces(const RveStateOf<D> &state,
 /// Contact with the forces of its springs, without dashpots.
 template <int D> struct SpringContactOf {
   TouchingPairOf<D> geometry;
-  int image[D];           ///< x_second + H image is the image that the branch reaches
+  int image[D];           ///< the branch vector ends at x_second + H image
   double normal_force;    ///< force of the springs, repulsion positive [force]
   SpringForcesOf<D> springs;
   Vec<double, D> force_on_first;    ///< sum of -f_n n and the tangential force [force]

@@ -71,9 +71,9 @@ namespace {
     return std::ldexp(static_cast<double>(static_cast<std::int64_t>(difference)), -64);
   }
 
-  /// Returns the offset from a grain i to its copy i + `stride` that most grains have, in units of
-  /// 1/`copies` of the cell vectors. Lattice reduction adds whole multiples of cell vectors to each
-  /// other, so offsets stay multiples of that unit. Returns nothing if no offset has a majority.
+  /// Returns the most common offset from a grain i to its copy i + `stride`, in units of 1/`copies`
+  /// of the cell vectors. Lattice reduction adds whole multiples of cell vectors to each other, so
+  /// offsets stay multiples of that unit. Returns nothing if no offset has a majority.
   template <int D>
   std::optional<std::array<int, D>> place_of_copies(const RveStateOf<D> &state, int copies,
                                                     int stride)

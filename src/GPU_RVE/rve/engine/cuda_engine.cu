@@ -122,8 +122,9 @@ namespace {
     {
       const PlanOptions &asked = increments_of_call.options;
       const bool knows_steps = !asked.is_adaptive || steps_before > 0;
-      // An early launch requires several successive plans that were not held. A single one does not
-      // suffice: an RVE that was evaluated and not at rest is never evaluated in the next step.
+      // An early launch requires several successive plans without CallFindings::held. A single one
+      // does not suffice: an RVE that was evaluated and not at rest is never evaluated in the next
+      // step.
       constexpr int AS_EXPECTED = 8;
       if (!knows_steps || (may_be_quiescent && plans_not_held < AS_EXPECTED)) return false;
       CallFindings expected = {};
@@ -202,8 +203,8 @@ namespace {
       use_device();
       const int count = static_cast<int>(limits.size());
       if (count == 0) return;
-      // The host buffer is reused, so its previous upload must have ended. No other call has waited
-      // for it.
+      // The host buffer is reused, so its previous upload must have ended. Nothing else has
+      // synchronised with that upload.
       check_cuda(cudaStreamSynchronize(nullptr), "upload of contact counts");
       rve::set_limits<<<blocks_for(count, kIncrementBlock), kIncrementBlock>>>(
           limits_buffer.upload(limits), count, increments_of_call.planned);
@@ -459,8 +460,8 @@ namespace {
       const int preparing = blocks_for(count, record.prepared_together);
       record.ready = ready_buffer.reserve_clean(preparing);
       record.turn = ++turn_of_launch;
-      // A call has a thread for each planned step, at most 16, and at least one for each 16 bytes
-      // of its DriveRecord.
+      // Each call that a block prepares has a thread for each planned step, at most 16. It has at
+      // least a thread for each 16 bytes of its DriveRecord.
       const int threads = rounded_up(
           record.prepared_together * std::min(16, std::max(kThreadsPerCall<D>, plan.steps_ahead)),
           32);
@@ -494,8 +495,8 @@ namespace {
       return record;
     }
 
-    /// Repeats the call of those of the `count` unfinished RVEs for which a repetition may succeed.
-    /// Returns the number of RVEs that are still unfinished.
+    /// Repeats the calls of `count` unfinished RVEs, as far as a repetition may succeed. Returns
+    /// the number of RVEs that are still unfinished.
     int repeat_some(int count)
     {
       const IncrementLaunch<D> &launch = increments_of_call;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The engine on a CUDA device: one thread block per RVE. Exists only in builds with CUDA.
+// The engine on a CUDA device: one thread block per RVE. Only builds with CUDA contain this code.
 
 #pragma once
 

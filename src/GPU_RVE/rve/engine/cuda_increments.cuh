@@ -17,8 +17,8 @@ namespace rve {
 /// Number of classes by which RVEs are sorted by cost. The last class has the quiescent RVEs.
 constexpr int kCostClasses = 256, kQuiescentClass = kCostClasses - 1;
 
-/// Counters that the kernels of a call add up, for its plan and for its answers; initially zero.
-/// The host receives the members before class_size.
+/// Counters that the kernels of a call increase from zero, first for its plan and then for its
+/// answers. The host receives the members before class_size.
 struct CallFindings {
   unsigned long long steps;    ///< sum over RVEs
   int longest;                 ///< largest number of DEM steps
@@ -65,7 +65,7 @@ template <int D> struct IncrementLaunch {
   TurnRecord<D> *turns;                     ///< (count), used up to findings->turned
   AnswerRecord<D> *answers;                 ///< (count)
   const AnswerRecord<D> *answers_before;    ///< (count) of the previous call
-  const int *hold;    ///< positive when a kernel runs: it distributes no answers; null: no effect
+  const int *hold;    ///< *hold > 0: kernels distribute no answers; null: no effect
   int *stiffened;     ///< (MOST_STIFFENED) indices in host memory
   int *unfinished;    ///< (kMostUnfinished) indices in host memory
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The block program as CUDA kernels. A translation unit for each kernel variant and number format
-// instantiates them.
+// CUDA kernels that advance RVEs, each with one thread block, and prepare their calls. A
+// translation unit for each kernel variant and number format instantiates them.
 
 #pragma once
 
@@ -55,9 +55,9 @@ inline namespace RVE_ISA {
     } while (turn != launch.turn);
   }
 
-  /// Prepares all calls before the blocks of the RVE kernel begin. A single thread prepares a call;
-  /// in the RVE kernel a whole block would wait for that thread. A block of this kernel has
-  /// `launch.prepared_together` calls in shared memory.
+  /// Prepares the calls of all RVEs for the RVE kernel. A single thread prepares the call of an
+  /// RVE; in the RVE kernel a whole block would wait for that thread. A block of this kernel
+  /// prepares `launch.prepared_together` calls in shared memory.
   template <KernelVariant variant, class Numbers>
   __global__ void prepare_calls(const __grid_constant__ LaunchOf<variant, Numbers> launch,
                                 const __grid_constant__ BatchConstants batch)
@@ -183,11 +183,11 @@ inline namespace RVE_ISA {
 
   /// Returns the number of steps that blocks of a residency plan at a time; 0 for the default. The
   /// number depends on the shared memory that the grains of a multiprocessor leave free. Measured
-  /// on an H200 in `fast`: for two RVEs of 1000 spheres there is capacity for 176 steps each, 1 %
-  /// faster than 64 steps; for a single RVE there is capacity for 256 steps, 1.5 % faster. Three
-  /// RVEs of disks plan 64 steps each, 3 % faster than 32; a single RVE plans 256 steps, 5 %
-  /// faster. GPUs with less than 200 KB use the default. A servo plans one step at a time and
-  /// leaves the memory to other RVEs.
+  /// on an H200 in `fast`: two RVEs of 1000 spheres leave memory for 176 steps each, which is 1 %
+  /// faster than 64 steps. A single RVE leaves memory for 256 steps, which is 1.5 % faster. Three
+  /// RVEs of disks plan 64 steps each, 3 % faster than 32. A single RVE of disks plans 256 steps, 5
+  /// % faster. GPUs with less than 200 KB of shared memory use the default. A servo plans one step
+  /// at a time and leaves the memory to other RVEs.
   template <class Config, Residency residency> RVE_HD constexpr int plan_steps_beside()
   {
     // The shared memory of these kernels is full already.

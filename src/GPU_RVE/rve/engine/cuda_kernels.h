@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Launch records and sizes that the CUDA engine and its kernels share. NVRTC compiles this header,
-// so it includes nothing of the host.
+// so it includes no host headers.
 
 #pragma once
 
@@ -32,13 +32,13 @@ template <int D> struct LaunchRecord {
   const int *detail_of;
   int count, launched;          ///< the first `launched` entries of `order` are launched
   int *queue;                   ///< next entry of `order`; reset by the preparation
-  const int *hold;              ///< positive: no RVE moves and all fail; null: no effect
+  const int *hold;              ///< *hold > 0: no RVE moves, and all calls fail; null: no effect
   char *prepared;               ///< (count) PreparedCall with the plan of some steps
   std::size_t prepared_size;    ///< bytes of one prepared call
   int steps_ahead;              ///< planned steps
   int prepared_together;        ///< calls that one block prepares
-  /// (count / prepared_together, rounded up) equals `turn` when the calls that one block prepares
-  /// are ready
+  /// (count / prepared_together, rounded up) mark of the calls that one block prepares; it equals
+  /// `turn` when they are ready
   unsigned *ready;
   unsigned turn;    ///< number of this launch, which differs from all earlier ones
   char *memory;     ///< a workspace per resident block
@@ -59,10 +59,11 @@ struct KernelSizes {
   std::size_t workspace, prepared;
 };
 
-/// Storage of the working data of the grains, and the block sizes that belong to it (block_shape).
+/// Storage of the working data of the grains: registers or memory. block_shape() has the block
+/// sizes for each kind of storage.
 enum class Residency {
-  Many,       ///< small RVEs, registers for several of them on a multiprocessor
-  Few,        ///< registers for one, if the RVEs do not fill the device
+  Many,       ///< small RVEs; a multiprocessor has registers for several of them
+  Few,        ///< small RVEs that do not fill the device; registers for one
   Large,      ///< up to 1024 grains
   Largest,    ///< up to 2048 spheres in `fast`, one RVE on a multiprocessor
   Memory      ///< any number of grains
@@ -72,8 +73,9 @@ constexpr int kSmallBlock = 416;
 constexpr int kSteeredBlock = 224;    ///< kSmallBlock / 2, rounded up to whole warps
 constexpr int kLargeBlock = 1024;
 
-/// Grains per thread in registers (0: any number, in memory), largest number of threads of a block,
-/// and number of blocks for which a multiprocessor must have registers.
+/// Block size of a kernel. `items` is the number of grains per thread in registers (0: any number
+/// of grains, in memory), `threads` the largest number of threads of a block, `sharers` the number
+/// of blocks for which a multiprocessor must have registers.
 struct BlockShape {
   int items, threads, sharers;
   /// True if the kernel computes no details. It is then small, as CudaHints::uniform requires, and
@@ -91,20 +93,23 @@ RVE_HD constexpr bool same_shape(const BlockShape &one, const BlockShape &other)
 
 /// Returns the block shape of a kernel configuration for a residency.
 ///
-/// Disks: one grain per thread. More RVEs on a multiprocessor hide latencies; fewer RVEs have fewer
-/// register spills: with all bookkeeping two RVEs are faster than three. `double` has registers for
-/// one RVE, and without histories (no friction) for two, since its spills are then outside the
-/// steps. Measured on an H200 and an H100 with 400 disks. With a servo one thread of an RVE
-/// computes the servo and plans steps while the others wait, and no grain stays in registers
-/// between steps. So a thread has two grains, and a multiprocessor has as many RVEs as fit into
-/// shared memory (228 KB), which compute in turn: 25 % more steps per second than with one grain
-/// per thread.
+/// Disks: one grain per thread. More RVEs on a multiprocessor hide latencies better; fewer RVEs
+/// have fewer register spills. `fast` has three RVEs per multiprocessor. `mixed` has two, and so
+/// have variants with all bookkeeping, where two are faster than three. `double` has one, or two
+/// without friction: without histories its spills are outside the steps. Measured on an H200 and an
+/// H100 with 400 disks.
+///
+/// Disks with a servo and without bookkeeping: one thread of an RVE computes the servo and plans
+/// steps while the others wait, and no grain stays in registers between steps. So a thread has two
+/// grains, and a multiprocessor has as many RVEs as fit into its shared memory (228 KB). These RVEs
+/// compute in turn. The result is 25 % more steps per second than with one grain per thread.
 ///
 /// Spheres: two grains per thread. In `fast` two RVEs of a multiprocessor hide latencies of each
-/// other. In `mixed` and in kernel variants with bookkeeping a thread has twice the registers,
-/// since spilling costs more than fewer resident threads. In `double` histories do not fit into
-/// registers even then: they are streamed (streams_history), and in variants with bookkeeping all
-/// data of a grain are streamed (InMemory). Measured on an H200 with 1000 spheres.
+/// other. In `mixed`, and in variants with a servo or bookkeeping, a thread has twice the
+/// registers, since spilling costs more than fewer resident threads. In `double` histories do not
+/// fit even into these registers, so they are streamed from memory (streams_history). `double`
+/// variants with a servo or bookkeeping stream all data of a grain (InMemory). Measured on an H200
+/// with 1000 spheres.
 template <class Config> RVE_HD constexpr BlockShape block_shape(Residency residency)
 {
   const bool wide = sizeof(typename Config::Wide) > 4, all_wide = sizeof(typename Config::Real) > 4;

@@ -81,9 +81,9 @@ class LaunchPlans {
   }
 
  private:
-  /// Properties of a call that decide how it is launched: true if it fills the device, true if
-  /// kernels with details are needed, CallShape::largest and pair_capacity, planned steps, kernel
-  /// variant.
+  /// Properties of a call that decide how it is launched. The first is true if the call fills the
+  /// device, the second if it needs kernels with details. The others are CallShape::largest and
+  /// pair_capacity, the number of planned steps and the kernel variant.
   using CallKind = std::tuple<bool, bool, int, int, int, KernelVariant>;
 
   const cudaDeviceProp &device;
@@ -144,8 +144,8 @@ class LaunchPlans {
   }
 
   /// Returns the number of steps that are planned for each RVE before the blocks begin: up to twice
-  /// the mean number of steps. More planned steps avoid that whole blocks wait for one thread that
-  /// plans; fewer planned steps reduce the memory traffic of the plans. The number is a power of
+  /// the mean number of steps. With more planned steps whole blocks wait less often for one thread
+  /// that plans. With fewer planned steps there is less memory traffic. The number is a power of
   /// two or CallShape::longest, so that successive calls mostly have the same launch plan.
   static int steps_to_prepare(const CallShape &call)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernel variants of a CUDA engine: their kernels, which were compiled with the program or are
-// compiled when they are first needed, and the memory that these need.
+// Kernels of the kernel variants for a CUDA engine, and the memory that they need. A kernel was
+// compiled with the program, or it is compiled when it is first needed.
 
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace rve {
 
-/// Returns the kernels of CMake's translation units (cuda_variant.cu.in); null pointers for a
-/// variant that is compiled at run time.
+/// Returns the kernels of a variant that were compiled with the program (cuda_variant.cu.in); null
+/// pointers if the variant is compiled at run time.
 template <KernelVariant variant, Format format, Arithmetic arithmetic>
 VariantKernels cuda_kernels();
 
@@ -39,14 +39,14 @@ class CudaVariants {
   /// `capability` is the compute capability of the device, 10 major + minor.
   CudaVariants(const Options &options, int capability);
 
-  /// Returns the reason why RVEs with the memory layout of a variant cannot be advanced: they need
-  /// kernels that are compiled at run time, and the obstacle `to_compiling` prevents that. The text
-  /// is empty if they can be advanced.
+  /// Returns the reason why RVEs with the memory layout of `memory` cannot be advanced; empty if
+  /// they can. They cannot if their kernels must be compiled at run time but `to_compiling`, the
+  /// obstacle to that, is not empty.
   std::string obstacle(KernelVariant memory, const std::string &to_compiling) const;
 
-  /// Returns the variant itself, or, if its kernels must be compiled at run time and cannot be, the
-  /// more general variant that prepares its calls and gives the same bits. Throws InputError if the
-  /// kernels of that variant cannot be compiled either.
+  /// Returns the variant itself if its kernels exist or can be compiled at run time. Otherwise it
+  /// returns the more general variant that prepares its calls and gives the same bits. Throws
+  /// InputError if the kernels of that variant cannot be compiled either.
   KernelVariant usable(KernelVariant variant) const;
 
   /// Returns the block shape of a kernel of a usable variant; empty if it has no kernel of that

@@ -12,7 +12,7 @@
 
 namespace rve {
 
-/// Tensors of points in the memory of a CUDA device, stored one after the other.
+/// Tensors of material points in the memory of a CUDA device, stored one after the other.
 struct PointsOnDevice {
   int device = -1;    ///< number of the device in CUDA; -1: none
   /// Dimension of the tensors: that of the RVEs, or 2 for RVEs of spheres in plane strain.

@@ -16,7 +16,8 @@ namespace rve {
 
 namespace {
 
-  /// Convert fractional coordinates from and to 64 bits. `fast` keeps the upper 32 bits.
+  /// Converts fractional coordinates from 64 bits to the coordinates of a format; widen() converts
+  /// them back. `fast` keeps the upper 32 bits.
   template <class Coordinate> Coordinate narrow(std::uint64_t s)
   {
     if constexpr (std::is_same_v<Coordinate, FloatFraction>)
@@ -95,7 +96,8 @@ namespace {
     store_tensor(header.list_valid ? state.list_cell : state.cell, header.list_cell);
     store_tensor(state.servo_velocity_gradient, header.servo_velocity_gradient);
     set_material_in(header, state.material);
-    // The sums use the rounded radii, so that a state that is read back gives the same sums.
+    // The sums use the radii as rounded to the number format. A state that is read back then gives
+    // the same sums.
     RveStateOf<D> stored;
     for (double r : state.radius) stored.radius.push_back(static_cast<typename Config::Wide>(r));
     const auto [smallest, largest] =

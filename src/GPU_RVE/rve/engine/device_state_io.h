@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Device state of an RVE (algorithm/device_state.h): conversion from a state and back.
+// Conversion of the state of an RVE to its device state (algorithm/device_state.h) and back.
 
 #pragma once
 
@@ -20,8 +20,8 @@ struct DeviceState {
   std::vector<char> bytes;
 };
 
-// `memory` is the kernel variant that defines the memory layout (engine/variant_choice.h), the same
-// for all RVEs of an engine.
+// In these functions `memory` is the kernel variant that defines the memory layout
+// (engine/variant_choice.h). All RVEs of an engine have the same layout.
 
 /// Returns the device state of an RVE. Its list of extra pairs has capacity for at least
 /// `extra_capacity` pairs and for all extra pairs of the state. Rolling forces are included if the

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mean velocity of the grains of a packing that comes from elsewhere.
+// Removal of a mean velocity of the grains from a packing that was read from a file.
 
 #pragma once
 
@@ -18,8 +18,8 @@ namespace rve {
 /// fluctuations about it; otherwise zero [length/time]. A periodic packing does not need a mean
 /// velocity, and local damping would act on it instead of the fluctuations. The result is also zero
 /// if the mean velocity moves a grain in a stable time step by less than 1e-7 of the smallest
-/// radius: the grains are then at rest except for rounding. In runs a mean velocity of a few
-/// percent of the fluctuations arises, which is kept. The state must have passed check().
+/// radius: the grains are then at rest except for rounding. A run produces a mean velocity of a few
+/// percent of the fluctuations. It is kept. The state must have passed check().
 template <int D> Vec<double, D> drift_of(const RveStateOf<D> &state)
 {
   constexpr double AT_REST =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Prescribed motions as the block program reads them.
+// Checks of prescribed motions, and their conversion to the records that the RVE kernel reads.
 
 #pragma once
 
@@ -15,7 +15,8 @@
 
 namespace rve {
 
-/// Returns the names of components below, or not below, the diagonal: "xx, xy and yy".
+/// Returns the names of tensor components as in "xx, xy and yy": those below the diagonal if
+/// `below`, else all others.
 template <int D> std::string components(bool below)
 {
   std::string names;
@@ -72,11 +73,11 @@ template <int D> bool needs_steering(const DriveOf<D> &drive)
   return drive.has_servo() || !turns_little(drive.deformation);
 }
 
-/// Returns true if F is so near the identity that is_simple() must hold, as for most increments.
-/// This test is faster than is_simple(), by two thirds on processors without fma. If the sums of |F
-/// - 1| in each row are below s, the diagonal dominates, so the determinant is positive (Levy and
-/// Desplanques); the axial vector of turns_little() is shorter than D s, and the trace of F is
-/// above D (1 - s).
+/// Returns true if F is so close to the identity that is_simple(F) must be true, as for most
+/// increments. This test is faster than is_simple(), by two thirds on processors without fma. It
+/// requires that in each row of |F - 1| the sum is below a bound s. Then the diagonal dominates, so
+/// the determinant is positive (Levy and Desplanques). The axial vector in turns_little() is
+/// shorter than D s, and the trace of F is above D (1 - s), so turns_little() is true.
 template <int D> bool is_nearly_identity(const Tensor<double, D> &f)
 {
   constexpr double small = 0.5 * LARGEST_TURN / (1.0 + LARGEST_TURN);
@@ -112,7 +113,7 @@ template <int D> bool is_simple(const IncrementOf<D> &increment)
   return is_unsteered(increment);
 }
 
-/// Returns the record of a path in one segment, of a DriveOf or an IncrementOf. The function is
+/// Returns the record of a DriveOf or an IncrementOf whose path is one segment. The function is
 /// fastest if the record is constructed in place (new) and not copied.
 template <int D, template <int> class AnyDrive> DriveRecord<D> to_record(const AnyDrive<D> &drive)
 {

@@ -34,7 +34,8 @@ template <int D> struct ServoModeOf {
   /// Velocity gradient of amplitude one, whose largest component is 1 [-].
   Tensor<double, D> rate;
   Tensor<double, D> dual;    ///< dual : L is the amplitude [-]
-  /// Controlled combination of stresses: stress : sigma has the goal stress : stress_goal [-].
+  /// Weights of the controlled combination of stresses [-]: the goal of stress : sigma is stress :
+  /// stress_goal.
   Tensor<double, D> stress;
   double weight;    ///< factor of the gain [-]
 };
@@ -50,8 +51,8 @@ template <int D> struct DriveOf {
   /// Placeholder for padding, since the struct is part of records that are copied as bytes.
   std::int32_t unused = 0;
 
-  /// Deformation increment of the call: H becomes deformation * H, exactly. It is used if no stress
-  /// is controlled.
+  /// Deformation increment of the call: the cell matrix H becomes deformation * H, exactly. It is
+  /// used if no stress is controlled.
   Matrix deformation = Matrix::identity();
 
   /// Components of the stress that the servo controls. If there are any, `velocity_gradient`
@@ -125,8 +126,9 @@ template <int D> struct ResultOf {
 
   /// Returns p [stress].
   double mean_stress() const { return rve::mean_stress(stress); }
-  /// Returns q [stress]: sqrt(s'_ij s'_ij / 2) in the plane, equation (25b), n = 2; sqrt(3/2 s'_ij
-  /// s'_ij) in space, n = 3.
+  /// Returns the deviatoric stress q [stress] from the deviator s' of the stress: sqrt(s'_ij s'_ij
+  /// / 2) in the plane and sqrt(3/2 s'_ij s'_ij) in space (equation (25b) of the paper with n = 2
+  /// and n = 3).
   double deviatoric_stress() const;
 };
 using Result = ResultOf<2>;
@@ -171,9 +173,9 @@ template <int D> struct IncrementOf {
   }
 };
 
-/// Interface that provides the increments of a call and receives the results, some RVEs at a time,
-/// while they are in caches. Macro steps of thousands of RVEs use it. Several threads call it at
-/// once for different RVEs.
+/// Interface by which an engine requests the increments of a call and delivers the results. It
+/// passes some RVEs at a time, so that their data stay in caches. Macro steps of thousands of RVEs
+/// use it. Several threads call it at once for different RVEs.
 template <int D> class IncrementCallOf {
  public:
   virtual ~IncrementCallOf() = default;
@@ -203,8 +205,8 @@ struct Memory {
 };
 
 /// An engine owns RVEs. An RVE is identified by the number that add() returned until it is removed.
-/// Results do not depend on threads, on the order of the RVEs in a call, or on the backend (strict
-/// arithmetic).
+/// Results do not depend on threads or on the order of the RVEs in a call; in strict arithmetic
+/// they do not depend on the backend either.
 template <int D> class EngineOf {
  public:
   virtual ~EngineOf() = default;
@@ -215,8 +217,8 @@ template <int D> class EngineOf {
   /// another contact model. Throws InputError if no kernel variant supports it.
   virtual std::unique_ptr<EngineOf> empty_with(const ContactModel &contacts) const = 0;
 
-  /// Adds a copy of the state. Throws InputError if it is not sound or needs another contact model
-  /// than the engine has.
+  /// Adds a copy of the state and returns the number of the RVE. Throws InputError if the state is
+  /// not sound or needs another contact model than that of the engine.
   virtual int add(const RveStateOf<D> &state) = 0;
   /// Removes an RVE. Its number is free, and the next add() uses it.
   virtual void remove(int rve) = 0;
@@ -255,9 +257,9 @@ template <int D> class EngineOf {
   virtual Request *begin(const std::vector<int> &rves, IncrementCallOf<D> &call) = 0;
 
   /// Finds lower bounds of the stable time steps of RVEs in their present states
-  /// (rve::stable_time_step), on the device of the engine [time]. Bounds are accurate to a few
-  /// percent below `enough` and may be looser above; 0 where none was found. Bounds depend on the
-  /// state and on `enough` alone. The cost is about ten DEM steps.
+  /// (rve::stable_time_step), on the device of the engine [time]. A bound below `enough` [time] is
+  /// accurate to a few percent; a larger bound may be looser. The bound is 0 if none was found.
+  /// Bounds depend on the state and on `enough` alone. The cost is about ten DEM steps.
   virtual void bound_time_steps(const std::vector<int> &rves, double enough,
                                 std::vector<double> &bounds) = 0;
 
@@ -268,8 +270,8 @@ template <int D> class EngineOf {
   /// Returns the memory that one RVE of this many grains needs [bytes].
   virtual std::size_t bytes_per_rve(int num_grains) const = 0;
 
-  /// Returns the memory that a call needs besides the RVEs, for this many RVEs of at most this many
-  /// grains, while lists have their initial capacity [bytes]; 0 without RVEs.
+  /// Returns the memory that a call of `num_rves` RVEs of at most `num_grains` grains needs in
+  /// addition to the RVEs [bytes]; 0 without RVEs. Lists have their initial capacity.
   virtual std::size_t bytes_of_call(int num_rves, int num_grains) = 0;
 
   /// Returns the memory that contains the RVEs. Its free part is limited to the number of bytes in
@@ -285,11 +287,11 @@ template <int D> class EngineOf {
 };
 using Engine = EngineOf<2>;
 
-/// Returns the engine that the options request. Device::Auto uses a GPU if there is one; `notice`,
-/// if given, receives the reason for a fallback to the CPU, or "" if the build has no CUDA and the
-/// arithmetic is as requested. Throws InputError on invalid options, on Device::Cuda without a
-/// device, and on any fallback or missing device if the environment requires one
-/// (cuda/cuda_required.h).
+/// Returns the engine that the options request. Device::Auto uses a GPU if one is usable, otherwise
+/// the CPU. `notice`, if given, receives the reason for such a fallback; it is empty if the build
+/// has no CUDA and the arithmetic is as requested. Throws InputError if options are invalid, or if
+/// Device::Cuda finds no usable device. It also throws on a fallback if the environment requires a
+/// CUDA device (cuda/cuda_required.h).
 template <int D = 2>
 std::unique_ptr<EngineOf<D>> make_engine(const Options &options, std::string *notice = nullptr);
 

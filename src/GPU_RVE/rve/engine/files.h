@@ -9,7 +9,7 @@
 
 namespace rve {
 
-/// File for output. The constructor checks that it can be written, before there is any text:
+/// File for output. The constructor checks that the file can be written, before there is any text:
 ///   - The text of a regular or new file goes into a temporary file in the same folder, which then
 ///     takes its name. The mode of an old file stays, and its owner where that is permitted.
 ///   - A symbolic link stays, and its target is written in the same way.
@@ -55,9 +55,9 @@ void require_writable(const std::string &path);
 /// "packing file".
 void require_readable(const std::string &path, const std::string &what);
 
-/// Returns the text of a file with a line feed at the end of each line, whatever the line ends (CR,
-/// CR LF), and without a byte-order mark. Throws InputError, which begins with `file` and the line,
-/// if a byte is 0, as in binary files and in UTF-16.
+/// Returns the text of a file without its byte-order mark and with each line end (LF, CR or CR LF)
+/// as a line feed. Throws InputError if a byte is 0, as in binary files and in UTF-16. The message
+/// begins with `file` and the line.
 std::string plain_text(const std::string &text, const std::string &file);
 
 }    // namespace rve

@@ -100,8 +100,8 @@ Tensor2 exponential(const Tensor2 &a)
 // The exponential is the series of A/2^n, squared n times.
 Tensor3 exponential(const Tensor3 &a)
 {
-  // For an argument of at most 1/2 the rest of the series after 14 terms is below 2^-14/14! of it,
-  // less than its rounding.
+  // For an argument of at most 1/2 the remainder of the series after 14 terms is below 2^-14/14! of
+  // the sum, less than the rounding error.
   constexpr int TERMS = 14;
   int halvings = 0;
   Tensor3 part = a;

@@ -216,13 +216,13 @@ RVE_HD inline double bound_of_rotation(const Tensor2 &f)
   return twice_cosine > 0.0 ? std::fabs(twice_sine) / twice_cosine : NO_BOUND;
 }
 
-/// Returns the same bound of the angle in space. The axial vector of F - F^T = R - R^T + (R - 1)(U
-/// - 1) - (U - 1)(R - 1)^T is no shorter than 2 sin(angle) - sqrt(2) angle |U - 1|, which is at
-/// least angle/0.55 for an angle below 0.45 and |U - 1| below 1/40.
+/// Returns the bound of the angle in space. F = R U gives F - F^T = R - R^T + (R - 1)(U - 1) - (U -
+/// 1)(R - 1)^T. The axial vector of F - F^T is at least 2 sin(angle) - sqrt(2) angle |U - 1| long.
+/// That is at least angle/0.55 if the angle is below 0.45 and |U - 1| below 1/40.
 RVE_HD inline double bound_of_rotation(const Tensor3 &f)
 {
   const Vec<double, 3> axis = axial_vector(f);
-  // |U - 1| is about half of the norm, and adds at most sqrt(3) |U - 1| to the trace 1 + 2
+  // |U - 1| is about half of this norm. The trace is at most sqrt(3) |U - 1| above 1 + 2
   // cos(angle).
   const bool turns_little = trace(f) > 2.85 && norm(transpose(f) * f - Tensor3::identity()) < 0.05;
   return turns_little ? 0.55 * std::sqrt(dot(axis, axis)) : NO_BOUND;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The block program on a CPU thread, for RVEs of RVE_KERNEL_DIMENSION in the number format
-// RVE_KERNEL_FORMAT. It is compiled for each instruction set with RVE_ISA = baseline or v3 and
-// gives the same bits (std::fma is exact everywhere, and slow without hardware support).
+// RVE_KERNEL_FORMAT. It is compiled for each instruction set, with RVE_ISA = baseline or v3. All
+// instruction sets give the same bits: std::fma is exact everywhere, but slow without hardware
+// support.
 
 #include "rve/engine/host_kernels.h"
 
@@ -66,9 +67,9 @@ inline namespace RVE_ISA {
     kernel.run(answer, detail);
   }
 
-  /// Kernel variant that runs the calls of `variant`: with RVE_RICH_VARIANTS_ONLY the general one
-  /// that prepares the same calls and gives the same bits, for short compile times at the cost of
-  /// speed; otherwise `variant` itself.
+  /// Kernel variant that runs the calls of `variant`: normally `variant` itself. With
+  /// RVE_RICH_VARIANTS_ONLY it is the general variant that prepares the same calls and gives the
+  /// same bits. Compile times are then short, but runs are slower.
 #if defined(RVE_RICH_VARIANTS_ONLY)
   template <KernelVariant variant>
   constexpr KernelVariant kWorker = VariantTraits<variant>::prepared_like;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Interface to the block program on a CPU thread, which is compiled for each instruction set,
-// dimension and number format. The interface consists of plain data.
+// Interface to the block program, the code that advances one RVE, on a CPU thread. The program is
+// compiled for each instruction set, dimension and number format. The interface consists of plain
+// data.
 
 #pragma once
 
@@ -12,7 +13,7 @@
 
 namespace rve {
 
-/// Memory of the block on one CPU thread.
+/// Memory of the block program on one CPU thread.
 struct HostWorkspace {
   char *shared;
   char *workspace;

@@ -14,15 +14,15 @@
 
 namespace rve {
 
-/// Largest slip of contacts by a rotation that grains do not follow [-]: the slip as an angle, over
-/// the mean overlap / sum of radii. Above it an RVE is turned rigidly. If a cell rotates within a
-/// few DEM steps, contacts slip by the angle of rotation, since grains do not spin yet. At the
-/// limit, the tangential force is a hundredth of the normal force for k_t = k_n.
+/// Largest slip angle of contacts in a rotation [rad], over the mean overlap / sum of radii [-]. If
+/// a cell rotates within a few DEM steps, contacts slip by the angle of rotation, since grains do
+/// not spin yet. Above the limit the RVE is turned rigidly instead. At the limit, the tangential
+/// force is a hundredth of the normal force for k_t = k_n.
 constexpr double TURN_OF_OVERLAP = 1e-2;
 
 /// Largest rotation of one segment of a macro increment [rad]. Larger rotations have several
-/// segments. Within a segment the cell moves along the chord of the rotation, on which its area
-/// decreases by at most 2.5e-5 of it.
+/// segments. Within a segment the cell moves along the chord of the rotation. On the chord its area
+/// is smaller by at most a share of 2.5e-5.
 constexpr double LARGEST_TURN = 0.01;
 
 RVE_HD inline bool turns_little(const Tensor2 &f)
@@ -46,7 +46,7 @@ template <int D> RVE_HD bool is_simple(const Tensor<double, D> &f)
 
 /// Compliance of the mean grain of an RVE whose contacts have constant moduli.
 struct LinearContacts {
-  double depth = 0.0;        ///< length that makes a pressure a force per length [length]
+  double depth = 0.0;        ///< factor from a pressure to a force per length [length]
   double stiffness = 0.0;    ///< stiffness of the normal springs [force/length]
   double frequency = 0.0;    ///< frequency of uniformly spinning grains in a fixed cell [1/time]
 
@@ -54,9 +54,10 @@ struct LinearContacts {
   RVE_HD double strain(double pressure) const { return pressure * depth / stiffness; }
 };
 
-/// Returns the largest slip by a rotation by `angle` in `substeps` steps of dt, as an angle [rad]:
-/// the whole rotation if the grains do not follow. At a constant rate of rotation grains lag by
-/// this rate over their frequency; before the first step they do not spin.
+/// Returns the largest slip angle of contacts if the cell rotates by `angle` in `substeps` steps of
+/// dt [rad]. Grains that do not follow slip by the whole angle. At a constant rate of rotation
+/// grains lag by this rate over their `frequency`. They lag by at least one step, since they do not
+/// spin before the first one.
 RVE_HD inline double slip_of_rotation(double angle, int substeps, double dt, double frequency)
 {
   const double steps_of_lag = std::fmax(1.0, 1.0 / (frequency * dt));
@@ -110,9 +111,9 @@ enum class Skipping {
   Defer          ///< no DEM steps
 };
 
-/// Decides how a macro step of an RVE with status Ok is skipped. `strain` is the strain of the
-/// step, `of_all` the strain since the last DEM steps of the RVE, `substeps()` the number of DEM
-/// steps of the macro step.
+/// Decides if a macro step of an RVE with status Ok is skipped or ends with an evaluation. `strain`
+/// is the strain of the step, `of_all` the strain since the last DEM steps of the RVE, `substeps()`
+/// the number of DEM steps of the macro step.
 template <class Substeps>
 RVE_HD Skipping skipping_of(Rest rest, double strain, double of_all, double limit,
                             const Substeps &substeps)
@@ -150,7 +151,8 @@ template <int D> struct IncrementPlan {
   PlanKind kind = PlanKind::Refused;
   int substeps = 0;
   bool is_evaluated = false;    ///< diagnostic evaluation at the end of the steps
-  /// Deformation of the DEM steps, with any deferred increment and without `rotation` if turned.
+  /// Deformation of the DEM steps. It includes a deferred increment. If the RVE is turned, it does
+  /// not include `rotation`.
   Tensor<double, D> deformation, rotation;
 };
 
@@ -201,8 +203,8 @@ RVE_HD IncrementPlan<D> plan_increment(const Tensor<double, D> &f, const Planned
   plan.kind = PlanKind::Turned;
   plan.rotation = take_rotation(plan.deformation);
   if (!options.is_adaptive) return plan;
-  // The number of steps follows from the strain of the remaining stretch, whose last digits may
-  // differ from those of the strain before the rotation was removed.
+  // The number of steps follows from the strain of the remaining stretch. Its last digits may
+  // differ from those before the removal of the rotation.
   if (find_strain_size(plan.deformation, of_all))
     plan.substeps = options.substeps_of(of_all, rve);
   else

@@ -94,8 +94,8 @@ std::string KernelCache::file_name(const std::string &key)
   return hash_of(key) + ".kernel";
 }
 
-// A file has the hash of the following bytes, then the key and the name of the kernel, each
-// followed by a byte 0, and the code.
+// A file contains, in this order: the hash of all bytes after it, the key, a byte 0, the name of
+// the kernel, a byte 0, the code.
 
 bool KernelCache::load(const std::string &key, DeviceCode &kernel)
 {

@@ -13,8 +13,8 @@ namespace rve {
 
 namespace {
 
-  /// Adds `multiple` of one fractional coordinate of all grains to another, exactly, in wrapping
-  /// integers.
+  /// Adds `multiple` times the fractional coordinate `from` of each grain to its coordinate `to`.
+  /// The sum is exact, in wrapping integers.
   template <int D> void add_multiple(RveStateOf<D> &state, double multiple, int from, int to)
   {
     const auto n = static_cast<std::uint64_t>(static_cast<std::int64_t>(multiple));

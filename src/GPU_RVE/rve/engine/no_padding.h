@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Records that are copied as bytes into files and messages have no padding. The bytes of padding
-// would be undefined, and files would differ from run to run.
+// Check that a record has no padding. It is for records that are copied as bytes into files and
+// messages: padding bytes are undefined, so files would differ from run to run.
 
 #pragma once
 

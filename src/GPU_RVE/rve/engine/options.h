@@ -32,8 +32,8 @@ struct Options {
   Device device = Device::Auto;
   Arms arms = Arms::Contact;
   int threads = 0;    ///< CPU threads; 0: number of OpenMP (OMP_NUM_THREADS)
-  /// Local rank, which selects the CUDA device; with more ranks than devices, devices are used
-  /// again in order.
+  /// Local rank, which selects the CUDA device. If there are more ranks than devices, several ranks
+  /// use one device.
   int device_number = 0;
   int block_size = 0;    ///< CUDA threads per block; 0: chosen from the number of grains
   double skin = 0.0;     ///< skin of the Verlet list [length]; 0: a share of the mean radius

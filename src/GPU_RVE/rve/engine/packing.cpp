@@ -63,8 +63,8 @@ namespace {
   constexpr double ANY_TIME_STEP = 1e30;
 
   // Returns the frequency of a contact of the two lightest spheres with this overlap [1/time]: the
-  // larger one of its normal and its tangential frequency. For the latter each sphere has 1/m +
-  // r^2/I = 7/2 1/m.
+  // larger one of its normal and its tangential frequency. In the tangential one each sphere
+  // contributes 1/m + r^2/I = 7/(2 m).
   double pair_frequency_at(const RveStateOf<3> &state, double overlap)
   {
     std::vector<double> r = state.radius;
@@ -114,8 +114,8 @@ namespace {
     return vertical == 0.0 ? 0.0 : (trace(stress) - vertical) / ((D - 1) * vertical);
   }
 
-  /// Returns the remedy if grains may not carry unequal stresses, beginning with `before`; empty
-  /// for equal stresses.
+  /// Returns a remedy for the case that grains cannot carry the unequal stresses of a leg; empty
+  /// for equal stresses. The text begins with `before`.
   std::string remedy_of_ratio(const Leg &leg, const std::string &before)
   {
     if (leg.k0 == 1.0) return "";
@@ -169,8 +169,8 @@ namespace {
                                  result.coordination_number,
                                  result.unbalanced_ratio,
                                  lateral_ratio<D>(result.stress)};
-      // The packing must be at rest twice in a row: an oscillating servo passes its goal with both
-      // numbers small by chance.
+      // The packing must be at rest after two successive calls. An oscillating servo may pass its
+      // goal while the stress error and the unbalanced ratio are small by chance.
       const bool is_at_rest = at_rest(result, leg);
       if (is_at_rest && was_at_rest) {
         k0 = report.k0;
@@ -280,7 +280,7 @@ namespace {
 
     // Returns the time step of the next call for disks. Gershgorin's bound does not include
     // contacts that form within a call, so a margin is kept. A packing without contacts gets the
-    // step that its grains need in a dense network, which is about 0.55 of the step for a single
+    // step that its grains need in a dense network. That is about 0.55 of the step for a single
     // contact with deepest_overlap().
     double time_step(const RveStateOf<D> &state) const
     {

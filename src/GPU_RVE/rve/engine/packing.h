@@ -21,8 +21,8 @@ struct PackingRecipe {
   Material material;
   double pressure = 0.0;    ///< goal of -sigma of each axis [stress], > 0
   /// Lateral over vertical stress [-]. The vertical axis is the last one. The stress along it has
-  /// the goal `pressure`, and the lateral stresses have the goal k0 times the pressure, which
-  /// grains must bear with the final friction.
+  /// the goal `pressure`, and the lateral stresses have the goal k0 * `pressure`. Grains must bear
+  /// these stresses with the final friction.
   double k0 = 1.0;
   /// Earth pressure at rest: the vertical stress grows from START_AT_REST of the pressure to the
   /// pressure at zero lateral strain. The lateral stresses result from it, and `k0` is not used.
@@ -42,24 +42,23 @@ struct PackingRecipe {
 
   double stress_tolerance = 1e-3;        ///< |sigma_aa + p| / p of each axis at the end [-]
   double unbalanced_tolerance = 1e-3;    ///< mean |grain force| / mean |contact force| [-]
-  /// Solid fraction of the cloud [-]. Default 0.4 for disks, at most 0.5, since random addition
-  /// jams at 0.55; 0.25 for spheres, at most 0.33, since it jams at 0.38.
+  /// Solid fraction of the cloud [-]. Disks: default 0.4, at most 0.5, since random addition jams
+  /// at 0.55. Spheres: default 0.25, at most 0.33, since it jams at 0.38.
   std::optional<double> initial_solid_fraction;
   /// Largest number of DEM steps of one compression; it is an error if they do not suffice.
   std::int64_t max_steps = 2000000;
 };
 
 /// Isotropic pressure at the beginning of the compression without lateral strain, over the final
-/// vertical stress [-]. Soil is deposited without stress; an earlier stress changes the final
-/// lateral stress by about (1 - K0) of this share.
+/// vertical stress [-]. Soil is deposited without stress. This initial pressure changes the final
+/// lateral stress by about (1 - K0) times the share.
 constexpr double START_AT_REST = 0.05;
 
 /// Returns the overlap over diameter of two grains of the mean radius at the pressure, as
 /// contact_strain() of engine/contact_laws.h.
 template <int D = 2> double contact_strain(const PackingRecipe &recipe);
-/// Limits of contact_strain(). Above the first one stiffness and void ratio are not those of grains
-/// with point contacts any more. Above the second one disks fill the plane, and a recipe is
-/// refused.
+/// Limits of contact_strain(). Above the first one stiffness and void ratio differ from those of
+/// grains with point contacts. Above the second one disks fill the plane, and a recipe is refused.
 constexpr double SMALL_CONTACT_STRAIN = 0.01;
 constexpr double LARGEST_CONTACT_STRAIN = 0.05;
 
@@ -96,16 +95,18 @@ using PreparedPacking = PreparedPackingOf<2>;
 
 /// Returns the default servo gain 10 h/M [1/(stress time^2)] with the mass M and the thickness h of
 /// the RVE; for spheres h is the cube root of the volume of the cell. A stress error accelerates
-/// the cell by gain * error, and with a modulus E the servo oscillates at sqrt(gain E). The slowest
-/// wave across the cell has the squared frequency (2 pi)^2 E h/M, whatever the units and the
-/// stiffness. The factor 10 puts the servo at half of that frequency: fast, but below the waves
-/// that it must not excite. (SudoDEM and YADE use 1/M as a number, 13.3 h/M at h = 0.075.)
+/// the cell by gain * error, so at a modulus E of the packing the servo oscillates at the angular
+/// frequency sqrt(gain E). The slowest wave across the cell has the squared angular frequency (2
+/// pi)^2 E h/M, whatever the units and the stiffness. With the factor 10 the servo has half of the
+/// frequency of that wave: it is fast, but below the waves, which it must not excite. (SudoDEM and
+/// YADE use 1/M as a number, 13.3 h/M at h = 0.075.)
 template <int D> double default_servo_gain(const RveStateOf<D> &state);
 
 /// Returns the default rate of each axis during the compression of the cloud [1/time]. It is the
-/// lesser of 0.01 sqrt(K/M), at 1 % of the wave speed of the packing with the contact stiffness K
-/// at the pressure, and 0.2 sqrt(p h/M), at which the momentum flux of the moving grains is 4 % of
-/// p. For spheres h is as in default_servo_gain(), and K is multiplied by h over the mean diameter.
+/// smaller of two rates. The rate 0.01 sqrt(K/M) is 1 % of the wave speed of the packing, with the
+/// contact stiffness K at the pressure p. At the rate 0.2 sqrt(p h/M) the momentum flux of the
+/// moving grains is 4 % of p. M and h are those of default_servo_gain(); for spheres K is
+/// multiplied by h over the mean diameter.
 template <int D> double default_compression_rate(const RveStateOf<D> &state, double pressure);
 
 /// Resets the history of a packing: velocities, strain, servo, counters and energies become zero.
@@ -113,23 +114,23 @@ template <int D> double default_compression_rate(const RveStateOf<D> &state, dou
 template <int D> void forget_past(RveStateOf<D> &state);
 
 /// Returns non-overlapping grains at rest in a periodic square or cube at initial_solid_fraction,
-/// by random sequential addition, largest first. Positions depend only on radii and seed of the
-/// recipe, on every machine: std::mt19937_64 with a fixed mapping to numbers. Throws InputError on
-/// a recipe out of range.
+/// by random sequential addition, largest first. Positions depend only on the recipe and are the
+/// same on every machine: the generator is std::mt19937_64 with a fixed mapping to real numbers.
+/// Throws InputError on a recipe out of range.
 template <int D = 2> RveStateOf<D> loose_cloud(const PackingRecipe &recipe);
 
-/// Runs the preparation on `engine` (a packing is added and removed) and returns the packing at the
-/// pressure, with the final friction, zero velocities and spins, and deformation 1. Tangential
-/// forces are kept, since they belong to the equilibrium; after frictionless preparation they are
-/// zero. A packing prepared with more than the final friction is equilibrated with the final one.
-/// The cell keeps its right angles, so a small random shear stress remains: for disks about 0.9 p /
-/// sqrt(N), up to 12 % of p for 400.
+/// Prepares a packing on `engine`, which holds it as an RVE during the preparation. Returns the
+/// packing at the pressure, with the final friction, zero velocities and spins, and deformation 1.
+/// Tangential forces are kept, since they belong to the equilibrium; after frictionless preparation
+/// they are zero. A packing prepared with more than the final friction is equilibrated with the
+/// final one. The cell keeps its right angles, so a small random shear stress remains: for N disks
+/// at pressure p about 0.9 p / sqrt(N), up to 12 % of p for N = 400.
 ///
-/// With `void_ratio` a packing looser than the frictionless one is found by bisection of the
-/// preparation friction in [0, 1], and a denser one by bisection of an isotropic, frictionless
-/// overconsolidation, up to the pressure at which contacts are strained by 4 %. Throws InputError
-/// with the reachable range if neither reaches the goal, and if a compression does not come to
-/// rest.
+/// With `void_ratio` the preparation is repeated by bisection. For a packing looser than the
+/// frictionless one the variable is the preparation friction in [0, 1]. For a denser one it is the
+/// overconsolidation by an isotropic, frictionless compression, up to the pressure at which overlap
+/// / diameter is 4 %. Throws InputError with the reachable range if the void ratio cannot be
+/// reached. It also throws if a compression does not come to rest.
 template <int D>
 RveStateOf<D> generate_packing(const PackingRecipe &recipe, EngineOf<D> &engine,
                                const PackingProgress &progress = {});

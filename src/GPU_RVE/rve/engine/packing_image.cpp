@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Signed permutations of axes. They are exact and never give minus zero.
+// Images of packings. An image permutes the axes and changes signs. The results are exact and never
+// minus zero.
 
 #include "rve/engine/packing_image.h"
 
@@ -16,8 +17,8 @@ namespace {
     bool is_mirror;
   };
 
-  // R maps (x, y) to (-y, x), and row k of the table is R^k. The mirror, which acts first, reverses
-  // the components that come from x.
+  // R maps (x, y) to (-y, x). Row k of the table is R^k. The mirror acts first and reverses the
+  // components that come from x.
   AxisMap<2> plane_map(int image)
   {
     constexpr AxisMap<2> TURNS[4] = {{{0, 1}, {1, 1}, false},

@@ -9,11 +9,12 @@
 namespace rve {
 
 /// Number of symmetries of a square and of a cube. Image k of disks is Q = R^(k mod 4) M^(k / 4),
-/// with the counter-clockwise rotation R by 90 degrees and the mirror M that reverses x: 0 is the
-/// packing itself, 2 its rotation by 180 degrees, 4 its mirror image, 6 the one that reverses y.
+/// with the counter-clockwise rotation R by 90 degrees and the mirror M that reverses x. Image 0 is
+/// the packing itself, image 2 its rotation by 180 degrees, image 4 its mirror image with x
+/// reversed, image 6 its mirror image with y reversed.
 ///
-/// Image k of spheres is C^(k / 16) Z^(k / 8 mod 2) Q, with Q image k mod 8 of disks in the plane
-/// of x and y, the mirror Z that reverses z, and the rotation C by 120 degrees that maps x to y, y
+/// Image k of spheres is C^(k / 16) Z^(k / 8 mod 2) Q. Q is image k mod 8 of disks in the plane of
+/// x and y. Z is the mirror that reverses z. C is the rotation by 120 degrees that maps x to y, y
 /// to z, and z to x. Images 0 to 15 keep the direction of z, along which the stress of a packing
 /// may differ.
 template <int D> constexpr int NUM_IMAGES_OF = D == 2 ? 8 : 48;
@@ -30,7 +31,8 @@ template <int D> Tensor<double, D> image_of(const Tensor<double, D> &stress, int
 /// Q^T, fractional coordinates Q s, peculiar velocities Q c, stored forces of pairs of spheres Q f.
 /// Quantities with a sense of rotation (spins and tangential forces of disks, twisting moments)
 /// change their sign with a mirror; spins of spheres become det(Q) Q w. An upright cell stays
-/// upright and responds to Q L Q^T with Q sigma Q^T. Throws InputError as image_rotation().
+/// upright. If it responds to the velocity gradient L with the stress sigma, its image responds to
+/// Q L Q^T with Q sigma Q^T. Throws InputError as image_rotation().
 template <int D> RveStateOf<D> image_of(const RveStateOf<D> &state, int image);
 
 }    // namespace rve

@@ -42,7 +42,7 @@ namespace rve {
 /// the other dimension is an error.
 template <int D = 2> RveStateOf<D> read_packing(const std::string &path);
 
-/// Returns 2 if a packing file, or the first packing of a library, is of disks, 3 if it is of
+/// Returns the dimension of a packing file or of the first packing of a library: 2 for disks, 3 for
 /// spheres. The function reads no more than necessary, and throws InputError with path:line if the
 /// part that it reads is broken.
 int dimension_of_packing(const std::string &path);
@@ -51,9 +51,9 @@ int dimension_of_packing(const std::string &path);
 /// not sound or the file cannot be written.
 template <int D> void write_packing(const std::string &path, const RveStateOf<D> &state);
 
-/// Reads a library, or a packing file as a library of one packing whose row has only its grains and
-/// void ratio. Throws InputError with path:line for anything missing, broken or out of range, and
-/// if index and packings disagree.
+/// Reads a library. A packing file is read as a library of one packing; its row has only the number
+/// of grains and the void ratio. Throws InputError with path:line for anything missing, broken or
+/// out of range, and if index and packings disagree.
 ///
 /// A library is plain text like a packing file:
 ///   gpu_rve_library 1
@@ -72,19 +72,19 @@ template <int D> void write_library(const std::string &path, const PackingLibrar
 /// Writes a LAMMPS data file (atom_style sphere, triclinic, one atom type) and `<path>.contacts`;
 /// the latter is omitted if the path is a device or a fifo. Throws InputError as write_packing().
 ///
-/// LAMMPS requires vector a along +x, and b in the plane of x and y. So the packing is rotated
-/// (positions, velocities, spins, forces), and vectors are reduced by multiples of those before
-/// them until |xy| and |xz| are at most lx/2, |yz| at most ly/2. Ids are 1 to N in the order of the
-/// state. Velocities are peculiar: add L x for a deforming cell.
+/// LAMMPS requires cell vector a along +x, and b in the plane of x and y. So the packing is rotated
+/// (positions, velocities, spins, forces). Then multiples of a are subtracted from b, and multiples
+/// of a and b from c, until |xy| and |xz| are at most lx/2, |yz| at most ly/2. Ids are 1 to N in
+/// the order of the state. Velocities are peculiar: add L x for a deforming cell.
 ///
 /// For disks z runs from -largest radius to +largest radius, and the density column is mass / (4/3
 /// pi r^3), so that LAMMPS computes the same mass. LAMMPS' moment of inertia is 2/5 m r^2 unless
 /// `fix nve/sphere ... disc` is used; the engine's is m r^2/2.
 ///
 /// Contact forces are those of the springs, without dashpots, on the first grain: -f_n n + f_t
-/// (-n_y, n_x), and -f_n n + f_t for spheres. With rolling forces there is a column for the moment
-/// on the first grain over the reduced radius. For spheres there are three columns for the rolling
-/// force and one for the twisting moment, as in PairOf<3>.
+/// (-n_y, n_x) for disks, and -f_n n + f_t for spheres. With rolling forces there is a column for
+/// the moment on the first grain over the reduced radius. For spheres there are three columns for
+/// the rolling force and one for the twisting moment, as in PairOf<3>.
 template <int D> void write_lammps_data(const std::string &path, const RveStateOf<D> &state);
 
 }    // namespace rve

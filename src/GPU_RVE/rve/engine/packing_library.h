@@ -52,9 +52,9 @@ class VoidRatioIndex {
   double least() const { return sorted.front().first; }
   double most() const { return sorted.back().first; }
 
-  /// Returns the packing with the nearest void ratio; among equally near ones that with the lower
-  /// void ratio, then the lower number. Returns nothing if that void ratio differs from `wanted` by
-  /// more than `tolerance` [-], or if `wanted` is not finite.
+  /// Returns the packing with the nearest void ratio. Of equally near packings it returns the one
+  /// with the lower void ratio, then the one with the lower number. Returns nothing if that void
+  /// ratio differs from `wanted` by more than `tolerance` [-], or if `wanted` is not finite.
   std::optional<int> nearest(double wanted, double tolerance) const;
 
   /// Returns one of the packings whose void ratios differ from `wanted` by at most `tolerance` [-],
@@ -66,8 +66,9 @@ class VoidRatioIndex {
   std::vector<std::pair<double, int>> sorted;    // void ratio, number
 };
 
-/// Search of packings by the stress that they bear. A packing belongs to the level of the packing
-/// with the next lower stress if the stresses differ by at most SAME_LEVEL of the lower one.
+/// Search of packings by the stress that they bear. Packings of similar stress form a level: a
+/// packing joins the level of the packing with the next lower stress if the stresses differ by at
+/// most the share SAME_LEVEL of the lower one.
 class StressLevels {
  public:
   static constexpr double SAME_LEVEL = 0.05;

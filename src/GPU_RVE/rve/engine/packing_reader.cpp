@@ -36,8 +36,8 @@ namespace {
     /// Marks the present statement as the first one of a packing.
     void begin_packing() { of_packing = {}; }
 
-    /// Moves to a line with the checksum of the statements before it, of the packing or of the
-    /// whole file, and checks it.
+    /// Moves to a line with a checksum and checks it. The checksum is that of the preceding
+    /// statements of the packing or of the whole file.
     void read_checksum(bool whole_file, const std::string &last_statement)
     {
       next("'checksum'");
@@ -267,8 +267,8 @@ namespace {
     }
   }
 
-  /// Reads the dimension of a packing from its statement `gpu_rve_packing` on. Ends at the last
-  /// statement that it needs.
+  /// Reads the dimension of a packing. The present statement of the reader is `gpu_rve_packing`.
+  /// Reading ends at the last statement that the function needs.
   int read_dimension(StatementReader &reader)
   {
     reader.require_keyword("gpu_rve_packing", 2, "gpu_rve_packing version");
@@ -286,7 +286,8 @@ namespace {
         " (dimension " + std::to_string(dimension) + ")";
   }
 
-  /// Reads a packing from its statement `gpu_rve_packing`, to which the reader has moved, to `end`.
+  /// Reads a packing up to its statement `end`. The present statement of the reader is
+  /// `gpu_rve_packing`.
   template <int D> RveStateOf<D> read_packing_statements(StatementReader &reader)
   {
     RveStateOf<D> state;

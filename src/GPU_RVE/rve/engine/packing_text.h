@@ -31,8 +31,8 @@ struct MaterialLine {
   double of(const Material &material) const { return material.*parameter->member; }
 };
 
-/// Returns the lines of a material. Spheres have no thickness and no mass depth; the factor of
-/// their mass, mass_scaling, has no unit.
+/// Returns the lines of a material. Spheres have no thickness, and mass_scaling, a factor of their
+/// mass, instead of mass_depth.
 template <int D> std::vector<MaterialLine> material_lines()
 {
   std::vector<MaterialLine> lines;

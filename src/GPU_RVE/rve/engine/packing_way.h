@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Ways to prepare a packing, and the search for one that reaches a void ratio.
+// Ways to prepare a packing: sequences of legs, each of which ends at rest at a pressure. If a
+// recipe requires a void ratio, a search finds the way that reaches it.
 
 #pragma once
 
@@ -41,7 +42,8 @@ template <int D> struct Specimen {
   double void_ratio;
 };
 
-/// Search of the way of a recipe: a single way, or as many as a required void ratio needs.
+/// Search of the way of a recipe. A recipe without a required void ratio has a single way.
+/// Otherwise ways are tried until one reaches the void ratio.
 ///
 /// A packing is a discontinuous function of its preparation x. Bisection finds the x at which the
 /// void ratio passes the goal, possibly by a jump. If no packing was within the tolerance, the
@@ -123,9 +125,9 @@ template <int D> class WaySearch {
   double best = 0.0, least_error = 1e300;    // best void ratio and its error
 
   /// Returns the way for a value of the search variable. For packings looser than the frictionless
-  /// one it is the square root of the friction: the void ratio is nearly a linear function of it,
-  /// since the void ratio grows mostly below a friction of 0.2. For denser ones it is the logarithm
-  /// of the overconsolidation ratio.
+  /// one the variable is the square root of the friction. The void ratio is nearly a linear
+  /// function of this root, since it grows mostly below a friction of 0.2. For denser packings the
+  /// variable is the logarithm of the overconsolidation ratio.
   Way<D> at(double value) const
   {
     return looser ? with_friction(value * value) : overconsolidated(value);

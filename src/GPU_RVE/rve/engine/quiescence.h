@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Quiescent RVEs, which skip macro steps: their known rest after a diagnostic evaluation, and their
-// stress. The same code runs on the host and on a device, with the same bits.
+// State of rest and stress of quiescent RVEs, which skip macro steps. A diagnostic evaluation
+// determines whether an RVE is at rest. The same code runs on the host and on a device, with the
+// same bits.
 
 #pragma once
 

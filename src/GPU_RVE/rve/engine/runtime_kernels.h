@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that are compiled at run time, when a call first needs them. Exists only in builds with
-// CUDA.
+// Kernels that are compiled at run time, when a call first needs them. Only builds with CUDA
+// contain this code.
 
 #pragma once
 

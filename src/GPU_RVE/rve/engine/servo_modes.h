@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Directions in which a stress servo acts, from conditions on rates and on stresses. Each condition
-// is a weighted sum of components.
+// Servo modes: the directions in which a stress servo changes the velocity gradient. They follow
+// from conditions on rates and on stresses. Each condition prescribes a weighted sum of components.
 //
-// A symmetric tensor is written as its components on and above the diagonal, sigma = (s_xx, ...,
-// s_xy, ...), and a velocity gradient as their work conjugates, l = (L_xx, ..., L_xy, ...), since
-// the servo shears along x. There are conditions on rates, E l = r, and on stresses, C sigma = g,
-// together as many as components. The servo uses l = E^+ r + sum_k a_k w_k with amplitudes a_k. The
-// modes w_k are the columns of W = P C^+: C^+ e is the smallest stress change that removes the
-// error e of the stress conditions, and P projects on the motions with E l = 0, which the
-// conditions on rates leave free.
+// Tensors are written as vectors of their components on and above the diagonal: the stress as sigma
+// = (s_xx, ..., s_xy, ...), the velocity gradient as l = (L_xx, ..., L_xy, ...). Each component of
+// l is the work conjugate of that of sigma, since the servo shears along x. The conditions on rates
+// are E l = r, the conditions on stresses C sigma = g. Together there are as many conditions as
+// components. E^+ and C^+ are pseudo-inverses. The servo uses l = E^+ r + sum_k a_k w_k with
+// amplitudes a_k [1/time]. The modes w_k are the columns of W = P C^+. C^+ e is the smallest stress
+// change that removes the error e of the stress conditions. P projects on the motions with E l = 0,
+// which the conditions on rates leave free.
 //
-// If the stresses are the work conjugates of the free motions, P C^T = C^T, the stiffness C S W of
-// the modes has positive eigenvalues for every positive definite S. The servo then oscillates about
-// its goal, and no property of the material is needed. Single components are their own modes.
+// Let S be the stiffness of the material. If the controlled stresses are the work conjugates of the
+// free motions, P C^T = C^T, the stiffness C S W of the modes has positive eigenvalues for every
+// positive definite S. The servo then oscillates about its goal, and no property of the material is
+// needed. A single controlled component is its own mode.
 
 #pragma once
 
@@ -26,7 +28,8 @@
 
 namespace rve {
 
-/// Weighted sum of components, the diagonal first, then xy, xz, yz: factor_c times component c [-].
+/// Weighted sum of tensor components: the factor of each component, the diagonal first, then xy,
+/// xz, yz [-].
 template <int D> using ComponentSum = std::array<double, Space<D>::strains>;
 
 /// Return the row and column of component c.

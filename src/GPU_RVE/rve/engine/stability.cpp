@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A contact couples six coordinates: (x, y, r theta) of two grains. The rotation is measured as the
-// surface displacement r theta, so all coordinates are lengths, and the rotational mass is I/r^2 =
-// m/2. The stretches of a contact are
+// Frequencies of contact networks. A contact of two disks i and j couples six coordinates: (x, y,
+// w) of each disk, where w = r theta is the rotation as a surface displacement. So all coordinates
+// are lengths, and the rotational mass is I/r^2 = m/2. The normal, tangential and rolling stretches
+// of a contact are
 //     u_n = (u_j - u_i).n,    u_t = (u_j - u_i).t - (a_i/r_i) w_i - (a_j/r_j) w_j,
 //     u_r = (R/r_j) w_j - (R/r_i) w_i,
-// with w = r theta, a = r - overlap/2 and R = r_i r_j / (r_i + r_j). Two spheres have twelve
-// coordinates, and the rotational mass is 2 m/5. u_t and u_r are vectors across n, u_q is the twist
-// about n, and across(v) = v - (v.n) n:
+// with the displacement u_i of disk i, the normal n, the tangent t, the lever arm a = r - overlap/2
+// and the reduced radius R = r_i r_j / (r_i + r_j). Two spheres have twelve coordinates, and the
+// rotational mass is 2 m/5. Their u_n is that of disks, u_t and u_r are vectors across n, and u_q
+// is the twist about n. With across(v) = v - (v.n) n:
 //     u_t = across(u_j - u_i) - ((a_i/r_i) w_i + (a_j/r_j) w_j) x n,
 //     u_r = d x n,    u_q = d.n,    d = (R/r_j) w_j - (R/r_i) w_i.
 
@@ -29,15 +31,15 @@ namespace rve {
 
 namespace {
 
-  // Contact elements whose moduli are used. Springs and dashpots are quadratic forms of the same
-  // stretches.
+  // Elements of a contact whose moduli are used. The energy of springs and the power of dashpots
+  // are quadratic forms of the same stretches.
   enum class Kind { Springs, Dashpots };
 
   struct Moduli {
     std::vector<ContactModuli> of_contact;    // in the order of the contacts
     // Returns the moduli of a contact that may form between grains of two radii. Its overlap is the
-    // larger of `coming_overlap` and that of the deepest present contact; if both are zero,
-    // kGasOverlapShare of the mean radius.
+    // larger of `coming_overlap` and that of the deepest present contact. If both are zero, it is
+    // kGasOverlapShare times the mean radius.
     std::function<ContactModuli(double, double)> coming;
   };
 
@@ -48,8 +50,8 @@ namespace {
     return with_law<D>(state.material, [&](const auto &law) {
       const auto moduli_at = [law, kind](const ContactSite &site) {
         ContactModuli moduli = kind == Kind::Springs ? law.stiffness(site) : law.viscosity(site);
-        // Where an attraction decreases with the distance, the normal stiffness is negative. It can
-        // only lower frequencies and is taken as zero.
+        // Where an attraction decreases with the distance, the normal stiffness is negative. A
+        // negative stiffness can only lower frequencies, so it is replaced by zero.
         moduli.normal = std::max(moduli.normal, 0.0);
         return moduli;
       };
@@ -311,7 +313,8 @@ namespace {
 
     const std::size_t n = matrix.size();
     std::vector<std::vector<double>> basis(1, std::vector<double>(n));
-    // The start is deterministic, and orthogonal to no symmetric mode.
+    // The start vector is pseudo-random, so that it is orthogonal to no symmetric mode, and
+    // deterministic.
     std::uint64_t pseudo_random = 0x9e3779b97f4a7c15u;
     for (double &x : basis[0]) {
       pseudo_random = pseudo_random * 6364136223846793005u + 1442695040888963407u;
@@ -335,7 +338,7 @@ namespace {
       largest = largest_eigenvalue(diagonal, off);
       steady = largest - previous <= TOLERANCE * largest ? steady + 1 : 0;
       const double norm = std::sqrt(dot(next, next));
-      // The basis then spans an invariant subspace, and the value is exact.
+      // With a zero norm the basis spans an invariant subspace, and the value is exact.
       const bool invariant = norm <= 1e-14 * largest;
       if (steady >= STEADY_STEPS || invariant) break;
       off.push_back(norm);
@@ -396,13 +399,14 @@ namespace {
     return largest;
   }
 
-  // Returns the largest eigenvalue of one contact with tangential and rolling springs, between the
-  // smallest grain and any other, with the radii as lever arms; 0 without resistance to rolling and
-  // twisting. With g_t and g_r the derivatives of u_t and u_r over the roots of the masses, it
-  // is the larger eigenvalue of k_t g_t g_t^T + k_r g_r g_r^T. With c = m r^2/I,
-  // g_t.g_t = (1 + c) (1/m_i + 1/m_j) and g_r.g_r = c ((R/r_i)^2/m_i + (R/r_j)^2/m_j). In space
-  // this holds for both directions across the normal, and twisting is decoupled. All partners of
-  // the lightest grain are tried, since it rolls fastest with a large one.
+  // Returns the largest eigenvalue of one contact between the smallest grain and any other, with
+  // the radii as lever arms; 0 without resistance to rolling and twisting. Let g_t and g_r be the
+  // derivatives of u_t and u_r, divided by the square roots of the masses. The result is the larger
+  // eigenvalue of k_t g_t g_t^T + k_r g_r g_r^T, where
+  //     g_t.g_t = (1 + c) (1/m_i + 1/m_j),    g_r.g_r = c ((R/r_i)^2/m_i + (R/r_j)^2/m_j)
+  // and c = m r^2/I. For spheres this holds for both directions across the normal. Their twisting
+  // is decoupled, and its eigenvalue is the result if it is larger. All partners of the smallest
+  // grain are tried, since it rolls fastest with a large one.
   template <int D> double turning_pair_eigenvalue(const RveStateOf<D> &state, const Moduli &moduli)
   {
     constexpr double ROTATION = 1.0 / GrainShape<D>::inertia;

@@ -175,8 +175,7 @@ namespace {
   }
 
   // Checks the reach of an adhesion. A smaller reach than the allowed ones would act like a jump of
-  // the force. Within a larger one there would be second neighbours, for which the sums have no
-  // capacity.
+  // the force. A larger one would include second neighbours, for which the sums have no capacity.
   void check_reach(const Material &material, double smallest_radius)
   {
     constexpr double LEAST_SHARE = 1e-6;
@@ -451,7 +450,7 @@ template <int D> void RveStateOf<D>::set_positions(const std::vector<double> &x)
       for (int b = 1; b < D; ++b) s += to_fractional(a, b) * x[i + b];
       require(std::isfinite(s), "position of grain ", i / D + 1, " is not a finite number");
       const double scaled = (s - std::floor(s)) * 0x1p64;
-      // A value a rounding below a whole number leaves a remainder of exactly 1, which is the image
+      // For a value just below a whole number the remainder can be rounded to 1, which is the image
       // at 0.
       result[i + a] = scaled < 0x1p64 ? static_cast<std::uint64_t>(scaled) : 0u;
     }

@@ -22,7 +22,7 @@ bool resists_twisting(const Material &material);
 /// Returns true if contacts resist rolling or twisting.
 bool resists_rolling(const Material &material);
 
-/// Pair of the Verlet list. Its owner is `first`, whose work item computes the contact.
+/// Pair of grains in the Verlet list. The work item of grain `first` computes the contact.
 template <int D> struct PairOf;
 
 template <> struct PairOf<2> {
@@ -42,11 +42,11 @@ template <> struct PairOf<3> {
   std::int32_t second;
   Vec<double, 3> tangential_force;    ///< history: force on `first`, across the normal [force]
   double contact_radius = 0.0;        ///< history: contact radius of the tangential force [length]
-  /// History: with the normal n from first to second, n x this is the moment on `first` over the
-  /// reduced radius [force].
+  /// History: vector g for which n x g is the moment on `first` over the reduced radius [force].
+  /// The normal n points from first to second.
   Vec<double, 3> rolling_force = Vec<double, 3>::zero();
-  /// History: moment on `first` along that normal [force length]. If friction resists twisting, the
-  /// moment is scaled to an overlap as large as the reduced radius.
+  /// History: moment on `first` along n [force length]. If friction resists twisting, the moment is
+  /// scaled to an overlap as large as the reduced radius.
   double twisting_moment = 0.0;
 };
 
@@ -195,8 +195,8 @@ template <int D> struct RveStateOf {
 };
 using RveState = RveStateOf<2>;
 
-/// Returns the exact byte record of a state (host byte order), and the state of a record. Throws
-/// InputError on a damaged record.
+/// serialize() returns the exact byte record of a state in host byte order. deserialize() returns
+/// the state of a record. It throws InputError if the record is damaged.
 template <int D> std::vector<char> serialize(const RveStateOf<D> &state);
 template <int D = 2> RveStateOf<D> deserialize(const char *data, std::size_t size);
 

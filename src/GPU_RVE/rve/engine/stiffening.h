@@ -20,10 +20,10 @@ struct StiffnessMeasures {
 
 /// Measures above which the time-step bound of an RVE is checked again.
 ///
-/// The largest eigenvalue of a packing grows with the number of contacts and with their moduli. A
-/// modulus of Hertz' law grows with the cube root of the force. Contacts and moduli may grow by a
-/// tenth each: together the eigenvalue grows by a fifth, and the bound falls by a tenth, which is
-/// the initial margin of `dt auto`.
+/// The largest eigenvalue of a packing, its highest frequency squared, grows with the number of
+/// contacts and with their moduli. A modulus of Hertz' law grows with the cube root of the force.
+/// Contacts and moduli may grow by a tenth each: together the eigenvalue grows by a fifth, and the
+/// bound falls by a tenth, which is the initial margin of `dt auto`.
 struct StiffeningLimit {
   std::int32_t num_contacts = -1;
   double peak_force = -1.0;    ///< [force]
@@ -36,10 +36,12 @@ struct StiffeningLimit {
   }
 };
 
-/// Allowed growth of the number of contacts, as a share of them and of the grains. The second share
-/// matters in a packing with few contacts, where one contact more is a large share.
+/// Allowed growth of the number of contacts: a share of the contacts plus a share of the grains.
+/// The second share matters in a packing with few contacts, where one contact more is a large
+/// share.
 constexpr double CONTACT_GROWTH = 0.1, CONTACT_GROWTH_PER_GRAIN = 0.02;
-/// Allowed growth of forces where moduli depend on them: a tenth of a modulus of Hertz' law.
+/// Allowed ratio of a new to an old force if moduli depend on forces. A modulus of Hertz' law then
+/// grows by a tenth.
 constexpr double FORCE_GROWTH = 1.1 * 1.1 * 1.1;
 
 /// Returns the limit for an RVE whose bound has just been checked. With constant moduli only

@@ -39,9 +39,10 @@ RVE_HD inline double inertial_number(double mean_stress, double grain_size, doub
 }
 
 /// Returns the inertial number I = rate d sqrt(rho/p) of an RVE [-], infinite without pressure and
-/// zero at rest. `rate` is |D| [1/time]. The density is rho = density mass_depth/thickness, since
-/// the stress of disks includes the thickness and their mass the mass_depth; I equals rate
-/// sqrt(m/(p h)) up to sqrt(4/pi) (da Cruz et al. 2005).
+/// zero at rest. `rate` is |D| [1/time], d the grain_size() [length], p the mean stress [stress].
+/// The density is rho = density mass_depth/thickness, since the stress of disks includes the
+/// thickness h, and their mass m includes the mass_depth. For disks I equals rate sqrt(m/(p h)) (da
+/// Cruz et al. 2005) except for a factor of sqrt(4/pi).
 template <int D>
 double inertial_number(const ResultOf<D> &result, const Material &material, double rate)
 {

@@ -26,9 +26,9 @@ struct VariantFeatures {
 
 VariantFeatures features_of(KernelVariant variant);
 
-/// Returns the variant that defines the memory layout of RVEs with these contacts: `prepared` of
-/// the first suitable one of the table. This variant has all features of the others with its memory
-/// layout. Throws InputError if there is none.
+/// Returns the variant that defines the memory layout of RVEs with these contacts: the column
+/// `prepared` of the first suitable line of the table. This variant has all features of the others
+/// with its memory layout. Throws InputError if there is none.
 KernelVariant memory_variant(const ContactModel &contacts);
 
 /// Returns the last variant of a law for disks or spheres; with rolling resistance if the law
