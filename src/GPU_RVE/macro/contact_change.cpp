@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Change of contact laws and resistances. Kernels and memory layout of an engine are fixed, so all
-// RVEs move to a new engine.
+// Change of the contact law or of the contact resistances of the engine. An engine has fixed
+// kernels and a fixed memory layout, so all RVEs move to a new engine.
 
 #include "macro/rve_points.h"
 

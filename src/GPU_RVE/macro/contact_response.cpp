@@ -29,9 +29,9 @@ double ContactResponse<D>::contact_strain(double pressure, const rve::Material &
 template <int D>
 double ContactResponse<D>::frequency_at(double contact_strain, const rve::Material &material) const
 {
-  // The moment of inertia of a grain balances Z contacts with the force k_t r spin and the lever
-  // arm r. Z = D + 1 is that of an isostatic packing with friction. In space, only the two thirds
-  // of the squared spin that are normal to the branch vector move the surface.
+  // A grain that turns by an angle gets the force k_t r angle with the lever arm r from each of its
+  // Z contacts. Z = D + 1 holds for an isostatic packing with friction. In 3D only the rotation
+  // normal to the branch vector moves the surface at the contact: two thirds of the squared angle.
   constexpr double CONTACTS = D == 2 ? 3.0 : 4.0 * 2.0 / 3.0;
   using Shape = rve::GrainShape<D>;
   const double radius = 0.5 * grain_size_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contact strain and grain frequency of an RVE, from its material and its mean grain size. The plan
-// of every macro step needs both values for thousands of points, so values that are constant are
-// computed only once.
+// Contact strain and rotational frequency of the mean grain of an RVE, from its material and mean
+// grain size. The plan of every macro step needs both for thousands of points. Values that do not
+// change are therefore computed only once.
 
 #pragma once
 
@@ -20,9 +20,9 @@ template <int D> class ContactResponse {
   /// constructor.
   double contact_strain(double pressure, const rve::Material &material) const;
 
-  /// Angular frequency w of grains that all spin in the same way in a cell that does not turn: w^2
-  /// = Z k_t r^2 / I with the tangential stiffness k_t at this contact strain, Z contacts, the
-  /// radius r and the moment of inertia I [1/time].
+  /// Angular frequency w [1/time] at which grains oscillate if all spin in the same way in a cell
+  /// that does not turn: w^2 = Z k_t r^2 / I. A grain has Z contacts with the tangential stiffness
+  /// k_t at this contact strain, the radius r and the moment of inertia I.
   double frequency(double contact_strain, const rve::Material &material) const;
 
   /// Density in the inertial number, rve::inertial_density() [mass/length^3].

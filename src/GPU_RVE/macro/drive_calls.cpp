@@ -38,9 +38,9 @@ namespace {
 
 }    // namespace
 
-/// Advances RVEs and adds the wall time to seconds_in_engine. RVEs with several copies get a call
-/// of their own, because the largest RVE of a call determines the share of a GPU that each RVE
-/// gets.
+/// Advances RVEs and adds the wall time to seconds_in_engine. RVEs with several copies get a
+/// separate call, because the largest RVE of a call determines the share of a GPU for each RVE of
+/// the call.
 template <int D>
 template <class Answers>
 void RvePointsOf<D>::call_engine(const Slots &slots, const Drives &drives, Answers &answers) const
@@ -144,8 +144,8 @@ template <int D> void RvePointsOf<D>::complete_evaluations(const Slots &slots)
     points.synchronised(some[m]).evaluation->stiffness = found[m].stiffness;
 }
 
-/// Turns RVEs rigidly by the rotations of their drives, which their grains cannot follow. The
-/// drives keep the stretch.
+/// Turns RVEs rigidly by the rotations of their drives, because their grains cannot follow these
+/// rotations. The drives keep the stretch.
 template <int D>
 void RvePointsOf<D>::turn(rve::EngineOf<D> &engine, const std::vector<int> &numbers, Drives &drives,
                           const std::vector<char> &must_turn)
@@ -290,7 +290,7 @@ std::vector<int> RvePointsOf<D>::advance(const Slots &slots, const Drives &drive
   const auto start = rve::WallClock::now();
   const std::vector<int> failed = is_plain(slots) ? advance_plainly(slots, drives)
                                                   : advance_by_plan(slots, drives);
-  // details from the call itself would have the velocities of half a step earlier
+  // details from the call itself would have velocities that are half a step old
   if (with_details) complete();
   if (shadows) {
     const auto shadows_start = rve::WallClock::now();

@@ -62,8 +62,9 @@ namespace {
     double least_left = HUGE_VAL;          ///< least left() so far
     std::int64_t steps_at_progress = 0;    ///< steps at the last progress
 
-    /// Product of the stress error over its tolerance and the unbalanced force ratio over its
-    /// limit, each counted as at least 1 [-]. It is 1 when both are reached.
+    /// Distance from the end of the way [-]: the stress error over its tolerance, times the
+    /// unbalanced force ratio over its limit. Each factor counts as at least 1, so the result is 1
+    /// at the end.
     double left(const rve::ResultOf<D> &now) const
     {
       return std::fmax(this->error(now) / this->tolerance, 1.0) *
@@ -102,9 +103,9 @@ namespace {
     return count > 0 ? sum / count : now.mean_stress();
   }
 
-  /// Estimate of the stability bound at the goal over the present bound, since contacts can stiffen
-  /// within one call. The modulus of a Hertz contact grows with the cube root of its force, and the
-  /// bound falls with the square root of the modulus.
+  /// Estimated ratio of the stability bound at the goal to the present bound [-]. Contacts can
+  /// stiffen within one call. The modulus of a Hertz contact grows with the cube root of its force,
+  /// and the bound falls with the square root of the modulus.
   template <int D>
   double bound_ratio(const rve::Material &material, const rve::ResultOf<D> &now,
                      const StressGoal &goal)
@@ -325,8 +326,8 @@ bool GroundAtRest::settles(const std::vector<double> &density, const std::vector
 {
   const HeightProfile now = level_means(points_.height, density, thickness_, ranks_);
   const double change = density_.change_to(now);
-  // k0 is the mean ratio of different packings in a level; most packings have another ratio, so
-  // that one more round is needed after k0 is found
+  // k0 is the mean ratio of the packings in a level, and most packings have another ratio; at least
+  // one more round is therefore needed after k0 is found
   const bool has_k0 = !points_.finds_k0 || k0_;
   if (!has_k0) k0_ = level_means(points_.height, ratio, thickness_, ranks_);
   if (has_k0 && change <= DENSITY_CHANGE) return true;

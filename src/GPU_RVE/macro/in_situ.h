@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Stresses in situ: vertical and lateral stresses of ground at rest from weight and loads, and RVEs
-// that are brought to these stresses. Without these stresses the ground would not be in equilibrium
-// at the start of a run.
+// Stresses in situ. This file finds the vertical and lateral stresses of ground at rest under
+// weight and loads, and brings RVEs to these stresses. Otherwise the ground would not be in
+// equilibrium at the start of a run.
 
 #pragma once
 
@@ -50,8 +50,8 @@ class HeightProfile {
 };
 
 /// Means of a positive quantity over the points of each level, from the lowest point up. All ranks
-/// get the same means for any number of ranks, because the sums are sums of integers, which do not
-/// depend on the order of the terms. Throws InputError if there are more levels than MOST_LEVELS.
+/// get the same means, for any number of ranks: the sums are integers and do not depend on the
+/// order of the terms. Throws InputError if there are more levels than MOST_LEVELS.
 constexpr double MOST_LEVELS = 1e7;
 HeightProfile level_means(const std::vector<double> &height, const std::vector<double> &value,
                           double thickness, const mpm::Communication &ranks);
@@ -59,32 +59,35 @@ HeightProfile level_means(const std::vector<double> &height, const std::vector<d
 /// Stresses of ground at rest under its weight and a surcharge. The vertical stress is
 ///   sigma_v = -(surcharge + gravity * integral of the density up to the surface)
 /// and the normal stress along the other axes is k0 sigma_v. RVEs under more stress are denser, so
-/// stress and density are found in several rounds: the caller brings the RVEs to goals() until
-/// settles() returns true. Points without RVEs need one round.
+/// stress and density are found in several rounds. In each round the caller brings the RVEs to
+/// goals() and calls settles(), until it returns true. Points without RVEs need one round.
 class GroundAtRest {
  public:
   struct Points {
     std::vector<double> height, surface;    ///< [length]
     std::vector<double> surcharge;          ///< [stress]
     std::vector<double> k0;    ///< lateral over vertical stress [-]; unused with finds_k0
-    /// True if k0 is not given but found: the mean ratio of lateral to vertical stress of the RVEs
-    /// in a level, with held lateral strains. It must be the same on all ranks.
+    /// True if k0 is not given. The first round then finds k0 for each level: the mean ratio of
+    /// lateral to vertical stress of its RVEs with held lateral strains. All ranks must set the
+    /// same value.
     bool finds_k0 = false;
   };
 
-  /// `density` is that of the points [mass/length^3], `thickness` that of a level [length].
-  /// `vertical` is 1 in the plane and 2 in space. Every rank must make the same calls.
+  /// `density` has the densities of the points [mass/length^3]. `thickness` is the thickness of a
+  /// level [length]. `vertical` is 1 in the plane and 2 in space. Every rank must make the same
+  /// calls.
   GroundAtRest(double gravity, double thickness, int vertical, Points points,
                const std::vector<double> &density, mpm::Communication ranks);
 
   /// Vertical stress of a point, compression positive [stress].
   double vertical_pressure(std::size_t point) const;
-  /// Stress to which the RVE of a point is brought in this round.
+  /// Stress to which the caller brings the RVE of a point in this round.
   StressGoal goal(std::size_t point) const;
   std::vector<StressGoal> goals() const;
-  /// `density` has the densities of the RVEs after this round. Returns true if they are those from
-  /// which the goals were computed, within 1e-4. Otherwise the next round uses them. `ratio` has
-  /// lateral over vertical stresses; only the round that finds k0 reads it. Throws InputError if
+  /// Ends a round. `density` has the densities of the RVEs after it. Returns true if the mean
+  /// density of each level is within 1e-4 (relative) of the density from which the goals were
+  /// computed. Otherwise the next round uses the new densities. The round that finds k0 returns
+  /// false; only this round reads `ratio`, the lateral over vertical stresses. Throws InputError if
   /// ten rounds do not converge.
   bool settles(const std::vector<double> &density, const std::vector<double> &ratio);
 
@@ -109,7 +112,7 @@ struct InSituReport {
   std::int64_t most_steps = 0;    ///< most DEM steps of an RVE
   double largest_error = 0.0;     ///< largest error of a steered component [stress]
 
-  /// Adds the steps of another round and takes its error.
+  /// Adds the steps of the next round and takes over its error.
   void take(const InSituReport &next)
   {
     most_steps += next.most_steps;
@@ -131,8 +134,9 @@ class InSituError : public std::runtime_error {
 };
 
 /// Brings RVEs to their stresses by servos, until the errors of all steered components are at most
-/// `tolerance` [stress] and the grains are at rest. The errors must be as small after a call with a
-/// fixed cell, too. Then strains, times and velocities are set to zero (RvePointsOf::reset()).
+/// `tolerance` [stress] and the grains are at rest. The errors must still be at most `tolerance`
+/// after one more call of the engine with a fixed cell. Then strains, times and velocities are set
+/// to zero (RvePointsOf::reset()).
 ///
 /// Each RVE has its own number of DEM steps, so its final bits depend neither on other RVEs nor on
 /// their order. A time step is at most `dt` [time] and 0.8 of the stability bound. Meanwhile grains

@@ -18,8 +18,9 @@ namespace macro {
    on the host
 ------------------------------------------------------------------------- */
 
-/// Gives the increments of a macro step to the engine and stores its responses. This is the usual
-/// macro step, so each RVE is planned and stored while its data are in the cache of a core.
+/// Gives the increments of a macro step to the engine and stores the responses. This is the usual
+/// macro step and must be fast. Each RVE is therefore planned and stored while its data are in the
+/// cache of a core.
 template <int D> class RvePointsOf<D>::IncrementCall final : public rve::IncrementCallOf<D> {
  public:
   /// `macro` is null if only the points receive results. `has_actions` is true if
@@ -398,8 +399,8 @@ void RvePointsOf<D>::advance_separately(const Slots &slots, const std::vector<in
   for (const int index : indices) increments.take_stress(index, stress(slots[index]));
 }
 
-/// Repeats the failed increments of RVEs whose cells are too narrow, with copies of the RVE side by
-/// side. Freezes all other failed RVEs.
+/// Repeats the failed increment of each RVE whose cell is too narrow, with copies of the RVE side
+/// by side. Freezes all RVEs that still fail.
 template <int D> void RvePointsOf<D>::end_failures(IncrementCall &call, std::vector<int> &failed)
 {
   auto failures = std::exchange(call.failed, {});

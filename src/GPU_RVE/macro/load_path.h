@@ -13,11 +13,11 @@
 //     until strain|stress QUANTITY <|> LIMIT, or until ratio|void_ratio|time|cycles <|> LIMIT
 //     repeat TIMES STAGE                 goes back to STAGE at the end of the stage, TIMES times
 //
-// A quantity is a sum of components, "xx-0.5*yy", and of volume, p, qx, qy, qz. A value is a
-// number, v_NAME, ramp FROM TO TIME, wave MEAN AMPLITUDE PERIOD [PHASE], or table FILE COLUMN. A
-// component that no condition of a stage names has rate zero. Normal strains are logarithms of
-// stretches, shear strains are F_ab / F_bb. The velocity gradient L is upper triangular: its shear
-// components are xy, and xz and yz for spheres.
+// A quantity is a weighted sum of components and of volume, p, qx, qy, qz, for example "xx-0.5*yy".
+// A value is a number, v_NAME, ramp FROM TO TIME, wave MEAN AMPLITUDE PERIOD [PHASE], or table FILE
+// COLUMN. A component that no condition of a stage names has rate zero. Normal strains are
+// logarithms of stretches, shear strains are F_ab / F_bb. The velocity gradient L is upper
+// triangular: its shear components are xy, and xz and yz for spheres.
 
 #pragma once
 
@@ -64,9 +64,9 @@ template <int D> class LoadPathsOf {
  public:
   using Matrix = rve::Tensor<double, D>;
 
-  /// Throws InputError with the position of the wrong word. If `used` is not null, the path ends at
-  /// the first word that cannot belong to it, and *used becomes the number of words before this
-  /// one.
+  /// Throws InputError with the position of the wrong word. If `used` is not null, the path ends
+  /// before the first word that cannot belong to it, and *used becomes the number of words of the
+  /// path.
   LoadPathsOf(const std::vector<PathWord> &words, const ReadPathFile &read_file,
               std::size_t *used = nullptr);
 
@@ -92,10 +92,10 @@ template <int D> class LoadPathsOf {
   /// otherwise only its stress must be set. `script` is that of drive().
   void follow(PathState<D> &state, const PathStep &step, const rve::ResultOf<D> &result,
               const double *script = nullptr) const;
-  /// Continues a state from earlier paths on the path with the same number of this object, in the
-  /// same stage. If the earlier path has ended, its last stage continues, or the next stage begins
-  /// if an event of the last stage has happened. `result` is that of follow(). Throws InputError if
-  /// this object has no such path or stage.
+  /// Continues a state that belongs to earlier paths. It continues on the path of this object with
+  /// the same number, in the same stage. If the earlier path has ended, its last stage continues.
+  /// If an event of this stage has happened, the next stage begins instead. `result` is that of
+  /// follow(). Throws InputError if this object has no such path or stage.
   void resume(PathState<D> &state, const rve::ResultOf<D> &result) const;
 
  private:

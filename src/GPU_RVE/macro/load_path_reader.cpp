@@ -37,8 +37,8 @@ template <int D> class LoadPathsOf<D>::Reader {
   {
   }
 
-  /// Reads all words, or with `open` the words up to the first one that cannot belong to a path.
-  /// Returns their number.
+  /// Reads all words. With `open` it stops before the first word that cannot belong to a path.
+  /// Returns the number of words read.
   std::size_t read(bool open)
   {
     while (position < words.size() && !(open && ends_here())) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Table of the points that carry RVEs, with a small write-back cache: for each slot a point with
-// all data and a cached copy of the data that every macro step reads and writes. Thousands of
+// Table of the points that carry RVEs, with a write-back cache. Each slot has a point with all
+// data, and a small cached copy of the data that every macro step reads and writes. Thousands of
 // points do not fit into the caches of a CPU, but their cached copies do.
 //
 // Macro steps write their results into the cached copy only, which is then dirty. Access to the
@@ -24,8 +24,8 @@ namespace macro {
 enum class PointState : char {
   Empty,    ///< the slot has no RVE
   Awake,    ///< the RVE made DEM steps
-  /// The RVE was skipped: PointOf::result is that of its affine deformation, PointOf::rested that
-  /// of its last DEM step.
+  /// The RVE was skipped. PointOf::result follows from its affine deformation; PointOf::rested is
+  /// the result of its last DEM step.
   Quiescent,
   Frozen    ///< the RVE failed once and is not advanced any more
 };
@@ -80,8 +80,8 @@ class SharedFlag {
   std::atomic<bool> is_set_;
 };
 
-/// Several threads may access different slots. A reference from modify() is invalid after the next
-/// call of cached() for the slot.
+/// Points with their cached copies, by slot. Several threads may access different slots. A
+/// reference from modify() is invalid after the next call of cached() for the slot.
 template <int D, class Point> class PointTable {
  public:
   using Cached = CachedPoint<D>;

@@ -18,7 +18,7 @@
 namespace macro {
 
 // Strains are positive in extension: eps = (F + F^T)/2 - 1, equations (26) and (27) of the paper
-// (doc/src/theory_rve.rst). The deviatoric strain has n = 2 for disks and n = 3 for spheres.
+// (doc/src/theory_rve.rst). In equation (27), n = 2 for disks and n = 3 for spheres.
 template <int D> double volumetric_strain(const rve::ResultOf<D> &r)
 {
   return rve::trace(r.deformation) - D;
@@ -46,8 +46,8 @@ inline double deviatoric_strain(const rve::ResultOf<3> &r)
   return std::sqrt(squares * 2.0 / 3.0);
 }
 
-/// Named functions of `Known` for disks and for spheres. A function is null if the dimension does
-/// not have the quantity.
+/// A named quantity: functions that compute it from the data `Known` of disks and of spheres. A
+/// function is null if the dimension does not have the quantity.
 template <template <int> class Known> struct QuantityOf {
   std::string name;
   std::function<double(const Known<2> &)> of_disks;

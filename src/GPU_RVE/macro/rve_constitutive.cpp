@@ -11,11 +11,13 @@ namespace macro {
 
 namespace {
 
-  // Voigt's bound: grains that move with the mean field give C = (1/V) sum l^2 (k_n nnnn + k_t n (1
-  // - nn) n). Along a direction a with a.n = c, a contact has k_n c^4 + k_t c^2 (1 - c^2) <=
-  // max(k_n, k_t) c^2, whose mean over contacts is max(k_n, k_t) a.fabric a. Waves run along the
-  // first D axes, so only these components of the fabric matter. l is taken as grain_size(), the
-  // overlap as its mean, and V of disks is area * thickness.
+  // Voigt's bound. Grains that move with the mean field give the stiffness
+  //   C = (1/V) sum l^2 (k_n nnnn + k_t n (1 - nn) n)
+  // over contacts with branch length l, normal n and stiffnesses k_n, k_t in a cell of volume V.
+  // Along a direction a with a.n = c, a contact adds k_n c^4 + k_t c^2 (1 - c^2) <= max(k_n, k_t)
+  // c^2. The mean of this bound over contacts is max(k_n, k_t) a.fabric a. Waves run along the
+  // first D axes, so only these components of the fabric matter. l is approximated by grain_size(),
+  // the overlap by its mean. V of disks is area * thickness.
   template <int D, int DimensionOfRves>
   double p_wave_modulus_of(const rve::ResultOf<DimensionOfRves> &result,
                            const rve::Material &material)

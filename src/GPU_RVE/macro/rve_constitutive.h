@@ -68,14 +68,14 @@ template <int D, int DimensionOfRves = D> class RveConstitutive : public mpm::Co
   void synchronise_ranks() override { owner.synchronise_ranks(); }
 
   void expect_questions() override { owner.complete(); }
-  /// Voigt's upper bound of the P-wave modulus, for which grains move with the mean field, times
-  /// the factor that scale_waves() sets [stress].
+  /// Estimate of the P-wave modulus [stress]: Voigt's upper bound times the factor that
+  /// scale_waves() sets. The bound assumes that grains move with the mean field.
   double p_wave_modulus(int point_index) const override;
 
   /// Returns the state of the RVE of a point.
   using State = std::function<rve::RveStateOf<DimensionOfRves>(int point_index)>;
-  /// Largest ratio, over these points, of the wave modulus of the elastic tangent to Voigt's bound
-  /// [-]; 0 if no tangent could be measured. Precondition: expect_questions() was called.
+  /// Ratio of the wave modulus of the elastic tangent to Voigt's bound [-], the largest over these
+  /// points. 0 if no tangent could be measured. Precondition: expect_questions() was called.
   double measured_wave_share(const std::vector<int> &points,
                              TangentProbesOf<DimensionOfRves> &probes, const State &state) const;
   void scale_waves(double share) { wave_share = share; }

@@ -312,7 +312,7 @@ template <int D> void RvePointsOf<D>::restore(const std::vector<Kept> &before)
     in.add(state);    // gets the free number
   };
   for (const Kept &kept : before) {
-    // forces with the other materials may have changed the springs of contacts
+    // contact springs may have changed while the RVE had the other material
     if (kept.state) replace(*engine, kept.slot, *kept.state);
     if (kept.shadow) replace(*shadows, kept.point.shadow, *kept.shadow);
     points.modify(kept.slot) = kept.point;

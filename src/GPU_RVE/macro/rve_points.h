@@ -87,21 +87,22 @@ template <int D> class RvePointsOf {
   /// stays as it was before the call that failed.
   ///
   /// Without details, a result has only stress and status until a point is read. This read costs a
-  /// call of the engine, and its results do not depend on when it happens. Stress and status are
-  /// those of the advance. The other results are those of the same configuration after the last
-  /// half step of the velocities, which changes the kinetic energy and the forces of dashpots. Sums
-  /// of forces may differ by rounding.
+  /// call of the engine, and its results do not depend on when it happens. Stress and status then
+  /// stay those of the advance. The other results belong to the same configuration after the last
+  /// half step of the velocities. This half step changes the kinetic energy and the forces of
+  /// dashpots. Sums of forces may differ by rounding.
   Slots advance(const Slots &slots, const Drives &drives, bool with_details = true);
-  /// Launches an advance by deformation increments: the engine reads them and delivers stresses
-  /// while they are in the caches of a core. Returns null if the macro step needs drives; then
-  /// nothing has changed, and the caller must use advance(). `slots` and `increments` must live
-  /// until finish(). Between begin() and finish(), only fetch_results() may be called.
+  /// Launches an advance by deformation increments. The engine reads the increment of an RVE and
+  /// delivers its stress while the data of the RVE are in the cache of a core. Returns null if the
+  /// macro step needs drives; then nothing has changed, and the caller must use advance(). `slots`
+  /// and `increments` must live until finish(). Between begin() and finish(), only fetch_results()
+  /// may be called.
   rve::Request *begin(const Slots &slots, MacroIncrementsOf<D> &increments);
   /// Plans an advance with increments and stresses in the memory of the engine's device. The RVE of
   /// slots[k] belongs to the point point_of[k] there. The caller launches the request. Returns null
-  /// if some RVEs need the host; the caller must then use begin(). `increments` has the time step,
-  /// and receives the stresses if finish() leaves them on the host. `is_as_before`: the arguments
-  /// are those of the last plan.
+  /// if some RVEs need the host; the caller must then use begin(). `increments` gives the time
+  /// step, and receives the stresses if finish() leaves them on the host. `is_as_before`: the
+  /// arguments are those of the last plan.
   rve::Request *plan(const Slots &slots, const std::vector<int> &point_of, bool is_as_before,
                      const rve::PointsOnDevice &there, MacroIncrementsOf<D> &increments);
   /// True if slots and points are those of the last plan.
@@ -125,9 +126,10 @@ template <int D> class RvePointsOf {
 
   /// Replaces failed RVEs by fresh ones. A fresh RVE begins as the packing whose void ratio is
   /// nearest to that of the failed RVE. It comes to rest under the stress of the failed RVE, and
-  /// has its material and deformation. If the failed RVE had no pressure, the packing is instead
-  /// expanded to the void ratio of the failed RVE. A fresh RVE that fails before its first macro
-  /// step is not replaced again. `dt` is the DEM time step. Fresh RVEs have no shadows.
+  /// takes over the material and the deformation of the failed RVE. If the failed RVE had no
+  /// pressure, the packing is instead expanded to the void ratio of the failed RVE. A fresh RVE
+  /// that fails before its first macro step is not replaced again. `dt` is the DEM time step. Fresh
+  /// RVEs have no shadows.
   std::vector<RenewalOf<D>> renew(const Slots &slots,
                                   const std::vector<rve::RveStateOf<D>> &packings, double dt);
 
@@ -140,8 +142,8 @@ template <int D> class RvePointsOf {
   /// to a new engine. Throws InputError if a material is out of range, if contact laws would
   /// differ, or if the RVEs do not fit into the memory of the new engine; then nothing has changed.
   void set_materials(const Slots &slots, const std::vector<rve::Material> &materials);
-  /// Data that a change of paths can modify, and with the states also the data that a change of
-  /// materials can modify.
+  /// Saved data of an RVE for restore(). The point suffices to undo a change of paths. The states
+  /// are also needed to undo a change of materials.
   struct Kept {
     int slot;
     Point point;
@@ -178,7 +180,8 @@ template <int D> class RvePointsOf {
   /// Sets new stiffening limits after the time-step bounds of these RVEs were checked.
   /// Precondition: the caller has checked all RVEs that have stiffened.
   void note_check(const Slots &slots);
-  /// Advice on the energy balance since the last call with `at_start`, which stores its terms.
+  /// Advice on the energy balance since the last call with `at_start`. A call with `at_start`
+  /// stores the present terms of the balance.
   std::vector<rve::Advice> advice_on_energy(int slot, bool at_start);
   /// Advice on a servo that has come no nearer to its goal since the last call.
   std::vector<rve::Advice> advice_on_servo(int slot);

@@ -39,9 +39,8 @@ namespace {
     return n;
   }
 
-  /// Directions of a half circle or half sphere. Neighbouring directions are closer together than a
-  /// minimum of the acoustic determinant is wide. The determinant is a polynomial of degree 2 D in
-  /// n.
+  /// Directions n of a half circle or half sphere. The acoustic determinant is a polynomial of
+  /// degree 2 D in n. Its minima are wider than the distance of neighbouring directions.
   template <int D> std::vector<rve::Vec<double, D>> directions();
 
   template <> std::vector<rve::Vec<double, 2>> directions<2>()
@@ -196,7 +195,7 @@ double NominalTangentOf<D>::acoustic_determinant(const rve::Vec<double, D> &n) c
 
 /// Pattern search: steps along tangents, halved if no step decreases the determinant. The
 /// determinant is smooth, so its least value has only rounding errors even if the direction has
-/// larger ones.
+/// larger errors.
 template <int D>
 LeastAcousticOf<D> NominalTangentOf<D>::downhill_from(LeastAcousticOf<D> best, double step) const
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangent stiffness of a material and what follows from it: isotropic moduli, second-order work,
-// and the acoustic determinant, which detects shear bands.
+// Tangent stiffness of a material, and quantities that follow from it: isotropic moduli,
+// second-order work, and the acoustic determinant, which detects shear bands.
 
 #pragma once
 
@@ -29,10 +29,11 @@ struct IsotropicPart {
   }
 };
 
-/// Tangent C of d sigma_ij = C_ijkl eps_kl. C has the minor symmetries, but not always the major
-/// one. sigma is Cauchy's stress, tension positive, with Jaumann's rate: for a velocity gradient L
-/// = D + W
-///     d sigma/dt = C : D + W sigma - sigma W.
+/// Tangent stiffness C, which gives the stress increment d sigma_ij = C_ijkl eps_kl of a small
+/// strain eps. C has the minor symmetries, but not always the major symmetry. sigma is Cauchy's
+/// stress, tension positive, and C gives its Jaumann rate. For a velocity gradient L = D + W with
+/// the symmetric part D and the spin W:
+///     d sigma/dt = C : D + W sigma - sigma W
 template <int D> struct TangentOf {
   using Matrix = rve::Tensor<double, D>;
   static constexpr int size = rve::Space<D>::strains;
@@ -61,13 +62,13 @@ template <int D> struct TangentOf {
 
   /// sqrt(C_ijkl C_ijkl) [stress]
   double norm() const;
-  /// Least second-order work over all strains, eps : C : eps / (eps : eps) [stress]: the least
-  /// eigenvalue of the symmetric part in Mandel's components. If it is not positive, a small
+  /// Least second-order work eps : C : eps / (eps : eps) over all strains eps [stress]. It is the
+  /// least eigenvalue of the symmetric part in Mandel's components. If it is not positive, a small
   /// increment of load may cause unlimited strain (Hill 1958, J. Mech. Phys. Solids 6, 236).
   double least_second_order_work() const;
-  /// Largest modulus rho c^2 of plane waves over directions and polarizations, without the terms of
-  /// the stress [stress]: the largest eigenvalue of the symmetric part of n_j C_ijkl n_l.
-  /// Directions are 2 to 6 degrees apart, so the modulus may be half a per cent too low.
+  /// Largest modulus rho c^2 of plane waves over directions n and polarizations, without the terms
+  /// of the stress [stress]. It is the largest eigenvalue of the symmetric part of n_j C_ijkl n_l.
+  /// The tested directions are 2 to 6 degrees apart, so the modulus may be half a per cent too low.
   double wave_modulus() const;
 
   /// Tangent with the components f(component[r][c], other.component[r][c]).
@@ -98,9 +99,10 @@ template <int D> struct LeastAcousticOf {
   rve::Vec<double, D> normal;    ///< normal of the band; its first nonzero component is positive
 };
 
-/// Tangent A of the nominal stress rate P = A : L in the present configuration, where P = d
-/// sigma/dt + sigma tr(L) - sigma L^T. P_ij is the rate of the force along i on an area with the
-/// initial normal along j. A includes the terms of the rotation of the stress.
+/// Tangent A of the nominal stress rate in the present configuration: P = A : L for a velocity
+/// gradient L, where P = d sigma/dt + sigma tr(L) - sigma L^T. P_ij is the rate of the force per
+/// area along i on an area with the initial normal along j. A includes the terms of the rotation of
+/// the stress.
 template <int D> struct NominalTangentOf {
   double component[D][D][D][D];    ///< i, j, k, l [stress]
 

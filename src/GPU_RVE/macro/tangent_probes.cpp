@@ -16,8 +16,8 @@ namespace {
   /// Time step over the stability bound [-]. Contacts may stiffen while a clone is strained.
   constexpr double TIME_STEP_SHARE = 0.8;
 
-  /// Number of checks without a decrease by half after which unbalanced forces count as rounding
-  /// errors.
+  /// Number of checks without a halving of the unbalanced forces, after which these count as
+  /// rounding errors.
   constexpr int CHECKS_WITHOUT_PROGRESS = 4;
 
   /// Share of the free memory for clones.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Tangent stiffness of an RVE by probes: clones of the RVE are strained slightly in all directions
-// and come to rest, and the tangent is computed from their stresses.
+// Tangent stiffness of an RVE by probes. Clones of the RVE are strained slightly, each by one
+// strain, and come to rest. Their stresses give the tangent.
 
 #pragma once
 
@@ -66,8 +66,8 @@ template <int D> struct ProbedTangentOf {
   Matrix response = Matrix::zero();
   double unrest =
       0.0;    ///< largest unbalanced force ratio of a clone over TangentOptions::probe [-]
-  /// Elastic: part of a stress change that is even in the strain, over the part that is odd.
-  /// Loading: relative difference of C : strain_rate and `response` [-].
+  /// Elastic: the part of the stress change that is even in the strain, over the part that is odd
+  /// [-]. Loading: relative difference between C : strain_rate and `response` [-].
   double nonlinearity = 0.0;
   int changed_contacts = 0;    ///< largest net change of the number of contacts by a probe
   int steps = 0;               ///< DEM steps of a clone
@@ -83,9 +83,9 @@ template <int D> class TangentProbesOf {
   /// The engine must be empty.
   TangentProbesOf(std::unique_ptr<rve::EngineOf<D>> _engine, const TangentOptions &_options);
 
-  /// Tangents of `count` RVEs with the states state(k) and the present velocity gradients
-  /// strain_rate(k), whose spin is ignored. The rate may be zero for elastic tangents. The clones
-  /// of as many RVEs as fit into the memory of the engine are advanced together. The bits of a
+  /// Tangents of `count` RVEs. RVE k has the state state(k) and the present velocity gradient
+  /// strain_rate(k), whose spin is ignored. The gradient may be zero for elastic tangents. As many
+  /// RVEs as fit into the memory of the engine have their clones advanced together. The bits of a
   /// tangent do not depend on other RVEs.
   std::vector<ProbedTangentOf<D>> probe(int count, const std::function<State(int)> &state,
                                         const std::function<Matrix(int)> &strain_rate);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Servo control that brings RVEs to given stresses. A call of the engine makes some DEM steps of
-// all RVEs that have not reached their stress. It is used for stresses in situ (in_situ) and for
-// fresh RVEs, which get the stresses of the RVEs that they replace (fresh_rves).
+// Servo control that brings RVEs to given stresses. Each call of the engine makes some DEM steps of
+// all RVEs that have not reached their stress. Two files use this control: in_situ for stresses in
+// situ, and fresh_rves for fresh RVEs, which get the stresses of the RVEs that they replace.
 
 #pragma once
 
@@ -20,9 +20,9 @@ struct StressGoal {
   rve::Tensor3 stress = rve::Tensor3::zero();    ///< Cauchy, tension positive [stress]
   bool steered[3][3] = {};                       ///< set on and above the diagonal
 
-  /// Ground at rest: the vertical stress along the axis `vertical` (1 in the plane, 2 in space),
-  /// `k0` times it along the other axes, no shear. Without `lateral` the lateral strains are held,
-  /// and the lateral stresses follow from the grains.
+  /// Goal for ground at rest: `vertical_stress` along the axis `vertical` (1 in the plane, 2 in
+  /// space), `k0` times this stress along the other axes, no shear. Without `lateral` the lateral
+  /// strains are held, and the lateral stresses follow from the grains.
   static StressGoal at_rest(int vertical, double vertical_stress, double k0, bool lateral);
 
   /// Goal with all components of a symmetric tensor in the first D axes.

@@ -86,8 +86,8 @@ Vec<D> Boundary<D>::sum_along(int axis, bool downwards, const Impulses &impulses
   return sum;
 }
 
-/// Returns minus the sum of the impulses of the body on nodes, which are added from the face into
-/// the body.
+/// Returns minus the sum of the impulses of the body on nodes. The sum goes from the face into the
+/// body.
 template <int D> Vec<D> Boundary<D>::body_impulse(int body, const Impulses &impulses) const
 {
   const Face face = options_[body].face;

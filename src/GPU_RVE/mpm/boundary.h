@@ -2,12 +2,12 @@
 // Velocity conditions on the sides of the grid, options of rigid bodies, and sums of reactions.
 // Contact with bodies is in face_contact.h and rigid_contact.h.
 //
-// Each condition is an impulse on nodal momenta. A balance imposes it twice: on the momenta with
-// the forces, which give the velocities of the grid, and on the momenta before the forces, which
-// are subtracted to obtain the velocity increments of the points. The impulse of the wall or body
-// on the material is the first impulse minus flip times the second one (doc/src/theory_mpm.rst).
-// Sides are imposed node by node, and bodies column by column of nodes. Neither reads data that
-// other nodes or columns change.
+// Each condition is an impulse on nodal momenta. A balance of momentum imposes it twice. The first
+// impulse acts on the momenta with the forces, which give the velocities of the grid. The second
+// impulse acts on the momenta before the forces. The difference of both momenta gives the velocity
+// increments of the points. The impulse of the wall or body on the material is the first impulse
+// minus flip times the second impulse (doc/src/theory_mpm.rst). Sides are imposed node by node, and
+// bodies column by column of nodes. Neither reads data that other nodes or columns change.
 
 #pragma once
 

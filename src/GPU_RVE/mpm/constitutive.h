@@ -61,7 +61,7 @@ template <int D> class Constitutive {
   /// deformation_increment: ΔF = I + L dt with stretch and spin, F_new = ΔF F_old.
   /// stress: Cauchy stress [stress], tension positive; in 2D its in-plane components.
   /// memory: state variables.
-  /// On entry, stress and memory are those before the increment; on return, those after it.
+  /// On entry, stress and memory are the state before the increment; on return, the state after.
   virtual void update(int count, const int *point_index,
                       const rve::Tensor<double, D> *deformation_increment, double dt,
                       rve::Tensor<double, D> *stress, MemoryRows memory) = 0;

@@ -54,8 +54,9 @@ namespace {
     return all;
   }
 
-  /// Sets components to zero that are round-off, and makes magnitudes equal that differ by
-  /// round-off, since the choice of the nearest axis must not depend on round-off.
+  /// Removes round-off from a unit normal, since the choice of the nearest axis must not depend on
+  /// it. Components below 1e-12 become zero. Magnitudes that differ by less than 1e-12 become
+  /// equal.
   template <int D> Vec<D> without_noise(Vec<D> normal)
   {
     constexpr double NOISE = 1e-12;

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Runs the passes of a time step on a CUDA device, with the arrays of points and grid in its
-// memory.
+// Runs the passes of a time step on a CUDA device, which holds the arrays of points and grid.
 //
 // Host and device synchronise the points as follows. Positions and velocities are downloaded in
-// every step while the laws run. They are uploaded if the caller's values differ from those
-// downloaded, and forces if they differ from the last upload. Laws on the host read ΔF and write
-// stresses in every step. Stresses of laws on the device, and all other fields that a step changes,
-// stay on the device until fetch().
+// every step while the laws run. Positions and velocities are uploaded if the caller's values
+// differ from the downloaded values. Forces are uploaded if they differ from the last upload. Laws
+// on the host read ΔF and write stresses in every step. Stresses of laws on the device, and all
+// other fields that a step changes, stay on the device until fetch().
 
 #include "mpm/cuda_machine.h"
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Kernels that run a pass over its items, and the device memory for the findings of threads.
+// CUDA kernels that run a pass over its items. Their threads collect the findings of the pass,
+// which are maxima and errors of points, in device memory.
 
 #pragma once
 
@@ -33,8 +34,8 @@ RVE_HD inline void add_to(SharedSums sums, std::size_t k, std::int64_t part)
 }
 
 /// Sets *to to max(*to, value) atomically. `value` is finite, *to may be -infinity, and zeros are
-/// positive. As unsigned integers, the bit patterns of non-negative doubles have the order of the
-/// values, and those of negative doubles the reverse order.
+/// positive. The atomic functions compare bit patterns as integers. Bit patterns of non-negative
+/// doubles have the order of the values. Bit patterns of negative doubles have the reverse order.
 RVE_HD inline void raise_together(double *to, double value)
 {
 #if defined(__CUDA_ARCH__)
@@ -114,8 +115,8 @@ class DeviceTally {
   bool has_best_ = false;
 };
 
-/// True if the pass P must not run: the halt flag is set, or P has a later stage than 0 and a point
-/// has an error of stage 0, and therefore no weights.
+/// True if the pass P must not run. Either the halt flag is set, or P has a stage above 0 and a
+/// point has an error of stage 0. Such a point has no weights.
 template <class P> __device__ bool is_halted(const Findings &findings)
 {
   if (findings.halt && *findings.halt > 0) return true;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Exchange of numbers between the GPUs of ranks on one computer, in kernels between the passes of a
-// step and without their hosts. The exchange buffers are in shared page-locked memory that all GPUs
-// can access. A rank writes its numbers, sets a flag, waits for the flags of all other ranks and
-// reads their numbers. Hosts do not wait for the exchange.
+// Exchange of numbers between the GPUs of the ranks on one computer. Kernels between the passes of
+// a step make the exchange; hosts neither take part nor wait. The exchange buffers are in shared
+// page-locked memory that all GPUs can access. A rank writes its numbers, sets a flag, waits for
+// the flags of all other ranks and reads their numbers.
 
 #pragma once
 
@@ -95,8 +95,8 @@ struct ExchangeBuffers {
   static __host__ __device__ std::size_t flags(int ranks) { return FLAG * (1 + ranks); }
 };
 
-/// Computes maxima over all ranks in place. A halted kernel takes part in no round; the kernel that
-/// repeats its work does.
+/// Computes maxima over all ranks in place. A halted kernel takes part in no round. The later
+/// kernel that repeats its work takes part.
 template <class Number>
 __global__ void exchange_maxima(ExchangeBuffers buffers, const std::int32_t *halt, Number *maxima,
                                 int count)

@@ -7,15 +7,16 @@
 
 namespace mpm {
 
-/// Elastic, perfectly plastic law with the yield function f and the plastic potential g, tension
-/// positive, I1 = tr σ, J2 = s:s/2,
+/// Elastic, perfectly plastic Drucker-Prager law. The yield function f and the plastic potential g
+/// are, with I1 = tr σ, J2 = s:s/2 and the deviator s of the stress σ, tension positive:
 ///   f = sqrt(J2) + α I1 - k,    g = sqrt(J2) + β I1,
-///   α = 2 sin φ/(sqrt(3) (3 - sin φ)),  k = 6 c cos φ/(sqrt(3) (3 - sin φ)),  β as α with ψ.
-/// The cone passes through the edges of the Mohr-Coulomb pyramid on which triaxial compression
-/// fails (Drucker & Prager 1952, Q. Appl. Math. 10, 157; de Souza Neto, Peric & Owen 2008,
-/// Computational Methods for Plasticity, section 8.3). The elastic trial is that of Hughes and
-/// Winget, as in LinearElastic. Since nothing hardens, the implicit step returns along a line to
-/// the cone, or to its apex, the isotropic tension c cot φ. In 2D the law is for plane strain.
+///   α = 2 sin φ/(sqrt(3) (3 - sin φ)),  k = 6 c cos φ/(sqrt(3) (3 - sin φ))
+/// with the friction angle φ and the cohesion c [stress]. β is α with the dilation angle ψ in place
+/// of φ. The cone passes through those edges of the Mohr-Coulomb pyramid that belong to triaxial
+/// compression (Drucker & Prager 1952, Q. Appl. Math. 10, 157; de Souza Neto, Peric & Owen 2008,
+/// Computational Methods for Plasticity, section 8.3). An increment is first elastic, as in
+/// LinearElastic. Nothing hardens, so the implicit step returns along a line to the cone or to its
+/// apex, the isotropic tension c cot φ. In 2D the law is for plane strain.
 template <int D> class DruckerPrager : public FrictionalLaw<D> {
   using Tensor = rve::Tensor<double, D>;
 

@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contact of the material with bodies that press with one face: passes over columns of nodes.
+// Contact between the material and rigid bodies of the form Face, which press with one face. The
+// passes run over columns of nodes across this face.
 //
 // The face of a body generally lies between an inner and an outer row of nodes. In each column of
-// nodes under the body, the velocity interpolated at the face is set to that of the body. With the
-// distance w of the face from the inner row [cells], the impulses on the inner and the outer node
-// are (1 - w) J and w J with
+// nodes under the body, the contact sets the velocity interpolated at the face to the velocity of
+// the body. The impulses on the inner and the outer node are (1 - w) J and w J with
 //   J = (v_body - (1 - w) v_in - w v_out) / ((1 - w)² / m_in + w² / m_out).
-// With linear shape functions w is rounded to 0 or 1. doc/src/theory_mpm.rst has the reasons, and
-// the sliding of material on lateral faces. A lateral face that a neighbouring body covers is
-// ignored.
+// w is the distance of the face from the inner row [cells]. v_in, m_in and v_out, m_out are the
+// velocity and mass of the inner and the outer node. With linear shape functions w is rounded to 0
+// or 1. doc/src/theory_mpm.rst explains this contact and the sliding of material on lateral faces.
+// A lateral face that a neighbouring body covers is ignored.
 //
-// Columns are under the body if they are within its width, edges included. The edges should lie on
-// columns of nodes. The columns under a round body are those within its radius. Those less than one
-// cell from its edge form its lateral face, where motion towards the axis is stopped.
+// A column is under a body if it is within the width of the body, edges included. The edges should
+// lie on columns of nodes. A column is under a round body if it is within its radius. Columns less
+// than one cell inside of the edge of a round body form its lateral face. There the motion of the
+// material towards the axis is stopped.
 //
-// A contact is first found, which marks the components of nodes that it holds, and then imposed.
-// Bodies do not act on components that a side of the grid holds. Nodes that several bodies hold are
-// divided among them (shared_contacts.h).
+// Each contact is first found and then imposed. Finding a contact marks the velocity components of
+// nodes that it holds. Bodies do not act on components that a side of the grid holds. Nodes that
+// several bodies hold are divided among them (shared_contacts.h).
 
 #pragma once
 
@@ -33,7 +35,7 @@ template <int D> struct FaceColumn {
   NodeIndex<D> place;         ///< place of the column; the component along `normal` is not used
   int first_row, last_row;    ///< outermost rows of nodes that this rank stores
 
-  // the inner and the outer node of the face, and the share of the force of each
+  // [0]: inner node, [1]: outer node of the face, with their shares of the impulse
   int row[2], node[2];
   double share[2];
   bool used[2];     ///< the node takes a share
@@ -134,11 +136,12 @@ template <int D> struct FaceColumn {
   }
 };
 
-/// Lateral faces of a body at a node in it, except the faces that another body covers. Two plates
-/// that touch each other therefore act as one plate.
+/// Lateral faces of a body at a node inside it, except the faces that another body covers. Two
+/// plates that touch each other therefore act as one plate.
 ///
-/// The axes along the face divide the surroundings of the node into sectors. Bit s of a set is
-/// sector s. Bit a of s is 0 on the low side of the node along axis a, and 1 on the high side.
+/// The axes along the face divide the surroundings of the node into sectors. A set of sectors is a
+/// bit mask with bit s for sector s. Bit a of the number s is 0 on the low side of the node along
+/// axis a, and 1 on the high side.
 template <int D> struct OpenFaces {
   int lateral[D] = {};
   bool any = false;
@@ -208,7 +211,7 @@ template <int D> struct ImposeBody : Pass<D> {
     if (work.finds) find(column, k);
     if (!work.imposes) return;
     impose(column, step.body_velocity[body], work.balances ? 1.0 : 0.0, step.with_forces());
-    // a new body held no nodes before, so the momenta before the forces do not change
+    // a new body held no nodes in the previous step, so the momenta before the forces do not change
     const Vec<D> &before = step.body_velocity_before[body];
     if (work.balances && !std::isnan(before[0]))
       impose(column, before, -step.flip, step.before_forces());

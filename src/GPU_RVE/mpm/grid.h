@@ -4,8 +4,8 @@
 // A point inside the box reaches at most one cell width beyond it, since the half size of a GIMP
 // domain is at most half a cell. One layer therefore has all ghost nodes that points can touch.
 //
-// A rank stores a box of nodes, its part of the grid. Storage indices of nodes refer to this part,
-// and cells, coordinates and places (node numbers along each axis) to the whole grid.
+// A rank stores a box of nodes, its part of the grid. Storage indices of nodes refer to this part.
+// Cells, coordinates and places (node numbers along each axis) refer to the whole grid.
 
 #pragma once
 
@@ -102,8 +102,9 @@ template <int D> class Grid {
   static constexpr double MOST_NODES = 2e8;
 
   /// Divides the box from lo to hi [length] into cells of `cell_size` [length]. The grid holds all
-  /// nodes, or none if there are too many; part() then gives a grid that holds some. Throws
-  /// rve::InputError unless all extents are whole numbers of cells within 1e-6 cells.
+  /// nodes. If there are MOST_NODES or more, it holds none, and part() returns a grid that holds
+  /// some of them. Throws rve::InputError unless all extents are whole numbers of cells within 1e-6
+  /// cells.
   Grid(const Vec<D> &lo, const Vec<D> &hi, double cell_size) :
       lo_(lo), hi_(hi), cell_size_(cell_size)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Arrays on the nodes that a machine holds, in host or device memory, to which a StepView points.
+// Arrays of the node fields of a machine, in host or device memory. A StepView points to them.
 
 #pragma once
 

@@ -58,8 +58,8 @@ template <int D> struct Support {
   }
 
  private:
-  // index sequences replace loops over axes, since device compilers would not unroll these inside
-  // the loops over nodes
+  // index sequences replace loops over axes, which device compilers would not unroll inside the
+  // loops over nodes
   template <std::size_t... A>
   RVE_INLINE int node(const NodeIndex<D> &place, std::index_sequence<A...>) const
   {
@@ -100,9 +100,10 @@ template <int D> struct PointBox {
   }
 };
 
-/// Half size l_a along an axis [cells] of the axis-aligned box with the same second moments along
-/// the axes as the deformed box of a point: l_a² = Σ_b (F_ab l_b)². A rotation does not change the
-/// half sizes of a square or cube. If a stretched box rotates, its stretch rotates with it.
+/// Half size along an axis [cells] of the axis-aligned box that replaces the deformed box of a
+/// point: l_a² = Σ_b (F_ab l_b)², with the deformation gradient F and the initial half sizes l_b.
+/// Both boxes have the same second moments along the axes. A rotation does not change the half
+/// sizes of a square or cube. If a stretched box rotates, its stretch rotates with it.
 template <int D>
 RVE_HD double deformed_half(const Grid<D> &grid, const Vec<D> &half_size,
                             const Tensor<D> &deformation, int axis)
@@ -169,8 +170,8 @@ RVE_HD inline void add_to(std::int64_t *sums, std::size_t k, std::int64_t part)
 }
 
 /// Adds share(place) to component c of `C` sums per node for all nodes of the support. `left` is
-/// the rounded total. Each share is rounded once, and the heaviest node gets what the shares of the
-/// other nodes leave of the total, so that the sum over the nodes is exactly the total.
+/// the rounded total. Each share is rounded once, except for the heaviest node, which gets the rest
+/// of the total. The sum over the nodes is therefore exactly the total.
 template <int C, int D, class Share, class Sums>
 RVE_HD void scatter_integer(const Support<D> &support, const rve::FixedScale &scale,
                             std::int64_t left, const Share &share, Sums sums, int c)

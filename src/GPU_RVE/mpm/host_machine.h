@@ -4,7 +4,8 @@
 // A time step is a sequence of passes (step_sequence.h). A pass defines the work for one point,
 // node, column of nodes or load (*_passes.h, *_contact.h). Passes run on CPU threads (HostMachine)
 // or on a CUDA device (CudaMachine in cuda_machine.cu). A machine owns the arrays of its part of
-// the grid, and has the public members of HostMachine, whose comments define them.
+// the grid. Every machine has the public members of HostMachine, and their comments define the
+// interface. Passes report findings: maxima, and the lowest key of points with errors.
 //
 // All machines give the same bits because of these rules:
 //   1. a pass changes only data of its item;
@@ -151,7 +152,7 @@ template <int D> class HostMachine {
   std::uint64_t first_error() const { return first_error_; }
   /// Maxima that passes have found, indexed by Maximum.
   const double *maxima() const { return maxima_.data(); }
-  /// Replaces `count` maxima from index `first` on by those over all ranks. Collective.
+  /// Replaces `count` maxima from index `first` on by the maxima over all ranks. Collective.
   void share_maxima(const Communication &communication, int first, int count)
   {
     communication.max_over_ranks(maxima_.data() + first, count);

@@ -8,8 +8,9 @@
 namespace mpm {
 
 /// Area on which the traction acts [length²]: the area of the deformed face projected along its
-/// initial normal. In 2D the face has the thickness and |F_tt| times its initial length. In 3D the
-/// area is that of the projected parallelogram of its two edges.
+/// initial normal. In 2D it is the thickness times |F_tt| times the initial length of the face,
+/// with the axis t along the face and the deformation gradient F. In 3D it is the projected area of
+/// the parallelogram that the two edges of the face span.
 template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointLoad<D> &load)
 {
   static_assert(D == 2 || D == 3, "a face has one or two tangential axes");
@@ -26,8 +27,8 @@ template <int D> RVE_HD double load_extent(const StepView<D> &step, const PointL
 }
 
 /// Force of a load [force]. A following load acts on the present area vector A det(F) F^-T N of the
-/// face with the initial area vector A N (Nanson's formula). det(F) F^-T N is the column of the
-/// cofactor matrix of F for the normal.
+/// face, where A is its initial area and N its initial normal (Nanson's formula). det(F) F^-T N is
+/// a column of the cofactor matrix of F.
 template <int D> RVE_HD Vec<D> load_force(const StepView<D> &step, const PointLoad<D> &load)
 {
   Vec<D> force;
@@ -74,10 +75,12 @@ template <int D> struct PrepareLoad : LoadPass<D> {
   }
 };
 
-/// Adds tractions t on faces of boxes of points to the sums of forces: f_I = t A N_t,I(x_t)
-/// H_n,I(x_face) with the shape function N of the point along the face, and the hat function H
-/// along the normal at the position of the face. Uniform stress is then in equilibrium with t = σ n
-/// to round-off (doc/src/theory_mpm.rst, tractions).
+/// Adds the tractions on faces of boxes of points to the sums of forces,
+///   f_I = t A N_t,I(x_t) H_n,I(x_face)
+/// with the traction t, the area A of the face, the shape function N_t of the point along the face
+/// and the hat function H_n along the normal. N_t is taken at the point, H_n at the position of the
+/// face. Uniform stress σ is then in equilibrium with t = σ n, with the outward normal n, to
+/// round-off (doc/src/theory_mpm.rst, tractions).
 template <int D> struct ScatterLoad : LoadPass<D> {
   using Pass<D>::step;
   rve::FixedScale scale = {};

@@ -10,8 +10,8 @@
 
 namespace mpm {
 
-/// sqrt(s:s/2) of the deviator of the symmetric part, which is half the difference of the principal
-/// stresses [stress].
+/// Returns sqrt(s:s/2) with the deviator s of the symmetric part [stress]. It is half the
+/// difference of the principal stresses.
 inline double deviatoric_stress(const rve::Tensor2 &stress)
 {
   return std::hypot(0.5 * (stress(0, 0) - stress(1, 1)), 0.5 * (stress(0, 1) + stress(1, 0)));
@@ -27,19 +27,20 @@ inline double deviatoric_square(const rve::Tensor3 &t)
   return sum;
 }
 
-/// sqrt(3/2 s:s), which is the difference of the principal stresses in a triaxial test [stress].
+/// Returns sqrt(3/2 s:s) [stress]. It is the difference of the principal stresses in a triaxial
+/// test.
 inline double deviatoric_stress(const rve::Tensor3 &stress)
 {
   return std::sqrt(1.5 * deviatoric_square(stress));
 }
 
-/// sqrt(2 e:e) of the deviator of the engineering strain (F + Fᵀ)/2 - I.
+/// Returns sqrt(2 e:e) with the deviator e of the engineering strain (F + Fᵀ)/2 - I.
 inline double deviatoric_strain(const rve::Tensor2 &F)
 {
   return std::hypot(F(0, 0) - F(1, 1), F(0, 1) + F(1, 0));
 }
 
-/// sqrt(2/3 e:e), which is deviatoric_stress/(3 μ) in an isotropic elastic material.
+/// Returns sqrt(2/3 e:e). It is deviatoric_stress/(3 μ) in an isotropic elastic material.
 inline double deviatoric_strain(const rve::Tensor3 &F)
 {
   return std::sqrt(2.0 / 3.0 * deviatoric_square(F));

@@ -109,7 +109,7 @@ void MohrCoulomb<D>::update(int count, const int *point_index, const Tensor *def
     const MohrCoulombReturn::Principal after = return_(trial.principal);
     trial.store(after, stress[p], state);
 
-    // the deviator of the plastic strain is that of the stress decrease divided by 2 μ
+    // the deviator of the plastic strain is the deviator of the stress decrease, divided by 2 μ
     double relaxed[3];
     for (int i = 0; i < 3; ++i) relaxed[i] = trial.principal.value[i] - after.value[i];
     const double mean = (relaxed[0] + relaxed[1] + relaxed[2]) / 3.0;

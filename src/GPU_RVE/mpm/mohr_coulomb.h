@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mohr-Coulomb and Tresca plasticity: the return in principal stresses and the law. The law is for
-// ground without grains, and for verification with bearing capacities in closed form.
+// Mohr-Coulomb and Tresca plasticity: the return mapping in principal stresses, and the
+// constitutive law. The law is for material points without RVEs, and for verification against
+// bearing capacities in closed form.
 
 #pragma once
 
@@ -9,15 +10,16 @@
 
 namespace mpm {
 
-/// Return of perfect plasticity with the yield function f and the plastic potential g. For
-/// σ1 >= σ2 >= σ3, tension positive,
+/// Return mapping of perfect plasticity. The yield function f and the plastic potential g are, for
+/// principal stresses σ1 >= σ2 >= σ3, tension positive:
 ///   f = k σ1 - σ3 - s,    g = m σ1 - σ3,
-///   k = (1 + sin φ)/(1 - sin φ),  m = (1 + sin ψ)/(1 - sin ψ),  s = 2 c sqrt(k).
-/// With all permutations, f = 0 is a pyramid in principal stresses, whose apex is the isotropic
-/// tension c cot φ. φ = ψ = 0 gives Tresca's prism of the strength c, which has no apex. Since the
-/// planes are flat and nothing hardens, the return of the implicit Euler step is exact and ends on
-/// a plane, an edge or the apex (Clausen, Damkilde & Andersen 2007, Comput. Struct. 85, 1795; de
-/// Souza Neto, Peric & Owen 2008, Computational Methods for Plasticity, section 8.2).
+///   k = (1 + sin φ)/(1 - sin φ),  m = (1 + sin ψ)/(1 - sin ψ),  s = 2 c sqrt(k)
+/// with the friction angle φ, the dilation angle ψ and the cohesion c [stress]. For all orders of
+/// the principal stresses together, f = 0 is a pyramid. Its apex is the isotropic tension c cot φ.
+/// For φ = ψ = 0 it is Tresca's prism of the strength c, which has no apex. The planes are flat and
+/// nothing hardens. The return of the implicit Euler step is therefore exact and ends on a plane,
+/// an edge or the apex (Clausen, Damkilde & Andersen 2007, Comput. Struct. 85, 1795; de Souza Neto,
+/// Peric & Owen 2008, Computational Methods for Plasticity, section 8.2).
 struct MohrCoulombReturn {
   double lame_first;           ///< λ [stress]
   double shear_modulus;        ///< μ [stress]
@@ -43,8 +45,9 @@ struct MohrCoulombReturn {
     const double f = yield(trial);
     if (!(f > 0.0)) return trial;
 
-    // plane: σ = trial - Δλ C b with b = (m, 0, -1), C b = λ tr(b) 1 + 2 μ b, Δλ = f/(a·C b) and
-    // a = (k, 0, -1)
+    // Plane: σ = trial - Δλ C b with the plastic multiplier Δλ = f/(a·C b). The gradients of f and
+    // g are a = (k, 0, -1) and b = (m, 0, -1). The elastic stiffness C gives C b = λ tr(b) 1 + 2 μ
+    // b.
     const double bulk = lame_first * (m - 1.0);
     const double first = bulk + 2.0 * shear_modulus * m;
     const double third = bulk - 2.0 * shear_modulus;
@@ -53,9 +56,9 @@ struct MohrCoulombReturn {
                          trial.value[2] - on_plane * third}};
     if (stress.value[0] >= stress.value[1] && stress.value[1] >= stress.value[2]) return stress;
 
-    // Edge: the order is lost, so the neighbouring plane is active too. By symmetry one plane
-    // replaces both. It uses the mean of the two stresses that are equal on the edge, and the mean
-    // of both b.
+    // Edge: the return to the plane has changed the order, so the neighbouring plane is active too.
+    // By symmetry one plane replaces both. It uses the mean of the two stresses that are equal on
+    // the edge, and the mean of both gradients b.
     const double *t = trial.value;
     if (stress.value[1] > stress.value[0]) {
       // σ1 = σ2: triaxial compression; b = (m/2, m/2, -1)
@@ -80,9 +83,9 @@ struct MohrCoulombReturn {
   }
 };
 
-/// Elastic, perfectly plastic law: the elastic trial of Hughes and Winget as in LinearElastic, and
-/// the return MohrCoulombReturn in principal axes. In 2D the law is for plane strain, and the
-/// out-of-plane stress is one of the three principal stresses. Flow at the apex and on edges is
+/// Elastic, perfectly plastic Mohr-Coulomb law. An increment is first elastic, as in LinearElastic.
+/// MohrCoulombReturn then returns the principal stresses. In 2D the law is for plane strain, and
+/// the out-of-plane stress is one of the three principal stresses. Flow at the apex and on edges is
 /// included. There is no tension cut-off below the apex.
 template <int D> class MohrCoulomb : public FrictionalLaw<D> {
   using Tensor = rve::Tensor<double, D>;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The material point method: time steps from points to the grid and back.
+// Solver of the material point method. In each time step it maps the points to the grid, solves the
+// balance of momentum on the grid, and maps the motion of the grid back to the points.
 //
 // This interface does not depend on LAMMPS, MPI, CUDA or grains. Points belong to the caller. Sums
-// on nodes of the grid are integers and include the points of all ranks, so that results have the
+// on nodes of the grid are integers and include the points of all ranks. Results therefore have the
 // same bits for any number of ranks and threads and any order of the points. A rank holds the part
-// of the grid around its points (shared_nodes.h). All ranks must make the same calls, including
-// those for nodes, reactions and totals, since calls may communicate through the functions in
-// Communication.
+// of the grid around its points (shared_nodes.h). Calls may communicate through the functions in
+// Communication. All ranks must therefore make the same calls, including the calls for nodes,
+// reactions and totals.
 
 #pragma once
 
@@ -47,11 +48,11 @@ template <int D> class MpmSolver {
 
   /// Prescribes the velocity [length/time] of a rigid body from the next call on.
   void set_body_velocity(int body, const Vec<D> &velocity);
-  /// Sets the friction coefficient of a body with frictional contact from the next step on, above 0
-  /// [-].
+  /// Sets the friction coefficient [-], above 0, of a body with frictional contact from the next
+  /// step on.
   void set_body_friction(int body, double friction);
-  /// Sets the velocity of a body in the step before, for a continued run; NaN if there was no such
-  /// step [length/time].
+  /// Sets the velocity [length/time] that a body had in the previous step, for a continued run. NaN
+  /// means that there was no previous step.
   void set_body_velocity_before(int body, const Vec<D> &velocity)
   {
     body_velocity_before_.at(body) = velocity;
@@ -65,13 +66,17 @@ template <int D> class MpmSolver {
   ///
   ///   1. mass and momentum to the grid; Usavg: half of the strain and stress increments
   ///   2. forces f_I = - Σ V σ·∇N + Σ f N + traction
-  ///   3. p_end = p + f dt, conditions on p and p_end, damping
+  ///   3. p_end = p + f_I dt, conditions on p and p_end, damping
   ///   4. x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v
   ///   5. momentum to the grid again, conditions, L = Σ v ⊗ ∇N, F ← (I + L dt) F, V = V₀ det F,
   ///      stresses
   ///
-  /// The weights of the initial positions are used in the whole step. Rigid points move with their
-  /// body and do not contribute to sums.
+  /// N is the shape function of a node. A point has position x, velocity v, volume V (initially
+  /// V₀), stress σ, body force f, deformation gradient F and velocity gradient L. A node has force
+  /// f_I, momentum p and velocity v (in Σ N v and L), which changes by Δv in the step.
+  ///
+  /// All sums use the weights at the positions at the start of the step. Rigid points move with
+  /// their body and do not contribute to sums.
   ///
   /// Throws rve::InputError if dt <= 0 or a load or index is wrong, and PointError if a point is
   /// outside of the grid before or after the step, inverted, or has a quantity that is not finite.
@@ -81,9 +86,10 @@ template <int D> class MpmSolver {
   /// without advancing points.
   void evaluate(const PointView<D> &points, const std::vector<TractionLoad<D>> &loads, double dt);
 
-  /// Returns the Courant number dt max_p (c_p + |v_p|) / h with c = sqrt(M/ρ), M from the
-  /// constitutive model and ρ = m/V. The maximum includes the wave speeds of dashpots. Steps with a
-  /// Courant number above 1 are unstable, and nonlinear materials need 0.5 or less.
+  /// Returns the Courant number dt max_p (c_p + |v_p|) / h with the cell size h, the velocity v_p
+  /// of point p and its wave speed c_p = sqrt(M/ρ). M is the P-wave modulus of the constitutive
+  /// model [stress], and ρ = m/V is the density. The maximum includes the wave speeds of dashpots.
+  /// Steps with a Courant number above 1 are unstable, and nonlinear materials need 0.5 or less.
   double cfl_number(const PointView<D> &points, double dt) const;
 
   /// Force of the material on a rigid body in the last step or evaluation [force].
@@ -117,12 +123,12 @@ template <int D> class MpmSolver {
     synchronise();
     runner_->fetch(points);
   }
-  /// Waits for stresses that a device still computes when step() has returned. Callers that read
-  /// stresses of points between steps must call it or fetch() first. Not collective.
+  /// Waits for stresses that a device may still compute after step() has returned. Callers that
+  /// read stresses of points between steps must call it or fetch() first. Not collective.
   void synchronise() const;
-  /// Announces that the caller has changed the arrays of the points, or will change them before the
-  /// next call. The arrays must be up to date (fetch()). Positions, velocities, body forces, models
-  /// and rigid bodies may change without announcement.
+  /// Announces that the caller has changed the arrays of the points or will do so before the next
+  /// call. The arrays must be up to date (fetch()). Positions, velocities, body forces, models and
+  /// rigid bodies may change without announcement.
   void points_changed() { runner_->points_changed(); }
 
   /// Total wall time of copies from and to a device [seconds].

@@ -29,7 +29,7 @@ template <class Sums> struct SumsByKind {
   RVE_HD const Sums &operator[](SumKind kind) const { return of[kind]; }
 };
 
-/// `Array<T>` holds a field of all nodes: a pointer or a buffer.
+/// Fields on the nodes of the grid. `Array<T>` holds one field of all nodes: a pointer or a buffer.
 template <int D, template <class> class Array> struct NodeFields {
   Array<std::int64_t> all_sums{};     ///< sums of all kinds, one kind after the other
   Array<double> mass{};               ///< [mass]

@@ -7,8 +7,9 @@
 
 namespace mpm {
 
-/// Imposes the sides and finds the velocities. With Cundall's local damping it applies the damping
-/// instead of finding velocities, since conditions must then be imposed again (NodeDamped).
+/// Imposes the conditions of the sides and finds the velocities of the nodes. With Cundall's local
+/// damping it applies the damping force but finds no velocities. Conditions are then imposed again,
+/// and NodeDamped finds the velocities.
 template <int D> struct NodeBalance : NodePass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &tally) const
@@ -16,7 +17,7 @@ template <int D> struct NodeBalance : NodePass<D> {
     Vec<D> &begin = step.momentum[n];
     Vec<D> &end = step.momentum_end[n];
     step.balance_sides(n, end, begin);
-    // on other nodes a rank may have the force but not the contacts of bodies
+    // outside the touched box a rank may have the force of a node but not its contacts with bodies
     if (!step.shares_grid || step.touched.contains(step.grid, n))
       for (int c = 0; c < D; ++c)
         if (!step.constrains(n, c)) tally.raise(Unbalanced, std::abs(step.force[n][c]));
@@ -54,14 +55,18 @@ template <int D> struct NodeDamped : NodePass<D> {
   }
 };
 
-/// Applies dashpots of the sides, with a traction -ρ c v for each component of the velocity (Lysmer
-/// & Kuhlemeyer 1969, J. Eng. Mech. Div. ASCE 95, 859). They act on the momenta with the forces,
-/// before bodies and sides, and not on components that a side holds.
+/// Applies the dashpots of the sides. Their traction on the material is -ρ c v for each component
+/// of the velocity v, with the density ρ and the wave speed c (Lysmer & Kuhlemeyer 1969, J. Eng.
+/// Mech. Div. ASCE 95, 859). Dashpots change the momenta with the forces, before bodies and sides
+/// are imposed. They do not act on components that a side holds.
 ///
-/// Material whose face is on the side gives its nodes the mass m = ρ A h/2, so ρ A c v = (2 c/h) m
-/// v needs no area or density (doc/src/theory_mpm.rst). With the velocity in the middle of the
-/// step, p_end = p + f dt - β (p + p_end), β = c dt/h, which never adds energy. Above β = 1 it
-/// reverses the velocity of a node, so cfl_number() includes these speeds.
+/// Material whose face is on the side gives its nodes the mass m = ρ A h/2, with the area A of the
+/// face and the cell size h. The force ρ A c v = (2 c/h) m v therefore needs no area or density
+/// (doc/src/theory_mpm.rst). The velocity is taken in the middle of the step, which never adds
+/// energy:
+///   p_end = p + f dt - β (p + p_end),  β = c dt/h
+/// with the momentum p and the other forces f of the node. For β > 1 the dashpot reverses the
+/// velocity of a node, so cfl_number() includes these wave speeds.
 template <int D> struct AbsorbAtNode : Pass<D> {
   using Pass<D>::step;
 
@@ -84,7 +89,8 @@ template <int D> struct AbsorbAtNode : Pass<D> {
   }
 };
 
-/// Finds velocities for strains from momenta on which bodies have been imposed.
+/// Finds the nodal velocities for the strains. The contacts of bodies have already been imposed on
+/// the momenta.
 template <int D> struct NodeVelocity : NodePass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int n, Tally &) const

@@ -20,8 +20,8 @@ template <class T> struct PointField {
   const char *unit;    ///< "stress", ..., or "" for a dimensionless number
 };
 
-/// `Array<T>` holds a field of all points: a pointer, a vector or a buffer. A step changes the
-/// fields that are not const.
+/// Fields of material points. `Array<T>` holds one field of all points: a pointer, a vector or a
+/// buffer. A step changes the fields that are not const.
 template <int D, template <class> class Array> struct PointFields {
   Array<const Vec<D>> half_size{};            ///< half size of the point's box [length]
   Array<const double> mass{};                 ///< above 0 [mass]

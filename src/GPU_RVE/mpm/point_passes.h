@@ -26,8 +26,8 @@ template <int D> struct PointAtStart {
 };
 
 /// Returns the error of the state of a point, before or after a step, that would cause undefined
-/// behaviour or wrong results. The last assignment wins. There are no branches, since a GPU would
-/// not read further numbers before a branch.
+/// behaviour or wrong results. The last assignment wins. There are no branches, since a GPU thread
+/// does not read the next numbers before it has decided a branch.
 template <int D>
 RVE_HD ErrorCode state_error(const Grid<D> &grid, const Vec<D> &position, const Vec<D> &velocity,
                              const Tensor<D> &stress, bool is_rigid)
@@ -151,8 +151,8 @@ template <int D> struct BoundForces : PointPass<D> {
   }
 };
 
-/// Moves points: x += dt Σ N v,  v = flip (v + Σ N Δv) + (1 - flip) Σ N v. Rigid points move with
-/// their body.
+/// Moves points: x += dt Σ N v, v = flip (v + Σ N Δv) + (1 - flip) Σ N v. The sums are over nodes
+/// with the shape function N, velocity v and velocity change Δv. Rigid points move with their body.
 template <int D> struct AdvancePoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const
@@ -202,7 +202,7 @@ template <int D> struct AdvancePoint : PointPass<D> {
   }
 };
 
-/// Finds L of points before the mean of their cells replaces their dilation.
+/// Finds the velocity gradient L of points. The mean over cells replaces its dilation later.
 template <int D> struct GradientOfPoint : PointPass<D> {
   using Pass<D>::step;
   template <class Tally> RVE_HD void operator()(int p, Tally &tally) const

@@ -76,10 +76,10 @@ template <int D> struct PointView : PointFields<D, Pointer> {
 
 /// A traction vector [stress] on one face of the boxes of some local points.
 ///
-/// It acts on the current area of the face projected along its initial normal (load_extent), so
-/// that a vertical load on a surface that tilts remains a load per horizontal length or area. A
-/// following load is a pressure on the present face along its present normal, and `traction` is its
-/// vector before the deformation. The list of loads is the same on all ranks, but the points
+/// It acts on the current area of the face projected along its initial normal (load_extent). A
+/// vertical load on a surface that tilts thus remains a load per horizontal length or area. A
+/// following load is a pressure on the present face along its present normal; `traction` is then
+/// the vector before the deformation. The list of loads is the same on all ranks, but the points
 /// differ.
 template <int D> struct TractionLoad {
   Vec<D> traction;

@@ -14,7 +14,8 @@ using rve::require;
 
 namespace {
 
-  /// Rotation by a vector [radian] by Rodrigues' formula; in 2D by its first component.
+  /// Returns the rotation by a rotation vector [radian] from Rodrigues' formula. In 2D the angle is
+  /// the first component.
   template <int D> Tensor<D> rotation_by(const double *vector)
   {
     constexpr int SPINS = rve::Space<D>::spins;
@@ -40,7 +41,7 @@ namespace {
     return sum_over_points(points, communication, count, takes, value, check).sums;
   }
 
-  /// Transforms the inertia matrix from the axes of a body (`own`) to those of space (`world`).
+  /// Transforms the inertia matrix from the axes of a body (`own`) to the axes of space (`world`).
   /// `turn` is the orientation of the body.
   template <int D> void turn_inertia(const Tensor<D> &turn, const double *own, double *world)
   {
@@ -168,8 +169,8 @@ void RigidBodies<D>::fit_form(int k, const PointView<D> &points, const Communica
   body.centre = body.orientation * middle;
 }
 
-/// Sets the origin to the centre of mass or the pivot, and makes the centre of the form relative to
-/// it, in the axes of the body.
+/// Sets the origin to the pivot, or without a pivot to the centre of mass. Then expresses the
+/// centre of the form and the centre of mass relative to the origin, in the axes of the body.
 template <int D>
 void RigidBodies<D>::place_origin(int k, const PointView<D> &points,
                                   const Communication &communication)
@@ -342,9 +343,11 @@ template <int D> void RigidBodies<D>::set_half_spaces(int k, RigidShape<D> &shap
   for (int n = 0; n < shape.num_half_spaces; ++n) shape.half_space[n] = hull.sides[n].plane;
 }
 
-/// Finds the momentum of the bodies that forces drive, and their rates u without contact. About an
-/// origin that moves with the body, M du/dt = Q - (m ω × (ω × c), ω × I ω) with the forces and
-/// torques Q and the centre of mass c relative to the origin.
+/// Finds the momentum of the bodies that forces drive, and their rates u without contact. The
+/// equation of motion about an origin that moves with the body is
+///   M du/dt = Q - (m ω × (ω × c), ω × I ω)
+/// with the inertia matrix M, the forces and torques Q, the mass m, the spin ω, the moments of
+/// inertia I, and the centre of mass c relative to the origin.
 template <int D>
 void RigidBodies<D>::add_forces(const PointView<D> &points, double dt,
                                 const Communication &communication)

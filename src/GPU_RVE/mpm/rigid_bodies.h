@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// State of the rigid bodies that can turn between steps: position, orientation, rates and inertia.
+// State between time steps of the rigid bodies that can turn: position, orientation, rates and
+// inertia.
 //
 // A body is made from its points in its first step. Its form fits the boxes of the points or has
-// given vertices, the masses of the points give its inertia, and their velocities give the initial
-// rates of the freedoms that obey forces. Afterwards the points follow the body, and forces on them
-// act on the body.
+// given vertices. The masses of the points give the inertia. The velocities of the points give the
+// initial rates of the freedoms that obey forces. Afterwards the points follow the body, and forces
+// on them act on the body.
 
 #pragma once
 
@@ -25,8 +26,8 @@ template <int D> class RigidBodies {
   /// Throws rve::InputError for wrong options of any rigid body.
   explicit RigidBodies(const SolverOptions<D> &options);
 
-  /// Prescribes the rates of a body from the next step on: velocity of its origin and spin, S
-  /// numbers [length/time], [1/time]. Freedoms that obey forces ignore them.
+  /// Prescribes the rates of a body from the next step on. `rates` has S numbers: the velocity of
+  /// the origin [length/time] and the spin [1/time]. Freedoms that obey forces ignore them.
   void set_rates(int body, const double *rates);
 
   /// Returns the data of the bodies for a step from the present state, valid until the next call.
@@ -44,13 +45,13 @@ template <int D> class RigidBodies {
   int num_enclosed(int body, const PointView<D> &points) const;
 
   // the following members are for bodies that can turn
-  /// Velocity of its origin and spin in the last step [length/time], [1/time].
+  /// Velocity of the origin [length/time] and spin [1/time] of a body in the last step.
   const double *rates(int body) const { return state(body).rates; }
-  /// Impulse of the material in the last step or evaluation: force times time step, then torque
-  /// about the origin times time step.
+  /// Impulse of the material on a body in the last step or evaluation: force times time step, then
+  /// torque about the origin times time step.
   const double *felt(int body) const { return steps_.at(index_.at(body)).felt; }
-  /// Sum of spin times time step. It is the angle in 2D, and about an axis of fixed direction
-  /// [radian].
+  /// Sum over the steps of spin times time step [radian]. It is the angle of rotation in 2D. In 3D
+  /// it is the rotation vector only if the axis of rotation keeps its direction.
   const double *turned(int body) const { return state(body).turned; }
   const Vec<D> &origin(int body) const { return state(body).origin; }
   double mass(int body) const { return state(body).inertia[0]; }

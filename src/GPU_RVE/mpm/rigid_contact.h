@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Contact of the material with convex bodies that can turn: passes over columns of nodes and over
-// bodies.
+// Contact between the material and convex rigid bodies that can turn: passes over columns of nodes
+// and over bodies.
 //
-// The surface of a body lies between nodes. A line of nodes along an axis has a contact at the
-// surface if the normal there is nearest to that axis. The velocity interpolated at the surface
-// then satisfies the contact along the true normal, as under the face of a body that does not turn
-// (face_contact.h). Edges and corners need no special treatment, since each line meets one face. A
-// line has a contact only if it meets the surface at least a quarter of a cell inside of the other
-// faces; otherwise a block that has sunk into the ground a little would plough. Nodes deeper inside
-// the body satisfy the contact with the nearest surface. Nodes take the impulse of a contact in
-// shares whose centre is the position of the contact, so that body and material exchange momentum
-// and angular momentum to round-off.
+// The surface of a body lies between nodes. A line of nodes along an axis has a contact where it
+// meets the surface, if the surface normal there is nearer to this axis than to the other axes. The
+// contact acts along the true normal on the velocity interpolated at the surface, as under the face
+// of a body that does not turn (face_contact.h). Edges and corners need no special treatment, since
+// each line meets one face. A line has a contact only if it meets the surface at least a quarter of
+// a cell inside of the other faces. Otherwise a block that has sunk into the ground a little would
+// plough. Nodes deeper inside the body satisfy the contact with the nearest surface. The nodes of a
+// contact take shares of its impulse, and the centre of these shares is the position of the
+// contact. Body and material therefore exchange momentum and angular momentum exactly to round-off.
 //
-// The contacts of a body that forces drive use its velocity at the end of the step. Each contact
-// adds its effective mass to the inertia of the body (GatherContacts), the equations of motion are
-// solved (SolveContacts), and the contacts are imposed with the resulting velocity. The reaction on
-// the body is the integer sum of the impulses of its contacts. The final motion follows from this
-// reaction and the other forces (FinishBodies).
+// If forces drive a body, its contacts use its velocity at the end of the step:
+//   1. each contact adds its effective mass to the inertia of the body (GatherContacts)
+//   2. the equations of motion are solved (SolveContacts)
+//   3. the contacts are imposed with the resulting velocity (ImposeContacts)
+//   4. the final motion follows from the other forces and from the reaction (FinishBodies)
+// The reaction is the integer sum of the impulses of the contacts.
 
 #pragma once
 
@@ -39,8 +40,8 @@ template <int D> struct RigidContact {
   {
     return options.rough || options.friction > 0.0 || normal[axis] != 0.0;
   }
-  /// Division of a node (shared_contacts.h): the largest of all components on which the contact
-  /// acts.
+  /// Largest StepView::division() of a node over the components on which the contact acts
+  /// (shared_contacts.h).
   RVE_HD double division(const StepView<D> &step, const RigidBodyOptions &options, int n) const
   {
     double most = 1.0;
@@ -55,12 +56,12 @@ template <int D> struct RigidContact {
 /// Smallest depth inside of the other faces at which a line has a contact [cells].
 constexpr double LEAST_DEPTH = 0.25;
 
-/// Smallest length of the sum of the normals of two faces that enclose a tip; opposite faces have
-/// less.
+/// Two faces enclose a tip only if the sum of their unit normals is longer than this. The normals
+/// of opposite faces cancel.
 constexpr double TIP = 1e-3;
 
 /// State of a tip between two faces. Near a tip both faces would use the same nodes, so one contact
-/// at the tip replaces theirs.
+/// at the tip replaces the contacts of both faces.
 enum class Tip { None, Reachable, OutOfReach };
 
 /// Finds a tip, its normal, and its position `row` on the line [cells].
@@ -276,7 +277,8 @@ template <int D> struct RigidContactMotion {
 
 /// Scales of the sums over contacts of one body. No bound of the terms is known in advance, since
 /// nodes with little mass move fast. The sums therefore have capacity for terms a million times
-/// larger than those of points. A second sum of impulses keeps the digits that are rounded off.
+/// larger than the terms of points. A second, fine sum of impulses keeps the digits that the first
+/// sum rounds off.
 template <int D> struct ContactScales {
   static constexpr double ROOM = 0x1p20;
   rve::FixedScale mass, coarse, fine;
@@ -311,7 +313,8 @@ template <int D> struct ContactPass : Pass<D> {
   int items() const { return step.grid.lines_along(axis); }
 
  protected:
-  /// True if this rank counts a contact: the first rank that touches its first node does.
+  /// True if this rank counts a contact in sums over ranks. Only the first rank that touches the
+  /// first node of the contact counts it.
   RVE_HD bool counts(const RigidContact<D> &contact) const
   {
     if (!step.shares_grid) return true;
@@ -344,8 +347,8 @@ template <int D> struct GatherContacts : ContactPass<D> {
         return;
       const Touch touch = motion.touch(this->options, step.flip);
       if (touch == Touch::Open) return;
-      // answer(v) is the impulse on the material if the body moves with v relative to it; `rest` is
-      // this relative velocity without the present motion of the body
+      // answer(v) is the impulse on the material if the body has the velocity v relative to it;
+      // `rest` is this relative velocity without the part from body.now
       const Vec<D> rest = motion.approach - step.flip * motion.approach_before -
           motion.freed(velocity_at(body.now, contact.arm));
       const Vec<D> pushed =
@@ -413,8 +416,8 @@ template <int D> struct FindContacts : ContactPass<D> {
   }
 };
 
-/// Imposes the contacts. In a balance, it changes the momenta with and before the forces, and sums
-/// the impulse on the body.
+/// Imposes the contacts. In a balance it changes both the momenta with the forces and the momenta
+/// before the forces, and sums the impulse on the body.
 template <int D> struct ImposeContacts : ContactPass<D> {
   using Pass<D>::step;
   ContactWork work;
@@ -491,7 +494,7 @@ template <int D> struct FinishBodies : Pass<D> {
       right[i] = body.impulse[i] + body.felt[i];
     }
     solve_free<D>(body.inertia, right, body.free, body.now);
-    // local damping is that of nodes (NodeBalance)
+    // local damping acts as on nodes (NodeBalance)
     for (int i = 0; i < S; ++i) {
       if (!(body.free >> i & 1)) continue;
       const double direction = double(body.before[i] > 0.0) - double(body.before[i] < 0.0);

@@ -11,8 +11,8 @@
 namespace mpm {
 
 /// Form of a rigid body. Face: the box around its points, which does not turn and presses with one
-/// face (ImposeBody in face_contact.h). The other forms are convex bodies with contact on their
-/// whole surface, which can turn. Ball: a disk in 2D. Cylinder: 3D only, along the third axis of
+/// face (ImposeBody in face_contact.h). The other forms are convex bodies that can turn and have
+/// contact on their whole surface. Ball: a disk in 2D. Cylinder: 3D only, along the third axis of
 /// the body. Convex: the intersection of half spaces.
 enum class BodyForm { Face, Box, Ball, Cylinder, Convex };
 
@@ -57,18 +57,18 @@ template <int D> RVE_HD Tensor<D> spin_tensor(const double *rates)
   return spin;
 }
 
-/// Rotation by the vector ω dt of a body with these rates (by the angle ω dt in 2D), accurate to
-/// round-off.
+/// Returns the rotation of a body with these rates during `dt` [time], accurate to round-off. The
+/// rotation vector is ω dt with the spin ω; in 2D it is an angle.
 ///
 /// Rodrigues' formula is R = I + (sin θ / θ) W + ((1 - cos θ) / θ²) W², with the spin tensor W of ω
-/// dt and θ = |ω dt|. Both factors are power series of θ², because sums and products have the same
-/// bits on CPUs and devices, unlike library functions.
+/// dt and θ = |ω dt|. Both factors are computed as power series of θ². Unlike library functions,
+/// sums and products have the same bits on CPUs and devices.
 template <int D> RVE_HD Tensor<D> turn_of(const double *rates, double dt)
 {
   constexpr int SERIES = 9, MOST_HALVINGS = 64;
   double square = 0.0;
   for (int k = D; k < FREEDOMS<D>; ++k) square += (dt * rates[k]) * (dt * rates[k]);
-  double part = dt;    // halved until the angle is at most 1; the rotation is squared as often
+  double part = dt;    // halved until the angle is at most 1; each halving is undone by a squaring
   int halvings = 0;
   for (; square > 1.0 && halvings < MOST_HALVINGS; ++halvings) {
     square *= 0.25;
@@ -126,7 +126,7 @@ RVE_HD void solve_free(const double *matrix, const double *right, int free, doub
   }
 }
 
-/// The inner side of a plane, whose normal points outward.
+/// Half space on the inner side of a plane. The normal of the plane points outward.
 template <int D> struct HalfSpace {
   Vec<D> normal;    ///< unit vector in the axes of a body
   double
@@ -150,12 +150,12 @@ template <int D> struct RigidShape {
   struct Crossing {
     double place[2];     ///< coordinates along the line [length]
     Vec<D> normal[2];    ///< outward normals
-    double depth[2];     ///< depths inside of the nearest other face [length]
+    double depth[2];     ///< distances to the nearest other face [length]
   };
 
-  /// Finds the crossing of a line along a coordinate axis through `point`, which is the origin of
-  /// coordinates along the line. Returns false if the line does not meet the body. A line parallel
-  /// to a face may be up to `tolerance` [length] outside of the face.
+  /// Finds where the line through `point` along a coordinate axis enters and leaves the body.
+  /// Coordinates along the line start at `point`. Returns false if the line does not meet the body.
+  /// A line parallel to a face may be up to `tolerance` [length] outside of the face.
   RVE_HD bool cross(const Vec<D> &point, int axis, double tolerance, Crossing &crossing) const
   {
     const Vec<D> start = transpose(orientation) * (point - centre);
@@ -165,7 +165,7 @@ template <int D> struct RigidShape {
     constexpr int ROUND = -1;
     crossing.place[0] = -1e300;
     crossing.place[1] = 1e300;
-    int face[2] = {D, D};    // axis of the body across the flat face that is met, or ROUND
+    int face[2] = {D, D};    // body axis normal to the flat face that the line meets, or ROUND
     const auto narrow = [&](int end, double place, const Vec<D> &normal, int which) {
       if (end == 0 ? place > crossing.place[0] : place < crossing.place[1]) {
         crossing.place[end] = place;
@@ -225,7 +225,7 @@ template <int D> struct RigidShape {
     return true;
   }
 
-  /// Returns the outward normal of the surface nearest to a point inside.
+  /// Returns the outward normal of the face that is nearest to `point`, a position inside the body.
   RVE_HD Vec<D> normal_at(const Vec<D> &point) const
   {
     const Vec<D> start = transpose(orientation) * (point - centre);
@@ -261,7 +261,8 @@ template <int D> struct RigidShape {
   }
 
  private:
-  /// Index of the first axis of the body along which it is flat; those before are round.
+  /// Index of the first body axis along which flat faces bound the body. Along the axes before it
+  /// the surface is round.
   RVE_HD int first_flat() const
   {
     return form == BodyForm::Ball ? D : form == BodyForm::Cylinder ? 2 : 0;
@@ -306,8 +307,8 @@ template <int D> struct RigidShape {
         if (k == face[end]) continue;
         const Vec<D> &other = half_space[k].normal;
         double below = half_space[k].distance - dot(other, place);
-        // both faces have contacts with lines along this axis, so their edge is no limit; at the
-        // edge, both normals count
+        // lines along this axis have contacts with both faces, so their common edge sets no depth;
+        // at the edge, the normal is the mean of both
         if (is_steep && outward * dot(other, direction) > STEEP) {
           if (below < same) sum = sum + other;
           continue;
@@ -324,10 +325,10 @@ template <int D> struct RigidShape {
   /// Cosine of the angle to an axis; at most one of two perpendicular normals exceeds it.
   static constexpr double STEEP = 0.7072;
 
-  /// True if the two faces with these normals have an edge, so that the depth `below` inside of the
-  /// other face counts. Faces whose normals differ by up to 45 degrees approximate a round body and
-  /// have no edge. From there to a right angle `below` is enlarged, by less for larger angles.
-  /// Opposite faces have no common edge.
+  /// True if the two faces with these normals count as having a common edge. The depth `below`
+  /// [length] inside of the other face then limits contacts. Faces whose normals differ by up to 45
+  /// degrees approximate a round body and have no edge. Between 45 and 90 degrees `below` is
+  /// multiplied by a factor that falls to 1 at 90 degrees. Opposite faces have no common edge.
   RVE_HD bool is_behind_edge(const Vec<D> &normal, const Vec<D> &other, double &below) const
   {
     constexpr double ROUND = 0.3;    // 1 - cos of 45.6 degrees
@@ -368,12 +369,13 @@ template <int D> struct RigidBodyStep {
   int unused;
   RigidShape<D> shape;
   Vec<D> origin;    ///< centre of rotation [length]
-  /// Bound of the radius of the body around its origin, the unit of arms in the sums [length].
+  /// Upper bound of the distance of the surface from the origin [length]. The sums over contacts
+  /// use it as the unit of lever arms.
   double reach;
   std::int64_t terms;    ///< upper bound of the number of contacts
   double before[S];      ///< rates in the step before [length/time], [1/time]
-  /// Rates first without contact, then those that satisfy the contacts, and finally those that
-  /// follow from the impulses of the contacts [length/time], [1/time].
+  /// Rates of this step [length/time], [1/time]: first without contact, then the rates that satisfy
+  /// the contacts, finally the rates after the impulses of the contacts.
   double now[S];
   /// Momentum with the forces of this step, without contact [mass length/time], [mass
   /// length²/time].

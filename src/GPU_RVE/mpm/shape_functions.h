@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Shape functions of the background grid along one axis. The shape function of a node is the
-// product of those along all axes.
+// Shape functions of the background grid along one axis. The shape function of a node in D
+// dimensions is the product of its shape functions along the D axes.
 //
 // Coordinates are distances from the low side of the grid in cell widths; slopes are per cell
 // width.
@@ -30,11 +30,13 @@ struct AxisWeights {
   }
 };
 
-/// Hat functions at coordinate xi in [0, cells]. A point on a node belongs to the cell above it,
-/// and on the high side of the grid to the last cell. The third node has the weight 0.
+/// Hat functions at coordinate xi in [0, cells]. A point on a node belongs to the cell above the
+/// node. A point on the high side of the grid belongs to the last cell. The third node has the
+/// weight 0.
 ///
-/// A point is kept 2⁻²⁴ cells away from the nodes of its cell. If it were on a node, the other end
-/// of the cell would have a slope but no mass, and therefore no velocity and no response to forces.
+/// A point is kept 2⁻²⁴ cells away from the nodes of its cell. If the point were on a node, the
+/// other end of the cell would have a slope but no mass. Without mass this end would have no
+/// velocity and no response to forces.
 RVE_HD inline AxisWeights linear_weights(double xi, int cells)
 {
   constexpr double MARGIN = 0x1p-24;
@@ -46,12 +48,12 @@ RVE_HD inline AxisWeights linear_weights(double xi, int cells)
 }
 
 /// uGIMP: the hat function averaged over [xi - half, xi + half], 0 < half <= 1/2, and its
-/// derivative (Bardenhagen & Kober 2004, CMES 5, 477, contiguous particles of fixed size). With the
-/// distance d from the node:
+/// derivative (Bardenhagen & Kober 2004, CMES 5, 477, contiguous particles of fixed size). At the
+/// distance d from the node [cells] its value is S:
 ///   d < half              S = 1 - (d² + half²) / (2 half)
 ///   half <= d < 1 - half  S = 1 - d
 ///   d < 1 + half          S = (1 + half - d)² / (4 half)
-/// Such an interval reaches the nearest node and its two neighbours only.
+/// Only the nearest node and its two neighbours can have a value above 0.
 RVE_HD inline AxisWeights gimp_weights(double xi, double half)
 {
   const int nearest = static_cast<int>(std::floor(xi + 0.5));

@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Passes for nodes that several rigid bodies touch.
 //
-// A node that contacts of more than one body hold is divided among these contacts. Each contact
-// acts on a part of the mass and momentum in proportion to its weight, the number of sectors around
-// the node that the face of the body covers. All contacts start from the same momenta, and the
-// node receives the sum of their impulses. This conserves momentum, does not depend on the order of
-// the bodies, and gives two halves of a plate together the reaction of the plate.
+// If contacts of more than one body hold a node, the node is divided among these contacts. Each
+// contact acts on a part of the mass and momentum of the node. The part is proportional to the
+// weight of the contact: the number of sectors around the node that the face of the body covers.
+// All contacts start from the same momenta, and the node receives the sum of their impulses. This
+// conserves momentum and does not depend on the order of the bodies. Two halves of a plate together
+// feel the reaction of the whole plate.
 //
-// The map of momenta is A P S, with the division S, a projection P in the metric of the mass, and
-// the sum A = S^T. It is self-adjoint with eigenvalues from 0 to 1, so that it cannot add energy.
-// Imposing one body after the other is a product of projections P2 P1, which is not self-adjoint:
-// with the stiffness of the material it has complex eigenvalues, and the motion of nodes with
-// little mass grows from step to step.
+// A sweep over the contacts maps momenta by A P S. S divides the nodes, P imposes the contacts, and
+// A = S^T sums the parts. P is a projection in the metric of the mass. The map is self-adjoint with
+// eigenvalues from 0 to 1, so it cannot add energy. If one body were imposed after the other, the
+// map would be a product of projections P2 P1, which is not self-adjoint. With the stiffness of the
+// material this product has complex eigenvalues, and the motion of nodes with little mass grows
+// from step to step.
 //
-// If the conditions of the contacts differ, a sweep with divided nodes does not satisfy them fully,
-// so sweeps are repeated. Components of a node are divided separately. Components that only one
-// body touches are not divided, and their momenta change immediately.
+// If contacts impose different conditions on a node, one sweep does not satisfy them fully, so
+// sweeps are repeated. Components of a node are divided separately. Components that only one body
+// touches are not divided, and their momenta change immediately.
 
 #pragma once
 
@@ -23,8 +25,8 @@
 
 namespace mpm {
 
-/// Number of sweeps over contacts on divided nodes. Each sweep halves the deviation from a
-/// condition that only one of two equal contacts imposes, so that 2^-4 of it remains.
+/// Number of sweeps over contacts on divided nodes. If only one of two equal contacts imposes a
+/// condition, each sweep halves the deviation from it, and 2^-4 remains.
 constexpr int SHARED_SWEEPS = 4;
 
 /// The work of a pass over the contacts of a body.
@@ -33,7 +35,7 @@ struct ContactWork {
   bool finds;    ///< marks the components that contacts hold
   bool imposes;
   bool balances;    ///< also changes the momenta before the forces, and sums impulses on the body
-  bool again;       ///< skips nodes that bodies do not share, in sweeps after the first one
+  bool again;       ///< skips nodes that are not divided; set in sweeps after the first
 
   RVE_HD bool skips(bool is_shared) const { return again && !is_shared; }
 };

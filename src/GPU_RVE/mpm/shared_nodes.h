@@ -1,26 +1,27 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Nodes of the grid that a rank holds, and nodes that it shares with other ranks.
 //
-// A rank has two boxes of nodes. Outside the touched box its points add nothing to any sum. The
-// needed box around it has all nodes that influence a touched node. The rank holds the needed box
-// and a margin, within which its points may move before it must hold another box. Nodes that no
-// rank touches have no mass and change nothing, so nodes held beyond the needed box do not
-// influence the bits of results.
+// A rank has two boxes of nodes. The touched box contains all nodes to whose sums the points of the
+// rank contribute. The needed box contains the touched box and all nodes that influence a touched
+// node. The rank holds (stores) the needed box and a margin. Its points may move within this margin
+// before the rank must hold another box. Nodes that no rank touches have no mass and change
+// nothing. Nodes beyond the needed box therefore do not influence the bits of results.
 //
-// Sums over all ranks are formed in the needed box of each rank. A rank gives its sums in the
-// overlap of its touched box and the needed box of another rank to that rank, and takes the sums of
-// other ranks in its own needed box. Elsewhere it has zeros or complete sums, but never a part of a
-// sum. Momenta, conditions and impulses are therefore correct on the nodes that a rank touches,
-// which are all that its points use. Results on other nodes must not be used.
+// Each rank forms the sums over all ranks in its needed box. It gives its own sums to another rank
+// where its touched box overlaps the needed box of that rank. It takes the sums of other ranks in
+// its own needed box. A sum that a rank holds is thus zero or complete, but never a part of a sum.
+// Momenta, conditions and impulses are therefore correct on the nodes that the rank touches. Its
+// points use no other nodes. Results on other nodes must not be used.
 //
-// Nodes influence each other through rigid bodies only. A body with a face couples the two nodes of
-// a column on both sides of its face (ImposeBody in face_contact.h). All nodes that n bodies with
-// faces across an axis can couple lie within n + 1 successive nodes along that axis, in any order
-// of imposing, so the needed box is wider by n on both sides. A body that can turn couples the two
-// nodes of a line on both sides of its surface along one axis after the other, and twice if local
-// damping has disturbed them (ImposeContacts). Each such body makes the needed box wider by two on
-// both sides along each axis. The first rank that touches the node of a contact counts its impulse
-// on the body.
+// Nodes influence each other through rigid bodies only:
+//   - A body with a face couples the two nodes of a column on both sides of its face (ImposeBody in
+//     face_contact.h). If n bodies have faces across an axis, all nodes that they can couple lie
+//     within n + 1 successive nodes along this axis, in any order of imposing. They make the needed
+//     box wider by n on both sides.
+//   - A body that can turn couples the two nodes of a line on both sides of its surface, along one
+//     axis after the other (ImposeContacts). It couples them twice if local damping has disturbed
+//     them. Each such body makes the needed box wider by two on both sides along each axis.
+// The first rank that touches the node of a contact counts the impulse of the contact on the body.
 
 #pragma once
 

@@ -23,7 +23,7 @@ namespace mpm {
 /// Time of the update of stresses. Musl: at the end of the step from momenta that are extrapolated
 /// again (Sulsky, Zhou & Schreyer 1995, Comput. Phys. Commun. 87, 236). Usavg: half of the
 /// increment before the forces and half at the end (Nairn 2003, CMES 4, 649; Bardenhagen 2002, J.
-/// Comput. Phys. 180, 383), which conserves energy better and calls the constitutive model twice.
+/// Comput. Phys. 180, 383). Usavg conserves energy better and calls the constitutive model twice.
 enum class Scheme { Musl, Usavg };
 
 using rve::Device;
@@ -92,8 +92,8 @@ struct Communication {
   };
   std::function<void(const std::vector<Message> &messages)> exchange =
       [](const std::vector<Message> &) {};
-  /// Throws on all ranks if a rank has a problem, which is a text that is not empty. The message is
-  /// the problem of the lowest such rank. Collective.
+  /// Throws on all ranks if `problem` is not empty on at least one rank. The message is the text of
+  /// the lowest such rank. Collective.
   std::function<void(const std::string &problem)> raise_on_all = [](const std::string &problem) {
     if (!problem.empty()) throw rve::InputError(problem);
   };

@@ -37,7 +37,8 @@ template <int D, template <int> class Machine> class StepSequence final : public
       order_.push_back({static_cast<int>(b), can_turn ? turning++ : -1});
       if (b < 64 && !can_turn && !(D == 3 && bodies[b].round)) plates_ |= std::uint64_t(1) << b;
     }
-    // sums of three impulses on a node depend on their order, which must not be that of the script
+    // the bits of a sum of three impulses on a node depend on their order; this order must not
+    // depend on the script
     std::stable_sort(order_.begin(), order_.end(), [&](const Ordered &one, const Ordered &other) {
       return options.name_of_body(one.body) < options.name_of_body(other.body);
     });
@@ -156,8 +157,8 @@ template <int D, template <int> class Machine> class StepSequence final : public
     return shared_.everywhere(machine_.of_nodes(field, row), where);
   }
 
-  /// Returns known[which], which find() computes at the first call after a step. Callers ask for
-  /// each component separately.
+  /// Returns known[which]. The first call after a step computes it by find(). The value is kept
+  /// because callers request each component separately.
   template <class Find>
   static Vec<D> cached(std::map<int, Vec<D>> &known, int which, const Find &find)
   {
@@ -394,8 +395,8 @@ template <int D, template <int> class Machine> class StepSequence final : public
     share_contacts(-1, MoveContactSums<D>::FELT * count);
     over<FinishBodies>();
   }
-  /// Sums `count` contact sums over all ranks: those of the body `index`, or the impulses on all
-  /// bodies (-1).
+  /// Sums `count` contact sums over all ranks. `index`: body whose sums are exchanged; -1: the
+  /// impulses on all bodies.
   void share_contacts(int index, int count)
   {
     if (communication_.ranks == 1) return;

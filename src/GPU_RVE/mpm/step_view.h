@@ -34,9 +34,9 @@ enum class ErrorCode {
   Inverted
 };
 
-/// Indices of maxima that passes find. Maxima over deformable points or nodes come first, then one
-/// per load, and then those of each body: its low coordinates with the opposite sign, and its high
-/// coordinates. Zeros are positive.
+/// Indices of the maxima that passes find. Maxima over deformable points or nodes come first, then
+/// one maximum per load, then 2 D maxima per body: its low coordinates with the opposite sign, and
+/// its high coordinates. Zeros are positive.
 enum Maximum {
   MassBound,
   MomentumBound,
@@ -53,8 +53,8 @@ enum Maximum {
   NUM_MAXIMA
 };
 
-/// Key of a point with an error. Keys have the order of the points, and 64 bits, so that threads of
-/// a device can find the lowest one atomically.
+/// Key of a point with an error. Keys have the order of the points. They have 64 bits, so that
+/// threads of a device can find the lowest key atomically.
 struct PointErrorKey {
   static constexpr std::uint64_t NO_ERROR = std::numeric_limits<std::uint64_t>::max();
   static RVE_HD std::uint64_t key(int point, ErrorCode code)
@@ -97,8 +97,9 @@ template <int D> struct StepView : NodeFields<D, Pointer> {
   double dt = 0.0;
   int num_bodies, num_models = 0, num_loads = 0;
   int num_rigid;    ///< number of bodies that can turn
-  /// True if nodes are divided among bodies, since several may hold the same node in this step. If
-  /// no node has several bodies, imposing bodies one by one without division gives the same bits.
+  /// True if nodes are divided among bodies, because several bodies may hold the same node in this
+  /// step (shared_contacts.h). If no node has several bodies, imposing the bodies one by one
+  /// without division gives the same bits.
   bool divides_nodes = false;
   RigidBodyStep<D> *rigid = nullptr;
   const Vec<D> *body_velocity = nullptr;    ///< per rigid body [length/time]

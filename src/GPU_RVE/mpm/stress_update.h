@@ -12,9 +12,12 @@
 
 namespace mpm {
 
-/// Updates stresses. A step calls begin_step(). Then, once or twice, it calls plan() and launch()
-/// if a device has the increments, otherwise begin(). It calls finish() before stresses are used,
-/// which may be in the next step.
+/// Updates the stresses of the points of this rank by their constitutive laws. A step calls these
+/// functions in this order:
+///   begin_step()                 once
+///   plan(), launch(), begin()    once (Musl) or twice (Usavg); launch() only if plan() returned
+///                                true, begin() only if plan() or launch() returned false
+///   finish()                     before stresses are used, possibly in the next step
 template <int D> class StressUpdate {
  public:
   /// Sets the laws to which PointView::model refers. A law may appear several times. Not owned.
@@ -27,10 +30,11 @@ template <int D> class StressUpdate {
   /// Lists the points of each law. `points` is used until the end of the step.
   void begin_step(const PointView<D> &points, int threads);
 
-  /// Plans an update by increments on a device over `dt` [time]. Returns false if a law needs the
-  /// host.
+  /// Plans an update over `dt` [time] by the increments in `arrays` on a device. Returns false if
+  /// there is no device or a law needs the host; begin() is then needed.
   bool plan(const DeviceArrays<D> &arrays, double dt);
-  /// Launches a planned update before the host has read the plan (rve::Request::launch_early).
+  /// Launches a planned update before the host has read the plan (rve::Request::launch_early). Does
+  /// nothing if points have several laws.
   void launch_early();
   /// Launches a planned update after the device has been synchronised. Returns false if some laws
   /// need begin().
@@ -38,8 +42,8 @@ template <int D> class StressUpdate {
   /// Begins an update over `dt` [time] by increments on the host, for laws that launch() has not
   /// launched. Returns true if finish() must wait for stresses.
   bool begin(const Tensor<D> *increment, double dt);
-  /// Returns rve::Request::needs_host() of an update on the device, or null if there is none or
-  /// there are several laws.
+  /// Returns rve::Request::needs_host() of the update on the device. Returns null if there is no
+  /// such update or points have several laws.
   const std::int32_t *needs_host() const;
   /// Waits for all stresses and returns where they are; OnDevice if no update was under way.
   rve::StressesAre finish();

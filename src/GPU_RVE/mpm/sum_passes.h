@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sums on nodes. A sum is a struct with the kind of its integers (KIND) and the functions begin(),
-// which sets their scale, to_nodes(), which adds the contributions of a point, and take(), which
-// computes fields of a node from the sum. Scatter and TakeSums run several sums in one pass.
+// Sums over points on the nodes of the grid. Each sum is a struct with these members:
+//   KIND          kind of its integers (SumKind)
+//   begin()       sets the scale of the integers
+//   to_nodes()    adds the contributions of a point to its nodes
+//   take()        computes fields of a node from the sum
+// Scatter and TakeSums run several sums in one pass.
 
 #pragma once
 
@@ -47,8 +50,9 @@ template <int D> struct InertiaForStrains : Inertia<D> {
   }
 };
 
-/// Sums of forces, f_I = - Σ V σ·∇N_I + Σ f N_I (Sulsky, Chen & Schreyer 1994, Comput. Methods
-/// Appl. Mech. Eng. 118, 179), and p += f dt.
+/// Sums of the forces on nodes, f_I = - Σ V σ·∇N_I + Σ f N_I, with the volume V, stress σ, body
+/// force f and shape functions N_I of points (Sulsky, Chen & Schreyer 1994, Comput. Methods Appl.
+/// Mech. Eng. 118, 179). take() adds f_I dt to the momentum of the node.
 template <int D> struct Force {
   static constexpr SumKind KIND = VectorSums;
   rve::FixedScale scale;
@@ -113,10 +117,10 @@ template <int D> struct MomentumAgain {
   }
 };
 
-/// Sums of the volume of points in each cell, and of volume times dilation or pressure, for means
-/// over cells. A cell with many points then has one volume constraint (Hughes 1980, Int. J. Numer.
-/// Meth. Engng 15, 1413). The forces use the mean pressure, so that their work is the work of the
-/// stresses.
+/// Sums for means over cells: volume, and volume times dilation (or pressure), of the points in
+/// each cell. With these means a cell with many points has one volume constraint instead of one per
+/// point (Hughes 1980, Int. J. Numer. Meth. Engng 15, 1413). Nodal forces use the mean pressure, so
+/// that the work of the forces is the work of the stresses.
 template <int D, bool IS_DILATION> struct CellMean {
   static constexpr SumKind KIND = VectorSums;
   rve::FixedScale volume_scale, product_scale;
