@@ -1,29 +1,32 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Measures costs and errors of the settings of fix rve in fixed scenes. The error of a setting is
-// taken against a small-step reference in double precision. All packings are of disks or all of
-// spheres.
+// Measures costs and errors of the settings of fix rve in six fixed element tests, the scenes. The
+// error of a setting is the deviation of the stress from a reference run with small steps in double
+// precision. The packings are all of disks or all of spheres.
 //
 //   bench_accuracy <output.json> <packing.rve> [<packing.rve> ...] [--device cpu|cuda]
 //                  [--copies N] [--machine words] [--scenes a,b]
 //                  [--short] [--ensemble] [--presets] [--skipping] [--floor]
 //
-// --ensemble compares only the mean and the scatter of packings with several numbers of grains.
+// --ensemble compares only the mean stress ratio and its scatter for several numbers of grains.
 // --presets compares only the costs of the three presets. Choose --copies so that the packings fill
 // the device.
 // --skipping compares only the costs of adaptive substeps with and without *quiescent*.
 // --floor holds packings at rest in each number format and measures the unbalanced force that
 // remains and the change of the pressure.
 //
-// A packing of grains is chaotic: beyond some strain the smallest difference grows until two runs
-// agree in the mean only. The program therefore also runs twins, whose grains are displaced by a
-// part of an overlap. While all twins agree, the error of a setting is taken point by point;
-// afterwards only means over the packings are compared. The packings are one batch, which has N
-// copies of each packing to fill a GPU (--copies). Planted defects must exceed the limit, which
-// shows that the scenes detect them.
+// A packing of grains is chaotic: beyond some strain, called the bifurcation, even tiny differences
+// between two runs have grown so much that only their means agree. The program finds this strain
+// with twins: runs in which the grains begin displaced by a small part of the mean overlap. Before
+// the bifurcation all twins agree, and the error of a setting is the largest error of a macro step.
+// After it, only means over the packings are compared.
 //
-// The cost is the CPU time of one thread. On a GPU it is the wall time, with all threads of the
-// host. A fixed piece of work is timed between macro steps, and costs are divided by its time, so
-// that other load on the machine cancels.
+// All packings run in one batch. For a GPU, the batch has N copies of each packing (--copies). Some
+// settings have a planted defect. Their errors must exceed a limit, which shows that the scenes
+// detect defects.
+//
+// The cost of a setting on a CPU is the CPU time of one thread. A fixed piece of work is timed
+// between macro steps, and costs are divided by its time, so that other load on the machine
+// cancels. The cost on a GPU is the wall time, with all threads of the host.
 
 #include "bench_report.h"
 #include "steps_on_device.h"
@@ -57,37 +60,36 @@ using nlohmann::json;
 
 namespace {
 
-// Pressure of the packings, which a servo also maintains along its axes [Pa].
+// Pressure of the packings [Pa]. A servo holds the normal stresses along its axes at this pressure.
 constexpr double PRESSURE = 1e5;
 
 /// Strain rate of the element tests [1/s]. The inertial number of disks is 2e-4. Disks are prisms
-/// of 1 m and have more mass than spheres; spheres therefore need smaller time steps and have a
+/// of 1 m and have more mass than spheres. Spheres therefore need smaller time steps and have a
 /// larger rate.
 template <int D> constexpr double RATE = D == 2 ? 0.05 : 0.2;
 
-// Largest displacements of the twins' grains, divided by the mean overlap. They are of the order of
-// the truncation error of the first steps, so that both errors grow to a similar size before the
-// curves part. The smaller one is for slow scenes, where a displacement changes the stiffness as
-// much as truncation does.
+// Largest displacements of the twins' grains, divided by the mean overlap [-]. They are of the
+// order of the truncation error of the first steps, so that both errors grow to a similar size
+// before the curves part. DISPLACEMENT_SLOW is for slow scenes, where a displacement changes the
+// stiffness as much as truncation does.
 constexpr double DISPLACEMENT = 1e-3, DISPLACEMENT_SLOW = 1e-5;
 // Number of displaced twins; the comparison ends when the first pair of runs parts.
 constexpr int NUM_TWINS = 5;
 
-// Curves count as parted if the relative deviation of a twin, see deviation(), reaches this value.
-// It is a fifth of LIMIT, so that the errors before it are those of the setting.
+// Curves have parted (bifurcated) when the deviation() of a twin reaches this value [-]. It is a
+// fifth of LIMIT: larger errors before the bifurcation are errors of the setting.
 constexpr double PARTED = 0.002;
 
-// Largest error that a setting may have before bifurcation; defects must exceed it.
+// Largest error that a setting may have before bifurcation [-]; planted defects must exceed it.
 constexpr double LIMIT = 0.01;
 
 constexpr int PACES = 40;    // measurements of the machine's pace in a run
 
-// Macro steps between checks of the stability bound, with details of all RVEs; the default of fix
-// rve.
+// Macro steps between checks of the stability bound, which need details of all RVEs. The value is
+// the default of fix rve.
 constexpr int CHECK_INTERVAL = 100;
 
-// Largest number of DEM steps that a scene takes with the preset reference if only costs are
-// compared.
+// Largest number of DEM steps of a scene with the preset reference if only costs are compared.
 constexpr double MOST_STEPS_FOR_COST = 1.2e5;
 
 // ---- scenes -------------------------------------------------------------------------------------
@@ -124,8 +126,8 @@ template <int D> Tensor<double, D> cycles(double rate, double time)
   return shear<D>(quarter < 1.0 || quarter >= 3.0 ? rate : -rate, time);
 }
 
-/// Returns the six element tests. The strain of a macro step is the same for spheres and disks, and
-/// it has about as many DEM steps for both.
+/// Returns the six element tests. A macro step of spheres has the same strain as a macro step of
+/// disks, and about as many DEM steps.
 template <int D> std::array<Config<D>, 6> scenes()
 {
   const double rate = RATE<D>, macro_step = 5e-5 / rate, creep = rate / 100.0;
@@ -149,8 +151,8 @@ struct Setting {
   double dt_fraction = 0.9;
   double mass_scaling = 1.0;
   double damping = -1.0;    // Cundall's local damping; negative: that of the packing
-  // Viscous damping instead of Cundall's, normal and tangential, as a share of the critical damping
-  // of a contact of mean grains.
+  // Viscosity of normal and tangential dashpots over the critical damping of a contact of mean
+  // grains [-]
   double viscosity = 0.0;
   double skin = 0.0;
   MacroStepOptions macro = {};
@@ -183,7 +185,7 @@ MacroStepOptions samples(StressFrom from, int number, int spacing)
 const Setting REFERENCE{"small-step reference", "reference", Format::Double, Arithmetic::Strict,
                         0.05};
 
-/// Presets from the cheapest to the one that the others are compared with.
+/// Presets, from the cheapest one to the preset reference, with which the others are compared.
 const Setting PRESETS[] = {{"draft", "preset", Format::Fast, Arithmetic::Strict, 0.9, 4.0},
                            {"standard", "preset", Format::Mixed, Arithmetic::Strict, 0.9},
                            {"reference", "preset", Format::Double, Arithmetic::Strict, 0.1}};
@@ -345,16 +347,16 @@ DriveOf<D> drive_for(const Config<D> &scene, const Tensor<double, D> &gradient, 
   return drive;
 }
 
-/// Returns the CPU time on a CPU, which does not advance while other programs run, and the wall
-/// time on a GPU [s].
+/// Returns the time that measures costs [s]: the wall time for a GPU, the CPU time for a CPU. CPU
+/// time does not advance while other programs use the core.
 double now(const Machine &machine)
 {
   if (machine.device == Device::Cpu) return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Measures the present speed of the machine by a fixed piece of work: DEM steps at rest in double
-/// precision. It does nothing on a GPU, which is not shared.
+/// Measures the present speed of the CPU by a fixed piece of work: DEM steps at rest in double
+/// precision. It does nothing if the RVEs are on a GPU, which is not shared.
 template <int D> class Pace {
  public:
   Pace(const RveStateOf<D> &packing, const Machine &_machine) : machine(_machine)
@@ -397,9 +399,9 @@ template <int D> void note_stiffened(macro::RvePointsOf<D> &points, const std::v
   points.note_check(stiffened);
 }
 
-/// Runs a scene with the classes that fix rve uses, so that settings have the meaning they have
-/// there. Details are requested when the stability bound is checked and at the end. On a GPU
-/// without a servo, increments and stresses lie in the memory of the device.
+/// Runs a scene with the classes of fix rve, so that a setting has the same meaning as in fix rve.
+/// Details are requested when the stability bound is checked and at the end. On a GPU, increments
+/// and stresses lie in the memory of the device, unless the scene has a servo.
 template <int D>
 Outcome<D> run_points(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                       const Setting &setting, const Machine &machine)
@@ -477,7 +479,8 @@ Outcome<D> run_points(const Config<D> &scene, const std::vector<RveStateOf<D>> &
   return outcome;
 }
 
-/// Runs a scene with a defect that is planted from outside, since the engine has none.
+/// Runs a scene with a planted defect. The engine has no such defect; this function adds it between
+/// the calls of the engine.
 template <int D>
 Outcome<D> run_with_defect(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                            const Setting &setting, const Machine &machine)
@@ -542,8 +545,8 @@ Outcome<D> run(const Config<D> &scene, const std::vector<RveStateOf<D>> &packing
                                         : run_with_defect(scene, packings, setting, machine);
 }
 
-/// Returns the packing after 0.3 % of shear and a rest. All its contacts have tangential forces,
-/// from which slow shear continues.
+/// Returns the packing after 0.3 % of shear and a rest. All its contacts have tangential forces.
+/// The slow scenes begin with this packing.
 template <int D> RveStateOf<D> sheared(const RveStateOf<D> &packing)
 {
   const auto engine = make_engine<D>(options_for<D>(REFERENCE, Machine()));
@@ -604,15 +607,16 @@ struct Range {
   }
 };
 
-/// The curves of the reference and the steps up to which other curves can follow them.
+/// The curves of the reference, and the step of each curve at which bifurcation occurs.
 template <int D> struct Standard {
   std::vector<Curve<D>> curves;
   std::vector<double> change;      ///< largest change of the stress of each packing [stress]
   std::vector<int> bifurcation;    ///< step at which the first twin has parted, or the end
 };
 
-/// Returns the deviation of two curves at a step, divided by the pressure. In slow scenes, the
-/// stress changes since the first step are compared, and their deviation is divided by `change`.
+/// Returns the relative deviation of two curves at a step [-]: the norm of the stress difference,
+/// divided by the pressure. Slow scenes compare the stress changes since the first step instead and
+/// divide by `change` [stress].
 template <int D>
 double deviation(const Config<D> &scene, const Curve<D> &curve, const Curve<D> &exact,
                  double change, int step)
@@ -622,8 +626,8 @@ double deviation(const Config<D> &scene, const Curve<D> &curve, const Curve<D> &
   return norm((curve[step] - curve[0]) - (exact[step] - exact[0])) / change;
 }
 
-/// Runs the twins. Their steps are larger than those of the reference, which would take most of the
-/// time; the onset of chaos does not need such small steps.
+/// Runs the twins, of which the first has no displacements. The DEM steps of twins are larger than
+/// those of the reference to save time: the onset of chaos does not depend on such small steps.
 template <int D>
 std::vector<Outcome<D>> twins_of(const Config<D> &scene, const std::vector<RveStateOf<D>> &packings,
                                  const Machine &machine, int count)
@@ -708,8 +712,8 @@ Errors errors_of(const Standard<D> &standard, const Outcome<D> &outcome, const C
 // ---- tests of the reference ---------------------------------------------------------------------
 
 /// Returns the relative error of the coefficient of restitution of two grains with local damping.
-/// The exact value is sqrt((1 - a)/(1 + a)): the damping scales the impulse by 1 - a on approach
-/// and by 1 + a on separation.
+/// The exact value is sqrt((1 - a)/(1 + a)), where a is the local damping [-]. The damping scales
+/// the contact force by 1 - a on separation and by 1 + a on approach.
 template <int D> double restitution_error(const Machine &machine)
 {
   Material material;
@@ -758,10 +762,10 @@ template <int D> double stiffness_error(const RveStateOf<D> &packing, const Mach
   return norm(after[0].stress - before[0].result.stress - expected) / norm(expected);
 }
 
-/// Returns the largest difference between stresses on a GPU and on a CPU divided by PRESSURE, with
-/// the preset standard, in uniaxial compression and in biaxial or triaxial compression with a
-/// servo. The expected value is zero; the comparison with LAMMPS on a CPU then also applies to the
-/// GPU.
+/// Returns the largest difference between stresses on a GPU and on a CPU, divided by PRESSURE [-].
+/// The setting is the preset standard. The scenes are uniaxial compression, and biaxial or triaxial
+/// compression with a servo. The expected value is zero: comparisons of the CPU engine with LAMMPS
+/// then also apply to the GPU.
 template <int D>
 double difference_from_cpu(const std::vector<RveStateOf<D>> &packings, const Machine &machine)
 {
@@ -827,8 +831,8 @@ Arguments parse(int argc, char **argv)
   return arguments;
 }
 
-/// Reports the mean q/p in the second half of a scene and its scatter with the preset standard, for
-/// each number of grains.
+/// Reports the stress ratio q/p (deviatoric stress over pressure) with the preset standard for each
+/// number of grains: its mean over the second half of a scene, and the scatter of packings.
 template <int D>
 void compare_numbers_of_grains(const std::vector<RveStateOf<D>> &packings,
                                const Arguments &arguments, const Machine &machine,
@@ -874,8 +878,9 @@ void compare_numbers_of_grains(const std::vector<RveStateOf<D>> &packings,
   report.write();
 }
 
-/// Reports the unbalanced force that the digits of a format leave. Packings at rest in double
-/// precision are held in each format; packings of the same stiffness are grouped.
+/// Reports the unbalanced force that remains at rest because a format has finitely many digits. The
+/// packings first come to rest in double precision and are then held in each format. There is one
+/// report for all packings of the same stiffness.
 template <int D>
 void measure_floor(const std::vector<RveStateOf<D>> &packings, const Arguments &arguments,
                    const Machine &machine, bench::Report &report)
@@ -949,8 +954,8 @@ template <int D> bool is_wanted(const Config<D> &scene, const std::string &scene
   return scenes.empty() || scenes.find("," + scene.name + ",") != std::string::npos;
 }
 
-/// Reduces the copies of a scene with a servo, which takes many times as long on a GPU and needs
-/// fewer RVEs to fill it.
+/// Divides the number of copies by three for a scene with a servo. On a GPU, such a scene takes
+/// many times as long as other scenes, and fewer RVEs fill the GPU.
 template <int D> Machine for_scene(Machine machine, const Config<D> &scene)
 {
   if (scene.servo) machine.copies = (machine.copies + 2) / 3;
@@ -1036,8 +1041,8 @@ void compare_costs_of_presets(const std::vector<RveStateOf<D>> &packings,
   report.write();
 }
 
-/// Reports the speedup of adaptive substeps with *quiescent* over those without it, for each scene.
-/// Each setting runs twice, in turn; the faster run counts.
+/// Reports for each scene how much faster adaptive substeps are with *quiescent* than without it.
+/// Each setting runs twice, in turn with the others; the faster run counts.
 template <int D>
 void compare_costs_of_skipping(const std::vector<RveStateOf<D>> &packings,
                                const std::vector<RveStateOf<D>> &sheared_packings,
@@ -1207,7 +1212,7 @@ template <int D> int run(const Arguments &arguments, bench::Report report)
     report.write();
   }
   for (std::size_t s = 0; s < all.size(); ++s) {
-    // A defect need not show in every scene, so it counts as missed only if all scenes have run.
+    // A defect need not exceed the limit in every scene: only a run of all scenes can miss it.
     if (all[s].defect != Defect::None && !flagged[s] && arguments.scenes.empty()) {
       std::printf("FAIL the planted defect goes unseen: %s\n", all[s].name.c_str());
       sound = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Measures the throughput of the engine. Copies of a packing of disks or of spheres are sheared,
-// and whole calls with the short answer are timed. The program writes JSON rows
+// Measures the throughput of the engine in DEM steps of RVEs per second. The RVEs are copies of a
+// packing of disks or of spheres and are sheared. The program times whole calls that return the
+// short answer, rve::ResponseOf (the long answer is rve::ResultOf). It writes JSON rows
 // (doc/src/performance.rst). It asserts nothing about times; a failed RVE ends the experiment.
 //
 //   bench_engine <packing.rve> <output.json> [--device cpu|cuda] [--suite quick|full|core|paper|
@@ -52,9 +53,9 @@ template <int D> struct Shearing {
   double strain_of(int substeps) const { return rate * time_step * substeps; }
 };
 
-/// Returns the shearing of an experiment. Disks have 0.05/s and 5e-5 s, as in the paper, for every
-/// packing. Spheres have 0.3 of their stable time step and a strain of 5e-7 per step, which is an
-/// inertial number of 1e-4 at overlaps of 5e-4 diameters.
+/// Returns the shearing of an experiment. All packings of disks have the rate 0.05/s and the time
+/// step 5e-5 s of the paper. Spheres have 0.3 of their stable time step and a strain of 5e-7 per
+/// step. At overlaps of 5e-4 diameters, their inertial number is 1e-4.
 Shearing<2> shearing_of(const rve::RveState &)
 {
   return {0.05, 5e-5};
@@ -77,8 +78,8 @@ struct Arguments {
   std::string packing, output, suite = "quick";
   bool cuda = false;
   double seconds = 0.5;    // approximate duration of a case
-  // Numbers of RVEs that replace those of the experiments; an experiment with only one number uses
-  // the last one.
+  // Numbers of RVEs from the option --rves; empty: each experiment has its own. An experiment with
+  // only one number of RVEs uses the last one.
   std::vector<int> rves;
   std::string format;    // number format; empty: all
   int threads = 0;       // threads of a block on a GPU; 0: the engine chooses
@@ -206,8 +207,8 @@ struct Measured {
   double pressure = 0.0;    // final pressure of the first RVE; equal in all formats
 };
 
-/// Returns the number of calls in a repeat for which all repeats take about `seconds` and strain
-/// the packing by at most LARGEST_STRAIN.
+/// Returns the number of calls in a repeat, at least one. All repeats together then take about
+/// `seconds` or, if this is less, strain the packing by LARGEST_STRAIN.
 long calls_in_repeat(double seconds, double seconds_per_call, double strain_of_call)
 {
   const double by_time = seconds / REPEATS / seconds_per_call;
@@ -473,7 +474,7 @@ template <int D> void run_substeps(Bench<D> &bench)
 }
 
 /// Measures the throughput for several numbers of grains per RVE. The total number of grains is
-/// about the same.
+/// about the same for all of them.
 template <int D> void run_grains(Bench<D> &bench)
 {
   const std::vector<int> sizes = D == 2
@@ -483,8 +484,8 @@ template <int D> void run_grains(Bench<D> &bench)
   for (const int grains : sizes)
     packings.push_back(std::async(
         std::launch::async, [&bench, grains] { return bench::packing_of(bench.packing, grains); }));
-  // The total gives each of 132 multiprocessors of a GPU one RVE of 8000 grains or several smaller
-  // ones.
+  // On a GPU the total is one RVE of 8000 grains, or several smaller ones, for each of 132
+  // multiprocessors.
   const int fewest = bench.arguments.cuda ? 132 : 2;
   const int total = bench.arguments.cuda ? fewest * 8000 : 10000 * bench.cores();
   const int substeps = bench.arguments.cuda ? 2000 : 20;
@@ -503,8 +504,8 @@ template <int D> void run_grains(Bench<D> &bench)
   }
 }
 
-/// Returns drives of `steps_at(place)` steps. The places are evenly distributed from 0 to 1 and
-/// well mixed (multiples of the golden ratio).
+/// Returns drives with steps_at(x) steps. The numbers x are evenly distributed from 0 to 1 in a
+/// mixed order: x_k is the fractional part of (k + 1)/phi, where phi = 1.618 is the golden ratio.
 template <int D, class StepsAt>
 std::vector<rve::DriveOf<D>> mixed_drives(const Shearing<D> &shearing, int count,
                                           const StepsAt &steps_at)
@@ -515,8 +516,8 @@ std::vector<rve::DriveOf<D>> mixed_drives(const Shearing<D> &shearing, int count
   return drives;
 }
 
-/// Returns drives with evenly distributed numbers of steps, from mean/10.5 to 20 times that number;
-/// their average is `mean`.
+/// Returns drives with evenly distributed numbers of steps. The least number is mean/10.5, the
+/// largest is 20 times the least, and the average is `mean`.
 template <int D>
 std::vector<rve::DriveOf<D>> unequal_drives(const Shearing<D> &shearing, int count, double mean)
 {
@@ -549,8 +550,9 @@ std::vector<rve::DriveOf<D>> equal_drives(const Shearing<D> &shearing,
   return drives;
 }
 
-/// Compares RVEs with different numbers of substeps (in the ratio 1:20, or 1:50 with a mean of one)
-/// with RVEs that have equal numbers and the same sum of substeps.
+/// Compares RVEs that have different numbers of substeps with RVEs that have equal numbers and the
+/// same sum of substeps. The different numbers are in a ratio of up to 1:20, or 1:50 if the mean is
+/// one.
 template <int D> void run_queue(Bench<D> &bench)
 {
   for (const Precision precision : bench.two_precisions())
@@ -754,8 +756,9 @@ template <int D> double advance_all(const Batch<D> &batch, int count, int chunk,
   return seconds;
 }
 
-/// Measures a given number of RVEs in one call. If the memory is too small, it measures as many as
-/// fit, in calls of a size whose buffers were allocated before the memory was filled.
+/// Measures a given number of RVEs in one call. If the memory is too small, it measures as many
+/// RVEs as fit, in several smaller calls. Buffers for calls of this smaller size are allocated
+/// before the RVEs fill the memory.
 template <int D> void run_memory(Bench<D> &bench)
 {
   const int goal = !bench.arguments.rves.empty() ? bench.arguments.rves.back()
@@ -794,7 +797,7 @@ template <int D> std::vector<std::string> visited_variants()
   return {"plain", "steered", "general", "rolling", "hertz"};
 }
 
-/// Threads of a block that keeps grains in registers when many RVEs share a multiprocessor.
+/// Threads of a block that keeps its grains in registers while many RVEs share a multiprocessor.
 template <int D> constexpr int REGISTERS = D == 2 ? 416 : 256;
 
 /// Threads of a block that keeps grains in registers for disks with a servo; each thread has two
@@ -822,8 +825,8 @@ void visit_all_paths(Bench<D> &bench, const rve::RveStateOf<D> &packing, const P
   }
 }
 
-/// Runs all paths for compute-sanitizer. Spheres have one kernel more and take longer, so their
-/// packing has fewer grains.
+/// Runs all paths for compute-sanitizer. Spheres have one kernel more than disks and take longer,
+/// so their packing has only 200 grains.
 template <int D> void run_sanitize(Bench<D> &bench)
 {
   const auto packing = D == 2 ? bench.packing : bench::packing_of(bench.packing, 200);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Measures the time to generate random fields, in three ways on several MPI ranks: on each rank
-// alike (replicated), on one rank that broadcasts it to the others (one_rank, as random_field
-// does), and by a Fourier transform with distributed rows (distributed). Grids are square. The
-// correlation length is a tenth of an edge or 60 nodes, whichever is less, so that no padding is
-// needed. The program adds its rows to those of the file.
+// Measures the time to generate random fields, on several MPI ranks in three ways:
+//   replicated   each rank generates the same field
+//   one_rank     one rank generates the field and broadcasts it, as the command random_field does
+//   distributed  all ranks share the work by a Fourier transform with distributed rows
+// Grids are square. The correlation length is a tenth of an edge or 60 nodes, whichever is less, so
+// that the torus needs no padding. The program adds its rows to those of the file.
 //
 //   mpirun -np 2 bench_field <output.json> [nodes per edge ...]
 
@@ -28,8 +29,8 @@ namespace {
 
 int num_ranks, me;
 
-/// Real transform of an m by m torus. Each rank has some rows, and some columns between the
-/// transforms along the axes.
+/// Fourier transform of real numbers on a torus of m by m points. Each rank has some rows for the
+/// transform along x and some columns for the transform along y.
 class DistributedFft {
  public:
   explicit DistributedFft(int m) :

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Packings of any number of grains, made from a given one.
+// Packings for benchmarks: a given packing with another number of grains or another contact law.
 
 #pragma once
 
@@ -42,9 +42,9 @@ template <int D> void forget_tangential_forces(rve::RveStateOf<D> &state)
   for (rve::PairOf<D> &pair : state.pairs) pair.tangential_force = {};
 }
 
-/// Returns the packing with Hertz' and Mindlin's law and without its tangential forces. Contacts of
-/// two mean grains are as stiff as the linear ones at the mean overlap and bear the same force
-/// there.
+/// Returns the packing with Hertz' and Mindlin's law and without its tangential forces. At the mean
+/// overlap, the contact of two mean grains has the same normal force as with the linear law: the
+/// secant stiffnesses are equal.
 template <int D> rve::RveStateOf<D> with_hertz_contacts(rve::RveStateOf<D> state)
 {
   rve::require(state.material.law == rve::ContactLaw::Linear,
@@ -64,8 +64,8 @@ template <int D> rve::RveStateOf<D> with_hertz_contacts(rve::RveStateOf<D> state
   return state;
 }
 
-/// Returns copies next to each other, `copies[a]` along cell vector a, without list and contact
-/// history. Coordinates are exact to 2^-64 of the cell.
+/// Returns a packing of copies of `tile` next to each other, `copies[a]` along cell vector a. It
+/// has no pair list and no contact history. Coordinates are exact to 2^-64 of the cell.
 template <int D>
 rve::RveStateOf<D> tiled(const rve::RveStateOf<D> &tile, const std::array<int, D> &copies)
 {
@@ -100,8 +100,7 @@ rve::RveStateOf<D> tiled(const rve::RveStateOf<D> &tile, const std::array<int, D
   return state;
 }
 
-/// Returns a number as a product of D factors that are as equal as its divisors allow, the largest
-/// first.
+/// Returns D factors of a number that are nearly equal, the largest first.
 template <int D> std::array<int, D> nearly_equal_factors(int number)
 {
   std::array<int, D> factors;
@@ -135,9 +134,10 @@ template <int D> rve::RveStateOf<D> prepared_like(const rve::RveStateOf<D> &mode
   return rve::generate_packing(recipe, *engine);
 }
 
-/// Returns a packing of `num_grains` like `model`. It consists of copies of the model if the number
-/// is a multiple of the model's, and otherwise of copies of the largest smaller packing that fits,
-/// which is prepared first.
+/// Returns a packing of `num_grains` grains like `model`. It consists of copies of a tile. The
+/// number of grains of the tile is the largest divisor of `num_grains` that is at most the number
+/// of grains of `model`. The tile is `model` if the two numbers are equal. Otherwise
+/// prepared_like() makes it.
 template <int D> rve::RveStateOf<D> packing_of(const rve::RveStateOf<D> &model, int num_grains)
 {
   int copies = 1;

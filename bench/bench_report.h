@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The record that a benchmark writes: machine, date, commit, command, and rows of {case, metric,
+// Report of a benchmark as a JSON file: machine, date, commit, command, and rows of {case, metric,
 // value, unit, details}. The file has the compact form that tools/bench_records.py explains.
 
 #pragma once
@@ -126,8 +126,8 @@ class Report {
     return text;
   }
 
-  /// Returns the value with floating-point numbers rounded to six significant digits, or to more
-  /// digits if their values in the manual, which have four digits, would otherwise change.
+  /// Returns the value with floating-point numbers rounded to six significant digits. The manual
+  /// shows four digits. A number gets more than six if rounding would change these four.
   static nlohmann::json rounded(nlohmann::json value)
   {
     if (value.is_number_float()) {

@@ -24,7 +24,7 @@ namespace {
     if (!condition) throw std::runtime_error("the batch for the sanitizers: " + what);
   }
 
-  /// Strains along the first two axes, applied as an increment of the call.
+  /// Components of the strain increment of a call [-].
   struct Strain {
     double xx, xy, yy;
   };
@@ -52,8 +52,8 @@ namespace {
     return drive;
   }
 
-  /// Returns the same packing in a cell whose second vector is sheared by the whole first one: b' =
-  /// b + a, s' = (s_0 - s_1, s_1).
+  /// Returns the same packing in another periodic cell. The second cell vector is b' = b + a, where
+  /// a and b are the first two vectors. The fractional coordinates are s' = (s_0 - s_1, s_1).
   template <int D> RveStateOf<D> leaning(RveStateOf<D> packing)
   {
     for (int a = 0; a < D; ++a) packing.cell(a, 1) += packing.cell(a, 0);
@@ -156,8 +156,9 @@ namespace {
     return dot(pair.rolling_force, pair.rolling_force) > 0.0 && pair.twisting_moment != 0.0;
   }
 
-  /// Runs all visits in one call of at least `total` RVEs, with the short and with the long answer.
-  /// With `light_company`, the other RVEs are pairs of grains; otherwise they are packings.
+  /// Runs all visits in calls of at least `total` RVEs: one that returns ResponseOf<D>, the short
+  /// result, and one that returns ResultOf<D>. With `light_company`, the other RVEs are pairs of
+  /// grains; otherwise they are packings.
   template <int D>
   void visit(rve::Options options, const RveStateOf<D> &packing, double time_step, int total,
              bool light_company, bool steered)

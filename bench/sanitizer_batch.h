@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A small batch that takes every path of the engine, for compute-sanitizer: rebuilds, lists that
-// overflow, a force scale that is too fine, lattice reduction, the servo, and RVEs that fail.
+// A small batch of RVEs for compute-sanitizer. Together they take every path of the engine: list
+// rebuilds, lists that overflow, a force scale that is too fine, lattice reduction, the servo, and
+// failures of RVEs.
 
 #pragma once
 
@@ -10,20 +11,21 @@
 
 namespace bench {
 
-/// The calls that contain the batch.
+/// Sizes of the calls that contain the batch, and the other RVEs that fill these calls.
 struct Company {
-  bool few = true;    ///< one call of few RVEs
-  /// Number of RVEs of a large call; 0: no such call. It must exceed the number of multiprocessors,
-  /// so that the kernel for many RVEs runs, and the number of resident RVEs, so that blocks take a
-  /// second one.
+  bool few = true;    ///< makes calls of few RVEs
+  /// Number of RVEs of large calls; 0: no such calls. It must exceed the number of multiprocessors:
+  /// the kernel for many RVEs then runs. It must also exceed the number of resident RVEs: some
+  /// blocks then advance a second RVE.
   int many = 0;
-  bool is_light = false;    ///< the other RVEs of a call are pairs of grains
+  bool is_light = false;    ///< the other RVEs are pairs of grains, not packings
 };
 
 /// Runs the batch on an engine with these options. Throws std::runtime_error if a path was not
-/// taken or a result is not the expected one. A packing with rolling resistance uses the kernel
-/// variant for it. Otherwise `track_energy` selects the general variant, a packing without friction
-/// the frictionless one, and all others the plain one or that of a servo. `variant` is the name
+/// taken or a result is not the expected one. The packing and the options determine the kernel
+/// variant: a packing with rolling resistance selects the variant for it. For other packings,
+/// `track_energy` selects the general variant. Without it, a packing without friction selects the
+/// frictionless variant, and all other packings the plain or the steered one. `variant` is the name
 /// that is printed; "steered" adds an RVE with a servo.
 template <int D>
 void visit_all_paths(const rve::Options &options, const rve::RveStateOf<D> &packing,

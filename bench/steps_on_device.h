@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macro steps of a batch whose increments and stresses lie in the memory of a GPU, as in fix rve
-// under the points of fix mpm.
+// Macro steps of a batch whose increments and stresses lie in the memory of a GPU. fix rve makes
+// such steps when its RVEs are the material of a fix mpm on a GPU.
 
 #pragma once
 
@@ -20,7 +20,7 @@ namespace bench {
 
 #if defined(GPU_RVE_WITH_CUDA)
 
-/// Advances points of the caller, who keeps `points` and `slots` alive.
+/// Advances the RVEs `slots` of `points`, which the caller must keep alive.
 template <int D> class StepsOnDevice {
   using Matrix = rve::Tensor<double, D>;
 
@@ -34,8 +34,8 @@ template <int D> class StepsOnDevice {
     there_.stress = stresses_.reserve(COMPONENTS * slots.size());
   }
 
-  /// Sets the same increment for all points in the following steps, with `dt` and `substeps` as fix
-  /// rve sets them.
+  /// Sets the increment, the same for all RVEs, of the following steps. fix rve sets `dt` and
+  /// `substeps` in the same way.
   void set_increment(const Matrix &increment, double dt, int substeps)
   {
     increments_.all = increment;
@@ -67,7 +67,7 @@ template <int D> class StepsOnDevice {
     return true;
   }
 
-  /// Returns the stresses of the first `count` points after advance().
+  /// Returns the stresses of the first `count` RVEs after advance().
   std::vector<Matrix> stresses(std::size_t count)
   {
     std::vector<Matrix> first;

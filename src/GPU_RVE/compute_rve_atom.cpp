@@ -28,7 +28,7 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// The RVE of a local atom. The first call of contacts() finds its contacts.
+/// Source of the columns of an atom: its RVE. The first call of contacts() measures the contacts.
 template <int D> struct Row {
   const FixRve::ImplOf<D> &rves;
   int atom;
@@ -45,7 +45,8 @@ template <int D> struct Row {
 using Table = macro::quantities::Table<Row>;
 using Column = ColumnOf<Row>;
 
-/// Adds the quantities of another table. They are evaluated for `part(row)`.
+/// Adds `quantities`, a table whose functions take a Known<D>, to `table`. part(row) returns the
+/// Known<D> of a row.
 template <template <int> class Known, class Part>
 void add_all(Table &table, const macro::quantities::Table<Known> &quantities, Part part)
 {

@@ -14,8 +14,8 @@
 
 // Fix mpm integrates the atoms of a group as material points by the material point method. The
 // style parses the script, keeps the state of the points in per-atom arrays and calls the solver in
-// mpm/. It contains no formula of the method. ImplOf<D> (fix_mpm_impl.h) implements it for the D
-// dimensions of the LAMMPS domain.
+// mpm/. It contains no formula of the method. ImplOf<D> (fix_mpm_impl.h) implements the fix; D is
+// the dimension of the LAMMPS domain.
 
 #ifdef FIX_CLASS
 // clang-format off

@@ -22,9 +22,9 @@ namespace {
 
 // steps between two comparisons of the local damping force with reactions
 constexpr int DAMPING_EVERY = 50;
-// local damping force over the largest reaction above which there is a warning [-]
+// ratio of the local damping force to the largest reaction above which a warning is printed [-]
 constexpr double DAMPING_WARN = 0.01;
-// volume of the points in a cell, over the volume of the cell, above which the cell is too full [-]
+// ratio of the volume of points in a cell to the volume of the cell above which it is too full [-]
 constexpr double FULL = 1.3;
 
 /// Shares of the volume of a cell that the boxes of points fill.
@@ -34,8 +34,8 @@ struct CellShare {
 };
 using CellShares = std::unordered_map<std::int64_t, CellShare>;
 
-/// Sums the shares of each cell over all ranks. The sum of a cell is returned on the rank that is
-/// the number of the cell modulo the number of ranks. Collective.
+/// Sums the shares of each cell over all ranks. Each rank returns the sums of some cells: those of
+/// cell number c are on the rank c modulo the number of ranks. Collective.
 std::vector<CellShare> summed_over_ranks(MPI_Comm world, const CellShares &own)
 {
   int num_ranks;
@@ -200,7 +200,7 @@ void MpmChecks<D>::check_volume(const Points &points, const std::vector<int> &ma
   for (const CellShare &cell : summed_over_ranks(world, filled)) {
     if (!(cell.by_new > 1e-6)) continue;
     cells++;
-    // a cell of which new points fill at most FULL - 1 is not counted: older points alone fill it
+    // a cell is not counted if new points fill at most FULL - 1 of it: older points alone fill it
     if (!(cell.by_all > FULL && cell.by_new > FULL - 1.0)) continue;
     over++;
     fullest = std::max(fullest, cell.by_all);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The data of each point of fix mpm between steps: the fields of the solver (mpm/point_fields.h)
-// and those of the fix. Position and velocity are in atom->x and atom->v.
+// Data that fix mpm stores for each point between steps: the fields of the solver
+// (mpm/point_fields.h) and two fields of the fix. Position and velocity are in atom->x and atom->v.
 
 #pragma once
 
@@ -18,7 +18,7 @@ template <int D> struct MpmFields : mpm::PointArrays<D> {
   static constexpr double NO_LAW = -1.0;
 
   std::vector<mpm::Vec<D>> reference;    // initial position [length]
-  // Index in MemoryLayout of the law whose state variables the point has, or NO_LAW.
+  // Constitutive law whose state variables the point has: its index in MemoryLayout, or NO_LAW.
   std::vector<double> remembering;
 
   /// Data of a point in messages between ranks and in restart files. The state variables of the

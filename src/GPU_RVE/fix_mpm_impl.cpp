@@ -124,7 +124,7 @@ template <int D> void FixMpm::ImplOf<D>::find_members()
   ids.resize(nlocal);
   model.resize(nlocal);
   body.resize(nlocal);
-  // this runs in each step and is fast because it works on blocks of atoms without branches
+  // this runs in each step; for speed it works on blocks of atoms without branches
   constexpr int SOME = 256;
   const auto number = [mask](const auto &groups, int first, int count, int *found) {
     int last[SOME];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The implementation of fix mpm in D dimensions: the arrays of points with their exchange, restart
-// and output, and the hooks of LAMMPS, which call the classes of fix_mpm_jobs.h.
+// Implementation of fix mpm in D dimensions. It stores the per-atom arrays of the points, exchanges
+// them between ranks, and writes them to restart files and to the output. Its LAMMPS hooks call the
+// classes of fix_mpm_jobs.h.
 
 #pragma once
 
@@ -103,12 +104,12 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   std::vector<int> law_of_model;    // index in `layout` of the law of each model
   std::vector<int> law_of_file;     // index in `layout` of each law of the restart file, or -1
   std::vector<int> size_in_file;    // number of state variables of each law in the restart file
-  // names of the output columns from STATE on; for each law, the index of each of these columns in
-  // its row of state variables, or -1
+  // state_columns: names of the output columns from STATE on. index_of_law[law][column]: index of
+  // the state variable with that name in the row of a point of the law, or -1.
   std::vector<std::string> state_columns;
   std::vector<std::vector<int>> index_of_law;
-  // point field with the name of each column from STATE on, or null; the field is the output of
-  // points whose law has no state variable of this name
+  // For each column from STATE on, the point field with the name of the column, or null. A point
+  // whose law has no state variable of this name outputs the field.
   std::vector<const std::vector<double> *> field_columns;
 
   double *memory_of(int i) { return rows.data() + (std::size_t) i * layout.width(); }
@@ -120,12 +121,12 @@ template <int D> struct FixMpm::ImplOf final : Impl, MpmSetup<D>, MpmFields<D> {
   /// Initialises the state variables of a point for the law of its present model.
   void begin_memory(int i);
 
-  // IDs of the local points, and the indices of their models and bodies, which follow from groups;
-  // -1 for none
+  // IDs of the local points, and the indices of their models and rigid bodies (-1: none). Groups
+  // determine the model and the body of a point.
   std::vector<std::int64_t> ids;
   std::vector<int> model, body;
-  // ids, model, body and the state variables for these models are up to date; find_members_of_run()
-  // has checked all points
+  // members_are_known: `ids`, `model`, `body` and the state variables are up to date.
+  // members_are_sound: find_members_of_run() has checked all points since they changed.
   bool members_are_known = false, members_are_sound = false;
 
   /// Copies fields that a device has changed to the arrays of the host.

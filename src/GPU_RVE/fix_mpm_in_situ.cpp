@@ -20,16 +20,16 @@ using namespace LAMMPS_NS;
 namespace {
 
 // Default tolerances of the stress of RVEs [-]. ERROR_OF_WEIGHT is relative to the weight of a cell
-// per area, ERROR_OF_STRESS to the largest stress; it applies where no weight is known. If all
-// stress components of all points around a node are off by ERROR_OF_WEIGHT with the worst signs, a
-// component of the unbalanced force of the node is at most 2 D ERROR_OF_WEIGHT weights of a cell.
+// per area. ERROR_OF_STRESS is relative to the largest stress and applies if no weight is known.
+// Stress errors within ERROR_OF_WEIGHT give a node an unbalanced force: each component is at most
+// 2 D ERROR_OF_WEIGHT weights of a cell, even if all errors have the worst signs.
 constexpr double ERROR_OF_WEIGHT = 1e-4, ERROR_OF_STRESS = 1e-5;
 
-// Unbalanced force at rest above which there is a warning [weight of a cell]
+// Unbalanced force at rest above which a warning is printed [weight of a cell]
 constexpr double UNBALANCED_WARN = 1e-3;
 
-// Change of the stress by a law at zero strain, over the norm of the stress, above which the stress
-// counts as beyond the strength of the law [-].
+// Relative change of a stress by its law at zero strain above which the stress counts as beyond the
+// strength of the law: norm of the change over norm of the stress [-].
 constexpr double BEYOND_STRENGTH = 1e-6;
 
 }    // namespace
@@ -100,7 +100,7 @@ std::vector<double> MpmGround<D>::densities(const Points &points, const Atoms &m
 }
 
 /// Returns the profile of the density over height. The value of a level is the mean over the points
-/// whose density is that of their RVEs.
+/// that take the density of their RVEs.
 template <int D>
 macro::HeightProfile MpmGround<D>::density_of_grains(const Points &points, const Atoms &made,
                                                      const macro::GroundAtRest &ground) const

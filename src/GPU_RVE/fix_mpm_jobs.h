@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The parts of fix mpm except the arrays of its points: loads, wave speeds, checks, in-situ stress
-// and wall times. They access the points by a PointView, as the solver does. Their functions are
-// collective.
+// Classes for the jobs of fix mpm: loads, wave speeds, checks, in-situ stress and wall times. The
+// arrays of the points are not here but in fix_mpm_impl.h. The classes access the points by a
+// PointView, as the solver does. Their functions are collective.
 
 #pragma once
 
@@ -25,8 +25,7 @@
 
 namespace LAMMPS_NS {
 
-/// The settings, the solver and the models of fix mpm in D dimensions, which the classes below
-/// share.
+/// Data of fix mpm in D dimensions that the classes below share: settings, solver and models.
 template <int D> struct MpmSetup {
   using Points = mpm::PointView<D>;
 
@@ -152,9 +151,9 @@ template <int D> class MpmWaves : protected Pointers {
 
   /// Allows warnings again at the beginning of a run.
   void begin_run() { warned = warned_rounding = warned_tangent = false; }
-  /// Measures the tangents of the RVEs with the highest bounds of the wave speed. The largest ratio
-  /// of a measured modulus to its bound scales the bounds of all RVEs of the fix, which give the
-  /// Courant number.
+  /// Measures the tangents of those RVEs that have the highest upper bounds of the wave speed. The
+  /// largest ratio of a measured P-wave modulus to its upper bound then scales the bounds of all
+  /// RVEs of the fix rve. The Courant number follows from the scaled bounds.
   void measure(const Points &points);
   /// Ends with an error if the Courant number is above its limit. `body_speed`: see
   /// MpmLoads::body_speed().
@@ -191,9 +190,9 @@ template <int D> class MpmChecks : protected Pointers {
   void check_positions() const;
   /// Warns once of points in the groups of several models or bodies.
   void check_overlap();
-  /// Warns if the boxes of the new points `made` and of older points have more volume than their
-  /// cells, which means that points overlap or are too large. Ends with an error if all points are
-  /// new and most of their cells are too full. Warns at most once in a run.
+  /// Warns if the points in a cell have more volume than the cell: they overlap or are too large.
+  /// Checks the cells of the new points `made`, where older points count, too. Ends with an error
+  /// if all points are new and most of their cells are too full. Warns at most once in a run.
   void check_volume(const Points &points, const std::vector<int> &made, bool in_run);
   /// Ends with an error if a rigid body has lost points since the last call. Only counts the points
   /// if `advance` is false.
@@ -252,8 +251,8 @@ template <int D> class MpmGround : protected Pointers {
   /// Finds the stress in situ of the new points `made` and brings their RVEs to it. Returns their
   /// initial states in the same order.
   Starts find(const Points &points, const Atoms &made);
-  /// Warns of points in `made` whose stress is beyond the strength of their law: the law changes
-  /// such a stress at zero strain.
+  /// Warns of points in `made` whose stress is beyond the strength of their law. The law changes
+  /// such a stress even at zero strain.
   void check_strength(const Points &points, const Atoms &made);
   /// Reports the largest unbalanced force if there are new points since the last report. The nodal
   /// forces must have been evaluated.

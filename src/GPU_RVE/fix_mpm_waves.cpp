@@ -21,16 +21,18 @@ namespace {
 // Courant number below which a wave passes at most a hundred cells in a million steps
 constexpr double COURANT_SMALL = 1e-4;
 
-// Coordinates over the extent of the grid above which a shift of the origin would reduce rounding
+// Ratio of the largest coordinate of the grid to its extent above which rounding is checked. Above
+// it, a shift of the origin would reduce rounding.
 constexpr double FAR_FROM_ORIGIN = 10.0;
-// Rounding error of the motion in a step, over the motion, above which there is a warning
+// Relative rounding error of the motion in a step above which a warning is printed
 constexpr double ROUNDING_WARN = 0.01;
 
-// Ratio of the wave speed of an absorbing side to that of its points, or its inverse, above which
-// there is a warning
+// Ratio above which a warning is printed: wave speed of an absorbing side over that of its points,
+// or the inverse
 constexpr double WRONG_SPEED = 2.0;
-// Lowest wave speed of RVEs over the upper bound from their contacts [-]. Disks prepared with a
-// friction of 0.5 have 0.54 of the modulus of the bound, which is the square of this ratio.
+// Ratio of the lowest wave speed of RVEs to the upper bound from their contacts [-]. It is the
+// square root of a ratio of moduli: disks prepared with a friction of 0.5 have 0.54 of the modulus
+// of the bound.
 constexpr double BOUND_OF_GRAINS = 0.73;
 
 }    // namespace
@@ -155,9 +157,9 @@ template <int D> void MpmWaves<D>::check_time_step() const
       number > 0.0 ? 0.5 * update->dt / number : 0.0);
 }
 
-/// Dashpots of n times the impedance reflect (n - 1)/(n + 1) of the stress of a wave, which is a
-/// third for n = 2 or 1/2. Smaller reflections cause no warning, because a side may represent
-/// another material than that of the points.
+/// Dashpots with n times the impedance of the points reflect |n - 1|/(n + 1) of the stress of a
+/// wave: a third for n = 2 or 1/2. Smaller reflections cause no warning, because a side may
+/// represent another material than the material of the points.
 template <int D> void MpmWaves<D>::check_absorbing_sides(const Points &points)
 {
   const mpm::SolverOptions<D> &options = setup.settings.options;

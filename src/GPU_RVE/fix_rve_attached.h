@@ -23,16 +23,16 @@
 
 namespace LAMMPS_NS {
 
-/// The interface of the RVEs for LAMMPS' hooks and other styles, and the data and functions that do
-/// not depend on the dimension of the RVEs.
+/// Interface of the RVEs of this rank for LAMMPS' hooks and other styles. It also has the data and
+/// functions that do not depend on the dimension of the RVEs.
 struct FixRve::Impl : protected Pointers {
   FixRve *fix;
   const int dimension;    // dimension of the RVEs: 2 for disks, 3 for spheres
   FixRveSettings settings;
   double dt;                // DEM time step, or its upper limit with *substeps match* [time]
   std::vector<int> slot;    // number of the RVE in the engine, or -1; shape [nmax]
-  // true if synchronise_ranks() of the next step, or post_run(), handles the notes and the
-  // time-step check of this step
+  // true if the notes and the time-step check of the last advance are still to be handled, by
+  // synchronise_ranks() in the next step or by post_run()
   bool checks_postponed = false;
   double restart_step = 0.0;    // step in the head of a restart file
   RestartRecords records;
@@ -173,15 +173,15 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   using Points = macro::RvePointsOf<D>;
   using Matrix = rve::Tensor<double, D>;
 
-  /// Pointer to the RVEs. An access waits for the advance that is under way.
+  /// Pointer to the RVEs. An access waits for the advance under way and fetches its results.
   class FinishedPoints {
    public:
     explicit FinishedPoints(AttachedRves &_owner) : owner(_owner) {}
     void operator=(std::unique_ptr<Points> _points) { points = std::move(_points); }
     Points *operator->() const { return get(); }
     Points &operator*() const { return *get(); }
-    /// Returns the RVEs without waiting, for the advance itself and for data that an advance does
-    /// not change.
+    /// Returns the RVEs without waiting. It is for the advance itself and for data that an advance
+    /// does not change.
     Points &as_they_are() const { return *points; }
 
    private:
@@ -223,8 +223,8 @@ template <int D> struct AttachedRves : FixRve::Impl, macro::RveOwner<D> {
   /// Returns the number of DEM steps of the RVEs of this rank since their packings were read.
   double dem_steps() const;
 
-  /// Advances RVEs by prescribed motions, one for each atom, with complete results if this step
-  /// needs them.
+  /// Advances RVEs by prescribed motions, one for each atom. The results are complete if this step
+  /// needs complete results.
   void advance(const std::vector<int> &atoms, const std::vector<Drive> &drives);
   /// Ends with an error if a component of the tensor is not finite. `what` and `unit` describe the
   /// tensor in the message.

@@ -210,7 +210,8 @@ std::vector<std::string> RveChanges<D>::change_materials(const MaterialArguments
   constexpr int NUM_PARAMETERS = std::size(rve::MATERIAL_PARAMETERS);
   std::vector<int> changed;
   std::vector<rve::Material> materials;
-  // negative of the least value and largest value, before and after, over the RVEs with a change
+  // extremes of each parameter over the RVEs in which it changes: negative of the least value and
+  // largest value before the change, then after the change
   double range[NUM_PARAMETERS][4];
   int count[NUM_PARAMETERS] = {};
   std::fill_n(&range[0][0], 4 * NUM_PARAMETERS, -HUGE_VAL);

@@ -67,8 +67,8 @@ template <int D> void FixRve::ImplOf<D>::make_engine()
     points = std::make_unique<macro::RvePointsOf<D>>(std::move(engine), std::move(shadows),
                                                      settings.macro_step, this->threads());
   });
-  // the limit is global, and this fix overwrites the value of an earlier fix rve: if teams of two
-  // sizes alternated, OpenMP would end and create threads repeatedly
+  // The limit is global: this fix overwrites the value of an earlier fix rve. With a limit for each
+  // fix, teams of two sizes would alternate, and OpenMP would end and create threads repeatedly.
   const bool is_beside_gpu = points->cuda_device() >= 0 && !settings.threads_given;
   rve::most_in_a_team() = is_beside_gpu ? share.threads_beside_gpu() : rve::MOST_THREADS;
   int on_device = points->cuda_device() >= 0 ? 1 : 0, on_all;
@@ -217,8 +217,8 @@ template <int D> void FixRve::ImplOf<D>::attach()
 template <int D>
 void FixRve::ImplOf<D>::log_cell_limits(const std::vector<const State *> &states) const
 {
-  // maxima over RVEs: for each axis, the least share of its width to which a cell can be
-  // compressed; then the negative of the number of grains across the cell
+  // Maxima over RVEs. worst[a]: share of its width along axis a below which a cell is too narrow.
+  // worst[D]: negative of the number of grains across the cell.
   double worst[D + 1] = {}, of_all[D + 1];
   worst[D] = -HUGE_VAL;
   for (const State *state : states) {
@@ -244,9 +244,9 @@ void FixRve::ImplOf<D>::log_cell_limits(const std::vector<const State *> &states
                                                    : "is replaced by a fresh RVE (policy fresh)");
 }
 
-/// Sets one size for the whole run on all ranks. With maxexchange_dynamic the buffers of comm_style
-/// tiled would become too small, because exchange() of LAMMPS 2025 and older gives bufextra the
-/// smaller of two values.
+/// Sets one size for the whole run on all ranks and does not use maxexchange_dynamic. With that
+/// flag, exchange() of comm_style tiled sets bufextra to the smaller of two values in LAMMPS 2025
+/// and older, and the buffers become too small.
 template <int D> void FixRve::ImplOf<D>::set_exchange_size()
 {
   int mine = RestartRecords::HEADER, most;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The implementation of fix rve for RVEs of dimension D. It sets up the engine, and its LAMMPS
-// hooks call the classes of fix_rve_jobs.h.
+// Implementation of fix rve for RVEs of dimension D. It sets up the engine. Its LAMMPS hooks call
+// the classes of fix_rve_jobs.h.
 
 #pragma once
 

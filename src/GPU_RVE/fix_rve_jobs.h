@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The parts of fix rve: time step, shadows, warnings, prescribed motions, memory, and changes of
-// existing RVEs.
+// Classes for the jobs of fix rve: time step, shadows, warnings, prescribed motions, memory, and
+// changes of existing RVEs.
 
 #pragma once
 
@@ -42,7 +42,7 @@ template <int D> class RveTimeStep : protected Pointers {
 
  private:
   struct LeastBound {
-    double dt;      ///< stable time step [time]; infinite if none is below the requested value
+    double dt;      ///< stable time step [time]; infinite if no RVE has one below `enough`
     tagint atom;    ///< ID of the atom of this RVE; the lowest ID if several RVEs have this step
   };
   /// Returns the least stable time step of RVEs, if it is below `enough` [time]; collective.
@@ -88,7 +88,8 @@ template <int D> class RveAdvice : protected Pointers {
 
   /// Checks all RVEs and prints the warnings that are due; collective.
   void advise(bool at_start);
-  /// Logs the share of RVEs of this run that strained too fast, if it was too small for a warning.
+  /// Logs the largest share of RVEs that strained too fast in this run, unless it is 0 or a warning
+  /// of fast strain was printed.
   void report_fast_strain();
 
  private:

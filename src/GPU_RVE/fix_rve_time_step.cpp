@@ -18,8 +18,8 @@ using namespace LAMMPS_NS;
 // Share of the stability bound above which a given time step gets a warning
 static constexpr double DT_WARNING = 0.95;
 
-// One of this many checks at the interval also tests for warnings, which need sharper bounds of all
-// RVEs.
+// Number of checks at the interval of which one also tests for warnings. Warnings need sharper
+// bounds of all RVEs.
 static constexpr int CHECKS_FOR_ONE_WITH_WARNINGS = 10;
 
 // Largest number of RVEs, over all ranks, whose bound is computed exactly. Each takes milliseconds.
@@ -58,9 +58,9 @@ typename RveTimeStep<D>::LeastBound RveTimeStep<D>::least(const std::vector<int>
   collectively(lmp, who,
                [&] { bounds = rves.points.as_they_are().bound_time_steps(some, enough); });
 
-  // If many RVEs are alike, not all of them are candidates. The stable time step of another RVE can
-  // be below the least one of the candidates by at most the inaccuracy of the bounds, and checks
-  // have this margin.
+  // The exact stable time step is computed for at most MOST_EXACT_BOUNDS candidates. If more RVEs
+  // have similar bounds, the stable time step of another RVE may be below that of all candidates.
+  // The difference is at most the inaccuracy of the bounds, and the checks have this margin.
   struct Candidate {
     double bound;
     tagint atom;
@@ -130,8 +130,8 @@ template <int D> void RveTimeStep<D>::recheck(Check check)
   int mine = atoms.empty() ? 0 : 1, any = mine;
   if (comm->nprocs > 1) MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, world);
   if (!any) return;
-  // checks at the start and the end of a run must not change later checks, so that a divided run
-  // gives the same bits as the whole run
+  // A check at the start or the end of a run must not change later checks: a divided run must give
+  // the same bits as the whole run.
   if (check != Check::Run) rves.points.as_they_are().note_check(rves.slots_of(atoms));
   const double used = rves.settings.dt_auto ? rves.dt : rves.clock(update->dt).dt;
   // most checks at the interval test for errors only and need no sharp bounds near the time step

@@ -27,9 +27,10 @@ namespace {
 // streams of random draws of an atom, which are independent of each other
 constexpr std::uint64_t DRAW_PACKING = 0, DRAW_IMAGE = 1;
 
-// Changes of the stress by an image, over the pressure, above which there is a warning. Normal
-// stresses of an isotropic packing are equal within the tolerance of its preparation. Its shear
-// stress is not exactly 0, because it is a sum over finitely many contacts.
+// Limits of the change of the stress by an image (mirrored or rotated copy) over the pressure [-].
+// A larger change causes a warning. The limit of normal stresses allows for the tolerance of the
+// preparation of an isotropic packing. The limit of shear stresses depends on the number of grains:
+// the shear stress is a sum over finitely many contacts and not exactly 0.
 constexpr double NORMAL_CHANGE = 0.02;
 template <int D> double shear_change(const rve::RveStateOf<D> &packing)
 {
@@ -146,8 +147,8 @@ template <int D> void RvePackingsOf<D>::read(LAMMPS *lmp, const FixRveSettings &
                     fix, size());
 }
 
-/// Stress levels are those of the present vertical stresses (last axis) of the packings, because a
-/// file with one packing does not contain the stress of its preparation.
+/// Takes the stress levels from the present vertical stresses (last axis) of the packings, because
+/// a file with one packing does not contain the stress of its preparation.
 template <int D> void RvePackingsOf<D>::make_pools(LAMMPS *lmp, bool by_stress)
 {
   const auto add_pool = [this](const std::vector<int> &members) {
@@ -349,8 +350,8 @@ template <int D> void RvePackingsOf<D>::report(LAMMPS *lmp, const std::vector<in
                  *std::max_element(void_ratios.begin(), void_ratios.end()));
 }
 
-/// A mirrored or rotated packing is a sample of the same ground only if the stress of the ground is
-/// isotropic.
+/// Warns if images change the stress: a mirrored or rotated packing is a sample of the same ground
+/// only if the stress of the ground is isotropic.
 template <int D>
 void RvePackingsOf<D>::warn_of_images(LAMMPS *lmp, const std::vector<int> &chosen,
                                       const std::vector<int> &image) const

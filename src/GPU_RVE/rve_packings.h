@@ -68,7 +68,7 @@ template <int D> class RvePackingsOf {
   };
   std::vector<Pool> pools;
   std::optional<rve::StressLevels> levels;        // stresses of the pools, for a choice by stress
-  std::map<std::pair<int, int>, State> images;    // images by numbers of packing and image
+  std::map<std::pair<int, int>, State> images;    // key: number of the packing, number of the image
 
   struct Atoms;
 

@@ -140,13 +140,13 @@ capi::Members chosen(const rve_batch &batch, const std::size_t *which, std::size
 /// Memory in which the arrays of a call may be: only that of the host, or also that of the device.
 enum class Arrays { OnHost, OnEither };
 
-/// Array of the caller, which the batch reads and writes on the host. An array on the device of the
-/// batch has a copy on the host. Number is const double for input arrays and double for output
-/// arrays.
+/// Array of the caller in a form that the batch can read or write on the host. For an array on the
+/// device of the batch, it has a copy on the host. Number is const double for input arrays and
+/// double for output arrays.
 template <class Number> class CallerArray {
  public:
-  /// Copies `count` values from the device if Number is const. Throws InputError, which names the
-  /// array, if it is in memory that the call does not allow.
+  /// Copies the `count` values of an input array from the device if the array is there. Throws
+  /// InputError, which names the array, if the call does not allow an array in this memory.
   CallerArray(const rve_batch &batch, Arrays arrays, Number *array, const char *name,
               std::size_t count) :
       array_(array)

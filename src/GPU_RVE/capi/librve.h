@@ -11,10 +11,10 @@
  * spheres.
  *
  * Errors. A function that returns int returns RVE_SUCCESS or an error code. rve_error() returns the
- * text of the error, which names the value, its unit and the allowed range. After an error nothing
- * has been changed, and output arguments have their earlier values. There is one exception: after a
- * trial that ends with RVE_NO_MEMORY or RVE_FAILED, RVEs of the call may have lost their earlier
- * trials, as after rve_revert(). No function throws an exception.
+ * text of the error, which names the value, its unit and the allowed range. A function that returns
+ * an error has changed nothing, and output arguments keep their earlier values. There is one
+ * exception: if a trial ends with RVE_NO_MEMORY or RVE_FAILED, RVEs of the call may have lost their
+ * earlier trials, as after rve_revert(). No function throws a C++ exception.
  *
  * Threads. Several threads may use different batches and packings at the same time. Only one thread
  * at a time may use a batch or a packing.
@@ -22,9 +22,10 @@
  * State. A batch has a committed state of each RVE. Each call of rve_trial() begins from the
  * committed state. rve_commit() makes the last trial the committed state, and rve_revert() discards
  * it. rve_advance() does a trial and a commit in one call and copies no state. A trial costs its
- * DEM steps and one copy of the RVE: the first trial after a commit copies the RVE from the memory
- * of the engine, and later trials copy it back. The results of an RVE depend, bit for bit, only on
- * its own state and increments. They do not depend on the batch, the threads or discarded trials.
+ * DEM steps and one copy of the RVE. The first trial after a commit copies the committed state out
+ * of the memory of the engine. Later trials copy it back. The results of an RVE depend, bit for
+ * bit, only on its own state and increments. They do not depend on the batch, the threads or
+ * discarded trials.
  */
 #ifndef LIBRVE_H
 #define LIBRVE_H
@@ -66,8 +67,8 @@ RVE_API const char *rve_error(void);
 
 typedef struct rve_packing rve_packing;
 
-/* Reads a packing file (manual: packing_file). It is an error if the grains drift, that is if their
- * mean velocity exceeds their velocity fluctuations. */
+/* Reads a packing file (manual: packing_file). It is an error if the grains drift: their mean
+ * velocity exceeds their velocity fluctuations. */
 RVE_API int rve_packing_read(const char *file, rve_packing **packing);
 /* Writes a packing file. After an error there is no partial file. The file does not contain
  * counters, energies or the list of pairs. */
@@ -109,7 +110,7 @@ RVE_API int rve_packing_restore(const void *bytes, size_t size, rve_packing **pa
 /* Returns the dimension of the grains: 2 for disks, 3 for spheres. */
 RVE_API int rve_packing_dimension(const rve_packing *packing);
 RVE_API size_t rve_packing_grains(const rve_packing *packing);
-/* Returns the volume of the cell over that of the grains, minus one [-]. */
+/* Returns the void ratio: (volume of the cell) / (volume of the grains) - 1 [-]. */
 RVE_API double rve_packing_void_ratio(const rve_packing *packing);
 /* Copies the array `name` to `values`. N is the number of grains:
  *   "cell" (D, D) [length], "deformation" (D, D) [-], "radius" (N) [length], "position" (N, D)
@@ -161,8 +162,9 @@ RVE_API const char *rve_batch_description(const rve_batch *batch);
 
 /* Gives lower bounds of the critical DEM time steps of the present states, dt (count) [time]. A
  * step should be at most 0.9 of its bound. The functions below reject a step above the bound. They
- * check an RVE at the start of a call if it was not checked before, if the step exceeds the bound
- * of the last check, or if the number or the forces of its contacts have grown since then. */
+ * check an RVE at the start of a call in three cases: it was not checked before, the step exceeds
+ * the bound of the last check, or the number or the forces of its contacts have grown since that
+ * check. */
 RVE_API int rve_time_steps(rve_batch *batch, const size_t *which, size_t count, double *dt);
 
 /* Deforms RVEs from their committed states: F becomes increment * F in substeps[k] DEM steps of
@@ -181,8 +183,8 @@ RVE_API int rve_trial(rve_batch *batch, const size_t *which, size_t count, const
 RVE_API int rve_commit(rve_batch *batch);
 /* Discards the last trials of all RVEs. */
 RVE_API int rve_revert(rve_batch *batch);
-/* Does a trial and commits it at once for the RVEs that succeeded, for host programs that never
- * discard a trial. It is an error while any RVE has a trial. */
+/* Does a trial and commits it at once for the RVEs that succeeded. This is for host programs that
+ * never discard a trial. It is an error while any RVE has a trial. */
 RVE_API int rve_advance(rve_batch *batch, const size_t *which, size_t count,
                         const double *increments, const double *dt, const int32_t *substeps,
                         double *stresses, uint32_t *statuses);
@@ -218,8 +220,8 @@ RVE_API int rve_quantity(rve_batch *batch, const char *name, const size_t *which
 RVE_API size_t rve_num_quantities(int dimension);
 RVE_API const char *rve_quantity_name(int dimension, size_t k);
 
-/* Gives the stiffness of the present contacts for grains that move affinely and do not spin. It is
- * an upper bound of the elastic tangent and needs no DEM step.
+/* Gives the stiffness of the present contacts under the assumption that grains move affinely and do
+ * not spin. It is an upper bound of the elastic tangent and needs no DEM step.
  *   stiffness  (count, D*D, S) derivatives of the components of stress, row by row, with respect to
  *              the components of strain [stress]; S = 3: xx, yy, xy, or S = 6: xx, yy, zz, xy, xz,
  *              yz, where a strain xy changes both xy and yx */

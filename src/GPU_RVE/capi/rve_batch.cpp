@@ -382,9 +382,9 @@ namespace {
     }
 
     /// Throws InputError if the DEM steps of a drive are too long for the committed state of its
-    /// RVE. RVEs whose last check covers the step are skipped. Others get a bound from the engine.
-    /// The host computes the exact bound of RVEs with a trial and of RVEs whose step exceeds the
-    /// bound from the engine.
+    /// RVE. RVEs whose last check covers the step are skipped. The engine computes a lower bound of
+    /// the stable step for the others. The host computes the exact stable step if the RVE has a
+    /// trial or if its step exceeds the bound from the engine.
     void require_stable_steps(const Members &which, const std::vector<Drive> &drives)
     {
       Members in_engine, exactly;    // indices in `which`

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Batches of the C interface, of disks or of spheres. librve.h describes the functions.
+// Batches of the C interface. A batch has RVEs of disks or of spheres. librve.h describes the
+// functions.
 
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Bytes of rve_save and rve_packing_save: a header, and for each RVE the size of its record (8
-// bytes) and the record (rve::serialize).
+// Layout of the bytes that rve_save and rve_packing_save write: a header, then for each RVE the
+// size of its record (8 bytes) and the record (rve::serialize).
 
 #pragma once
 

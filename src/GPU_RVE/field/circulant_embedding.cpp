@@ -24,14 +24,14 @@ namespace {
     }
   }
 
-  /// Number of points of the torus that contains all lags of the grid and `padding` correlation
-  /// lengths in addition along each axis.
+  /// Number of points of the torus along each axis. The torus contains all lags of the grid and in
+  /// addition `padding` correlation lengths.
   Size torus_size(const Grid &grid, const Anisotropy &anisotropy, double padding)
   {
     Size points;
     for (int a = 0; a < AXES; ++a) {
-      // the lags n-1 and 1-n may be the same point of the torus only if they have the same
-      // covariance
+      // The lags n-1 and 1-n may share a point of the torus only if their covariances are equal.
+      // This is certain for an ellipse along the axes. Otherwise one more point keeps them apart.
       const double lags =
           2.0 * static_cast<double>(grid.nodes[a] - 1) + (anisotropy.is_aligned() ? 0.0 : 1.0);
       points[a] = good_size(lags + padding * anisotropy.half_width(a) / grid.spacing[a]);

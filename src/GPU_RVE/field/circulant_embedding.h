@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Stationary Gaussian fields by circulant embedding. The nodes of a regular grid are embedded in a
-// periodic grid, a torus, that is at least twice as large. The Fourier transform F diagonalizes the
-// covariance matrix of the torus: C = F^-1 diag(lambda) F. If no eigenvalue lambda is negative, X =
-// F^-1 diag(sqrt(lambda)) F w with normal random numbers w on the torus has the covariance C except
-// for rounding.
+// Stationary Gaussian fields by circulant embedding. The regular grid of the field is a part of a
+// periodic grid, the torus, which has at least about twice as many points along each axis. The
+// Fourier transform F diagonalizes the covariance matrix C of the torus:
+//   C = F^-1 diag(lambda) F,
+// where lambda are the eigenvalues. If no eigenvalue is negative, the field on the torus is
+//   X = F^-1 diag(sqrt(lambda)) F w,
+// where w are independent normal random numbers, one for each point of the torus. X has the
+// covariance C except for rounding.
 //   Dietrich & Newsam, SIAM J. Sci. Comput. 18, 1088 (1997)
 //   Wood & Chan, J. Comput. Graph. Stat. 3, 409 (1994)
 

@@ -11,8 +11,8 @@ using rve::require;
 
 Matern::Matern(double smoothness) : smoothness_(smoothness)
 {
-  // above 25 the function differs from the Gaussian one by less than one per cent, and its factors
-  // overflow
+  // For nu above 25 the function differs from the Gaussian function by less than one per cent, and
+  // its factors overflow.
   require(smoothness > 0.0 && smoothness <= 25.0,
           "smoothness nu of the Matern covariance must be in (0, 25], got ", smoothness);
   scale_ = std::sqrt(2.0 * smoothness);
@@ -26,8 +26,8 @@ double Matern::operator()(double r) const
   if (smoothness_ == 0.5) return std::exp(-s);
   if (smoothness_ == 1.5) return (1.0 + s) * std::exp(-s);
   if (smoothness_ == 2.5) return (1.0 + s + s * s / 3.0) * std::exp(-s);
-  // above 700 the Bessel function underflows; near 0 it overflows, and the covariance 1 - O(s^2,
-  // s^(2 nu)) rounds to 1 there, except for very small nu
+  // The Bessel function underflows for s above 700 and overflows near s = 0. Near s = 0 the
+  // covariance is 1 - O(s^2, s^(2 nu)), which rounds to 1 unless nu is very small.
   if (s > 700.0) return 0.0;
   if (s == 0.0) return 1.0;
   const double bessel = std::cyl_bessel_k(smoothness_, s);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Covariance functions of a stationary Gaussian field of variance 1. They are functions of the
-// distance r in correlation lengths. Matern's function is the exponential one for the smoothness
-// 1/2. It tends to the Gaussian one for infinite smoothness.
+// Covariance functions of a stationary Gaussian field of variance 1. Their argument is the distance
+// r in correlation lengths [-]. Matern's function has a parameter, the smoothness nu. It equals the
+// exponential function for nu = 1/2 and tends to the Gaussian function for infinite nu.
 //   Matern, Spatial Variation (1986)
 //   Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), section 4.2.1
 
@@ -24,7 +24,8 @@ struct Gaussian {
   double operator()(double r) const { return std::exp(-0.5 * r * r); }
 };
 
-/// 2^(1-nu) / Gamma(nu) s^nu K_nu(s), s = sqrt(2 nu) r, with the modified Bessel function K_nu.
+/// 2^(1-nu) / Gamma(nu) s^nu K_nu(s), where s = sqrt(2 nu) r, nu is the smoothness, and K_nu is the
+/// modified Bessel function of the second kind.
 class Matern {
  public:
   /// The field has mean-square derivatives of all orders below the smoothness nu. Throws InputError
@@ -39,7 +40,7 @@ class Matern {
   double factor_;    ///< 2^(1-nu) / Gamma(nu)
 };
 
-/// Ellipse of the correlation lengths, which is a contour of the covariance function.
+/// Ellipse whose half axes are the correlation lengths. It is a contour of the covariance function.
 class Anisotropy {
  public:
   /// `length` has the correlation lengths along the two axes of the ellipse [length]. The first

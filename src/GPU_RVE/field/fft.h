@@ -25,7 +25,9 @@ class RealFft {
   double *row(std::int64_t row);
   std::complex<double> *spectrum(std::int64_t row);
 
-  /// Transforms rows to the spectrum: sum of the values times exp(-2 pi i k.j / m).
+  /// Transforms rows to the spectrum. The coefficient at wave numbers k is the sum over all points
+  /// j of the value at j times exp(-2 pi i sum_a k_a j_a / m_a), where m_a is the number of points
+  /// along axis a.
   void forward();
   /// Transforms the spectrum to rows, without the factor 1 / (number of points).
   void backward();

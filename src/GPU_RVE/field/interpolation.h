@@ -50,10 +50,10 @@ inline std::int64_t nearest_node(const Grid &grid, const Vec &position)
 
 enum class InterpolationKind { Linear, Nearest };
 
-/// Values of a field of variance 1 at positions. A linear interpolation with the weights w between
-/// nodes with the covariance C has the variance sum_ab w_a w_b C_ab, which is at most 1. The
-/// interpolated value is divided by the square root of this variance, so that it has the variance 1
-/// and the given distribution at any position.
+/// Interpolates a field of variance 1 at positions between the nodes. Linear interpolation reduces
+/// the variance to sum_ab w_a w_b C_ab <= 1, where w_a is the weight of node a of the cell and C_ab
+/// is the covariance between nodes a and b. The interpolated value is divided by the square root of
+/// this variance. It then has the variance 1 and the given distribution at any position.
 class Interpolation {
  public:
   Interpolation(InterpolationKind kind, const Grid &grid, const Covariance &covariance) :

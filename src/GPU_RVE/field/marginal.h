@@ -34,9 +34,9 @@ class Normal {
   double mean_, deviation_;
 };
 
-/// Lognormal distribution with this mean and deviation: exp(lambda + zeta z) with zeta^2 = ln(1 +
-/// (deviation/mean)^2), lambda = ln(mean) - zeta^2/2 (Fenton & Griffiths, Risk Assessment in
-/// Geotechnical Engineering (2008)).
+/// Lognormal distribution with this mean and standard deviation: exp(lambda + zeta z), where
+/// zeta^2 = ln(1 + (deviation/mean)^2) and lambda = ln(mean) - zeta^2/2 (Fenton & Griffiths, Risk
+/// Assessment in Geotechnical Engineering (2008)).
 class Lognormal {
  public:
   Lognormal(double mean, double deviation)
@@ -45,9 +45,9 @@ class Lognormal {
                  "mean of a lognormal field must be positive, got ", mean);
     rve::require(deviation > 0.0 && std::isfinite(deviation),
                  "standard deviation must be positive, got ", deviation);
-    // Values at z near zeta dominate the mean. zeta is 8.3 at this limit, and NormalNumbers end at
-    // 8.57. Samples of a field with a larger variation would not contain these values, and their
-    // mean would be too small.
+    // Values at z near zeta dominate the mean. At this limit of deviation/mean, zeta is 8.3, and
+    // the largest |z| of NormalNumbers is 8.57. With a larger variation, samples of a field would
+    // not contain the values near zeta, and their mean would be too small.
     constexpr double LARGEST_VARIATION = 1e15;
     const double variation = deviation / mean;
     rve::require(

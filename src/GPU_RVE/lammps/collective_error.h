@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Errors that all ranks raise together with the same text, whichever rank found the problem.
+// Errors that all ranks raise together with the same text, even if only one rank found the problem.
 
 #pragma once
 
@@ -84,8 +84,8 @@ template <class Body> void collectively(LAMMPS *lmp, const std::string &who, con
 }
 
 /// Returns body(). If it throws on this rank, the rank ends with error->one: who() + ": " and the
-/// problem. This is for work within a run, where the other ranks may be in a collective call that
-/// this rank does not reach: LAMMPS then aborts all ranks.
+/// problem. LAMMPS then aborts all ranks. This is for work within a run, where the other ranks may
+/// already wait in a collective call.
 template <class Who, class Body>
 std::invoke_result_t<const Body &> on_this_rank(LAMMPS *lmp, const Who &who, const Body &body)
 {

@@ -23,7 +23,7 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Upper limit of points in a cell: 100 in each direction in the plane, 21 in space.
+// Largest number of points in a cell: 100 along each axis in the plane, 21 in space.
 constexpr double MOST_POINTS_PER_CELL = 1e4;
 
 // Upper limit of the Courant numbers of *cfl*. The estimate of the wave speed of RVEs is an upper
@@ -118,8 +118,8 @@ template <int D> void read_density(ScriptArguments &words, ParseState<D> &state)
     state.settings.density = density;
 }
 
-/// If the command has a single *density*, applies this density to all points, wherever the keyword
-/// is. Returns its subject, or "" if there are several densities or none.
+/// Applies a single *density* of the command to all points, wherever the keyword is in the command.
+/// Returns the subject of the keyword, or "" if there are several densities or none.
 template <int D> std::string share_density(const ScriptArguments &words, MpmSettings<D> &settings)
 {
   std::string subject;

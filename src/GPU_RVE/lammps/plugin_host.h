@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Check that the LAMMPS that loads the plugin has the version, the integer sizes and the MPI
-// library that the plugin was built for. LAMMPS and the plugin share classes, and LAMMPS loads any
-// plugin whose symbols it has: other layouts of classes would give wrong numbers or a crash.
+// Check of the LAMMPS that loads the plugin: it must have the version, the integer sizes and the
+// MPI library that the plugin was built for. LAMMPS itself loads any plugin whose symbols it has.
+// LAMMPS and the plugin share classes: different layouts of a class would give wrong numbers or a
+// crash.
 
 #pragma once
 
@@ -21,7 +22,7 @@ struct LammpsKind {
 /// Returns the properties of the LAMMPS that this code is compiled for.
 LammpsKind kind_compiled_for();
 
-/// Returns an error message with the first difference and its remedy, or "" if the two agree.
+/// Returns an error message with the first difference and its remedy, or "" without a difference.
 std::string complaint_about_host(const LammpsKind &plugin, const LammpsKind &host);
 
 /// Ends with an error of LAMMPS if the LAMMPS instance `lmp` differs from `plugin`. The check is

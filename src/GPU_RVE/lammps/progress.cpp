@@ -25,7 +25,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Limits of the interval between two communications of ranks, if steps take as long as before.
+// Limits of the interval between two communications of ranks: its wall time, estimated from the
+// last interval, and its number of steps.
 constexpr double LONGEST_WAIT = 0.05;    // seconds
 constexpr int MOST_STEPS = 16;
 
@@ -50,7 +51,8 @@ void watch()
   recorded = 0;
   struct sigaction action = {};
   action.sa_handler = record;
-  // the same signal again has its default action; interrupted system calls are restarted
+  // SA_RESETHAND: the same signal has its default action the second time. SA_RESTART: interrupted
+  // system calls continue.
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   sigemptyset(&action.sa_mask);
   for (int k = 0; k < COUNT; ++k) {

@@ -52,7 +52,7 @@ class Progress {
   double start = 0.0;       ///< wall time at the start of the run [seconds]
   // DEM steps and wall time at the last line, or at the start of the run if that was later
   double steps_then = 0.0, time_then = 0.0;
-  // Several ranks communicate in some steps only. The longer steps take, the shorter the interval.
+  // Several ranks communicate only in some steps: the longer a step takes, the more often.
   int steps_between = 1;         ///< steps from one communication to the next; equal on all ranks
   int steps_left = 1;            ///< steps until the next communication; equal on all ranks
   double last_exchange = 0.0;    ///< wall time of the last communication of this rank [seconds]

@@ -12,9 +12,9 @@ namespace LAMMPS_NS {
 struct RankResources {
   int rank;     ///< number of this rank on its machine
   int ranks;    ///< number of ranks on this machine
-  int cores;    ///< number of cores for this rank: ranks that may use the same cores divide them
-  /// Number of ranks of this machine that are bound to a single core, although the machine has at
-  /// least two cores for each rank. 0 if OMP_NUM_THREADS is set.
+  int cores;    ///< number of cores for this rank; ranks that may use the same cores share them
+  /// Number of ranks of this machine that are bound to a single core. 0 if the machine has fewer
+  /// than two cores for each rank, or if OMP_NUM_THREADS is set.
   int bound_ranks;
 
   /// Collective.

@@ -35,7 +35,8 @@ bool is_damaged(const double *header)
   return header[RestartRecords::HEADER - 1] != header_sum(header);
 }
 
-/// A record within a row, or the first part of the row whose size is wrong.
+/// Result of the search for a record in a row: the record, or the first part of the row that has a
+/// wrong size.
 struct Part {
   RestartRecord record;
   int bad = -1;    ///< number of the part with a wrong size, from 0; -1: none

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // Per-atom records of a fix in a restart file. They are found by the IDs of their atoms.
 //
-// LAMMPS keeps the records in rows of atom->extra, one row for each local atom of read_restart, and
-// moves no row when a later command deletes, sorts or exchanges atoms. A record therefore begins
-// with a header that has the ID of its atom.
+// read_restart stores the records in atom->extra, one row for each local atom. LAMMPS does not move
+// the rows when a later command deletes, sorts or exchanges atoms, so the row of an atom may have
+// another index than the atom. A record therefore begins with a header that has the ID of its atom.
 
 #pragma once
 
@@ -39,8 +39,8 @@ class RestartRecords {
 
  private:
   int num_rows = -1;    ///< number of rows of atom->extra; -1: not counted yet
-  /// Rows by IDs of atoms. Filled when the row with the index of a local atom belongs to another
-  /// atom.
+  /// Maps the ID of an atom to its row. It is empty until an atom is found whose row has another
+  /// index than the atom.
   std::unordered_map<tagint, int> row_of_id;
 
   void count_rows(LAMMPS *lmp);

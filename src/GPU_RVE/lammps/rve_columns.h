@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Columns of a compute or a dump that a script requests by name, and the fix rve that provides
-// them.
+// Columns of the computes and the dump of RVEs. A script requests the columns by name and may name
+// the fix rve that has the RVEs.
 
 #pragma once
 
@@ -29,10 +29,9 @@ template <class Table> auto find_column(const std::string &name, const Table &ta
   return found == std::end(table) ? nullptr : &*found;
 }
 
-/// Reads names of entries of `table` from the words arg[first] to arg[narg - 1] and returns
-/// pointers to the entries. The words *fix ID* among them set `fix_id`, which otherwise stays
-/// empty. Other words, a second fix and no column at all are errors, which begin with `style` and
-/// `id`. Messages call a column `kind`.
+/// Reads the words arg[first] to arg[narg - 1]. Each word names an entry of `table`, except that
+/// *fix ID* sets `fix_id`. Returns pointers to the named entries. An unknown word, a second *fix*
+/// and no column at all are errors. Messages begin with `style` and `id`, and call a column `kind`.
 template <class Table>
 auto read_columns(LAMMPS *lmp, const std::string &style, const char *id, const char *kind,
                   const Table &table, int first, int narg, char **arg, std::string &fix_id)
@@ -72,8 +71,8 @@ template <class Work> auto with_rves(const FixRve &fix, const Work &work)
 }
 
 /// Returns the fix rve with the ID `fix_id`, or the only fix rve if `fix_id` is empty. Ends with
-/// error->all if there is none, or if is_of() of a column excludes the dimension of its RVEs. The
-/// message begins with `style` and `id`.
+/// error->all if there is no such fix, or if a column does not exist in the dimension of its RVEs.
+/// The message begins with `style` and `id`.
 template <class Entry>
 FixRve *fix_of_columns(LAMMPS *lmp, const std::string &style, const char *id,
                        const std::string &fix_id, const std::vector<const Entry *> &columns)

@@ -99,8 +99,9 @@ std::vector<TensorComponent> read_components(ScriptArguments &words, const std::
   return list;
 }
 
-// Upper limit of the strain of *quiescent*. The stiffness that gives the stress of a skipped RVE is
-// not valid beyond it: contacts begin to slide at a strain of about 1e-3.
+// Upper limit of the strain of *quiescent* [-]. The stress of a quiescent RVE follows from an
+// elastic stiffness, which is not valid beyond the limit: contacts begin to slide at a strain of
+// about 1e-3.
 constexpr double LARGEST_QUIESCENT_STRAIN = 1e-2;
 
 // Default of the largest number of adaptive substeps.
@@ -135,7 +136,7 @@ std::string text_of_file(LAMMPS *lmp, const std::string &file)
 }
 
 /// Parses loading paths and adds their variables to `s`. Returns the number of words that belong to
-/// the paths. In a script other keywords may follow, in a file no other words.
+/// the paths. In a script, other keywords may follow the paths. A file has no other words.
 template <int D>
 std::size_t read_paths(ScriptArguments &words, const std::vector<macro::PathWord> &path,
                        bool in_script, std::shared_ptr<const macro::LoadPathsOf<D>> &result,

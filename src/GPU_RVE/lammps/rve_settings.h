@@ -59,7 +59,7 @@ struct PathSettings {
   std::shared_ptr<const macro::LoadPathsOf<2>> of_disks;
   std::shared_ptr<const macro::LoadPathsOf<3>> of_spheres;
   std::vector<ScriptValue> values;    ///< the variables of script_names() of the paths
-  std::string text = "none";          ///< words of the script, or path files and their checksums
+  std::string text = "none";          ///< words of the script, or names and checksums of path files
   ScriptValue number;                 ///< number of the path of an atom, from 1
   bool number_given = false;
   bool halts = false;    ///< the run ends when all paths have ended

@@ -44,7 +44,7 @@ struct ScriptValue {
 };
 
 /// Row of a table of keywords: the keyword, the form of its values for messages, and the function
-/// that reads them into `Target`.
+/// that reads the values into a `Target`.
 template <class Target> struct ScriptKeyword {
   const char *name;
   const char *values;    ///< form of the values; "..." at the end allows any number of them
@@ -223,8 +223,8 @@ template <class T, std::size_t N> auto one_of(const rve::Choice<T> (&choices)[N]
   return [choices](ScriptArguments &words) { return words.choice("", choices); };
 }
 
-/// Returns the function of a row that stores the value of `read` in a member of the target, or in a
-/// member of that member: `members` is the chain of pointers to members.
+/// Returns a function for a row of a table. It stores the value of `read` in a member of the
+/// target. `members` is a chain of pointers to members: target.*members[0].*members[1]...
 template <class Read, class... Members> auto into(const Read &read, Members... members)
 {
   return [=](ScriptArguments &words, auto &target) { (target.*....*members) = read(words); };

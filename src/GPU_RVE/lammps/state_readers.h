@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Conditions under which other parts of LAMMPS may read the state of points or RVEs. A fix updates
-// that state only if it may be read, because LAMMPS reads arrays of fixes without a request.
+// Tests whether other parts of LAMMPS may read the state of points or RVEs. LAMMPS reads the arrays
+// of a fix without a request to the fix. A fix therefore updates its arrays at the end of a step if
+// anything may read them before the next step, and skips the update otherwise.
 
 #pragma once
 
@@ -15,9 +16,9 @@ class LAMMPS;
 /// unknown word, and for a variable without a formula.
 bool may_read_results(LAMMPS *lmp, const std::string &variable);
 
-/// Returns true if anything may read the state of points or RVEs after this step and before the
-/// next one: an output that is due, the end of the run, or a fix that works in this step or reads
-/// variables in each step.
+/// Returns true if anything may read the state of points or RVEs between this step and the next
+/// one. Such readers are an output that is due, the end of the run, a fix that works in this step,
+/// and a fix that reads variables in each step.
 bool state_may_be_read(LAMMPS *lmp);
 
 }    // namespace LAMMPS_NS
