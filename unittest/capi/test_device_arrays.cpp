@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The C interface with arrays in the memory of a GPU: the same bits as with arrays of the host, and
-// errors of arrays elsewhere.
+// The C interface with arrays in the memory of a GPU. Results must be bitwise equal to those with
+// host arrays, and arrays in other memory are errors.
 
 #include "librve.h"
 
@@ -64,7 +64,7 @@ Batch batch_of(const std::string &file)
   return {batch, rve_batch_free};
 }
 
-/// Returns 1 + 1e-4 times a nonsymmetric matrix for each of `count` RVEs.
+/// Returns the identity plus 1e-4 times a nonsymmetric matrix for each of `count` RVEs.
 Numbers increments(int dimension, std::size_t count)
 {
   Numbers f;

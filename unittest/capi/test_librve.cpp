@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The C interface: the bits of the engine, trials that change no state, errors as texts.
+// The C interface gives the bits of the engine, its trials change no state, and its errors have
+// texts.
 
 #include "librve.h"
 
@@ -54,7 +55,7 @@ Batch batch_of(const std::string &file, std::size_t count, const char *options =
 
 using Numbers = std::vector<double>;
 
-/// Returns 1 + strain/100 times a nonsymmetric matrix of RVE k.
+/// Returns the identity plus strain/100 times a nonsymmetric matrix, for RVE k.
 Numbers increment(int dimension, int k)
 {
   Numbers f(dimension * dimension, 0.0);
@@ -247,7 +248,8 @@ namespace {
 constexpr std::size_t CALLS = 10;
 constexpr int STEPS_PER_CALL = 20;
 
-/// Returns columns syy, sxx, def_yy of all RVEs of a batch, before a path and after each call.
+/// Advances the RVEs of a batch along a path. Returns rows of syy, sxx, def_yy of all RVEs: one
+/// before the path and one after each call.
 Numbers follow(rve_batch *batch, const char *path, std::size_t calls = CALLS,
                std::vector<std::uint32_t> *statuses = nullptr)
 {
@@ -275,15 +277,15 @@ TEST(Librve, APathOfRatesIsAnAdvanceByTheirExponential)
     ASSERT_EQ(rve_advance(advanced.get(), nullptr, 1, f.data(), dt.data(), &steps, stress.data(),
                           nullptr),
               RVE_SUCCESS);
-    // the exponential by its series
+    // the path evaluates the exponential by its series
     EXPECT_NEAR(table[3 * (call + 1)], stress[3], 1e-9 * std::fabs(stress[3]));
   }
 }
 
 namespace {
 
-/// Returns all results of a batch that makes trials, advances, paths and tangents, and is saved and
-/// restored.
+/// Returns all results of a batch that makes trials, advances, paths and tangents, and that is
+/// saved and restored.
 std::vector<Numbers> answers_of(const std::string &file, const std::string &options)
 {
   const Batch batch = batch_of(file, 2, options.c_str());
@@ -391,7 +393,7 @@ TEST(Librve, InvalidPathChangesNothing)
   expect("stage rate yy 1 until time > 1", DT_DISKS, 0, "p", "substeps is 0");
   expect("stage rate yy 1 until time > 1", DT_DISKS, 1, "pea", "there is no");
   expect("stage rat yy 1", DT_DISKS, 1, "p", "path:1");
-  // The second stage has a shear in one call whose logarithm is not unique.
+  // The shear of the second stage in one call is so large that its logarithm is not unique.
   expect("stage rate yy 0.1 until time > 1e-5 stage rate xy 1e9 until time > 1", DT_DISKS, 1, "p",
          "");
 }
@@ -426,12 +428,13 @@ void put_word(std::vector<char> &bytes, std::size_t place, std::uint64_t word)
   std::memcpy(bytes.data() + place, &word, sizeof(word));
 }
 
-// Positions in saved RVEs: magic, dimension, number, size, checksum; then the size of the first
-// record and the record.
+// Byte positions in saved RVEs. The header has magic, dimension, number, size and checksum. The
+// size of the first record and this record follow.
 constexpr std::size_t PLACE_OF_DIMENSION = 8, PLACE_OF_COUNT = 16, PLACE_OF_CHECKSUM = 32,
                       PLACE_OF_LENGTH = 40;
 
-/// Returns the bytes that a release of interface 1.2 wrote; the checksum covers the records only.
+/// Returns the bytes as a release with interface 1.2 wrote them. Its checksum covers only the
+/// records.
 std::vector<char> first_version_of(std::vector<char> bytes)
 {
   bytes[7] = '1';
@@ -452,7 +455,7 @@ TEST(Librve, ADamagedHeaderOfSavedRvesIsRefused)
     EXPECT_EQ(rve_restore(two.get(), damaged.data(), damaged.size()), RVE_BAD_INPUT);
     EXPECT_STREQ(rve_error(), "the saved RVEs are damaged");
   }
-  // The bytes have correct checksums and numbers that point beyond the end.
+  // These bytes have correct checksums, but counts or lengths that point beyond their end.
   const auto expect = [&](std::vector<char> bytes, const std::string &message) {
     bytes = first_version_of(bytes);
     rve_packing *packing = nullptr;
@@ -554,7 +557,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
       return function(batch.get(), nullptr, 2, increments.data(), dt.data(), substeps.data(),
                       nullptr, nullptr);
     };
-    // The increment is refused in the first call, after a valid trial, and in an advance.
+    // The increment must be refused in the first call, after a valid trial, and in an advance.
     for (int k = 0; k < 2; ++k) {
       EXPECT_EQ(call(rve_trial, 1.7), RVE_BAD_INPUT);
       EXPECT_NE(std::string(rve_error()).find("dt of RVE 1 is "), std::string::npos) << rve_error();
@@ -585,7 +588,7 @@ TEST(Librve, AStepAboveTheStabilityBoundIsRefused)
 
 TEST(Librve, AStepThatGrowingStiffnessMakesTooLongIsRefused)
 {
-  // Hertz disks: the stiffness increases with the overlaps, with hardly any new contact.
+  // In Hertz disks the stiffness increases with the overlaps while hardly any contact is added.
   rve_packing *packing = nullptr;
   ASSERT_EQ(rve_packing_create("shape disk grains 60 seed 1 radius uniform 0.003 0.006 density "
                                "2650 pressure 1e3 thickness 0.075 contact hertz hertz_kn 5e9 "
@@ -686,8 +689,8 @@ TEST(Librve, BatchesUseTheirOwnThreads)
   EXPECT_EQ(saved(other.get()), saved(alone.get()));
 }
 
-// Four threads create batches of two threads each, try, save and fail. No batch affects another
-// one, and each thread reads its own error.
+// Four threads create batches of two threads each, make trials, save and cause errors. No batch may
+// affect another one, and each thread must read its own error.
 TEST(Librve, ThreadsShareNothing)
 {
   const char *const options = "format double device cpu threads 2";
@@ -773,12 +776,12 @@ const std::string GROUND =
 
 }    // namespace
 
-// The ratio is the earth pressure at rest of grains with an angle of friction of about 25 degrees:
-// about 1 - sin(phi), Jaky 1944.
+// The ratio of lateral to vertical stress is the earth pressure at rest, about 1 - sin(phi) (Jaky
+// 1944). The angle of friction phi of the grains is about 25 degrees.
 TEST(Librve, GrainsFindTheirEarthPressureAtRest)
 {
   const Packing rest = created(GROUND + "pressure 20e3 k0 rest");
-  // The sides stop where they are at this lower pressure.
+  // At this lower pressure the sides reach the position at which they then stay.
   const Packing before = created(GROUND + "pressure 1e3");
   const Batch batch = batch_of({rest.get()});
 
@@ -860,7 +863,7 @@ TEST(Librve, TangentsAreProbedInTheRequestedFormat)
   };
   const char *const words = "format double strain_steps 100 most_steps 500";
   EXPECT_EQ(tangent(exact, words), tangent(exact, "strain_steps 100 most_steps 500"));
-  // The engine with format fast has rounded its grains.
+  // An engine with format fast rounds its grains.
   const Numbers of_fast = tangent(fast, words), of_exact = tangent(exact, words);
   for (int k = 0; k < 9; ++k) EXPECT_NEAR(of_fast[k], of_exact[k], 0.02 * of_exact[0]);
 }

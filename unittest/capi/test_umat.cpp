@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The UMAT of examples/umat as a finite element program calls it: the bits of librve, states by
-// number, tangents, and increments that an RVE refuses.
+// The UMAT of examples/umat, called as by a finite element program. It must give the bits of librve
+// and correct tangents, identify states by number, and report increments that an RVE refuses.
 
 #include "librve.h"
 
@@ -107,7 +107,7 @@ Gradient stretched(const Strain &e)
           0.5 * e[5], 0.5 * e[4], 0.5 * e[5], 1.0 + e[2]};
 }
 
-/// The same RVE through librve.
+/// The same RVE as in Point, called directly through librve.
 class Direct {
  public:
   Direct()
@@ -252,8 +252,8 @@ TEST(Umat, TheAffineStiffnessIsStifferThanTheTangent)
   for (int k = 0; k < 6; ++k) EXPECT_LT(upper[7 * k], 3.0 * tangent[7 * k]) << k;
 }
 
-/// For finite strain the tangent is the derivative of the Kirchhoff stress by the rate of
-/// deformation, over J.
+/// For finite strain, the tangent is the derivative of the Kirchhoff stress with respect to the
+/// rate of deformation, divided by the volume ratio J.
 TEST(Umat, TheTangentOfFiniteStrainHasTheChangeOfVolume)
 {
   Point point = new_point();

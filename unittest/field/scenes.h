@@ -23,8 +23,8 @@ inline field::Grid grid_of(std::int64_t nx, std::int64_t ny, double dx = 1.0, do
   return grid;
 }
 
-/// Returns all kinds of covariance with the same ellipse: correlation lengths and the angle of the
-/// first one.
+/// Returns one covariance of each kind. All have the same correlation lengths; `angle` is the
+/// direction of the first length.
 inline std::vector<field::Covariance> all_covariances(const field::Vec &length, double angle = 0.0)
 {
   const field::Anisotropy ellipse(length, angle);
@@ -34,7 +34,7 @@ inline std::vector<field::Covariance> all_covariances(const field::Vec &length, 
           {field::Matern(0.8), ellipse}};
 }
 
-/// Returns the message of the InputError in which a call ends, "" without an error.
+/// Returns the message of the InputError that a call throws, or "" if it throws none.
 template <class Call> std::string input_error(const Call &call)
 {
   try {
@@ -51,8 +51,8 @@ inline void expect_message(const std::string &message, const std::string &part)
       << "expected '" << part << "' in '" << message << "'";
 }
 
-/// Returns the sum of a function of the lag in nodes over all pairs of points of two equal
-/// rectangles of nx by ny nodes. Each lag (i, j) occurs (nx - |i|) (ny - |j|) times.
+/// Sums a function of the lag over all pairs of one point each of two equal rectangles of nx by ny
+/// nodes. Each lag (i, j) in nodes occurs (nx - |i|) (ny - |j|) times.
 template <class Function>
 double sum_over_pairs(std::int64_t nx, std::int64_t ny, const Function &function)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Exactness of the embedding: second moments without sampling, against the dense covariance matrix
-// and its Cholesky factor.
+// Exactness of the circulant embedding. The second moments of its fields are computed without
+// sampling and compared with the dense covariance matrix and its Cholesky factor.
 
 #include "oracle/dense_matrix.h"
 #include "oracle/fourier.h"
@@ -25,8 +25,8 @@ using rve_test::solve_lower;
 
 namespace {
 
-/// Returns the linear map from the noise on the torus to the nodes; its columns are the fields of
-/// unit vectors.
+/// Returns the matrix of the linear map from the noise on the torus to the nodes. Column p is the
+/// field of the unit vector p.
 Matrix map_of(CirculantEmbedding &embedding, const Grid &grid)
 {
   const std::size_t nodes = field::total(grid.nodes), points = field::total(embedding.torus());
@@ -43,8 +43,8 @@ Matrix map_of(CirculantEmbedding &embedding, const Grid &grid)
   return map;
 }
 
-/// Returns covariances at the shortest distance on a torus; the mean of both directions where they
-/// are equally long.
+/// Returns covariances at the shortest distance on a torus. If both directions around the torus are
+/// equally long, the covariance is the mean of both.
 std::vector<double> covariance_on(const field::Size &torus, const Grid &grid,
                                   const Covariance &covariance)
 {
@@ -102,8 +102,8 @@ TEST(CirculantEmbedding, SecondMomentsAreTheCovarianceMatrix)
 
     const Matrix moments = rve_test::times_own_transpose(map_of(embedding, one.grid));
 
-    // The tolerance is the rounding error of two transforms of at most some 1000 points, 2
-    // log2(1000) epsilon = 4e-15, plus the eigenvalues that are set to zero.
+    // The tolerance has two parts: the rounding error of two transforms of at most some 1000
+    // points, 2 log2(1000) epsilon = 4e-15, and the eigenvalues that are set to zero.
     EXPECT_LT(largest_difference(moments, covariance_matrix(one.grid, one.covariance)), 2e-14)
         << one.covariance.name() << " on " << field::to_string(one.grid.nodes) << ", torus "
         << field::to_string(embedding.torus());
@@ -116,15 +116,15 @@ TEST(CirculantEmbedding, EqualsTheCholeskyFactorUpToARotation)
     const Matrix factor = rve_test::cholesky_factor(covariance_matrix(one.grid, one.covariance));
     CirculantEmbedding embedding(one.grid, one.covariance);
 
-    // If A A^T = L L^T, the rows of L^-1 A are orthonormal. This test gives small and large
-    // eigenvalues of the covariance the same weight.
+    // With the map A, the Cholesky factor L and A A^T = L L^T, the rows of L^-1 A are orthonormal.
+    // This test gives small and large eigenvalues of the covariance the same weight.
     const Matrix rotation = solve_lower(factor, map_of(embedding, one.grid));
 
     const Matrix inverse = solve_lower(factor, rve_test::identity(factor.size()));
     double norm_squared = 0.0;
     for (const auto &row : inverse)
       for (const double x : row) norm_squared += x * x;
-    // errors of 2e-14 in A A^T, see above, are magnified by (number of nodes) |L^-1|^2 at most
+    // L^-1 magnifies the errors of 2e-14 in A A^T (see above) by at most (number of nodes) |L^-1|^2
     const double tolerance = 2e-14 * static_cast<double>(factor.size()) * norm_squared;
     if (one.covariance.name() == "exponential") {
       EXPECT_LT(tolerance, 1e-9);    // the test is sharp

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Covariance functions against closed forms and against the integral of the Bessel function.
+// Covariance functions against closed forms and against an integral for the Bessel function.
 
 #include "scenes.h"
 
@@ -49,8 +49,8 @@ TEST(Covariance, MaternIsTheBesselFunctionOfItsDefinition)
       const double s = std::sqrt(2.0 * nu) * r;
       const double expected =
           std::pow(2.0, 1.0 - nu) / std::tgamma(nu) * std::pow(s, nu) * bessel_k(nu, s);
-      // Both values are accurate to about 14 digits; powers of up to 25 amplify the rounding of s
-      // by as much.
+      // Both values are accurate to about 14 digits. A power of up to 25 multiplies the rounding
+      // error of s by its exponent.
       EXPECT_NEAR(Matern(nu)(r), expected, 1e-12) << "nu " << nu << ", r " << r;
     }
 }
@@ -79,7 +79,7 @@ TEST(Covariance, MaternHasItsLimitsAtTinyAndHugeDistances)
   for (const double nu : {0.05, 0.8, 25.0}) {
     EXPECT_EQ(Matern(nu)(0.0), 1.0);
     EXPECT_EQ(Matern(nu)(1e6), 0.0);
-    // 1 - O(r^(2 nu)) with nu = 0.05 is still far from 1
+    // for nu = 0.05 the value 1 - O(r^(2 nu)) is still far from 1
     EXPECT_NEAR(Matern(nu)(1e-30), 1.0, nu < 0.1 ? 0.01 : 1e-12);
   }
 }
@@ -108,7 +108,7 @@ TEST(Anisotropy, HalfWidthIsTheFarthestPointOfTheEllipse)
                               5.0 * std::cos(t) * ellipse.direction(0)[a] +
                                   0.5 * std::sin(t) * ellipse.direction(1)[a]);
   }
-  // a sample of the ellipse misses the farthest point by (0.1 degrees)^2 / 8 at most
+  // the sampled ellipse misses the farthest point by a share of (0.1 degrees)^2/8 at most
   for (int a = 0; a < 2; ++a) EXPECT_NEAR(ellipse.half_width(a), farthest[a], 5.0 * 4e-7);
 }
 

@@ -43,7 +43,7 @@ TEST(FieldErrors, CorrelationLengthsFitTheGrid)
                  "horizontal correlation length 10.1 is above the extent of the domain, 10 ");
   expect_message(message(5.0, 2.6),
                  "vertical correlation length 2.6 is above the extent of the domain, 2.5 ");
-  // Rotated by a quarter turn, the first length is vertical on the grid.
+  // After a rotation by a quarter turn, the first length is vertical on the grid.
   expect_message(message(3.0, 1.0, 90.0),
                  "horizontal correlation length 3 is above the extent of the domain, 2.5 ");
   EXPECT_EQ(message(2.5, 10.0, 90.0), "");

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Statistics over many fields. Every estimator is a mean of products of Gaussian numbers, whose
-// variance has a closed form: E[abcd] = E[ab]E[cd] + E[ac]E[bd] + E[ad]E[bc] (Isserlis 1918). Its
-// bound is 4.5 standard deviations, which correct code exceeds in one of a hundred thousand checks.
-// Since seeds are fixed, a check that has passed always passes.
+// Statistics over many fields. Every estimator is a mean of products of Gaussian numbers. Its
+// variance has a closed form: E[abcd] = E[ab]E[cd] + E[ac]E[bd] + E[ad]E[bc] (Isserlis 1918). The
+// bound of each check is 4.5 standard deviations, which correct code exceeds in one of a hundred
+// thousand checks. Since seeds are fixed, a check that has passed always passes.
 
 #include "field/normal_numbers.h"
 #include "oracle/fourier.h"
@@ -60,7 +60,7 @@ struct Lag {
   int i, j;
 };
 
-/// Returns the mean of f(x) g(x + lag) over all x for which both are nodes.
+/// Returns the mean of f(x) g(x + lag) over all x for which x and x + lag are nodes.
 double mean_product(const std::vector<double> &f, const std::vector<double> &g, Lag lag)
 {
   const int nx = static_cast<int>(grid.nodes[0]), ny = static_cast<int>(grid.nodes[1]);
@@ -86,8 +86,8 @@ double variance_of_mean_product(const Covariance &covariance, Lag lag)
       (pairs * pairs);
 }
 
-/// Returns the variance of mean_product(f, g, lag) of two independent fields, whose other products
-/// vanish.
+/// Returns the variance of mean_product(f, g, lag) of two independent fields. Products that mix
+/// both fields have the mean zero.
 double variance_of_cross_product(const Covariance &covariance, Lag lag)
 {
   const std::int64_t nx = grid.nodes[0] - std::abs(lag.i), ny = grid.nodes[1] - std::abs(lag.j);
@@ -147,8 +147,8 @@ TEST(FieldStatistics, VarianceAndCovarianceAreTheClosedForm)
 
 TEST(FieldStatistics, RatioOfTheCorrelationLengthsIsTheAnisotropy)
 {
-  // Along each axis of the ellipse the exponential covariance gives its length as -lag / ln C. An
-  // error dC of C is a relative error dC / (C |ln C|) of the length.
+  // Along each axis of the ellipse, the exponential covariance C gives the correlation length as
+  // -lag/ln C. An error dC of C is a relative error dC/(C |ln C|) of the length.
   for (const bool turned : {false, true}) {
     const double angle = turned ? std::atan2(3.0, 4.0) * 180.0 / M_PI : 0.0;
     Case one{{field::Exponential{}, field::Anisotropy({8.0, 2.0}, angle)}};
@@ -171,9 +171,10 @@ TEST(FieldStatistics, RatioOfTheCorrelationLengthsIsTheAnisotropy)
 
 TEST(FieldStatistics, PowerAtEachWaveNumberIsTheEigenvalue)
 {
-  // |X_k|^2 / (N lambda_k) is exponentially distributed (mean 1, variance 1) for wave numbers that
-  // differ from their negative, and chi-squared with one degree of freedom (variance 2) for the
-  // others. Rings of wave numbers are averaged; of k and -k only one is counted.
+  // For the transform X_k at the wave number k, N points and the eigenvalue lambda_k, consider
+  // |X_k|^2/(N lambda_k). It is exponentially distributed (mean 1, variance 1) if k differs from
+  // -k, and chi-squared with one degree of freedom (variance 2) otherwise. The test averages over
+  // rings of wave numbers and counts only one of k and -k.
   for (const Covariance &covariance : all_covariances({4.0, 2.0})) {
     const Grid grid = grid_of(17, 13);
     CirculantEmbedding embedding(grid, covariance);
@@ -222,8 +223,8 @@ TEST(FieldStatistics, FieldsOfTwoSeedsAreIndependent)
   for (const Case &one : cases()) {
     const auto distant = fields_of(one.covariance, FIELDS / 2, std::uint64_t(1) << 40);
     for (const Lag lag : {Lag{0, 0}, Lag{1, 0}, Lag{0, -1}, Lag{5, 3}}) {
-      // The pairs of seeds are 1 and 2, 2 and 3, ..., whose products are uncorrelated too; and 1
-      // and 2^40, 2 and 2^40 + 1, ...
+      // Neighbours are the seeds 1 and 2, 2 and 3, ...; their products are uncorrelated too.
+      // Strangers are 1 and 2^40, 2 and 2^40 + 1, ...
       double neighbors = 0.0, strangers = 0.0;
       for (int k = 0; k < FIELDS / 2; ++k) {
         neighbors += mean_product(one.fields[k], one.fields[k + 1], lag) / (FIELDS / 2);
@@ -246,8 +247,8 @@ TEST(NormalNumbers, AreNormalAndUncorrelated)
   std::vector<double> z(COUNT);
   field::NormalNumbers(3).fill(z.data(), COUNT);
 
-  // For moments of n numbers, the mean of z^k has the variance (E[z^2k] - E[z^k]^2) / n, with
-  // E[z^2,4,6,8] = 1, 3, 15, 105.
+  // The mean of z^k over n numbers has the variance (E[z^2k] - E[z^k]^2)/n, with E[z^2] = 1, E[z^4]
+  // = 3, E[z^6] = 15 and E[z^8] = 105.
   double moment[5] = {}, correlation[3] = {};
   for (int i = 0; i < COUNT; ++i) {
     for (int k = 1; k <= 4; ++k) moment[k] += std::pow(z[i], k) / COUNT;
@@ -274,7 +275,7 @@ TEST(NormalNumbers, AreTheDocumentedTransformOfTheStandardsGenerator)
   double z[2];
   field::NormalNumbers(7).fill(z, 2);
 
-  // The same formula differs by a few roundings.
+  // Another evaluation of the formula differs by a few roundings.
   EXPECT_NEAR(z[0], std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * M_PI * v), 1e-14);
   EXPECT_NEAR(z[1], std::sqrt(-2.0 * std::log(u)) * std::sin(2.0 * M_PI * v), 1e-14);
 }

@@ -97,8 +97,8 @@ TEST(Interpolation, VarianceIsOneAtEveryPosition)
       const Interpolation interpolation(InterpolationKind::Linear, grid, covariance);
       const std::int64_t count = field::total(grid.nodes);
       for (const Vec &x : positions()) {
-        // The map from the nodes to the value is linear with a vector w, so that the variance is
-        // w^T C w.
+        // The value is w^T f, with the nodal values f and a vector w. Its variance is therefore w^T
+        // C w, with the covariance matrix C of the nodes.
         std::vector<double> unit(count, 0.0), weight(count);
         for (std::int64_t k = 0; k < count; ++k) {
           unit[k] = 1.0;

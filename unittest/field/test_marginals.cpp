@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Marginal distributions against closed forms, and by the Kolmogorov-Smirnov test for values of
-// many independent fields.
+// Marginal distributions against closed forms. Values of many independent fields are checked by the
+// Kolmogorov-Smirnov test.
 
 #include "field/interpolation.h"
 #include "field/marginal.h"
@@ -24,8 +24,8 @@ double normal_distribution(double z)
   return 0.5 * std::erfc(-z / std::sqrt(2.0));
 }
 
-/// Returns the integral of f(z) exp(-z^2/2) / sqrt(2 pi), which the trapezoidal rule gives to
-/// rounding.
+/// Returns the integral of f(z) exp(-z^2/2)/sqrt(2 pi). The trapezoidal rule is exact to rounding
+/// for it.
 template <class Function> double expectation(const Function &f)
 {
   const double step = 1.0 / 64.0;
@@ -81,7 +81,7 @@ void expect_distribution(const Marginal &marginal, const Distribution &distribut
 {
   for (std::vector<double> values : gaussian_values()) {
     for (double &z : values) z = marginal(z);
-    // P(sqrt(n) D > t) = 2 exp(-2 t^2) for large n (Kolmogorov): 1e-5 for t = 2.47
+    // for large n, P(sqrt(n) D > t) = 2 exp(-2 t^2) (Kolmogorov), which is 1e-5 for t = 2.47
     EXPECT_LT(kolmogorov_distance(values, distribution), 2.47 / std::sqrt(FIELDS));
   }
 }
@@ -142,8 +142,9 @@ TEST(Marginal, ValuesNeverLeaveTheBounds)
 
 TEST(Marginal, CovarianceOfALognormalFieldIsTheClosedForm)
 {
-  // C_Y = mean^2 (exp(zeta^2 rho) - 1). The moments E[X^a Y^b] = exp(lambda (a+b) + zeta^2/2 (a^2 +
-  // b^2 + 2 a b rho)) give the variance of its estimator, the mean of (X - mean)(Y - mean).
+  // C_Y = mean^2 (exp(zeta^2 rho) - 1) with the correlation rho of the Gaussian field. Its
+  // estimator is the mean of (X - mean)(Y - mean). The variance of the estimator follows from the
+  // moments E[X^a Y^b] = exp(lambda (a+b) + zeta^2/2 (a^2 + b^2 + 2 a b rho)).
   const double mean = 2.0, deviation = 0.8;
   const Lognormal marginal(mean, deviation);
   const double zeta2 = std::log(1.16), lambda = std::log(mean) - 0.5 * zeta2;

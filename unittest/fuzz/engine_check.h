@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Conditions that every state that a reader accepts must satisfy.
+// Checks that each state which a reader accepts is usable in the engine.
 
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace fuzz {
 
-/// Returns true if sums of products of four of the state's numbers stay within the range of
-/// doubles.
+/// Returns true if products of four of the state's numbers, and sums of such products, stay within
+/// the range of doubles.
 template <int D> bool is_moderate(const rve::RveStateOf<D> &state)
 {
   constexpr double MOST = 1e60;
@@ -31,8 +31,8 @@ template <int D> bool is_moderate(const rve::RveStateOf<D> &state)
   return all;
 }
 
-/// Requires that the engine refuses the state, reports a failed call, or returns finite numbers, in
-/// every format. States that are not moderate may give other numbers.
+/// Requires in every format that the engine refuses the state, reports a failed call, or returns
+/// finite numbers. States that are not moderate may give other numbers.
 template <int D> void check_in_engine(const rve::RveStateOf<D> &state)
 {
   constexpr int MOST_GRAINS = 5000;    // files may ask for long computations

@@ -49,8 +49,8 @@ template <int D> void read_as_packing(const std::string &path)
     expect_named(error, path);
     return;
   }
-  // Contacts without forces and comments are not written, so that the first copy may differ from
-  // the input, but not the second one.
+  // Comments and contacts without forces are not written. The first copy may therefore differ from
+  // the input, but the second copy must equal the first.
   const std::string copy = path_for("copy"), copy_of_copy = path_for("copy_of_copy");
   try {
     write_packing(copy, state);
@@ -90,7 +90,7 @@ template <int D> void read_as_library(const std::string &path)
     fuzz::fail("a library that is written and read is another one");
 }
 
-/// Removes the checksum of a hand-written file, which would otherwise refuse every change.
+/// Removes the checksum of a hand-written file. With a checksum the file would refuse every change.
 std::string without_checksum(const std::string &text)
 {
   std::vector<std::string> lines = fuzz::Mutator::split(text, '\n');

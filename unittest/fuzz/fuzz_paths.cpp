@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths: any text is a path or an InputError that names the position. Along a path, drives
-// are sound or an InputError results, wherever an RVE is on it.
+// Loading paths. Any text must be a path or cause an InputError that names the position. At every
+// step along a path, the drive must be sound or an InputError must be thrown.
 
 #include "fuzz_target.h"
 
@@ -25,7 +25,7 @@ std::string table_of(const std::string &file)
   return TABLE;
 }
 
-/// Steps along a path with results that trigger its events.
+/// Makes steps along a path with results that trigger its events.
 template <int D> void follow(const macro::LoadPathsOf<D> &paths, int path)
 {
   const macro::PathStep step{1e-3, 10, 1e-2, 1.0};
@@ -37,7 +37,7 @@ template <int D> void follow(const macro::LoadPathsOf<D> &paths, int path)
     try {
       const rve::DriveOf<D> drive = paths.drive(state, step, values.data(), result.deformation);
       rve::check(drive);
-      // As in an engine, the deformation of a servo is about the prescribed one.
+      // A drive with a servo is taken to have no deformation.
       result.deformation =
           (drive.has_servo() ? rve::Tensor<double, D>::identity() : drive.deformation) *
           result.deformation;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Records of points in restart files and in the exchange between ranks: a damaged record is
-// refused, and an accepted one is the one that was written. With correct checksums any content is
-// refused or usable.
+// Records of points, as in restart files and in the exchange between ranks. A damaged record must
+// be refused, and an accepted record must be one that was written. If the checksums are correct,
+// any content must be refused or usable.
 
 #include "fuzz_target.h"
 #include "macro/rve_points.h"
@@ -29,8 +29,9 @@ RvePoints make_points(bool with_shadows)
   return RvePoints(make_engine(options), with_shadows ? make_engine(precise) : nullptr, macro);
 }
 
-// Positions in the head: version, checksum of the head with zero in its place, bytes of the image
-// of the state and of its shadow.
+// Byte positions in the head of a record. The head has the version, the checksum of the head
+// (computed with zero in its place), and the sizes of the images of the state and of its shadow in
+// bytes.
 constexpr std::size_t PLACE_OF_CHECKSUM = 8, PLACE_OF_BYTES = 16, PLACE_OF_SHADOW = 24;
 // positions in an image of a state
 constexpr std::size_t STATE_CHECKSUM = 24, STATE_HEADER = 32;
@@ -78,7 +79,7 @@ std::string bytes_of(const std::vector<double> &record)
   return {reinterpret_cast<const char *>(record.data()), record.size() * sizeof(double)};
 }
 
-/// Treats a record; with `is_sealed` false, an accepted record must be an unchanged one.
+/// Processes a record. If `is_sealed` is false, an accepted record must be an unchanged one.
 void treat(const std::string &bytes, bool is_sealed)
 {
   std::vector<double> record(bytes.size() / sizeof(double));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Bytes of rve_save: damaged ones are refused and change nothing; those with correct checksums are
-// restored or refused.
+// Bytes of rve_save. Damaged bytes must be refused and change nothing. Bytes with correct checksums
+// are restored or refused.
 
 #include "capi/librve.h"
 #include "engine/test_states.h"
@@ -20,10 +20,10 @@ namespace {
 using Packing = std::unique_ptr<rve_packing, void (*)(rve_packing *)>;
 using Batch = std::unique_ptr<rve_batch, void (*)(rve_batch *)>;
 
-// Saved RVEs: magic, dimension, number, size, checksum; then the size of each record and the
-// record.
+// Byte positions in saved RVEs. The header has magic, dimension, number, size and checksum. For
+// each RVE, the size of its record and the record follow.
 constexpr std::size_t PLACE_OF_SIZE = 24, PLACE_OF_CHECKSUM = 32, HEADER = 40;
-// A record: magic, version and number of grains, size, checksum.
+// Byte positions in a record: magic, version and number of grains, size, checksum.
 constexpr std::size_t RECORD_SIZE = 16, RECORD_CHECKSUM = 24, RECORD_HEADER = 32;
 
 std::uint64_t word_at(const std::string &bytes, std::size_t place)
@@ -38,8 +38,8 @@ void put_word(std::string &bytes, std::size_t place, std::uint64_t word)
   std::memcpy(&bytes[place], &word, sizeof(word));
 }
 
-/// Returns the bytes with correct checksums of records and header; that of the header depends on
-/// its version.
+/// Returns the bytes with correct checksums of records and header. The version of the header
+/// determines which bytes its checksum covers.
 std::string sealed(std::string bytes)
 {
   if (bytes.size() < HEADER) return bytes;
@@ -96,7 +96,7 @@ Batch batch_of(const rve_packing *packing, std::size_t count)
   return {batch, rve_batch_free};
 }
 
-/// A batch and its bytes as it was created.
+/// A batch and the bytes that rve_save gave after its creation.
 struct Kept {
   Packing packing;
   Batch batch;
@@ -167,7 +167,7 @@ std::vector<std::string> fuzz::seeds()
 
 std::string fuzz::changed(const std::string &input, Mutator &mutator)
 {
-  // Every second change is one of the header and the first length.
+  // Half of the changes affect only the header and the length of the first record.
   if (mutator.once_in(2)) return mutator.bytes(input);
   return mutator.bytes(input.substr(0, HEADER + 8)) +
       input.substr(std::min(input.size(), HEADER + 8));

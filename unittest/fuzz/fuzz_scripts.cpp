@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// LAMMPS scripts with changed keywords: each runs in its own process and ends normally or by an
-// ERROR of LAMMPS. A signal, an exception that is no LAMMPS error, a report of a sanitizer, or a
-// run without end is a failure.
+// LAMMPS scripts with changed keywords. Each script runs in its own process and must end normally
+// or with an ERROR of LAMMPS. A signal, another exception, a report of a sanitizer, or a run
+// without end is a failure.
 //
 //   fuzz_scripts [--seed N] [--count N] [--seconds S] [--jobs N] [--limit S] [--keep FOLDER]
 //                folder or file ...
 //
-// Changes apply to the lines with our styles, except `run`. Scripts that fail are kept in FOLDER
-// (default: fuzz_scripts.failed) with their output; fuzz_scripts --count 0 FILE runs one without
-// changes. --limit is the wall time of one script [s].
+// Only lines with styles of this package are changed, except `run`. Scripts that fail are kept with
+// their output in FOLDER (default: fuzz_scripts.failed); fuzz_scripts --count 0 FILE runs one
+// without changes. --limit is the wall time of one script [s].
 
 #include "exceptions.h"
 #include "input.h"
@@ -135,8 +135,8 @@ void write_packings(const fs::path &folder)
   _exit(status);    // MPI_Finalize would take as long as the run
 }
 
-/// Returns the meaning of a status of waitpid; empty if the script ended normally or by a LAMMPS
-/// error.
+/// Returns the failure that a status of waitpid means, or an empty string if the script ended
+/// normally or with a LAMMPS error.
 std::string failure_of(int status, const fs::path &printed)
 {
   if (WIFSIGNALED(status)) {
@@ -165,7 +165,7 @@ bool is_ours(const std::string &line)
   return command == "create_rve" || command == "write_rve" || command == "random_field";
 }
 
-/// Words of the lines of each command, from which changed lines take words.
+/// Words in the lines of each command of the corpus. Changed lines take words from them.
 using Vocabulary = std::map<std::string, std::vector<std::string>>;
 
 std::string command_of(const std::string &line)
@@ -262,8 +262,8 @@ class Team {
     if (!failure.empty()) {
       keep(failure, folder);
     } else {
-      // A script of the corpus must not end in an error, since errors of its changed forms would
-      // then test nothing.
+      // A script of the corpus must run without an error. Otherwise its changed forms would stop at
+      // the same error and test nothing.
       if (arguments_.count == 0 && WEXITSTATUS(status) == LAMMPS_ERROR)
         std::printf("%s\n%s", content_of(folder / "in.script").c_str(),
                     content_of(folder / "printed").c_str());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Byte images of states: damaged ones are refused; those with a correct checksum are sound or an
-// InputError.
+// Byte images of states. Damaged images must be refused. An image with a correct checksum must give
+// a sound state or an InputError.
 
 #include "engine/test_states.h"
 #include "engine_check.h"
@@ -13,7 +13,8 @@ namespace {
 
 using namespace rve;
 
-// Positions in serialize(): magic, version and number of grains, size, checksum of the rest.
+// Byte positions in an image of serialize(): magic, version and number of grains, size, checksum of
+// the bytes after the header.
 constexpr std::size_t PLACE_OF_SIZE = 16, PLACE_OF_CHECKSUM = 24, HEADER = 32;
 
 /// Returns the image with correct size and checksum.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A fuzzing target in the form of libFuzzer, with which it can also be linked, and its functions
-// for fuzz_main.cpp.
+// Interface of a fuzzing target: the entry point of libFuzzer, with which the target can also be
+// linked, and the functions that fuzz_main.cpp calls.
 
 #pragma once
 
@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
-/// Treats an input and returns 0. A failure ends the program.
+/// Processes one input and returns 0. A failure ends the program.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size);
 
 namespace fuzz {
 
-/// Returns initial inputs in addition to those of the folders.
+/// Returns initial inputs that are used in addition to the files in the folders.
 std::vector<std::string> seeds();
 
 /// Returns a changed input.

@@ -18,8 +18,8 @@
 namespace fuzz {
 
 /// Returns numbers that are difficult for programs: zeros, ones, limits of integers and doubles,
-/// and words that are no numbers. Large numbers of steps or grains below the limits of int are
-/// omitted, since they would only take time.
+/// and words that are not numbers. It omits large numbers of steps or grains below the limits of
+/// int, since they would only take time.
 inline const std::vector<std::string> &awkward_words()
 {
   static const std::vector<std::string> words = {"0",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Common parts of tests of fix rve: four atoms with the same packing, and scripts with one fix of
-// the ID grains.
+// Shared parts of the tests of fix rve: a box with four atoms that have the same packing, and
+// scripts with one fix rve whose ID is grains.
 
 #pragma once
 
@@ -76,8 +76,8 @@ inline std::string few_grains()
   return file;
 }
 
-/// Returns the log of the lines. All ranks call it: one of them writes the log, and barriers keep
-/// all others from reading it before it is closed or after the next one has begun.
+/// Runs the lines and returns their log. All ranks must call it. One rank writes the log. Barriers
+/// keep the other ranks from reading it before it is closed and after the next log has begun.
 inline std::string log_of(const std::string &lines)
 {
   const std::string path = rve_test::temporary_path("log");

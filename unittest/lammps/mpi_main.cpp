@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The main program of tests with LAMMPS: MPI begins before the first test and ends after the last
-// one.
+// The main program of tests with LAMMPS. It initialises MPI before the first test and finalises it
+// after the last one.
 
 #include "support/run_tests.h"
 

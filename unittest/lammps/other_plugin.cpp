@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A plugin that reports another version of LAMMPS than this one; LAMMPS must refuse it before it
-// registers anything.
+// A plugin that was compiled for another LAMMPS: for another version, other sizes or another MPI.
+// LAMMPS must refuse it before it registers any style.
 
 #include "lammps/plugin_host.h"
 

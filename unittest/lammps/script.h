@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-/// Returns a path for a file that each rank writes for itself.
+/// Returns a path under `name` that differs between ranks.
 inline std::string file_of_rank(const std::string &name)
 {
   int rank;
@@ -28,7 +28,8 @@ inline std::string file_of_rank(const std::string &name)
   return rve_test::temporary_path(std::to_string(rank) + "." + name);
 }
 
-/// A silent LAMMPS on a communicator that runs lines; it writes a log if the log has a name.
+/// A LAMMPS without screen output that runs lines on a communicator. It writes a log if `log` is a
+/// file name.
 class Script {
  public:
   explicit Script(MPI_Comm comm = MPI_COMM_WORLD, const std::string &log = "none")
@@ -52,8 +53,8 @@ class Script {
 
   using Rows = std::map<LAMMPS_NS::tagint, std::vector<double>>;
 
-  /// Returns rows of all atoms by ID on every rank; append(i, list) appends the `width` values of
-  /// local atom i.
+  /// Returns one row for each atom of all ranks, by atom ID, on every rank. append(i, list) must
+  /// append the `width` values of local atom i to the list.
   template <class Append> Rows rows_by_id(int width, const Append &append)
   {
     const LAMMPS_NS::Atom *atom = lmp->atom;
@@ -76,15 +77,15 @@ class Script {
     return rows;
   }
 
-  /// Returns a property d_name of all atoms by ID on every rank.
+  /// Returns the custom property d_name of all atoms, by atom ID, on every rank.
   Values property(const char *name)
   {
     int is_double, columns;
     return by_id(lmp->atom->dvector[lmp->atom->find_custom(name, is_double, columns)]);
   }
 
-  /// Returns a per-atom compute with one value in the present state, of all atoms by ID on every
-  /// rank.
+  /// Evaluates a per-atom compute with one value per atom. Returns the values of all atoms, by atom
+  /// ID, on every rank.
   Values compute(const std::string &id)
   {
     LAMMPS_NS::Compute *compute = lmp->modify->get_compute_by_id(id);
@@ -92,7 +93,7 @@ class Script {
     return by_id(compute->vector_atom);
   }
 
-  /// Returns value `n`, from 1, of the vector of a fix.
+  /// Returns entry `n` of the vector of a fix; `n` counts from 1.
   double fix_value(const std::string &id, int n)
   {
     return lmp->modify->get_fix_by_id(id)->compute_vector(n - 1);
@@ -111,8 +112,8 @@ class Script {
   }
 };
 
-/// Returns the message in which the lines end; empty if they run. Each rank runs its own LAMMPS,
-/// since other ranks would wait for one that failed.
+/// Returns the error message of the lines, or an empty string if they run. Each rank runs its own
+/// LAMMPS. In a common one the other ranks would wait for a rank that failed.
 inline std::string message_of(const std::string &lines)
 {
   Script script(MPI_COMM_SELF);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Messages of fix rve for numbers far from those of grains: no wrong result comes without a
-// message. The tests use LAMMPS scripts, on one and on several ranks.
+// Input of fix rve with numbers far from those of grains. The result must be correct, or a message
+// must name the number. The tests use LAMMPS scripts, on one and on several ranks.
 
 #include "rve/engine/packing_io.h"
 #include "script.h"
@@ -100,8 +100,8 @@ TEST(ExtremeInput, GainsOfTheServoHaveARange)
             message_of(fix(PACKING, servo + "1 servo_max_rate 1e300") + "run 1"));
 }
 
-// A file may name a largest force of 1e9 that no contact has. The scale of forces would then have
-// no digits for the actual ones.
+// The packing file names a largest contact force of up to 1e20 that no contact has. A force scale
+// taken from this number would leave no digits for the actual forces.
 TEST(ExtremeInput, WrongLargestForceInAFileDoesNotSetTheScale)
 {
   rve::RveState state = rve::read_packing(PACKING);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fabric of contacts, branches and forces against LAMMPS' compute fabric in a run of LAMMPS:
-// spheres of pair_style granular in a box with all tilts, converted to the state of an RVE.
+// Fabric of contacts, branch vectors and forces against LAMMPS' compute fabric. LAMMPS runs spheres
+// of pair_style granular in a box with all tilts; the test converts them to the state of an RVE.
 
 #include "rve/core/pi.h"
 #include "rve/engine/contact_measures.h"
@@ -98,8 +98,8 @@ TEST(Fabric, AgreesWithLammpsComputeFabric)
     for (int k = 0; k < 6; ++k) {
       const double theirs = fabric->vector[6 * t + k];
       largest = std::fmax(largest, std::fabs(theirs));
-      // Coordinates between 0 and 1 are rounded to 2^-64, and forces to the digits of overlaps of
-      // 1e-4 of a diameter.
+      // The RVE rounds fractional coordinates to 2^-64. Overlaps are about 1e-4 of a diameter, so
+      // forces have about four digits less than coordinates.
       EXPECT_NEAR((*tensors[t])(a[k], b[k]), theirs, 1e-9) << "tensor " << t << " component " << k;
     }
     EXPECT_GT(largest, t == 1 ? 1e-4 : 1e-2);    // the tensors are not negligible

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// fix mpm through LAMMPS scripts: physics in closed form, the same bits on any number of ranks and
-// after a restart, and messages for wrong input. Also runs under mpirun: then every rank also runs
-// the scene alone and compares.
+// fix mpm through LAMMPS scripts: physics in closed form, bitwise equal results on any number of
+// ranks and after a restart, and messages for wrong input. Under mpirun every rank also runs the
+// scene alone and compares.
 
 #include "atom.h"
 #include "comm.h"
@@ -31,8 +31,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// After the entries of the bodies, the global vector has TIMES wall times, which differ from run to
-// run, and DAMPING components (x and y) of the damping force.
+// The global vector has four values, the entries of the bodies, TIMES wall times, which differ from
+// run to run, and DAMPING components (x and y) of the damping force.
 constexpr int TIMES = 3;
 constexpr int DAMPING = 2;
 
@@ -88,7 +88,7 @@ std::string points_in_box(int nx, int ny, double room = 2)
       "thermo_modify lost error\n";
 }
 
-/// Returns ground of 8 by 6 in cells of edge 1, with points on the lattice.
+/// Returns ground of 8 by 6 in cells of edge 1, with points on the given lattice.
 std::string block_of_points(const std::string &lattice)
 {
   std::string scene = points_in_box(8, 6);
@@ -113,8 +113,8 @@ std::string elastic_footing()
 
 TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
 {
-  // The cases vary points per cell edge, keywords, and the loaded points: the uppermost ones as a
-  // group, or those of a region.
+  // The cases vary the number of points per cell edge, the shape function, and how the loaded
+  // points are selected: the uppermost points as a group, or a region.
   for (const auto &edge : {std::string("1"), std::string("2")})
     for (const auto &shape : {std::string("gimp"), std::string("linear")})
       for (const auto &loaded : {std::string("surface"), std::string("top")}) {
@@ -140,7 +140,8 @@ TEST(FixMpm, UniformStressUnderSurchargeIsInEquilibrium)
 
 TEST(FixMpm, ShowsFieldsOfPointsAsColumns)
 {
-  // A row has x, y, vx, vy and then the columns of the fix, of which the fields are 18 to 20.
+  // A row has x, y, vx, vy and then the columns of the fix. Columns 18 to 20, counted from 1, are
+  // mass, volume and initial volume.
   constexpr int EPS_V = 12, RHO = 14, MASS = 21;
   std::string scene = elastic_footing();
   scene.insert(scene.size() - 1, " column mass column volume column initial_volume");
@@ -170,8 +171,9 @@ TEST(FixMpm, FreeFallUnderFixGravity)
 
 TEST(FixMpm, BarVibratesInItsFirstModeAsInClosedForm)
 {
-  // E = 100, L = 25, rho = 1, v0 = 0.1: v_cm = v0 / (beta L) cos(omega t), beta = pi/2L, omega =
-  // beta sqrt(E/rho)
+  // First mode of a bar that is fixed at x = 0, with E = 100, L = 25, rho = 1 and the velocity v0 =
+  // 0.1 at its free end. The mean velocity is v_cm = v0/(beta L) cos(omega t) with beta = pi/(2 L)
+  // and omega = beta sqrt(E/rho).
   const double beta = M_PI / 50.0, omega = beta * 10.0, time = 5.0;
   SoilScript script;
 
@@ -220,9 +222,12 @@ INSTANTIATE_TEST_SUITE_P(, FixMpmScheme, ::testing::Values("musl", "usavg"));
 
 TEST(FixMpm, FlipBelowOneFiltersAModeAsInClosedForm)
 {
-  // The stress is negligible. A step changes velocities of points at the middle of cells to v <-
-  // flip v + (1 - flip) (v_left + 2 v + v_right) / 4, which multiplies the mode cos(k x) by flip +
-  // (1 - flip) cos^2(k h / 2). k = pi / L fits free ends.
+  // The stress is negligible. Each cell of edge h has one point, in its middle. A step replaces the
+  // velocity v of a point by
+  //   flip v + (1 - flip) (v_left + 2 v + v_right)/4,
+  // which multiplies the mode cos(k x) by
+  //   flip + (1 - flip) cos^2(k h/2).
+  // A row of length L has free ends for k = pi/L.
   for (const double flip : {1.0, 0.9, 0.0}) {
     SoilScript script;
 
@@ -286,8 +291,8 @@ TEST(FixMpm, DensityIsThatOfAllPointsOrOfTheModelBeforeIt)
 
 TEST(FixMpm, BodyHasItsOwnDensity)
 {
-  // The mass of the block follows from a density, by default that of the ground, or with `density
-  // rve` from its four atoms.
+  // The mass of the block is its volume times a density, by default the density of the ground. With
+  // `density rve` it is the mass of its four atoms.
   const auto mass = [](const std::string &words) {
     SoilScript script;
     script << points_in_box(4, 2, 6) +
@@ -360,8 +365,8 @@ TEST(FixMpm, SecondRunAndRunZeroDoNotAdvanceTwice)
   EXPECT_EQ(once.fix()->compute_vector(5), twice.fix()->compute_vector(5));
 }
 
-/// Runs the scene on all ranks, where a point must migrate, and on one rank; expects the same bits.
-/// Returns the force on the plate.
+/// Runs the scene on all ranks and on one rank and expects bitwise equal results. With several
+/// ranks a point must migrate. Returns the force on the plate.
 double plate_force_on_ranks_and_alone(const std::string &scene, int steps)
 {
   const std::string run = "run " + std::to_string(steps) + "\n";
@@ -378,8 +383,8 @@ double plate_force_on_ranks_and_alone(const std::string &scene, int steps)
   return alone.fix()->compute_vector(5);
 }
 
-/// Returns the same footing on ground of Mohr-Coulomb material in the upper half, elastic below;
-/// the ground yields under the footing.
+/// Returns the footing of elastic_footing() on other ground: Mohr-Coulomb material in the upper
+/// half, elastic material below. The ground yields under the footing.
 std::string mohr_coulomb_footing()
 {
   std::string scene = elastic_footing();
@@ -419,9 +424,9 @@ TEST(FixMpmMohrCoulomb, GroupsHaveTheirOwnLaws)
 }
 
 /// Returns a specimen of cohesive sand, 4 wide and 8 high, between a moving upper plate and a lower
-/// one at rest. f_mean[1..3] are the vertical forces on the upper plate, on the lower plate and of
-/// the damping, averaged over the second half of the run. The specimen yields from the middle of
-/// the run.
+/// plate at rest. The specimen yields from the middle of the run on. f_mean[1..3] are vertical
+/// forces, averaged over the second half of the run: on the upper plate, on the lower plate, and of
+/// the damping.
 std::string specimen_between_platens(double damping)
 {
   std::string scene = points_in_box(8, 12, 0);
@@ -447,7 +452,7 @@ TEST(FixMpmMohrCoulomb, PlatensDifferByTheForceOfDampingAndAgreeWithoutIt)
     const double damped = script.fix_value("mean", 3);
 
     EXPECT_GT(upper, 1e5);
-    // The difference is the change of momentum: at most 64 t with 0.02 m/s in 4 s.
+    // upper + lower - damped is the rate of change of momentum: at most 64 t times 0.02 m/s in 4 s.
     EXPECT_NEAR(upper + lower, damped, 64000 * 0.02 / 4.0) << "damping " << damping;
     if (damping == 0.0)
       EXPECT_EQ(damped, 0.0);
@@ -505,7 +510,8 @@ void make_packing()
             "friction 0.5 density 2650 damping 0.3 thickness 0.075\n";
 }
 
-/// Returns ground of 8 by 3 on which fix deposit drops a point every 20 steps, from step 1.
+/// Returns ground of 8 by 3 on which fix deposit drops four points, one every 20 steps from step 1
+/// on.
 std::string ground_under_drops(const std::string &models)
 {
   return points_in_box(8, 3, 9) +
@@ -794,8 +800,8 @@ std::string bytes_of(double value)
   return std::string(reinterpret_cast<const char *>(&value), sizeof(value));
 }
 
-/// Returns the position of the head of fix mpm in a restart file: version, length, a checksum,
-/// step.
+/// Returns the position at which the data of fix mpm begin in a restart file. They begin with four
+/// numbers: negative version, length, checksum and step.
 std::size_t place_of_head(const std::string &text, double step)
 {
   std::size_t place = text.find(bytes_of(-8.0));
@@ -816,7 +822,7 @@ TEST(FixMpm, RestartFileOfAnotherVersionIsRefused)
       command.substr(command.find("fix soil"));
   ASSERT_EQ(message_of(read), "");
 
-  // The head of the fix begins with the negative version, and the step follows two numbers later.
+  // The data of the fix begin with the negative version.
   const std::string text = rve_test::text_of(path);
   const std::size_t place = place_of_head(text, 1.0);
   const auto message_with = [&](double version) {
@@ -963,7 +969,8 @@ TEST(FixMpm, RecordsFollowTheirAtomsWhenOthersAreDeletedBeforeTheFix)
   const Script::Rows points = rest.points();
 
   ASSERT_EQ(points.size(), expected.size());
-  // Stresses begin at column 4 after positions and velocities.
+  // The first eight values are x, y, vx, vy, the displacement in x, in y and its magnitude, and
+  // stress xx.
   for (const auto &[id, row] : points)
     for (int k = 0; k < 8; ++k) EXPECT_EQ(row[k], expected[id][k]) << "atom " << id << ", " << k;
   EXPECT_NE(message_of(read + "delete_atoms group pit\n" + fix).find("their IDs were changed"),
@@ -988,8 +995,8 @@ std::string ball_and_wall()
       "rigid wall vx 0 vy 0 rough form box separation yes spin v_tip pivot 1 3 turned 10\n";
 }
 
-// Index of the first of the ball's five values in the vector: vx, vy, spin, angle and torque. They
-// follow the damping force.
+// Index of the first of the ball's five values in the global vector. The values are vx, vy, spin,
+// angle and torque. They follow the damping force.
 constexpr int BALL = 4 + 2 * 4 + TIMES + DAMPING;
 
 /// Returns a wedge with the points of the ball instead of the ball.
@@ -1096,7 +1103,7 @@ TEST(FixMpmBodies, BlockRestsOnTheGroundWithItsWeight)
   const double weight = 6 * 2000 * 9.81;
   EXPECT_NEAR(script.fix()->compute_vector(5), weight, 1e-3 * weight);
   EXPECT_NEAR(script.fix()->compute_vector(4), 0.0, 1e-6 * weight) << "symmetric";
-  // The settlement is less than that of a column of its width, since the ground next to it bears
+  // The footing settles less than on a column of its own width, since the ground next to it bears
   // load too.
   const double settlement = -script.fix()->compute_vector(7);
   const double column = weight / 3.0 * 4.0 / 1.0e6;
@@ -1123,8 +1130,9 @@ std::string footing_on_grains()
       "damping 0.05 rigid plate vx 0 vy -0.3 rough traction surface 0 -20000\n";
 }
 
-// The bound from the contact stiffness exceeds the wave speed of an RVE by a factor of at most
-// 1/sqrt(0.54) = 1.36.
+// The wave speed of RVEs is only known within limits. The upper limit is the bound c from the
+// contact stiffnesses. The lower limit is c sqrt(0.54) = 0.73 c. A warning must appear if the given
+// speed is below half of the lower limit or above twice the upper limit.
 TEST(FixMpmWithGrains, SpeedsOfAbsorbingSidesAreComparedWithTheBoundOfTheContacts)
 {
   make_packing();
@@ -1134,7 +1142,7 @@ TEST(FixMpmWithGrains, SpeedsOfAbsorbingSidesAreComparedWithTheBoundOfTheContact
       "1\nfix soil all mpm 1.0 model all rve grains boundary xhi roller boundary ylo fixed ";
   SoilScript script(MPI_COMM_SELF);
   script << scene + "\nrun 0\n";
-  // The Courant number of points at rest is c dt/h.
+  // The Courant number of points at rest is c dt/h, with the wave speed c, dt = 0.005 and h = 1.
   const double bound = script.lmp->modify->get_fix_by_id("soil")->compute_scalar() / 0.005;
   ASSERT_GT(bound, 10.0);
   ASSERT_LT(bound, 1000.0);
@@ -1204,19 +1212,20 @@ TEST(FixMpmWithGrains, WaveSpeedIsThatOfTheTangentsOnRequest)
   const double measured = modulus_of("wave_speed tangent 3", stiffness);
 
   EXPECT_LT(measured, 0.9 * bound);
-  // Waves along x and y are not faster than the fastest wave. Its modulus is at most 20 % larger
-  // than theirs, since the packing is nearly isotropic.
+  // `measured` belongs to the fastest wave in any direction, and `stiffness` to the faster one of
+  // the waves along x and y. The packing is nearly isotropic, so they differ by less than 20 %.
   if (stiffness > 0.0) {
     EXPECT_GT(measured, 0.99 * stiffness);
     EXPECT_LT(measured, 1.2 * stiffness);
   }
-  // Among equal RVEs the IDs decide. A number larger than that of the RVEs selects all of them.
+  // The fix measures the N RVEs with the fastest bounds. Equal RVEs are selected by ID. A number
+  // above that of the RVEs selects all of them.
   EXPECT_EQ(modulus_of("wave_speed tangent 100", stiffness), measured);
   EXPECT_EQ(modulus_of("wave_speed bound", stiffness), bound);
 }
 
-// Under a surcharge of twice the pressure of their preparation, the packings gain contacts, which
-// changes the wave speeds.
+// The surcharge is twice the pressure at which the packings were prepared. They gain contacts under
+// it, which changes the wave speeds.
 TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 {
   make_packing();
@@ -1238,7 +1247,7 @@ TEST(FixMpmWithGrains, WaveSpeedFollowsTheGrainsInARunOnRequest)
 
   const double at_the_start = courant_after("tangent 4", "run 40", once);
   const double in_the_run = courant_after("tangent 4 every 20", "run 40", followed);
-  // the same state of the grains at the beginning of a run
+  // `run 0` measures the grains after 39 steps, as the update in step 40 does
   const double at_a_start = courant_after("tangent 4", "run 39\nrun 0", stopped);
 
   EXPECT_EQ(in_the_run, at_a_start);
@@ -1327,8 +1336,8 @@ TEST(FixMpm, DeviceGivesTheSameBits)
 
 TEST(FixMpm, ColumnsBelongToTheStepForEveryReader)
 {
-  // Thermo output occurs only in the first and the last step. Fix vector reads the columns in other
-  // steps too.
+  // Thermo output occurs only in the first and the last step. fix vector also reads the columns in
+  // steps between them.
   constexpr int STEPS = 6;
   SoilScript script, step_by_step;
   script << elastic_footing() +
@@ -1347,8 +1356,9 @@ TEST(FixMpm, ColumnsBelongToTheStepForEveryReader)
   }
 }
 
-/// Returns the points of a scene after 40 steps for three ways to run them: one run, several runs
-/// of which the last one has no setup, and `run every`. Output occurs every `interval` steps.
+/// Returns the points of a scene after 40 steps that are run in three ways: in one run, in several
+/// runs of which the last one has no setup, and with `run every`. Output occurs every `interval`
+/// steps.
 std::vector<Script::Rows> ends_with_output(const std::string &scene, int interval)
 {
   std::vector<Script::Rows> ends;
@@ -1361,7 +1371,8 @@ std::vector<Script::Rows> ends_with_output(const std::string &scene, int interva
   return ends;
 }
 
-/// Returns the scene of the footing with some words replaced and commands before and after it.
+/// Returns elastic_footing() with `words` replaced by `others`, with the commands `before` inserted
+/// before the time step and the commands `after` at the end.
 std::string footing_with(const std::string &words, const std::string &others,
                          const std::string &before, const std::string &after = "")
 {
@@ -1397,8 +1408,8 @@ TEST(FixMpm, VariablesDoNotDependOnTheOutput)
 
 TEST(FixMpmWithGrains, DriveVariablesDoNotDependOnTheOutput)
 {
-  // The scene has an RVE that does not act on the continuum and is sheared at the rate at which
-  // point 41 rotates.
+  // The RVE of point 41 does not act on the continuum. It is sheared at a rate equal to the
+  // component xy of the deformation gradient of this point.
   make_packing();
   MPI_Barrier(MPI_COMM_WORLD);
   const std::string scene = footing_with(
@@ -1760,8 +1771,8 @@ TEST(FixMpmErrors, AreReported)
 }
 
 /// Returns the log of 20 steps in which a plate moves down by `motion` per step, in a box whose
-/// lower side is at `ylo`. `moved` is the displacement of the plate's points divided by that of the
-/// body.
+/// lower side is at `ylo`. Sets `moved` to the displacement of the plate's points divided by that
+/// of the body.
 std::string log_of_plate(double ylo, double motion, double &moved)
 {
   char box[400];
@@ -1789,8 +1800,8 @@ std::string log_of_plate(double ylo, double motion, double &moved)
   return log;
 }
 
-// The coordinates are as large as those of maps, about 5600 km. LAMMPS stores positions as doubles,
-// which are multiples of 2^-30 m at this distance.
+// The coordinates are about 5600 km, as on maps. LAMMPS stores positions as doubles, which are
+// multiples of 2^-30 m at this distance.
 TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
 {
   const double quantum = std::ldexp(1.0, -30), far = 5621000;
@@ -1807,8 +1818,8 @@ TEST(FixMpmWarnings, NameCoordinatesThatRoundTheMotionOfAStep)
   EXPECT_EQ(moved, 0.0);
   EXPECT_NE(log.find("rounding changes it by up to 100 %"), std::string::npos) << log;
 
-  // The warning requires that rounding by half a quantum is more than one per cent of the motion,
-  // which is thus below 50 quanta.
+  // The warning appears if rounding by half a quantum is more than one per cent of the motion in a
+  // step. This is the case for motions below 50 quanta.
   log = log_of_plate(far, 49.4 * quantum, moved);
   EXPECT_NE(log.find("multiples of 9.31e-10"), std::string::npos) << log;
   log = log_of_plate(far, 50.5 * quantum, moved);
@@ -1858,8 +1869,8 @@ TEST(FixMpmWarnings, NameProbableMistakes)
       {scene + "group block id 16\n" + fix + " rigid block vx 0 vy 0 rough form box" + run, ""},
       {scene + "group block id 1 11\n" + fix + " rigid block vx 0 vy 0 rough form box" + run,
        "fix mpm soil: 7 points that do not belong to the rigid body block are inside its form"},
-      // c_p = sqrt(1.346 E/rho) = 25.9, c_s = sqrt(E/2.6/rho) = 13.9; twice or half of these speeds
-      // reflects a third.
+      // c_p = sqrt(1.346 E/rho) = 25.9, c_s = sqrt(E/2.6/rho) = 13.9. A side with twice or half of
+      // these speeds reflects a third of the stress of a wave.
       {scene + fix + " boundary xlo absorbing 26 14 boundary xhi absorbing 51 7" + run, ""},
       {scene + fix + " boundary xlo absorbing 53 14" + run,
        "fix mpm soil: boundary xlo absorbing cp is 53 [length/time]; it should be between 12.97 "
@@ -1871,7 +1882,8 @@ TEST(FixMpmWarnings, NameProbableMistakes)
        "boundary ylo absorbing cs is 6 [length/time]; it should be between 6.934 and 27.74, "
        "because shear waves"},
       {scene + fix + " boundary ylo absorbing 26 0" + run, ""},
-      // Two layers touch xlo and one touches ylo; the stiff one has four times the speed.
+      // The stiff layer is the lower one and has four times the wave speed of the soft one. Both
+      // layers touch xlo; only the stiff one touches ylo.
       {scene +
            "group stiff id 1 2 3 4 5 6 7 8\ngroup soft subtract all stiff\n"
            "fix soil all mpm 1.0 model stiff elastic 1.6e7 0.3 model soft elastic 1.0e6 0.3 "
@@ -1925,8 +1937,8 @@ TEST(FixMpm, APointThatLeavesTheGroupsOfAllModelsIsNamed)
                              "group soil dynamic all region r every 1\nrun 0\n";
   const std::string fix = "fix m all mpm 1.0 domain 0 8 0 8 boundary xlo roller model soil "
                           "elastic 1e6 0.3 density 2000\n";
-  // With one speed the point leaves in a step that checks the Courant number, with the other speed
-  // in a step without this check.
+  // At speed 5.07 or 5.3 the point leaves in different steps: one of them checks the Courant
+  // number, the other one does not.
   for (const std::string speed : {"5.07", "5.3"}) {
     const std::string message = message_of(rising_block(speed, groups, fix));
     EXPECT_NE(message.find("fix mpm m: step 1"), std::string::npos) << message;

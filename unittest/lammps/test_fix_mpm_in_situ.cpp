@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Ground whose initial stress fix mpm determines, through LAMMPS scripts: equilibrium with its
-// weight from the first step on, the same bits on any number of ranks and after a restart, and
-// messages for wrong input. Also runs under mpirun.
+// Initial stress of ground that fix mpm determines (keyword insitu), through LAMMPS scripts:
+// equilibrium with the weight from the first step on, bitwise equal results on any number of ranks
+// and after a restart, and messages for wrong input. Also runs under mpirun.
 
 #include "grains_script.h"
 #include "support/tests_of_file.h"
@@ -95,7 +95,7 @@ struct RemoveFiles : ::testing::Environment {
 };
 const auto *const remove_files = ::testing::AddGlobalTestEnvironment(new RemoveFiles);
 
-/// A column of 2 by 6 cells of 0.5 under a surcharge; ranks divide y. Fixes are appended.
+/// Script of a column of 2 by 6 cells of edge 0.5 under a surcharge, without fixes. Ranks divide y.
 const std::string GROUND = R"(units si
 dimension 2
 boundary f f p
@@ -129,7 +129,7 @@ std::string soil(const std::string &model, const std::string &in_situ)
 
 const std::string AT_REST = "insitu gravity 9.81 k0 0.5 surcharge 5000";
 
-/// The column in space: 2 by 1 by 6 cells; ranks divide z.
+/// Script of the column in three dimensions: 2 by 1 by 6 cells. Ranks divide z.
 const std::string GROUND_IN_SPACE = R"(units si
 boundary f f f
 atom_style sphere
@@ -254,8 +254,8 @@ TEST(FixMpmInSituInSpace, WeightSurchargeAndReactionsBalanceForAnyLaw)
   }
 }
 
-/// Each RVE has the density of its own packing. All packings have the same density here, so that
-/// stress and weight agree.
+/// Each RVE has the density of its own packing. All RVEs have the same packing here, so the stress
+/// balances the weight.
 TEST(FixMpmInSituInSpace, GrainsStayAtRestToTheSameBitsOnRanksAndAfterARestart)
 {
   const std::string grains =
@@ -281,8 +281,8 @@ TEST(FixMpmInSituInSpace, GrainsStayAtRestToTheSameBitsOnRanksAndAfterARestart)
   EXPECT_LT(farthest, 1e-3 * 0.5 * GRAVITY * 0.03 * 0.03);
 }
 
-/// Absorbing sides do not hold the ground: the reaction of the initial stress is a pressure that
-/// increases with the depth of a point.
+/// Absorbing sides exert no static force. Pressures on the sides replace their reaction to the
+/// initial stress; on the lateral sides they increase with depth.
 TEST(FixMpmInSitu, GroundBetweenAbsorbingSidesRestsUnderTheReactionOfItsStress)
 {
   const std::string groups =
@@ -308,8 +308,9 @@ TEST(FixMpmInSitu, GroundBetweenAbsorbingSidesRestsUnderTheReactionOfItsStress)
       EXPECT_LT(farthest, 1e-12);
       EXPECT_LT(script.fix_value("soil", UNBALANCED), 1e-9 * 1800 * GRAVITY * 0.25);
     } else {
-      // The ground sinks for 0.1 s, at the end with the velocity at which the lower dashpots bear
-      // the weight; a tenth of that is visible.
+      // Without these pressures the ground sinks for 0.1 s. It approaches the velocity at which the
+      // lower dashpots bear the weight. The settlement must exceed a tenth of this velocity times
+      // 0.1 s.
       const double velocity = (SURCHARGE + 1800 * GRAVITY * 3.0) / (1800 * 86.0);
       EXPECT_GT(farthest, 0.1 * velocity * 0.1);
     }
@@ -325,7 +326,8 @@ TEST(FixMpmInSitu, GrainsBearTheirDepthAndTheColumnStaysAtRest)
 
   script << "run 200\n";
 
-  // Every level has one density, and its stress is the weight above plus half of its own.
+  // All points of a level have the same density. The vertical stress is the weight of the levels
+  // above plus half of the level's own weight, per area.
   std::map<double, double> density, cover;
   for (const auto &[id, row] : begin) density[row[Y]] = row[RHO_2D];
   double above = SURCHARGE;
@@ -342,7 +344,8 @@ TEST(FixMpmInSitu, GrainsBearTheirDepthAndTheColumnStaysAtRest)
     EXPECT_NEAR(row[SXX_2D], -0.5 * cover.at(row[Y]), 1.01 * tolerance);
     EXPECT_NEAR(row[SXY_2D], 0.0, 1.01 * tolerance);
   }
-  // The ground is at rest: strains are at most 1e-7 of the height, and the stress does not change.
+  // The ground stays at rest: displacements are at most 1e-7 of the height, and the stress does not
+  // change.
   for (const auto &[id, row] : script.points()) {
     EXPECT_LT(std::fabs(row[UY_2D]), 3e-7);
     EXPECT_NEAR(row[SYY_2D], begin.at(id)[SYY_2D], 1e-3 * cover.at(begin.at(id)[Y]));
@@ -366,7 +369,8 @@ TEST(FixMpmInSitu, MassDensityIsTheMeanDensityOfTheGrainsOfALevel)
   for (const auto &[height, mean] : sum) EXPECT_NEAR(mass_density.at(height), mean, 1.01e-4 * mean);
 }
 
-// Each packing has its own K0; in level ground a level has a single one.
+// K0 is the ratio of lateral to vertical stress at rest. Each packing has its own K0. In level
+// ground both points of a level must have the same K0.
 TEST(FixMpmInSitu, LevelAtRestHasTheLateralStressOfItsGrains)
 {
   SoilScript script;
@@ -426,7 +430,8 @@ TEST(FixMpmInSitu, ComponentsMayBeVariablesOfAnAtom)
   }
 }
 
-// Contacts of Hertz' law, prepared at 20 kPa, have twice the modulus at the stress in situ.
+// The Hertz contacts are prepared at 20 kPa. They stiffen at the in-situ stress of 400 or 900 kPa,
+// so the automatic time step must decrease.
 TEST(FixMpmInSitu, HertzContactsStayAtRestAtALargerStressWithAnAutomaticTimeStep)
 {
   const std::string packing = "test_in_situ_hertz.rve";
@@ -522,8 +527,8 @@ TEST(FixMpmInSitu, ReportsUnbalancedForces)
             log_of(GROUND + WEIGHT + soil(law, "density 1800 " + AT_REST) + "run 0"));
   EXPECT_IN("No force acts on the points: define fix gravity before this fix",
             log_of(GROUND + soil(law, "density 1800 " + AT_REST) + WEIGHT + "run 0"));
-  // Without its surcharge, a tension of 5000 acts on the surface, where a cell weighs 4414 per
-  // width.
+  // Without the keyword surcharge the traction of 5000 on the surface is unbalanced. The weight of
+  // a cell is 4414 per width.
   EXPECT_IN(
       "of the weight of a cell, above 0.001, so that the ground will move",
       log_of(GROUND + WEIGHT + soil(law, "density 1800 insitu gravity 9.81 k0 0.5") + "run 0"));

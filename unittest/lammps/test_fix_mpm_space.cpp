@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // fix mpm in dimension 3 through LAMMPS scripts: physics in closed form, RVEs of spheres as its
-// material, the same bits on any number of ranks and after a restart, and messages for wrong input.
-// Also runs under mpirun.
+// material, bitwise equal results on any number of ranks and after a restart, and messages for
+// wrong input. Also runs under mpirun.
 
 #include "comm.h"
 #include "grains_script.h"
@@ -18,8 +18,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-// Column indices of the per-atom array of the fix, from 0. The other constants are sizes of the
-// parts of its vector, which begins with four numbers.
+// The enumerators are column indices of the per-atom array of the fix, from 0. The other constants
+// are numbers of entries in the parts of its global vector. The vector begins with HEAD entries.
 enum { UX, UZ = 2, U, SXX, SYY, SZZ, SXY, SXZ, SYZ, P, Q, EPS_V, EPS_Q, RHO, FXX, FZZ = FXX + 8 };
 enum { PLASTIC = FZZ + 1, COLUMNS };
 constexpr int HEAD = 4, PER_BODY = 6, TIMES = 3, DAMPING = 3, PER_TURNING_BODY = 12;
@@ -42,7 +42,8 @@ class SoilScript : public Script {
   }
   static double column(const std::vector<double> &row, int k) { return row[6 + k]; }
 
-  /// Returns the numbers that do not depend on the clock, with those of rotating bodies at the end.
+  /// Returns the entries of the global vector that are not wall times. Entries of rotating bodies
+  /// are at the end.
   std::vector<double> vector(int turning_bodies = 0)
   {
     std::vector<double> values;
@@ -89,8 +90,8 @@ std::string footing()
       "-20000\n";
 }
 
-/// Returns a ball that falls on elastic ground, next to a wall that rotates about an axis through
-/// its foot that is oblique to all axes; `form` is that of the ball's points.
+/// Returns a ball that falls on elastic ground next to a wall. The wall rotates about an axis
+/// through its foot; this axis is oblique to x, y and z. `form` is the form of the ball.
 std::string falling_body_and_turning_wall(const std::string &form)
 {
   // Ranks divide z, so that atoms get the same numbers on any number of ranks.
@@ -187,8 +188,9 @@ TEST(FixMpmInSpace, FallsFreelyUnderFixGravity)
 
 TEST(FixMpmInSpace, ColumnsAreThoseOfAHomogeneousDeformation)
 {
-  // The ground is so heavy that its stress does not move it: velocities stay v = L X, and F = 1 + L
-  // t. The test reads the middle of 4 x 4 x 4 points after one step.
+  // The ground is so heavy that its stress does not move it. The velocities stay v = L X, with the
+  // velocity gradient L and the initial position X, and F = 1 + L t. The test reads the middle of 4
+  // x 4 x 4 points after one step.
   SoilScript script;
   script << points_in_box(4, 4, 4) +
           "variable vx atom 0.02*x+0.01*y\nvariable vy atom -0.03*z\nvariable vz "
@@ -209,7 +211,8 @@ TEST(FixMpmInSpace, ColumnsAreThoseOfAHomogeneousDeformation)
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b)
         EXPECT_NEAR(c[FXX + 3 * a + b], (a == b) + dt * L[a][b], 1e-12) << a << b;
-    // E = 1e6, nu = 1/4: lambda = mu = 4e5; O(L dt) beyond linear
+    // E = 1e6 and nu = 1/4 give lambda = mu = 4e5. Terms beyond the linear ones are smaller by O(L
+    // dt).
     const double tr = 0.01, m = 4e5 * dt, tolerance = 1e-3 * m * 0.04;
     EXPECT_NEAR(c[SXX], m * (tr + 2 * 0.02), tolerance);
     EXPECT_NEAR(c[SYY], m * tr, tolerance);
@@ -304,8 +307,8 @@ const std::string STRESSES = [] {
   return lines;
 }();
 
-/// Returns eight points in a cell between three smooth walls and three smooth plates, with an RVE
-/// each. Steps of 2^-15 s have 16 DEM steps.
+/// Returns a cell with eight points, each with an RVE, between three smooth walls and three smooth
+/// plates. A step of 2^-15 s has 16 DEM steps.
 std::string pressed_cell(const std::string &packing)
 {
   return "units si\ndimension 3\nboundary f f f\natom_style sphere\natom_modify map array\n"
@@ -332,8 +335,9 @@ std::string pressed_cell(const std::string &packing)
 
 TEST(SpheresInSpace, StrainByThreePlatesGivesTheStressOfFixRveAlone)
 {
-  // Nodes are on a grid of edge 1, so that the velocity gradient is always v; exp(ln(1 + v dt)) is
-  // the increment 1 + v dt.
+  // The cell edge is 1, so the velocity v of a plate is the velocity gradient along its axis in
+  // each step. fix rve gets the rate ln(1 + v dt)/dt, whose exponential is the same increment 1 + v
+  // dt.
   const int steps = 40;
   const std::string packing = spheres();
   SoilScript pressed;

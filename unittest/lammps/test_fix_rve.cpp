@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: which commands
+// fix rve, compute rve/atom, create_rve and write_rve through LAMMPS scripts: the commands that
 // advance the time of RVEs, restart and deletion, and messages for wrong input.
 
 #include "grains_script.h"
@@ -101,9 +101,9 @@ TEST(FixRve, ServoHoldsItsStressUnderCompression)
 
 TEST(FixRve, ServoRatesAreThoseOfTheDeformation)
 {
-  // In a macro step of one DEM step, d ln F/dt of a controlled component is the servo's rate from
-  // before this step. F is multiplied by 1 + a + a^2/2 with a = rate dt, whose logarithm is a -
-  // a^3/6.
+  // The macro step has one DEM step. In it a controlled component of ln F grows at the rate that
+  // the servo had before the step. The step multiplies F by 1 + a + a^2/2 with a = rate dt. The
+  // logarithm of this factor is a - a^3/6.
   constexpr double DT = 5e-6;
   struct Case {
     std::string packing, component, drive, stress;
@@ -153,7 +153,7 @@ TEST(FixRve, InertialNumberIsThatOfDaCruz)
   const rve::RveState packing = rve::read_packing(PACKING);
   for (const double r : packing.radius) sum += r * r;
   const double d = 2.0 * std::sqrt(sum / packing.num_grains());
-  // |U - 1| of a step over its duration
+  // strain |U - 1| of a step divided by its duration, with the stretch U
   const double rate = (1.0 - std::exp(-1.0 * 1e-3)) / 1e-3;
   // The mass is that of disks 1 m long; the stress refers to the thickness of 0.075 m.
   const double expected = rate * d * std::sqrt(2650.0 * 1.0 / (0.075 * script.per_atom("p", 0)));
@@ -440,8 +440,8 @@ TEST(RollingResistance, NativeFileReadsBackAsTheSameState)
 
   again << FOUR_ATOMS + "fix grains all rve " + path + " drive none\n";
 
-  // Contacts are written in the order of their owners, which depends on the list; the file has no
-  // list.
+  // A file has the contacts in the order of their owners. The owner of a contact depends on the
+  // Verlet list, which the file does not have.
   const auto with_contacts_in_order = [](const std::string &state) {
     std::istringstream text(state.substr(0, state.rfind("\nchecksum")));
     std::vector<std::string> lines;
@@ -462,8 +462,9 @@ TEST(RollingResistance, OfTheScriptCountsInTheStableTimeStep)
   soft << FOUR_ATOMS + FIX + "dt auto 0.5\n";
   stiff << FOUR_ATOMS + FIX + "dt auto 0.5 kr 4e6 rolling_friction 0.1\n";
 
-  // Spins alone have k_t r^2 + k_r r^2/4 instead of k_t r^2 at each contact, so that the square of
-  // the frequency increases by at most a factor of two.
+  // For spins alone, a contact has the stiffness k_t r^2 + k_r r^2/4 instead of k_t r^2, with k_t =
+  // 1e6, k_r = 4e6 and the radius r. The square of the largest frequency therefore increases by at
+  // most a factor of two.
   EXPECT_LT(stiff.fix_value(8), 0.95 * soft.fix_value(8));
   EXPECT_GT(stiff.fix_value(8), 0.70 * soft.fix_value(8));
 }
@@ -474,8 +475,8 @@ TEST(RollingResistance, ContactsOfTheDataFileHaveItsForce)
   GrainsScript script;
   script << FOUR_ATOMS + ROLLING_SHEAR + "\nrun 5\nwrite_rve grains atom 1 file " + path;
 
-  // n points to the second grain, and the moment of rolling resistance is at most mu_r f_n times
-  // the reduced radius.
+  // Column 12 of the table is the rolling force f_r. It is at most mu_r f_n, with the normal force
+  // f_n and mu_r = 0.1.
   std::istringstream table(text_of(path + ".contacts"));
   std::string line;
   std::getline(table, line);
@@ -491,7 +492,7 @@ TEST(RollingResistance, ContactsOfTheDataFileHaveItsForce)
     ++rows;
   }
   EXPECT_GT(rows, 400);
-  // Limit and overlap belong to the last step, to the rounding of the format.
+  // The largest force is at its limit, up to the rounding of the format.
   EXPECT_NEAR(largest, 0.1, 1e-5);
 }
 
@@ -559,8 +560,8 @@ TEST(AdaptiveSubsteps, FollowTheStrainAndGiveTheQuasiStaticStress)
   EXPECT_EQ(fine.fix_value(9), 20.0);
   EXPECT_EQ(fine.fix_value(3), 4 * 100 * 20.0);
   EXPECT_EQ(coarse.fix_value(3), 4 * 100 * 1.0);
-  // With both limits the strain is the whole strain of the run, 2e-3. With the small limit the
-  // stress agrees with that for matched time.
+  // With both limits the RVE gets the whole strain of the run, 2e-3. With the small limit the
+  // stress agrees with the stress for matched time.
   for (GrainsScript *script : {&fine, &coarse})
     EXPECT_NEAR(script->per_atom("f", 0), std::exp(-0.02 * 0.1), 1e-14);
   const double p = matched.per_atom("p", 0);
@@ -574,8 +575,9 @@ TEST(AdaptiveSubsteps, KeepTheInertialNumberBelowItsBound)
   tight << KNOBS + FIX + "substeps adaptive 1e-2 1e-4 " + drive + "run 1";
   loose << KNOBS + FIX + "substeps adaptive 1e-2 1e-3 " + drive + "run 1";
 
-  // I = strain/(n dt) d sqrt(rho depth/(thickness p)), the last factor 0.0077 sqrt(2650/(0.075
-  // 1e5)): n = 91 for 1e-4
+  // The inertial number of n DEM steps per macro step is I = strain/(n dt) d sqrt(rho
+  // depth/(thickness p)). Here d = 0.0077 m, rho = 2650 kg/m^3, depth = 1 m, thickness = 0.075 m
+  // and p = 1e5 Pa, so that I = 1e-4 requires n = 91.
   EXPECT_NEAR(tight.fix_value(9), 91.0, 3.0);
   EXPECT_NEAR(loose.fix_value(9), 9.0, 2.0);
 }
@@ -645,8 +647,9 @@ namespace {
 void check_that_a_turned_rve_wakes_as_if_it_had_not(const std::string &keywords)
 {
   SCOPED_TRACE(keywords);
-  // After a step at rest the RVE rotates by a quarter turn in 100 steps of a millisecond while
-  // quiescent; then the former y axis is compressed by 5e-4.
+  // After a step at rest, the RVE of `turned` rotates by a quarter turn in 100 steps of a
+  // millisecond while it is quiescent. It is then compressed by 5e-4 along its former y axis. The
+  // RVE of `still` does not rotate and is compressed along y.
   const auto script_of = [&](const std::string &turn, const std::string &xx,
                              const std::string &yy) {
     return KNOBS + "variable left equal (step>1)*(step<=101)*" + turn +
@@ -733,8 +736,8 @@ TEST(MassScaling, IncreasesTheStepAndKeepsTheQuasiStaticStress)
 
 TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
 {
-  // The same DEM steps are run one by one: 4 of them before the first sample, then every third one
-  // is a sample.
+  // `single` makes the same DEM steps one by one. The samples are its stresses after 4, 7 and 10
+  // steps.
   const std::string drive = "dt 1e-4 drive velocity_gradient yy -1\n";
   GrainsScript average, regression, single;
   average << KNOBS + FIX + "format double substeps 10 stress average 3 3 " + drive + "run 1";
@@ -747,13 +750,13 @@ TEST(StressSamples, AverageIsTheMeanOverTheLastSubsteps)
     samples.push_back(stress_of(single, 0));
   }
 
-  // Within a macro step of strain 1e-3, the cell path is straight instead of exponential, which
-  // changes intermediate strains by about 1e-3 squared.
+  // Within a macro step the cell moves along a straight path instead of an exponential one. For a
+  // strain of 1e-3 this changes the intermediate strains by about 1e-6.
   const double p = single.per_atom("p", 0);
   for (int k = 0; k < 4; ++k) {
     const double mean = (samples[0][k] + samples[1][k] + samples[2][k]) / 3.0;
     EXPECT_NEAR(stress_of(average, 0)[k], mean, 1e-4 * p);
-    // The line through three points rises by half the difference of the outer ones above the mean.
+    // The fitted line ends above the mean by half the difference of the outer two samples.
     EXPECT_NEAR(stress_of(regression, 0)[k], mean + 0.5 * (samples[2][k] - samples[0][k]),
                 1e-4 * p);
   }
@@ -793,8 +796,8 @@ TEST(Shadow, MeasuresTheErrorOfFormatAndStep)
 
 TEST(Shadow, DetectsTheErrorOfASkippedRve)
 {
-  // The RVE is quiescent from the second step on: its stress is that of Voigt's stiffness, and the
-  // shadow has the true one.
+  // The RVE is quiescent from the second step on. Its stress follows from Voigt's stiffness, and
+  // its shadow has the true stress.
   GrainsScript script;
   script << KNOBS + FIX +
           "dt 1e-4 substeps 100 quiescent 1e-3 shadow 1 1 drive velocity_gradient yy -1e-3\nrun 50";
@@ -947,7 +950,8 @@ TEST(FixRveMessage, KnobsOutOfRange)
 
 TEST(FixRveMessage, ListOfPackingsEndsAtAnyKeyword)
 {
-  // Each keyword lacks its value; read as a file name it would name a file that does not exist.
+  // Each keyword lacks its value. If fix rve took the keyword for a file name, the message would
+  // name a missing file.
   for (const char *keyword : {"drive",
                               "servo",
                               "servo_gain",

@@ -352,8 +352,8 @@ TEST(DamagedRestart, HeadOfTheFixIsRefused)
   const RestartFile file("head");
   ASSERT_NE(file.head, std::string::npos);
 
-  // The bytes are those of version and step, then time step, mass scaling, packings, sums, and
-  // words of the account.
+  // The loop flips one bit in every third byte. The bytes begin with version, step, time step, mass
+  // scaling and packings; then follow checksums and the account, the text that lists the settings.
   for (std::size_t byte = 0; byte < 120; byte += 3) {
     const std::string message = file.message_with_flip(file.head + byte, byte % 8);
     EXPECT_TRUE(message.find("damaged") != std::string::npos ||
@@ -472,7 +472,8 @@ TEST(NarrowCell, IsReportedAtTheStartWithARemedy)
   EXPECT_IN("cell too narrow", message);
   EXPECT_IN("use a packing with more grains", message);
   EXPECT_IN("with policy freeze the run continues without this RVE", message);
-  // The list is rebuilt shortly after the cell has become too narrow, after 1e-3 of time per step.
+  // The run must fail when the height of the cell is about `share`. The Verlet list, which detects
+  // this, is rebuilt shortly afterwards. A step has 1e-3 s.
   const std::size_t at = message.find("failed at step ");
   ASSERT_NE(at, std::string::npos) << message;
   const double height = std::exp(-5.0 * 1e-3 * std::stod(message.substr(at + 15)));

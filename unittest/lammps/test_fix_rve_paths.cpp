@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths of fix rve through LAMMPS scripts: a path for each atom, from a file and from the
-// script, their ends, and restarts. Also runs under mpirun.
+// Loading paths of fix rve through LAMMPS scripts: one path for each atom, paths from a file and
+// from the script, the ends of paths, and restarts. Also runs under mpirun.
 
 #include "grains_script.h"
 #include "update.h"
@@ -58,7 +58,7 @@ std::string fix_with_paths()
 
 TEST(PathsOfFixRve, LimitsThatReverseAStageMayBeVariables)
 {
-  // After two reversals an atom ends at its lower limit, which it passes by at most one step.
+  // After two reversals each atom ends at its lower limit. It passes the limit by at most one step.
   const std::string path = FIX +
       "dt 5e-5 path stage rate xy 0.5 stress xx -1e5 stress yy -1e5 "
       "reverse strain xy v_low v_high until cycles > 1\n";
@@ -70,7 +70,7 @@ TEST(PathsOfFixRve, LimitsThatReverseAStageMayBeVariables)
     EXPECT_LE(script.compute("xy").at(id), -5e-4 * id + 1e-8) << id;
     EXPECT_GT(script.compute("xy").at(id), -5e-4 * id - 2.5e-4 * (1.0 + 1e-5)) << id;
   }
-  // The limit increases in the stage, by a variable and by a keyword of the path.
+  // The limits grow during the stage: once by variables, once by the keyword ramp of the path.
   const std::string grows = "variable high equal 1e-3+0.2*step*dt\nvariable low equal -v_high\n";
   const std::string ramp = "reverse strain xy ramp -1e-3 -5e-3 0.02 ramp 1e-3 5e-3 0.02";
   std::string with_ramp = path;
@@ -114,7 +114,8 @@ TEST(PathsOfFixRve, EachAtomFollowsItsPathAndTheRunEndsWithTheLast)
   EXPECT_EQ(script.compute("cycles").at(4), 1.0);
   EXPECT_NEAR(script.compute("xy").at(4), -0.001, step);
 
-  // After its end an RVE does not change; a path in the script starts again.
+  // An RVE does not change after its path has ended. A path that fix_modify reads from the script
+  // starts from its beginning.
   const std::string state = script.state(1);
   script << "fix_modify grains path_end hold\nrun 5";
   EXPECT_EQ(script.state(1), state);
@@ -170,9 +171,9 @@ TEST(PathsOfFixRve, EndedPathsContinueWhenAContinuedRunChangesThem)
   EXPECT_NEAR(second["yy"], 1e-4, 1e-9);
 }
 
-// The times of rows are within steps, and the paths continue after the last row. Strains are those
-// of the table; shear differs by the effect of the stretch of a step. The error of p, which the
-// bends of the table cause, is within one per cent.
+// The times of some rows are within steps, and the paths continue after the last row. Strains agree
+// with the table. Shear differs from it because the cell also stretches during a step. Bends of the
+// table cause an error of p of less than one per cent.
 TEST(PathsOfFixRve, FollowTablesFromFiles)
 {
   const std::string strains = written("strains.csv",

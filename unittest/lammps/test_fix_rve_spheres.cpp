@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs of spheres through LAMMPS scripts: in dimension 3 and, in plane strain, in dimension 2. Also
+// RVEs of spheres through LAMMPS scripts, in dimension 3 and, in plane strain, in dimension 2. Also
 // runs under mpirun.
 
 #include "comm.h"
@@ -241,9 +241,9 @@ TEST(SpheresOfFixRve, OutputRollingAndTwistingResistance)
     const double fn = row[0], overlap = row[1], fr = row[5], mt = row[9];
     EXPECT_NEAR(fr * fr, row[6] * row[6] + row[7] * row[7] + row[8] * row[8], 1e-12 * fn * fn);
     EXPECT_NEAR(row[2] * row[6] + row[3] * row[7] + row[4] * row[8], 0.0, 1e-5 * fn);
-    // Springs and dashpots together are within the rolling limit. Without a dashpot, twisting is
-    // within the friction over the area of contact, with reduced radii of up to half of the largest
-    // radius.
+    // The rolling limit holds for spring and dashpot together. Twisting has no dashpot here. Its
+    // moment is limited by the friction over the contact area. The reduced radius is at most half
+    // of the largest radius.
     EXPECT_LE(std::fabs(mt),
               1.001 * 2.0 / 3.0 * 0.4 * std::sqrt(0.5 * RADIUS * overlap) * fn + 1e-15);
     rolls += fr > 1e-3 * fn;
@@ -301,8 +301,8 @@ std::string column(const std::string &packing, double surcharge)
 
 TEST(SpheresUnderFixMpm, BalanceASurchargeInPlaneStrain)
 {
-  // The surcharge exceeds the initial stress of the lattice by a hundredth: an oedometer test,
-  // whose lateral stress increases by C12/C11.
+  // The surcharge exceeds the initial stress of the lattice by a hundredth. This is an oedometer
+  // test: the lateral stress increases by C12/C11 times the excess.
   const double more = 0.01 * lattice_pressure();
   const rve_test::CubicConstants c = lattice_constants();
   Script script;

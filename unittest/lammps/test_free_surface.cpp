@@ -23,15 +23,15 @@ const std::string COMPUTES =
     "compute elastic all rve/atom elastic\ncompute xx all rve/atom cell_xx\n"
     "compute yy all rve/atom cell_yy\n";
 
-/// A heap of RVEs under pressure without support, half a metre above the ground, measured between
-/// grid nodes.
+/// A heap of RVEs under pressure that is not supported. It falls freely for half a metre; then its
+/// points and the ground share grid nodes.
 struct Heap {
   std::string script;
   int points;
   std::string up;
   double size;         ///< area in the plane [m²], volume in space [m³]
   double thickness;    ///< thickness of cells in the plane [m]; in space cells have a height
-  /// largest number of RVEs in flight with contacts, since moving grains collide at times
+  /// largest number of RVEs in flight that still have contacts, because moving grains collide
   int collisions;
 };
 
@@ -97,7 +97,7 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     return script.Script::fix_value("soil", 3) +
         mass * GRAVITY * of_points("xcm(all," + heap.up + ")");
   };
-  // elastic energy of the packing per volume of the cell, for the whole heap
+  // elastic energy of the whole heap, from the energy per cell volume of the packing
   const double thickness = heap.up == "z" ? script.per_atom("zz", 0) : heap.thickness;
   const double stored = heap.size * script.per_atom("elastic", 0) /
       (script.per_atom("xx", 0) * script.per_atom("yy", 0) * thickness);
@@ -111,7 +111,7 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     script << "run " + std::to_string(STEPS);
     const Script::Values p = script.compute("p"), q = script.compute("q"),
                          status = script.compute("status");
-    // Only gravity has changed the momentum of the heap until nodes of the ground act on it.
+    // Only gravity changes the momentum of the heap until nodes of the ground act on it.
     const double fallen =
         std::fabs(of_points("vcm(all," + heap.up + ")") + GRAVITY * TIMESTEP * step);
     has_landed = has_landed || step * TIMESTEP > 0.3;
@@ -131,11 +131,11 @@ void expect_no_stress_and_no_energy_from_nothing(const Heap &heap)
     EXPECT_LE(motion_and_height(), at_first * (1.0 + 1e-6)) << step;
   }
 
-  // Moving grains collide at times.
+  // The other RVEs have contacts because their moving grains collide.
   EXPECT_GE(open_in_flight, heap.points - heap.collisions);
   EXPECT_LT(pressure_in_flight, 0.01 * PRESSURE);
-  // A height of one metre of 2.2 (spheres: 1.6) t/m^3 at 3 m/s has a momentum of 6.6 (4.8) kPa s
-  // per area, which it loses in less than 0.07 (0.05) s.
+  // A heap of one metre height and 2.2 (spheres: 1.6) t/m^3 that falls at 3 m/s has a momentum of
+  // 6.6 (4.8) kPa s per area. It loses this momentum in less than 0.07 (0.05) s.
   EXPECT_GT(pressure_after, 1e5);
   EXPECT_EQ(script.fix_value(2), 0.0);    // number of frozen RVEs
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The contact laws of LAMMPS' pair_style granular: the same grains in LAMMPS and in an RVE, whose
-// material is read from the same words of pair_coeff, collide, slide, load and unload with the same
-// forces and torques. Other tests check the values of the words and their errors.
+// The contact laws of LAMMPS' pair_style granular for disks. LAMMPS and an RVE run the same grains,
+// and the RVE reads its material from the same words of pair_coeff. The grains must collide, slide,
+// load and unload with the same forces and torques. Other tests check the values of the words and
+// their errors.
 
 #include "grains_script.h"
 #include "rve/core/pi.h"
@@ -97,8 +98,8 @@ std::string digits(double x)
   return text;
 }
 
-/// Numbers of a grain at a step: x, y, v_x, v_y, spin, f_x, f_y, torque; velocities are those half
-/// a step later.
+/// Numbers of each grain at a step: x, y, v_x, v_y, spin, f_x, f_y, torque. Velocities are those
+/// half a step later.
 using Step = std::vector<std::vector<double>>;
 enum { X, Y, VX, VY, SPIN, FX, FY, TORQUE, WIDTH_OF_ROW };
 
@@ -126,7 +127,7 @@ class GranularScript : public Script {
 
   Step after(int steps)
   {
-    // Another setup would compute forces with the velocities of the whole step.
+    // `pre no` avoids another setup, which would compute forces with velocities at the whole step.
     *this << "run " + std::to_string(steps) + " pre no post no";
     const LAMMPS_NS::Atom *atom = lmp->atom;
     Step all;
@@ -198,8 +199,8 @@ struct Law {
 
 class GranularLaws : public ::testing::TestWithParam<Law> {};
 
-/// Returns forces and torques (N, 3) of grains at positions `at`, with the velocities that LAMMPS'
-/// forces at this step used; advances histories.
+/// Returns forces and torques (N rows of 3) of grains at the positions of step `at`. The velocities
+/// are those from which LAMMPS computed its forces in this step. Advances the histories.
 template <class ContactLaw, class Histories>
 std::vector<std::array<double, 3>> forces_of(const ContactLaw &law, const Grains &grains,
                                              const Step &at, Histories &histories)
@@ -238,8 +239,8 @@ std::vector<std::array<double, 3>> forces_of(const ContactLaw &law, const Grains
 
 }    // namespace
 
-/// Returns `step` with a changed last digit of each number that forces depend on; for positions it
-/// is the last digit of an image across the box.
+/// Returns `step` with another last digit of each number on which forces depend. For a position
+/// this is the last digit of its periodic image across the box.
 Step with_other_last_digits(Step step, rve_test::Random &random)
 {
   const double digit_of_image = std::nextafter(WIDTH, 1.0) - WIDTH;
@@ -252,7 +253,8 @@ Step with_other_last_digits(Step step, rve_test::Random &random)
   return step;
 }
 
-/// Returns the largest difference of forces (a = 0, 1) or torques (a = 2) of all grains.
+/// Returns the largest difference over all grains, of the torques if `torques` is true, else of the
+/// force components.
 double largest_difference(const std::vector<std::array<double, 3>> &some,
                           const std::vector<std::array<double, 3>> &others, bool torques)
 {
@@ -263,7 +265,7 @@ double largest_difference(const std::vector<std::array<double, 3>> &some,
   return largest;
 }
 
-// In the configurations of a LAMMPS run, step by step, results differ only by rounding.
+// Takes the configurations step by step from a LAMMPS run. Forces in them differ only by rounding.
 TEST_P(GranularLaws, GiveTheForcesOfLammpsInTheSameConfiguration)
 {
   const std::string words = GetParam().words;
@@ -323,9 +325,9 @@ TEST_P(GranularLaws, GiveTheForcesAndTorquesOfLammps)
     const int in_contact = rve.result().num_contacts;
     sliding += static_cast<int>(std::lround(in_contact * rve.result().sliding_fraction));
     sticking += static_cast<int>(std::lround(in_contact * (1.0 - rve.result().sliding_fraction)));
-    // Positions are rounded to 1e-17 m, 1e-13 of an overlap. Collisions amplify this error, most
-    // where a contact begins with a nearly vanishing overlap, by whose root a displacement is
-    // divided.
+    // Positions are rounded to 1e-17 m, which is 1e-13 of an overlap. Collisions amplify this
+    // error. The amplification is largest if a contact begins with a nearly vanishing overlap,
+    // since a displacement is divided by the root of the overlap.
     const double tolerance = step < 300 ? 1e-10 : 5e-9;
     for (int column = 0; column < WIDTH_OF_ROW; ++column) {
       double scale = largest(expected, column);

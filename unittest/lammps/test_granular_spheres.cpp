@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The contact laws of LAMMPS' pair_style granular between spheres in a triclinic periodic box. The
-// laws of an engine, with the material of the same words of pair_coeff, give the same forces and
-// torques in the configurations of a LAMMPS run.
+// The contact laws of LAMMPS' pair_style granular between spheres in a triclinic periodic box.
+// LAMMPS runs the spheres. In each of its configurations, the laws of an engine must give the same
+// forces and torques. The engine reads its material from the same words of pair_coeff.
 //
-// LAMMPS differs in two points, and the laws are compared in LAMMPS' form:
-// - Spins move the surfaces across the normal at the end of a step. Histories are projected onto
-//   the plane of the new normal with their length kept, and do not rotate about the normal
-//   (vector_spring.h states the error).
-// - A twisting moment beyond its limit gets the direction of the twisting velocity instead of its
-//   own, and changes sign if the limit decreases while the grains twist back.
+// LAMMPS differs from the engine in two points. The test applies LAMMPS' form of both:
+// - It computes the surface velocity by spins with the contact normal at the end of a step instead
+//   of its middle. It projects histories onto the plane of the new normal with their length kept,
+//   and does not rotate them about the normal (vector_spring.h states the error).
+// - A twisting moment beyond its limit gets the direction of the twisting velocity instead of
+//   keeping its own. It changes sign if the limit decreases while the grains twist back.
 
 #include "grains_script.h"
 #include "lammps/material_arguments.h"
@@ -78,8 +78,8 @@ std::string digits(const Vector &v)
   return digits(v[0]) + digits(v[1]) + digits(v[2]);
 }
 
-/// Numbers of a grain at a step; the velocities are those of half a step before, which the forces
-/// used.
+/// Numbers of a grain at a step. The velocities are those half a step earlier, from which the
+/// forces were computed.
 struct Grain {
   Vector place, velocity, spin, force, torque;
 };
@@ -126,7 +126,7 @@ class GranularScript : public Script {
 
   std::vector<Grain> next_step()
   {
-    // Another setup would compute forces with the velocities of the whole step.
+    // `pre no` avoids another setup, which would compute forces with velocities at the whole step.
     *this << "run 1 pre no post no";
     const LAMMPS_NS::Atom *atom = lmp->atom;
     const auto vector = [](const double *x) { return Vector{{x[0], x[1], x[2]}}; };
@@ -228,8 +228,8 @@ void add_contacts(const Law &law, const Grains &grains, const std::vector<Grain>
     }
 }
 
-/// Returns grains with a changed last digit of each number that forces depend on; for positions it
-/// is the last digit of an image across the box.
+/// Returns grains with another last digit of each number on which forces depend. For a position
+/// this is the last digit of its periodic image across the box.
 std::vector<Grain> with_other_last_digits(std::vector<Grain> grains, rve_test::Random &random)
 {
   const double digit_of_image = std::nextafter(WIDTH, 1.0) - WIDTH;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A law of the continuum with state variables that is defined in this file only. Runs, ranks,
-// sorting and restart files keep its state variables to the bit, and they can be read by name. Also
-// runs under mpirun.
+// A constitutive law with state variables that is defined only in this file. Its state variables
+// must stay bitwise equal in runs, on several ranks, with sorting and in restart files, and must be
+// readable by name. Also runs under mpirun.
 
 #include "mpm/law_table.h"
 #include "mpm/midpoint_increment.h"
@@ -19,9 +19,10 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// Linear elasticity with a cap: mean stresses in the plane beyond the preconsolidation pressure
-/// p_c flow, and p_c hardens with the plastic strain in compression, as in Cam-clay but linearly.
-/// The largest stress of the point softens its shear modulus.
+/// Linear elasticity with a cap on the mean stress in the plane. Stresses beyond the
+/// preconsolidation pressure p_c cause plastic compression ε_p. It increases p_c as in Cam-clay,
+/// but linearly, and reduces the shear modulus by the factor 1 - d/2 with the damage d = ε_p/(ε_p +
+/// 1e-3).
 class CappedElastic : public mpm::Constitutive<2> {
  public:
   enum { Preconsolidation, PlasticStrain, Damage, NUM_VARIABLES };
@@ -63,7 +64,7 @@ class CappedElastic : public mpm::Constitutive<2> {
     return lame_first_ + 2.0 * shear_modulus_;
   }
 
-  /// Name of the last state variable. A test changes it as another version of the law might.
+  /// Name of the second state variable. A test changes it, as another version of the law might.
   static std::string &last_name()
   {
     static std::string name = "plastic_strain";
@@ -86,8 +87,8 @@ const bool is_in_table = [] {
 const std::string SETTINGS = "pair_style none\ncomm_modify cutoff 1.0\nneighbor 0.5 bin\n"
                              "neigh_modify every 5 delay 0 check no\ntimestep 0.005\n";
 
-/// Returns a plate that is pressed into ground that is elastic below, of Mohr-Coulomb material on
-/// the left and capped on the right.
+/// Returns the fix mpm of ground into which a plate is pressed. The ground is elastic below. Above,
+/// it is Mohr-Coulomb material on the left and capped material on the right.
 std::string footing(const std::string &columns = "column preconsolidation column damage ")
 {
   return "fix soil all mpm 1.0 model ground elastic 1.0e6 0.3 "
@@ -219,7 +220,7 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
       EXPECT_EQ(row[SZZ], 0.5 * (row[4 + 3] + row[4 + 4])) << "atom " << id;
     }
 
-  // The same law with other state variables is not that of the file.
+  // The state variables of this law have other names than those of the same law in the file.
   CappedElastic::last_name() = "crushed";
   const std::string message = message_of(read + footing());
   CappedElastic::last_name() = "plastic_strain";
@@ -233,7 +234,7 @@ TEST(LawWithMemory, RestartFilesKnowItByName)
 
 TEST(LawWithMemory, PointsThatChangeTheirLawReinitialise)
 {
-  // Damage of one law does not become σ_zz of the other.
+  // The damage of the old law must not be taken for σ_zz of the new one.
   LawScript script(MPI_COMM_SELF);
   script << scene() + footing() + "run 300\n";
   const auto before = script.points();

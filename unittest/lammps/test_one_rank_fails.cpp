@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Failures on one rank, which must end all ranks with one message and without hanging, and warnings
-// of ranks without a log file. The tests hold on any number of ranks and run on two.
+// Failures on one rank must end all ranks with one message and without hanging. Warnings of ranks
+// without a log file must be in the log. The tests hold on any number of ranks and run on two.
 
 #include "grains_script.h"
 #include "lammps/collective_error.h"
@@ -47,8 +47,8 @@ class EnvironmentOfLastRank {
   const char *name_;
 };
 
-/// Returns the error in which the lines end on this rank; empty if they run. All ranks run them
-/// together.
+/// Returns the error message of the lines on this rank, or an empty string if they run. All ranks
+/// must call it.
 std::string message_on_all_ranks(Script &script, const std::string &lines)
 {
   try {

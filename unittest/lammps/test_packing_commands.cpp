@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// create_rve and write_rve: errors before anything runs, output paths, and warnings; and the images
-// of packings that fix rve makes. Also runs under mpirun: every rank then runs the scripts alone.
+// create_rve and write_rve: errors before anything runs, output paths, and warnings. Also tests the
+// images of packings that fix rve makes. Under mpirun every rank runs the scripts alone.
 
 #include "rve/engine/contact_network.h"
 #include "rve/engine/packing_io.h"
@@ -133,7 +133,7 @@ TEST(CreateRve, ACellThatIsTooNarrowForItsGrainsHasARemedy)
   EXPECT_NOT_IN("policy freeze", message) << "which create_rve does not have";
 }
 
-// The error comes before anything runs: the recipes alone would fill the memory of most machines.
+// The error comes before the preparation: the recipes alone would fill the memory of most machines.
 TEST(CreateRve, LibraryBeyondAllMemoryIsRefused)
 {
   EXPECT_IN("create_rve: a library of 2000000000 packings with 40 grains each is too large; the "
@@ -176,7 +176,7 @@ TEST(CreateRve, MoreThreadsThanAnyMachineHasAreRefused)
 
 // ---- output paths ----
 
-// The error comes before the preparation, whose lines would be in the log.
+// The error comes before the preparation, which would write lines to the log.
 TEST(CreateRve, UnwritableFileIsAnErrorBeforeThePreparation)
 {
   const std::string log = file_of_rank("early.log"), path = file_of_rank("none") + "/p.rve";
@@ -250,8 +250,8 @@ TEST(FixRve, MissingPackingNamesTheSearchedPathsAndACommand)
 
 // ---- warnings ----
 
-// With the default thickness of 1 m and numbers in SI units, the mean overlap is 6 % of the
-// diameter and the void ratio negative.
+// In SI units with the default thickness of 1 m, the mean overlap would be 6 % of the diameter and
+// the void ratio negative.
 TEST(CreateRve, GrainsThatWouldFillThePlaneAreAnErrorBeforeAnythingRuns)
 {
   const std::string message =
@@ -280,8 +280,8 @@ TEST(CreateRve, SoftGrainsGiveAWarning)
   EXPECT_NOT_IN("will overlap", log_of("create_rve " + path + RECIPE));
 }
 
-// The packing was sheared and is rotated by 90 degrees: the vertical stress becomes the horizontal
-// one.
+// The packing was compressed along y. Its image is rotated by 90 degrees, so the vertical stress
+// becomes the horizontal one.
 TEST(PackingImage, AnisotropicPackingGivesAWarning)
 {
   const std::string path = file_of_rank("pressed.rve");
@@ -337,7 +337,8 @@ TEST(CreateRve, SpheresHaveNoThickness)
             message_of("create_rve none.rve shape cube" + RECIPE));
 }
 
-// LAMMPS reads the file of write_rve and computes the stress of the springs from its own contacts.
+// LAMMPS reads the file of write_rve and computes the stress of the springs from the contacts that
+// it finds itself.
 TEST(WriteRve, LammpsFindsTheStressOfSpheres)
 {
   const std::string path = file_of_rank("read.rve"), data = file_of_rank("read.data");

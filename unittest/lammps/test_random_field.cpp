@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// random_field through LAMMPS scripts: the same bits on any number of ranks, users of the property,
-// and messages for wrong input. Also runs under mpirun: every rank then also runs the script alone
-// and compares.
+// random_field through LAMMPS scripts: bitwise equal values on any number of ranks, commands that
+// use the property, and messages for wrong input. Under mpirun every rank also runs the script
+// alone and compares.
 
 #include "script.h"
 
@@ -15,8 +15,8 @@ using namespace LAMMPS_NS;
 
 namespace {
 
-/// 12 by 8 points of a box of 6 by 4, which are not on nodes of any grid here. Ranks divide y, so
-/// that the IDs are the same on any number of them.
+/// 12 by 8 points in a box of 6 by 4; no point is on a node of a grid of these tests. Ranks divide
+/// y, so that the IDs do not depend on the number of ranks.
 const std::string points =
     "units si\ndimension 2\nboundary f p p\natom_style atomic\nprocessors 1 * 1\n"
     "region box block 0 6 0 4 -0.1 0.1 units box\ncreate_box 2 box\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Memory that the ranks of one machine share.
+// Memory that the ranks of one machine share: each rank reads the numbers that the others write.
 
 #include "lammps/rank_resources.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// SIGTERM and SIGINT during a run: it ends after its present step and writes the restart file of
-// the script. Also runs under mpirun, where only the last rank gets the signal.
+// SIGTERM and SIGINT during a run. The run ends after its present step and writes the restart file
+// of the script. Under mpirun only the last rank gets the signal.
 
 #include "fix_external.h"
 #include "library.h"
@@ -95,7 +95,8 @@ class SignalledScript : public Script {
   }
 };
 
-/// Returns the error in which the lines end, for all ranks together; empty if they run.
+/// Returns the error message of the lines, which all ranks run together, or an empty string if they
+/// run.
 std::string message_of(Script &script, const std::string &lines)
 {
   try {
@@ -115,8 +116,9 @@ auto handler_of(int signal)
 
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
 
-/// Returns the step of the message "`who` ended the run after step N...". On one rank a signal in
-/// `step` ends that step. Several ranks synchronise at least in steps 1, 2, 4, 8 and so on.
+/// Returns the step N of the message "`who` ended the run after step N...". On one rank a signal in
+/// `step` ends the run after this step. Several ranks synchronise at least in steps 1, 2, 4, 8 and
+/// so on, so the run ends in the next of these steps at the latest.
 bigint end_of_run(const std::string &who, const std::string &message, bigint step)
 {
   const std::string words = who + " ended the run after step ";
@@ -192,7 +194,7 @@ TEST(RunSignals, WithoutARestartCommandTheMessageSaysSo)
 
   const bigint end = end_of_run("SIGTERM", message, 5);
   EXPECT_IN("; there is no restart file, since the script has no restart command", message);
-  // A program that has caught the error may continue: only that run has ended.
+  // A program that catches the error may continue: the signal ends only one run.
   EXPECT_EQ(message_of(script, "run 3"), "");
   EXPECT_EQ(script.lmp->update->ntimestep, end + 3);
 }
@@ -204,7 +206,7 @@ TEST(RunSignals, ASignalInTheLastStepOrInTheSetupIsNotLost)
   last.raise_in_step(4, SIGTERM);
   EXPECT_IN("SIGTERM ended the run after step 4", message_of(last, "run 4"));
 
-  // Fixes that are older than the callback are set up when it runs.
+  // The signal comes in the setup of the callback. Fixes that are older are already set up then.
   setup << FOUR_ATOMS + GRAINS + "run 2";
   setup.raise_in_step(2, SIGTERM);
   EXPECT_IN("SIGTERM ended the run after step 2", message_of(setup, "run 0"));

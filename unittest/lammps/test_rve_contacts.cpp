@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// compute rve/contact/local and dump rve/grain: contacts and grains of RVEs against the results of
-// compute rve/atom, for atoms on any rank, and errors of the two styles.
+// compute rve/contact/local and dump rve/grain: their contacts and grains agree with compute
+// rve/atom, for atoms on any rank. Also tests errors of both styles.
 
 #include "comm.h"
 #include "grains_script.h"
@@ -116,8 +116,8 @@ class ContactsScript : public Script {
   }
 };
 
-/// Expects that Love's sum over the rows is the stress of the RVE and that the rows agree with its
-/// contacts.
+/// Expects that Love's sum over the rows is the stress of the RVE, and that the rows agree with the
+/// number of contacts and the sliding fraction of compute rve/atom.
 void expect_contacts_of_the_rve(ContactsScript &script)
 {
   const auto rows = script.contacts();
@@ -140,7 +140,7 @@ void expect_contacts_of_the_rve(ContactsScript &script)
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(script.sum(stress[k]) / (area * THICKNESS), says[k], 1e-8 * scale) << k;
   EXPECT_EQ(script.sum((double) rows.size()), says[8]);
-  // some contacts stick with more than 0.999 of their limit
+  // the two fractions differ by contacts that stick at more than 0.999 of their limit
   EXPECT_NEAR(script.sum(sliding) / says[8], says[9], 0.01);
   EXPECT_GT(script.sum(sliding), 20.0);    // the strain makes some contacts slide
 }
@@ -158,7 +158,8 @@ TEST(RveContacts, LoveSumOverThemIsTheStressOfTheRve)
   expect_contacts_of_the_rve(script);
 }
 
-// In the plane C = 4 (<n n> - 1/2). The three kinds of elastic energy add up to the whole.
+// In the plane the contact fabric tensor is C = 4 (<n n> - 1/2), with the mean over contact normals
+// n. The normal, tangential and rolling elastic energies add up to the whole.
 TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
 {
   ContactsScript script;
@@ -168,7 +169,7 @@ TEST(RveContacts, HaveTheFabricAndTheEnergyOfTheResult)
           "run 50";
   const auto says = script.answer();
 
-  // Format double adds integers.
+  // Format double sums these quantities as integers, which rounds them.
   EXPECT_NEAR(says[0], 4.0 * (says[2] - 0.5), 1e-9);
   EXPECT_NEAR(says[1], 4.0 * says[3], 1e-9);
   EXPECT_GT(std::fabs(says[1]), 1e-3);
@@ -215,8 +216,8 @@ TEST(RveContacts, OfAGroupAreThoseOfAllItsRves)
               (2.0 * of_atom[0] + 3.0 * of_atom[1]) / (of_atom[0] + of_atom[1]), 1e-12);
 }
 
-// The dump has the positions of grains and the compute their contacts; together they give the
-// branch vectors.
+// The dump has the positions of the grains, and the compute has their contacts. The branch vectors
+// of the contacts must follow from these positions.
 TEST(RveGrains, DumpedGrainsTouchAtTheContacts)
 {
   const std::string path = "test_rve_contacts.grains";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Libraries of packings through LAMMPS scripts: create_rve writes them, fix rve chooses from them,
-// with the same result on any number of ranks and in any order of atoms, and messages for wrong
-// input. Also runs under mpirun: every rank then also runs the script alone.
+// Libraries of packings through LAMMPS scripts: create_rve writes them, and fix rve chooses
+// packings from them. The result must not depend on the number of ranks and the order of atoms.
+// Also tests messages for wrong input. Under mpirun every rank also runs the script alone.
 
 #include "rve/engine/packing_image.h"
 #include "rve/engine/packing_io.h"
@@ -33,8 +33,8 @@ int rank()
   return me;
 }
 
-/// Returns a library of nine packings of three seeds with void ratios from about 0.18 to 0.28. All
-/// ranks make it together once.
+/// Returns the file of a library of nine packings: three seeds with three preparation frictions
+/// each. Void ratios are from about 0.18 to 0.28. All ranks make the library together once.
 const std::string &library()
 {
   static const std::string path = [] {
@@ -45,7 +45,7 @@ const std::string &library()
   return path;
 }
 
-/// Removes the library after the last test, in a process that runs tests of this file.
+/// Removes the library after the last test if the process has run tests of this file.
 struct RemoveLibrary : ::testing::Environment {
   void TearDown() override
   {
@@ -56,7 +56,7 @@ struct RemoveLibrary : ::testing::Environment {
 };
 const auto *const remove_library = ::testing::AddGlobalTestEnvironment(new RemoveLibrary);
 
-/// 12 by 8 points; ranks divide y, so that the IDs are the same on any number of them.
+/// 12 by 8 points. Ranks divide y, so that the IDs do not depend on the number of ranks.
 const std::string points = R"(units si
 dimension 2
 boundary p p p
@@ -301,12 +301,14 @@ TEST(MassScalingOfLibraries, IncreasesTheStableStepOfAllPackingsAndKeepsTheirStr
   light << script_of("");
   heavy << script_of("mass_scaling 4");
 
-  // The bound is 2 over the largest frequency and proportional to the root of the mass.
+  // The bound of the time step is 2 over the largest frequency, which is proportional to
+  // 1/sqrt(mass).
   const double step = light.fix_value("grains", 8);
   EXPECT_NEAR(heavy.fix_value("grains", 8), 2.0 * step, 1e-12 * step);
   for (const char *what : {"e", "sxx", "sxy"}) EXPECT_EQ(light.compute(what), heavy.compute(what));
 
-  // The states of all points, of packings and of images, differ in mass_depth only.
+  // The states of all points differ in mass_depth only, whether the point has a packing or an
+  // image.
   for (const int id : {1, 40, 96}) {
     const auto material = [&](Script &script) {
       script << "write_rve grains atom " + std::to_string(id) + " file test_rve_heavy format rve";
@@ -337,8 +339,8 @@ TEST(MassScalingOfLibraries, GivenTimeStepIsCheckedWithTheScaledMass)
 
 TEST(KnobsOnLibraries, AreTheSameOnAnyNumberOfRanks)
 {
-  // Points on the left are quiescent, those on the right are not; shadows are chosen by ID like
-  // packings and images.
+  // Points on the left are quiescent, points on the right are not. Shadows are chosen by ID, as
+  // packings and images are.
   const std::string keywords = "drive velocity_gradient yy v_rate packing_random 1 packing_image "
                                "random 2 mass_scaling 4 substeps adaptive 1e-6 1e-3 quiescent 5e-5 "
                                "stress average 2 3 shadow 5 2";

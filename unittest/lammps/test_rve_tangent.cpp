@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// compute rve/tangent: it gives each atom the tangent of its RVE on any rank, does not change the
-// run, and refuses wrong input.
+// compute rve/tangent gives each atom the tangent of its RVE on any rank, does not change the run,
+// and refuses wrong input.
 
 #include "grains_script.h"
 #include "macro/tangent_probes.h"
@@ -77,8 +77,9 @@ TEST(RveTangent, IsThatOfTheRveOfEachAtomAndOfNoOther)
   EXPECT_EQ(row[5], part.poisson());
   EXPECT_EQ(row[6], part.shear);
   EXPECT_EQ(row[7], part.anisotropy);
-  // The second-order work is along D of that atom, yy -0.15 and xy 0.1, up to the strain of a step,
-  // 1e-4, by which stretches differ from rates.
+  // The second-order work is that along the strain rate D of atom 3: yy -0.15 and xy 0.1. The
+  // compute takes D from the stretch of a step, which differs from the rate by the strain of a
+  // step, 1e-4.
   const rve::Tensor2 rate{{0.0, 0.05, 0.05, -0.15}};
   EXPECT_NEAR(row[8], rve_test::second_order_work(tangent, rate), 1e-5 * row[8]);
   EXPECT_EQ(row[9], tangent.least_second_order_work());
@@ -134,7 +135,7 @@ TEST(RveTangent, OfSpheresHasAllComponents)
 
 TEST(RveTangent, OfSpheresIsThatOfTheRveOfEachAtom)
 {
-  // A strain with four components has made all directions of the lattice different.
+  // The strain has four components, so that no two directions of the lattice stay equivalent.
   const std::string lattice = file_of_rank("sheared.rve"), path = file_of_rank("state.rve");
   rve::write_packing(lattice,
                      rve_test::face_centred_cubic(rve_test::of_spheres(rve_test::linear_springs()),

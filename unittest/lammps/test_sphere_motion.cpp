@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Colliding spheres in the engine and in LAMMPS' pair_style granular have the same motion. They
-// begin without contacts, when velocities are constant, so that the half step between the
-// velocities of both leapfrogs makes no difference.
+// Colliding spheres have the same motion in the engine and in LAMMPS' pair_style granular. They
+// start without contacts, so that their velocities are constant at first. The engine and LAMMPS
+// define velocities half a step apart, which therefore makes no difference.
 
 #include "rve/engine/contact_model.h"
 #include "script.h"
@@ -140,7 +140,7 @@ rve::Material springs(double friction)
 
 }    // namespace
 
-// Roundings differ, and each collision amplifies them about tenfold.
+// Both programs round differently, and each collision amplifies the difference about tenfold.
 
 TEST(MotionOfSpheres, WithoutFrictionAgreesWithLammps)
 {
@@ -153,7 +153,8 @@ TEST(MotionOfSpheres, WithoutFrictionAgreesWithLammps)
 
 TEST(MotionOfSpheres, InAPlaneWithFrictionAgreesWithLammps)
 {
-  // In a plane spin axes are across the normals, and no contact rotates about its normal.
+  // In a plane, spin axes are normal to the contact normals, and no contact rotates about its
+  // normal.
   const Difference found =
       difference(gas(springs(0.4), true),
                  "hooke 1e5 0 tangential linear_history 8e4 0 0.4 damping velocity", 1600);
@@ -164,8 +165,8 @@ TEST(MotionOfSpheres, InAPlaneWithFrictionAgreesWithLammps)
 
 TEST(MotionOfSpheres, InSpaceWithFrictionDiffersByTermsThatLammpsOmits)
 {
-  // The differences are the rotation about the normal and the normal at the middle of a step, with
-  // spins of 100 rad/s and collisions of a millisecond.
+  // LAMMPS omits two terms: the rotation about the normal, and the normal at the middle of a step.
+  // Spins are about 100 rad/s and collisions last a millisecond.
   const Difference found =
       difference(gas(springs(0.4), false),
                  "hooke 1e5 0 tangential linear_history 8e4 0 0.4 damping velocity", 400);

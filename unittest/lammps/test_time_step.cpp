@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The DEM time step of fix rve through LAMMPS scripts: which RVE determines the stability bound,
-// and when it is checked. The tests run on one and on several ranks.
+// and when the fix checks it. The tests run on one and on several ranks.
 
 #include "engine/test_states.h"
 #include "fix_rve_impl.h"
@@ -23,7 +23,7 @@ namespace {
 
 #define EXPECT_IN(part, whole) EXPECT_PRED_FORMAT2(::testing::IsSubstring, part, whole)
 
-// An automatic step above this fraction of the bound is lowered by the check.
+// An automatic time step above this fraction of the stability bound is lowered by the check.
 constexpr double MARGIN = 0.95;
 
 const std::string TWO_ATOMS = R"(units si
@@ -47,7 +47,7 @@ std::string soft_packing()
   return path;
 }
 
-/// Returns stiff grains that have been expanded and hardly touch.
+/// Returns stiff grains in a cell that has been expanded, so that they hardly touch.
 std::string loose_packing()
 {
   rve::RveState state = rve::read_packing(EXAMPLE_PACKINGS "/A20_h0075.rve");
@@ -71,7 +71,7 @@ class TimeStepScript : public Script {
         ->rves_of<2>()
         .state(local(id));
   }
-  /// Returns the bound of an RVE on every rank.
+  /// Returns the stability bound of the time step of an RVE, on every rank.
   double bound(tagint id)
   {
     double mine = local(id) < 0 ? 0.0 : rve::stable_time_step(state(id)), bound;
@@ -94,8 +94,8 @@ std::string two_packings(const std::string &rest)
       " packing_variable v_second threads 1 substeps 10 " + rest + "\n";
 }
 
-/// Returns disks with Hertz' contacts, which stiffen under pressure at a nearly constant number of
-/// contacts. Each rank makes the packing once.
+/// Returns the file of a packing of disks with Hertz contacts. They stiffen under pressure while
+/// their number hardly changes. Each rank makes the packing once.
 std::string hertz_packing()
 {
   static const std::string path = [] {
@@ -110,7 +110,7 @@ std::string hertz_packing()
   return path;
 }
 
-/// Returns one RVE of Hertz' contacts that is compressed for 40 steps and then held.
+/// Returns a script with one RVE of Hertz contacts that is compressed for 40 steps and then held.
 std::string hertz_compressed(const std::string &words)
 {
   return "units si\ndimension 2\nboundary p p p\natom_style atomic\n"
@@ -129,7 +129,7 @@ long step_in(const std::string &message)
   return place == std::string::npos ? -1 : std::stol(message.substr(place + before.size()));
 }
 
-/// The second RVE becomes dense.
+/// Strain rates that compress the second RVE until it is dense.
 const std::string COMPRESS = "variable rate atom -0.5*(id-1)\n";
 
 }    // namespace
@@ -179,8 +179,8 @@ TEST(TimeStep, FrozenRveDoesNotHideOthers)
   EXPECT_GE(script.step(), 0.8 * MARGIN * script.bound(2));
 }
 
-// A loose packing allows a long step, which is too long once it is dense, however short the
-// interval of checks.
+// A loose packing allows a long time step. The step is too long once the packing is dense, and must
+// then decrease before the next regular check.
 TEST(TimeStep, FollowsNewContactsBeforeTheNextCheck)
 {
   TimeStepScript script;
@@ -194,8 +194,8 @@ TEST(TimeStep, FollowsNewContactsBeforeTheNextCheck)
   EXPECT_LE(script.step(), script.bound(2));
 }
 
-// Hertz' contacts stiffen at a constant number of contacts. An automatic step that follows only at
-// the next interval would leave a kinetic energy of 0.06 J in the held packing.
+// Hertz contacts stiffen while their number is constant. If the automatic step followed only at the
+// next regular check, the held packing would keep a kinetic energy of 0.06 J.
 TEST(TimeStep, FollowsStiffeningContactsBeforeTheNextCheck)
 {
   TimeStepScript script(MPI_COMM_SELF), checked_every_step(MPI_COMM_SELF);
@@ -226,7 +226,7 @@ TEST(TimeStep, OfADividedRunOfHertzContactsIsThatOfTheWhole)
   EXPECT_EQ(rve::serialize(whole.state(1)), rve::serialize(parts.state(1)));
 }
 
-// A step of the user that becomes too large ends the run in that step, for any interval of checks.
+// If the user's time step becomes too large, the run ends in that step, for any interval of checks.
 TEST(TimeStep, OfTheUserEndsTheRunAsSoonAsContactsHaveStiffened)
 {
   TimeStepScript probe(MPI_COMM_SELF);
@@ -242,7 +242,7 @@ TEST(TimeStep, OfTheUserEndsTheRunAsSoonAsContactsHaveStiffened)
   EXPECT_LE(step_in(late), step_in(soon) + 3);
 }
 
-// A LAMMPS step has so many DEM steps that contacts stiffen within one.
+// A LAMMPS step has so many DEM steps that contacts stiffen within it.
 TEST(TimeStep, WarnsIfContactsStiffenWithinOneStep)
 {
   {
@@ -266,7 +266,7 @@ TEST(TimeStep, DoesNotDependOnRanks)
   EXPECT_EQ(together.bound(2), alone.bound(2));
 }
 
-// Checks before and after a run change nothing, so that a divided run equals the whole one.
+// Checks at the beginning and end of a run change nothing, so a divided run equals the whole one.
 TEST(TimeStep, OfADividedRunIsThatOfTheWhole)
 {
   const std::string lines = COMPRESS +
@@ -308,7 +308,7 @@ TEST(TimeStep, WarningsComeInRunsShorterThanTheInterval)
   EXPECT_IN("the inertial number is", text_of(file_of_rank("log.short")));
 }
 
-// Eleven steps of at most 9.5e-5 make 1e-3.
+// A LAMMPS step of 1e-3 with DEM steps of at most 9.5e-5 has eleven DEM steps.
 TEST(TimeStep, FailureReportsTheUsedStep)
 {
   const std::string message = message_of(TWO_ATOMS +
@@ -320,7 +320,7 @@ TEST(TimeStep, FailureReportsTheUsedStep)
   EXPECT_IN("DEM time step 9.0909", message);
 }
 
-/// Returns the log of a run with this time step in which two equal disks with dashpots collide at
+/// Returns the log of a run with the DEM time step `dt`. Two equal disks with dashpots collide at
 /// an angle.
 static std::string log_of_collision(const std::string &dt)
 {
@@ -341,7 +341,8 @@ static std::string log_of_collision(const std::string &dt)
   return text_of(log);
 }
 
-// A contact of few steps loses energy that no dashpot dissipates, which the energy balance shows.
+// If a contact lasts few steps, it loses energy that no dashpot dissipates. The energy balance
+// shows this.
 TEST(TimeStep, WarnsOfAnOpenEnergyBalance)
 {
   const std::string warning = "the error of the energy balance is";

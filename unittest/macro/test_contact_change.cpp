@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that move to an engine with other contacts keep their bits, numbers and shadows, or do not
-// move at all.
+// RVEs move to an engine with other contacts. They keep their bits, numbers and shadows, or none of
+// them moves.
 
 #include "macro/rve_points.h"
 
@@ -90,7 +90,7 @@ std::vector<std::string> records(const RvePoints &points)
   return all;
 }
 
-/// An engine whose copies take a limited number of RVEs.
+/// An engine that accepts at most `room` RVEs. Engines that it makes accept `room_of_next`.
 class NarrowEngine final : public rve_test::ForwardingEngine {
  public:
   NarrowEngine(std::unique_ptr<rve::Engine> engine_in, int room_in, int room_of_next_in) :
@@ -133,13 +133,13 @@ TEST(ContactChange, GivesTheBitsOfANewEngineWithTheseContacts)
   EXPECT_GE(moves.point(3).shadow, 0);
   EXPECT_TRUE(moves.state(2).has_rolling_forces());
   EXPECT_FALSE(moves.state(0).has_rolling_forces());
-  // The number of the removed RVE is free.
+  // The number of the removed RVE can be used again.
   const rve::RveState packing = rve_test::packing_of_400();
   EXPECT_EQ(moves.add({&packing}), (std::vector<int>{LEAVES}));
 }
 
-// The rolling spring is the same for every law: another law continues with it, and a law without
-// rolling drops it.
+// The rolling spring is the same for every law with rolling resistance, so another such law
+// continues with it. A law without rolling resistance drops it.
 TEST(ContactChange, ToAnotherLawKeepsRollingForcesWhereTheLawHasThem)
 {
   for (const bool rolls : {true, false}) {

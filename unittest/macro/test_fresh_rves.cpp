@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Fresh RVEs instead of failed ones: with their stress and deformation and near their density.
+// Fresh RVEs that replace failed ones have their stress and deformation and nearly their density.
 
 #include "macro/rve_points.h"
 
@@ -40,8 +40,8 @@ template <int D> rve::DriveOf<D> drive_of(const Matrix<D> &gradient, int steps)
   return rve::DriveOf<D>::constant_velocity_gradient(gradient, DT_OF_SMALL_PACKINGS<D>, steps);
 }
 
-/// Compresses by a few per cent along the last axis without a failure, and then by half of the
-/// height in one call, which fails.
+/// Compresses RVEs by a few per cent along the last axis without a failure. Then compresses them by
+/// half of their height in one call, in which all fail.
 template <int D> void load_and_fail(Points<D> &points, const std::vector<int> &slots)
 {
   const double rate = 1e-5 / DT_OF_SMALL_PACKINGS<D>;
@@ -83,8 +83,8 @@ TYPED_TEST(FreshRve, HasStressDeformationAndTimeOfTheFailedOne)
   EXPECT_EQ(renewals[0].void_ratio_before, before.void_ratio);
   EXPECT_FALSE(points.frozen(0));
   EXPECT_EQ(points.renewals(0), 1);
-  // The largest component is within the tolerance of the norm, and Love's stress is not exactly
-  // symmetric.
+  // Each component is within the tolerance times the norm. The wanted stress is the symmetric part
+  // of Love's stress, which is not exactly symmetric.
   const Matrix<D> wanted = 0.5 * (before.stress + rve::transpose(before.stress));
   EXPECT_LE(rve::norm(result.stress - wanted), D * macro::FRESH_TOLERANCE * rve::norm(wanted));
   EXPECT_LE(result.unbalanced_ratio, 2.0 * macro::FRESH_TOLERANCE);

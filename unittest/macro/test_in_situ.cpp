@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Initial stresses of the ground: weight of levels, and RVEs that are brought to a stress.
+// Initial stress of the ground: the weight of levels, and RVEs that are brought to a given stress.
 
 #include "macro/in_situ.h"
 
@@ -91,7 +91,7 @@ template <int D> void expect_goals_are_met()
     for (int a = 0; a < D; ++a)
       for (int b = 0; b < D; ++b) EXPECT_EQ(point.result.deformation(a, b), a == b ? 1.0 : 0.0);
   }
-  // The stress stays, since nothing moves in cells that are held.
+  // The stress does not change, since nothing moves in cells that are held.
   std::vector<rve::DriveOf<D>> held(3);
   for (auto &drive : held) {
     drive.dt = DT;
@@ -112,7 +112,7 @@ TEST(HeightProfile, CoverIsTheTrapezoidalSumOfTheWeightsOfLevels)
 
   EXPECT_DOUBLE_EQ(ground.between(2.25, 2.5), 0.25 * 1700.0);
   EXPECT_DOUBLE_EQ(ground.between(1.75, 2.5), 0.25 * 1900.0 + 0.5 * 1700.0);
-  // Nodes between two levels need half of the weight of each.
+  // Between two levels, half of the weight of each level counts.
   EXPECT_NEAR(ground.between(1.25, 2.5) - ground.between(1.75, 2.5), 0.25 * (2000.0 + 1900.0),
               1e-10);
   EXPECT_NEAR(ground.between(2.5, 3.0), 0.5 * 1700.0, 1e-10) << "density goes on above";
@@ -138,8 +138,8 @@ TEST(HeightProfile, NamesInvalidInput)
             "a profile over height needs a value of its lowest level");
 }
 
-// Two points in a level and one in the next: the stress of a level is the mean, and rounds continue
-// until densities converge.
+// One level has two points and the next level has one. The stress of a level follows from its mean
+// density, and rounds continue until densities converge.
 TEST(GroundAtRest, DensityAndStressAreFoundInRounds)
 {
   GroundAtRest::Points points;
@@ -270,7 +270,7 @@ TEST(InSitu, StressBeyondTheStrengthIsAnError)
   }
 }
 
-// Without early checks each of these cases would take some million steps before an error.
+// Without early checks, each of these cases would run some million steps before the error.
 TEST(InSitu, StressesThatCannotBeReachedAreErrorsSoon)
 {
   const auto message = [](double xx, double yy, double xy, double tolerance) {

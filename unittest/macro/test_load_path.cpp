@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Loading paths of RVEs against closed forms: laboratory tests on lattices with known constants,
-// and on packings; events, tables, and independence of other conditions.
+// Loading paths of RVEs: laboratory tests on lattices with known constants against closed forms,
+// tests on packings, events, tables, and RVEs whose paths do not depend on other RVEs and settings.
 
 #include "macro/rve_points.h"
 
@@ -79,7 +79,7 @@ template <int D> class Laboratory {
   const rve::ResultOf<D> &result(int k = 0) { return points.point(slots[k]).result; }
   const PathState<D> &path(int k = 0) { return points.path(slots[k]); }
 
-  /// Advances until the path has ended, at most `most` times; returns the number of macro steps.
+  /// Advances until the path has ended, at most `most` times. Returns the number of macro steps.
   int finish(
       int most, const std::function<void()> &evaluation = [] {})
   {
@@ -108,8 +108,8 @@ template <int D> class Laboratory {
 
 constexpr double RADIUS = 0.005, OVERLAP = 1e-3 * RADIUS;
 
-/// Returns a lattice whose contacts stay below the friction limit, with the damping of packings.
-/// k_t is below k_n, since otherwise C12 of the array would be its pressure only.
+/// Returns a lattice whose contacts stay below the friction limit, with the local damping of
+/// packings. k_t is below k_n. For k_t = k_n the constant C12 would come from the pressure alone.
 Spheres lattice(double stiffer = 1.0)
 {
   rve::Material material = spheres_material();
@@ -275,8 +275,8 @@ TEST(LoadPath, ContinuesAtTheSamePositionOfAnotherPath)
   EXPECT_THROW(paths_of(first).resume(in_second, rve::ResultOf<3>()), InputError);
 }
 
-// The values are the sine of 30, 90, 150 and 270 degrees, at the end of a step for stresses and
-// strains and at its middle for rates.
+// Values of waves are the sine of 30, 90, 150 and 270 degrees. Stresses and strains take the value
+// at the end of a step, rates the value at its middle.
 TEST(PathWave, HasItsMeanAmplitudePeriodAndPhaseInDegrees)
 {
   const auto paths =
@@ -421,9 +421,9 @@ TEST(LoadPath, ConstantBIsHeldInTrueTriaxialCompression)
   EXPECT_LT(s(2, 2), -2e5);
 }
 
-// These tests compare a cubic crystal with its tangent under pressure. Strains of 1e-5 change the
-// overlap, which is 5e-4 of the distance, by a fiftieth. The relative error by terms of second
-// order is at most ten times the strain.
+// The following tests compare a cubic crystal with its tangent under pressure. The overlap is 5e-4
+// of the distance of neighbours, so a strain of 1e-5 changes it by a fiftieth. The relative error
+// by terms of second order is at most ten times the strain.
 namespace {
 constexpr double STRAIN = -1e-5, SECOND_ORDER = 1e-4;
 }
@@ -445,10 +445,10 @@ TEST(LoadPath, K0OfALatticeIsThatOfItsElasticConstants)
   EXPECT_NEAR(change(1, 1), change(0, 0), 1e-9 * std::fabs(change(0, 0)));
 }
 
-// Along an axis of the crystal: drained, E = C11 - 2 C12^2/(C11 + C12). At constant volume and at
-// constant p, q increases by 3/2 (C11 - C12) per axial strain. In isotropic compression and at
-// constant q, p increases by (C11 + 2 C12)/3 per volumetric strain. At constant b the strains of
-// the sides satisfy
+// Strain along an axis of the crystal. A drained test has the modulus E = C11 - 2 C12^2/(C11 +
+// C12). At constant volume and at constant p, q increases by 3/2 (C11 - C12) per axial strain. In
+// isotropic compression and at constant q, p increases by (C11 + 2 C12)/3 per volumetric strain. At
+// constant b the strains e_x and e_y of the sides follow from
 //   C11 e_x + C12 (e_y + e_z) = 0,
 //   C11 e_y + C12 (e_x + e_z) = b (C11 e_z + C12 (e_x + e_y)).
 TEST(LoadPath, ModuliOfALatticeAreThoseOfItsElasticConstants)
@@ -510,8 +510,8 @@ TEST(LoadPath, ModuliOfALatticeAreThoseOfItsElasticConstants)
               SECOND_ORDER);
 }
 
-// sigma_xy = C44 gamma below the friction limit: two cycles end at their initial state without
-// dissipation.
+// Below the friction limit sigma_xy = C44 gamma. Two cycles must end at their initial state,
+// without dissipation.
 TEST(LoadPath, CyclesOfALatticeBetweenLimitsOfStrainAreElastic)
 {
   const Spheres start = lattice();
@@ -560,7 +560,7 @@ TEST(LoadPath, IsotropicCompressionReachesAllThreeStresses)
   for (int a = 0; a < 3; ++a) EXPECT_NEAR(laboratory.result().stress(a, a), -2e5, 0.005 * 2e5);
 }
 
-// The servo of the engine is the same for disks and spheres.
+// The engine uses the same servo for disks and spheres.
 TEST(LoadPath, OfDisksHoldsPInThePlane)
 {
   const auto paths = paths_of<2>("stage rate yy -0.05 stress p 1e5 until strain yy < -0.01");
@@ -576,7 +576,7 @@ TEST(LoadPath, OfDisksHoldsPInThePlane)
   EXPECT_GT(laboratory.result().deviatoric_stress(), 0.3 * 1e5);
 }
 
-// The stress moves on a circle in the deviatoric plane, with |s'| = 2e4; for disks the axes of this
+// The stress moves on a circle in the deviatoric plane with |s'| = 2e4. For disks the axes of this
 // plane are (s_xx - s_yy)/2 and s_xy.
 TEST(LoadPath, CircleInTheDeviatoricPlaneKeepsItsRadius)
 {
@@ -622,11 +622,11 @@ TEST(LoadPath, CircleOfSpheresHasTheRequestedDeviator)
   }
 }
 
-// YADE strained the same 1000 spheres; row n has the forces after n - 1 steps. The test covers the
-// first half of a per cent of shear, for which test_sphere_curves.cpp states the differences
-// between two codes. The drained curve is from YADE. The undrained one is from another program with
-// YADE's rules, whose q/p agrees with YADE within 1e-9 up to 0.1 % of strain in tests that both
-// ran.
+// YADE strained the same 1000 spheres. Row n of its table has the forces after n - 1 steps. The
+// test covers the first half of a per cent of shear, for which test_sphere_curves.cpp states the
+// differences between two codes. The drained curve is from YADE. The undrained curve is from
+// another program with YADE's rules. In tests that both programs ran, its q/p agrees with that of
+// YADE within 1e-9 up to 0.1 % of strain.
 TEST(LoadPath, UndrainedAndDrainedTestsAreThoseOfYade)
 {
   rve::Material material = spheres_material();
@@ -814,14 +814,15 @@ TEST(LoadPath, FollowsTablesOfStrain)
     const rve::Tensor3 &f = laboratory.result().deformation;
     const double time = laboratory.path().time;
     ASSERT_NEAR(std::log(f(0, 0)), table.at(1, time), 1e-13);
-    // The tolerance is the effect of a step's stretch on the present shear.
+    // The cell also stretches during a step. The tolerance is the effect of this stretch on the
+    // shear.
     ASSERT_NEAR(f(0, 1) / f(1, 1), table.at(2, time), 1e-3 * table.at(2, time));
   });
 }
 
-// The servo integrates twice, and an array of stiffness K oscillates under it with omega^2 = 3 G K,
-// since p increases at 3 K times the rate of its mode. After a bend of the goal the error is the
-// change of slope divided by omega. Within a macro step the goal is constant.
+// The servo with the gain G integrates twice, and p increases at 3 K times the rate of its mode. A
+// lattice of bulk modulus K therefore oscillates with omega^2 = 3 G K. After a bend of the goal the
+// error is the change of slope divided by omega. Within a macro step the goal is constant.
 TEST(LoadPath, FollowsTablesOfStress)
 {
   const std::string text = "time p\n0 P\n0.005 Q\n0.02 P\n";
@@ -856,10 +857,10 @@ TEST(LoadPath, FollowsTablesOfStress)
 
 // ---- the gain of the servo ----
 
-// The default gain does not depend on the springs. At the same pressure, grains with springs a
-// hundred times as stiff need the same number of servo periods and of steps, since the stable step
-// decreases in proportion to the period. The elastic constants, divided by the spring stiffness,
-// differ by 5e-4 because the overlaps differ.
+// The default gain does not depend on the springs. Two lattices have the same pressure, and one has
+// springs a hundred times as stiff. Both need the same number of servo periods and of steps, since
+// the stable step decreases in proportion to the period. Their elastic constants, divided by the
+// spring stiffness, differ by 5e-4 because the overlaps differ.
 TEST(ServoGain, ConvergesInTheSameNumberOfPeriodsForAnyStiffness)
 {
   std::vector<double> errors[2];

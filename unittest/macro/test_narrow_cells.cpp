@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that are stretched until their cells are too narrow for their grains and continue as copies
-// next to each other.
+// RVEs are stretched until their cells are too narrow for their grains. They continue as several
+// copies side by side.
 
 #include "macro/rve_points.h"
 
@@ -49,8 +49,8 @@ Points<D> points_of(const rve::RveStateOf<D> &state, const MacroStepOptions &mac
   return points;
 }
 
-/// Returns an increment that narrows the first axis at constant volume, nearly quasi-static: 2e-5
-/// of strain per DEM step.
+/// Returns a velocity gradient that narrows the first axis at constant volume. It is nearly
+/// quasi-static with 2e-5 of strain per DEM step.
 template <int D> Matrix<D> stretch()
 {
   const double rate = 2e-5 / DT_OF_SMALL_PACKINGS<D>;
@@ -65,7 +65,7 @@ template <int D> rve::DriveOf<D> drive_of(const Matrix<D> &gradient)
   return rve::DriveOf<D>::constant_velocity_gradient(gradient, DT_OF_SMALL_PACKINGS<D>, STEPS);
 }
 
-/// Returns the small packing some macro steps before stretch() makes its cell too narrow.
+/// Returns the small packing as it is five macro steps before stretch() makes its cell too narrow.
 template <int D> const rve::RveStateOf<D> &stretched_packing()
 {
   static const rve::RveStateOf<D> state = [] {
@@ -103,7 +103,7 @@ class NarrowCells : public OnDeviceOf<testing::Test> {};
 
 }    // namespace
 
-// The copies agree only while their difference has not grown, since a flowing packing is chaotic.
+// A flowing packing is chaotic, so the two RVEs agree only until their difference has grown.
 TYPED_TEST(NarrowCell, ContinuesAsAPackingThatHadTheWideCellBefore)
 {
   constexpr int D = TypeParam::value;
@@ -128,7 +128,7 @@ TYPED_TEST(NarrowCell, ContinuesAsAPackingThatHadTheWideCellBefore)
   EXPECT_NEAR(one.void_ratio, other.void_ratio, 1e-12);
 }
 
-// The RVE advances with others in one call, by increments and by drives.
+// The RVE advances in one call with others, once by increments and once by drives.
 TYPED_TEST(NarrowCell, ContinuesTogetherWithOtherRves)
 {
   constexpr int D = TypeParam::value;
@@ -157,7 +157,8 @@ TYPED_TEST(NarrowCell, ContinuesTogetherWithOtherRves)
   for (const int slot : slots) EXPECT_TRUE(same_bits<D>(by_increments, slot, by_drives, slot));
 }
 
-// The energy balance of springs, motion, friction and damping is the same before and after.
+// The energy balance of springs, motion, friction and damping holds across the doubling of the
+// cell.
 TYPED_TEST(NarrowCell, KeepsItsEnergyPerVolume)
 {
   constexpr int D = TypeParam::value;
@@ -181,7 +182,7 @@ TYPED_TEST(NarrowCell, KeepsItsEnergyPerVolume)
   EXPECT_EQ(points.copies(0), 2);
 }
 
-// Local damping, which depends on the axes, is off.
+// Local damping depends on the axes and is therefore off.
 TYPED_TEST(NarrowCell, RotatesWithItsDrive)
 {
   constexpr int D = TypeParam::value;
@@ -297,13 +298,13 @@ TYPED_TEST(NarrowCell, DoublesItsShadowAndAveragesItsStress)
   EXPECT_EQ(points.copies(0), 2);
   EXPECT_FALSE(points.frozen(0));
   ASSERT_GE(points.point(0).shadow, 0);
-  // The stress of the RVE is the mean of the last two steps; that of the shadow is the stress of
-  // the last step.
+  // The stress of the RVE is the mean of the last two steps, and the stress of the shadow is that
+  // of the last step.
   EXPECT_LT(points.point(0).shadow_deviation(), 0.1);
 }
 
-// Copies in a narrow cell diverge, and the RVE flows like one with many grains. Otherwise its
-// grains would stay in rows, which bear a stress ratio of 0.9.
+// Copies in a narrow cell diverge, so the RVE flows like one with many grains. If they stayed
+// equal, the grains would be in rows, which bear a stress ratio q/p of 0.9.
 TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
 {
   Points<2> points(rve::make_engine<2>(options_of_dimension(2, Format::Fast)), nullptr,
@@ -319,7 +320,7 @@ TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
   drive.servo_gain = points.servo_gain(0);
   drive.servo_max_rate = -3.0 * drive.velocity_gradient(0, 0);
 
-  // The mean starts at twice the strain at which the cell became too narrow.
+  // The mean is taken from 1.2 to 2 times the strain at which the cell became too narrow.
   double ratio = 0.0, void_ratio = 0.0;
   int evaluations = 0, narrow = 0, step = 0;
   for (; narrow == 0 || step < 2 * narrow; ++step) {
@@ -338,8 +339,8 @@ TEST_F(NarrowCells, ContinueAsPackingsWithIndependentCopies)
   EXPECT_GT(void_ratio / evaluations, 0.15);
 }
 
-// Grains that do not move by themselves stay in step. If they are their own neighbours, more copies
-// would give no new information.
+// Copies of grains that have no motion of their own stay equal. Once the cell is one grain wide,
+// grains are their own neighbours, and more copies would give no new information.
 TEST_F(NarrowCells, AreNotDoubledAgainOnceTheyAreOneGrainWide)
 {
   rve::RveState state = small_packing<2>();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// RVEs that open until no grains touch, as at a free surface, and are closed again: no stress
-// without contacts, stress when grains touch again, and complete energy bookkeeping.
+// RVEs open until no grains touch, as at a free surface, and are closed again. They must have no
+// stress without contacts, stress when grains touch again, and balanced energy bookkeeping.
 
 #include "macro/rve_points.h"
 
@@ -63,8 +63,8 @@ template <int D> rve::RveStateOf<D> lattice()
   }
 }
 
-/// Returns the pressure of the lattice at a distance l of neighbours: k_n overlap on each of 6 or
-/// 12 sides of a grain [stress].
+/// Returns the pressure of the lattice at the distance l of neighbours [stress]. The force k_n
+/// overlap acts at each of the 6 or 12 contacts of a grain.
 template <int D> double lattice_pressure(const rve::Material &material, double l)
 {
   const double overlap = 2.0 * RADIUS - l;
@@ -82,7 +82,7 @@ template <int D> double missing(const Result<D> &r)
       r.kinetic_energy - r.elastic_energy;
 }
 
-/// A pair of grains that would touch in the cell times `stretch` in affine motion.
+/// A pair of grains that would touch at the cell stretch `stretch` if all grains moved affinely.
 struct Touch {
   double stretch, distance, sum_of_radii;    // [-]; the lengths are those at stretch 1 [length]
 };
@@ -106,7 +106,7 @@ template <int D> std::vector<Touch> touches(const rve::RveStateOf<D> &state)
   return all;
 }
 
-/// Drops the list and the histories of contacts, since the state is another packing.
+/// Drops the list and the histories of contacts, which do not belong to the changed packing.
 template <int D> void forget_list(rve::RveStateOf<D> &state)
 {
   state.pairs.clear();
@@ -121,8 +121,8 @@ TYPED_TEST_SUITE(OpenAndClosed, Dimensions);
 
 }    // namespace
 
-// In opening and closing, the stress at each distance of neighbours is that of the overlap, and
-// zero without overlap. The work is recovered.
+// In opening and closing, the stress is a function of the distance of neighbours: that of the
+// overlap, or zero without overlap. The work is recovered.
 TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapInOpeningAndClosing)
 {
   constexpr int D = TypeParam::value;
@@ -158,7 +158,7 @@ TYPED_TEST(OpenAndClosed, LatticeHasTheStressOfItsOverlapInOpeningAndClosing)
   EXPECT_LE(points.point(0).result.kinetic_energy, 1e-6 * elastic);
 }
 
-// No force acts on grains that do not touch: they keep their velocities to the bit, and no work is
+// No force acts on grains without contacts. Their velocities stay bitwise equal, and no work is
 // done on them.
 TYPED_TEST(OpenAndClosed, MotionAndEnergyWithoutContactsAreConstant)
 {
@@ -182,8 +182,8 @@ TYPED_TEST(OpenAndClosed, MotionAndEnergyWithoutContactsAreConstant)
   EXPECT_TRUE(points.state(0).velocity == state.velocity);
 }
 
-// Grains at rest move with the cell until the first two touch. The stress is then that of the
-// overlaps of affine motion.
+// Grains at rest move affinely with the cell until the first two touch. The stress must then follow
+// from the overlaps of this affine motion.
 TYPED_TEST(OpenAndClosed, StressReturnsContinuouslyWhenGrainsTouch)
 {
   constexpr int D = TypeParam::value;
@@ -193,8 +193,8 @@ TYPED_TEST(OpenAndClosed, StressReturnsContinuouslyWhenGrainsTouch)
   const std::vector<Touch> pairs = touches<D>(state);
   ASSERT_LT(pairs[0].stretch, 1.0);
   ASSERT_GT(pairs[0].stretch, 0.98);
-  // The margin after the first contact is less than a step, since that contact would move the next
-  // grains.
+  // The first call ends just before the first contact. The next step ends just after it, so that
+  // this contact has not yet moved other grains.
   const double until = pairs[0].stretch * (1.0 + 1e-9);
   Points<D> points = points_of<D>(state);
 
@@ -220,13 +220,13 @@ TYPED_TEST(OpenAndClosed, StressReturnsContinuouslyWhenGrainsTouch)
   const double pressure = virial / (D * depth * std::pow(stretch, D) * state.cell_volume());
   EXPECT_EQ(after.num_contacts, contacts);
   EXPECT_GT(pressure, 0.0);
-  // The overlap is a difference of lengths and about 1e-6 of them. Coordinates have 64 bits and
-  // radii 53 bits.
+  // The overlap is a difference of lengths and about 1e-6 of them. It has fewer digits than
+  // coordinates (64 bits) and radii (53 bits).
   EXPECT_NEAR(after.mean_stress(), pressure, 1e-6 * pressure);
 }
 
-// The packing opens until it has no contacts and is compressed again. All work is in springs,
-// motion and dissipation, and no work is done while it is open.
+// The packing opens until it has no contacts, and is compressed again. The work must equal the
+// energy of springs and motion plus the dissipation. No work is done while the packing is open.
 TYPED_TEST(OpenAndClosed, PackingBalancesItsEnergy)
 {
   constexpr int D = TypeParam::value;
@@ -250,13 +250,13 @@ TYPED_TEST(OpenAndClosed, PackingBalancesItsEnergy)
   EXPECT_GT(open, 100);
   const Result<D> &end = points.point(0).result;
   EXPECT_NEAR(end.void_ratio, begin.void_ratio, 1e-9);
-  // The final stress is that of other contacts at the same density.
+  // The packing has other contacts than at the start, at the same density.
   EXPECT_GT(end.mean_stress(), 0.2 * begin.mean_stress());
   EXPECT_LT(end.mean_stress(), 10.0 * begin.mean_stress());
   EXPECT_GT(work, -begin.elastic_energy);
 }
 
-// A packing without contacts in a cell that becomes narrow is doubled.
+// If the cell of a packing without contacts becomes narrow, the packing is doubled.
 TYPED_TEST(OpenAndClosed, CopiesWithoutContactsHaveNoStress)
 {
   constexpr int D = TypeParam::value;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macro steps of RVEs: results of an advance with and without details.
+// Macro steps of RVEs: results with and without details, records, planned steps, and increments.
 
 #include "macro/rve_points.h"
 
@@ -57,8 +57,8 @@ template <class T> bool same_bits(const T &a, const T &b)
 
 }    // namespace
 
-// Fix mpm counts engine_time() and bounding_time() as time of the RVEs. They are separate because a
-// check in the middle of a step may compile a kernel.
+// fix mpm counts both engine_time() and bounding_time() as time of the RVEs. They are separate
+// because a check in the middle of a step may compile a kernel.
 TEST(RvePoints, BoundsOfTimeStepsAreTimedSeparately)
 {
   std::vector<int> slots;
@@ -70,8 +70,8 @@ TEST(RvePoints, BoundsOfTimeStepsAreTimedSeparately)
   EXPECT_EQ(points.engine_time(), in_engine);
 }
 
-// Kinetic energy and dashpot forces depend on the velocities, which have received their last kick
-// in both cases.
+// Kinetic energy and dashpot forces depend on velocities. The velocities have received their last
+// kick, whether details are computed at once or later.
 TEST(RvePoints, DetailsAreTheSameAtOnceAndLater)
 {
   rve::RveState packing = rve_test::packing_of_400();
@@ -137,8 +137,8 @@ TEST(RvePoints, LaterDetailsBelongToTheSameConfiguration)
     EXPECT_EQ(a.num_pairs, b.num_pairs);
     EXPECT_EQ(a.num_rattlers, b.num_rattlers);
     EXPECT_TRUE(same_bits(a.counters, b.counters));
-    // Forces are the same up to the rounding of their sums; contacts at the Coulomb limit stay
-    // there.
+    // Forces agree up to the rounding of their sums. Contacts at the Coulomb limit stay at the
+    // limit.
     EXPECT_EQ(a.sliding_fraction, b.sliding_fraction);
     EXPECT_NEAR(a.elastic_energy, b.elastic_energy, 1e-6 * a.elastic_energy);
     EXPECT_NEAR(a.largest_contact_force, b.largest_contact_force, 1e-6 * a.largest_contact_force);
@@ -166,7 +166,7 @@ TEST(RvePoints, EvaluationChangesNothing)
 
 TEST(RvePoints, RecordsWithLongListsOfPairsAreWithinTheirBound)
 {
-  // Lists take most of the record, so that the bound must include the size of a pair.
+  // Lists of pairs take most of the record, so the bound of its size must include them.
   rve::Options options = cpu_options();
   options.skin = 0.01;
   RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
@@ -204,8 +204,8 @@ TEST(PointRecord, FlippedBitInItsHeadIsRefusedWithoutAChange)
 
   std::vector<double> damaged = record;
   auto *byte = reinterpret_cast<unsigned char *>(damaged.data());
-  // The head has a few results and tensors, one or two thousand bytes; then the state follows,
-  // which has its own checksum.
+  // The head of the record has one or two thousand bytes with a few results and tensors. The state
+  // follows, which has its own checksum.
   for (std::size_t k = 0; k + 8 < bytes; k += k < 2048 ? 1 : 397) {
     byte[k] ^= static_cast<unsigned char>(1 << (k % 8));
     EXPECT_THROW(points.add_record(damaged.data(), damaged.size()), rve::InputError) << k;
@@ -234,7 +234,7 @@ TEST(PointRecord, IsRefusedWithAnyOtherLength)
 
 TEST(PointRecord, StoresTheServoGainOfItsPacking)
 {
-  // `fast` rounds radii, so that a gain computed from them again would differ.
+  // `fast` rounds radii, so a gain computed again from the rounded radii would differ.
   rve::Options options = cpu_options();
   options.format = rve::Format::Fast;
   RvePoints points(rve::make_engine(options), nullptr, MacroStepOptions());
@@ -252,7 +252,7 @@ TEST(PointRecord, StoresTheServoGainOfItsPacking)
 
 namespace {
 
-/// Numbers of RVEs that were called with each kind of answer, and of rotated ones.
+/// Numbers of RVEs in calls with each kind of result, and number of rotated RVEs.
 struct Tally {
   int responses = 0, results = 0, elastic_results = 0, increments = 0, turned = 0;
 };
@@ -331,14 +331,14 @@ rve::Drive small_drive(double strain, double angle = 0.0)
   return drive;
 }
 
-/// Returns drives for three RVEs: the first one always strains, the second is quiescent at times
-/// and then rotates, the third is quiescent at times without rotation.
+/// Returns drives for three RVEs. The first one always strains. The second is quiescent at times
+/// and rotates. The third is quiescent at times and does not rotate.
 std::vector<rve::Drive> drives_with_quiescence()
 {
   return {small_drive(5e-5), small_drive(4e-6, 3e-4), small_drive(-3e-6)};
 }
 
-/// Expects equal results, except those that are rounded in units of the forces of a call.
+/// Expects equal results, without the results that are rounded in units of the forces of a call.
 void expect_same_point(const RvePoints::Point &a, const RvePoints::Point &b)
 {
   EXPECT_TRUE(same_bits(a.result.stress, b.result.stress));
@@ -386,8 +386,8 @@ TEST(AdaptiveMacroSteps, ShortAndLongAnswersHaveTheSameBits)
 
 namespace {
 
-/// Returns the stress divided by the mean stress after a rotation by `angle` in `steps` macro
-/// steps, rotated back.
+/// Rotates an RVE by `angle` in `steps` macro steps. Returns its stress, rotated back and divided
+/// by its mean stress.
 Tensor2 stress_after_turn(double angle, int steps, MacroStepOptions macro, bool with_details)
 {
   std::vector<int> slots;
@@ -412,7 +412,7 @@ TEST(AdaptiveMacroSteps, RotateTheStressWithARotationOfAnySpeed)
   const double p = points.point(slots[0]).result.mean_stress();
   const Tensor2 still = (1.0 / p) * points.stress(slots[0]);
 
-  // Each macro step has one DEM step with 1e-2, 1e-3, 1e-4, or 1e-5 rad, which grains follow.
+  // Each macro step has one DEM step, which rotates by 1e-5 to 1e-2 rad. Grains must follow.
   for (const auto &[angle, steps] :
        {std::pair<double, int>{1.0, 100}, {1.0, 1000}, {1.0, 10000}, {0.1, 10000}, {-1.0, 300}}) {
     const Tensor2 turned = stress_after_turn(angle, steps, adaptive(), false);
@@ -485,8 +485,8 @@ TEST(AdaptiveMacroSteps, EnoughStepsForTheRotationGiveTheBitsOfThoseSteps)
 
 TEST(AdaptiveMacroSteps, ShearGivesTheSameStressWithFewSteps)
 {
-  // The coarse RVE makes one DEM step per macro step. Its shear of 2e-4 and rotation of 1e-4 per
-  // DEM step exceed the limit up to which contacts need no rotation.
+  // The coarse RVE makes one DEM step per macro step. In it the shear of 2e-4 and the rotation of
+  // 1e-4 are too large for contacts that do not rotate with the grains.
   MacroStepOptions coarse, fine;
   coarse.adaptive = rve::AdaptiveSubsteps{1.5e-4, 1.0, 100000};
   fine.adaptive = rve::AdaptiveSubsteps{1e-6, 1.0, 100000};
@@ -537,7 +537,7 @@ TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
   EXPECT_GT(naps, 8);
   EXPECT_GT(tally.turned, 2);
   EXPECT_EQ(tally.turned, other_tally.turned);
-  // A diagnostic evaluation is the long answer of a step that runs anyway.
+  // A diagnostic evaluation makes no extra call: it is a step with the longer kind of result.
   EXPECT_EQ(tally.responses + tally.elastic_results, awake);
   EXPECT_EQ(tally.results, at_first.results);
   EXPECT_GE(tally.elastic_results, naps);
@@ -549,7 +549,7 @@ TEST(QuiescentMacroSteps, EvaluateOnlyCandidatesWithAndWithoutDetails)
   }
 }
 
-// Two quiescent macro steps save less than a diagnostic evaluation costs.
+// Two quiescent macro steps would save less time than a diagnostic evaluation costs.
 TEST(QuiescentMacroSteps, EvaluationRunsOnlyIfItSavesTime)
 {
   MacroStepOptions macro = quiescent_steps();
@@ -564,7 +564,8 @@ TEST(QuiescentMacroSteps, EvaluationRunsOnlyIfItSavesTime)
   EXPECT_EQ(tally.elastic_results, at_first);
 }
 
-// The record is of an RVE that is quiescent, has just been evaluated, or is about to advance again.
+// Records are taken from an RVE while it is quiescent, after an evaluation, and before it advances
+// again.
 TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
 {
   bool has_slept = false, has_rested = false;
@@ -599,8 +600,8 @@ TEST(QuiescentMacroSteps, RecordOfAQuiescentRveContinuesWithTheSameBits)
 
 TEST(MacroStepsByPlan, DoNotDependOnThreadsAndNameFailuresInOrder)
 {
-  // The RVEs are small and so many that a team of threads runs them. Some are quiescent, others
-  // strain, and those in `crushed` exceed the overlap limit in step 2.
+  // There are so many small RVEs that a team of threads runs them. Some are quiescent and others
+  // strain. Those in `crushed` exceed the overlap limit in step 2.
   const int count = 600;
   const std::vector<int> crushed = {7, 411, 599};
   const rve::RveState lattice =
@@ -668,8 +669,8 @@ namespace {
 
 using Increments = rve_test::IncrementsOf<2>;
 
-/// Returns drives: one RVE strains, the second rotates more than contacts allow in a step or two,
-/// the third does both.
+/// Returns drives of three RVEs. One strains. The second rotates by more than contacts allow in a
+/// step or two. The third does both.
 std::vector<rve::Drive> drives_that_turn()
 {
   return {small_drive(2e-5), small_drive(1e-6, 2e-3), small_drive(-8e-6, -1e-3)};
@@ -753,8 +754,8 @@ TEST(MacroIncrements, AllowQuiescentRvesAsDrivesDo)
   }
 }
 
-// Cases that increments cannot express need a call with drives; the refused advance changes
-// nothing.
+// Some cases cannot be expressed as increments and need a call with drives. An advance that is
+// refused for this reason changes nothing.
 TEST(MacroIncrements, AreRefusedIfTheyNeedDrives)
 {
   MacroStepOptions averaged;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Macro steps of RVEs of spheres, and RVEs of spheres as a material of a plane continuum.
+// Macro steps of RVEs of spheres, also as the material of a plane continuum.
 
 #include "macro/rve_constitutive.h"
 
@@ -160,8 +160,8 @@ TEST(PointsOfSpheres, QuiescentRvesUseTheRotatedStiffnessOfTheirLattice)
       expected(a, b) += a == b ? (c.c11 - c.c12) * strain(a, a) + c.c12 * rve::trace(strain)
                                : 2.0 * c.c44 * strain(a, b);
   expected = rotation * expected * rve::transpose(rotation);
-  // The tolerance is relative to the stress of the strains, which rotating and stretching contact
-  // forces change by parts of the overlap.
+  // The tolerance is relative to the stress of the strain. Rotation and stretch of contact forces
+  // change the stress by parts of the overlap.
   const double size = c.c11 * rve::norm(strain);
   for (int k = 0; k < 9; ++k)
     EXPECT_NEAR(points.stress(slots[0]).component[k], expected.component[k], 2e-3 * size);
@@ -172,8 +172,8 @@ TEST(PointsOfSpheres, QuiescentRvesUseTheRotatedStiffnessOfTheirLattice)
 
 TEST(PointsOfSpheres, ApplyTheDeferredRotationWhenTheyResume)
 {
-  // The RVE is quiescent during a rotation about a tilted axis. Contacts would slide if the grains
-  // did not rotate with the cell.
+  // The RVE is quiescent during a rotation about a tilted axis. If the grains did not rotate with
+  // the cell, contacts would slide afterwards.
   const Spheres lattice = pressed_lattice();
   const Vector axis{{0.48, 0.6, 0.64}};
   std::vector<int> slots;
@@ -202,7 +202,7 @@ TEST(PointsOfSpheres, ApplyTheDeferredRotationWhenTheyResume)
 
 TEST(PointsOfSpheres, RotateTheStressAboutAnyAxisAtAnySpeed)
 {
-  // The lattice bears shear at rest.
+  // The lattice is sheared first and then bears shear stress at rest.
   Spheres lattice = pressed_lattice();
   lattice.material.local_damping = 0.7;
   for (const Vector &axis : {Vector{{1.0, 0.0, 0.0}}, Vector{{0.48, -0.6, 0.64}}})
@@ -230,7 +230,7 @@ TEST(PointsOfSpheres, RotateTheStressAboutAnyAxisAtAnySpeed)
 
 TEST(PointsOfSpheres, AverageTheStressOfARotatingIncrement)
 {
-  // The lattice only rotates: all samples have the same stress in axes that rotate with it.
+  // The lattice only rotates, so all samples have the same stress in axes that rotate with it.
   MacroStepOptions average;
   average.stress_from = macro::StressFrom::Average;
   average.stress_samples = 4;
@@ -302,7 +302,7 @@ TEST(GrainSizeOfSpheres, IsTheDiameterOfEqualOnes)
 
 namespace {
 
-/// RVEs of spheres with the indices of their points.
+/// Owns RVEs of spheres; slots[i] is the RVE of point i.
 class Owner final : public macro::RveOwner<3> {
  public:
   Owner(const Spheres &state, int count) : points(points_of(state, count, slots)) {}
@@ -329,8 +329,8 @@ class Owner final : public macro::RveOwner<3> {
   Points points;
 };
 
-/// Returns d sigma_xx / d eps_xx of grains that move with the mean field, along a direction
-/// [stress].
+/// Returns the normal stress per uniaxial strain along a direction for grains that move with the
+/// mean field [stress].
 double stiffness_along(const rve::AffineStiffnessOf<3> &stiffness, const Vector &direction)
 {
   const Tensor3 strain = rve::dyad(direction, direction);
@@ -406,8 +406,8 @@ TEST(PWaveModulusOfSpheres, IsThatOfAnIsotropicLattice)
 
 TEST(PWaveModulusOfSpheres, FromATangentIsThatOfTheLattice)
 {
-  // For k_t = 0.3 k_n the centrosymmetric lattice moves affinely, and waves along the diagonal of
-  // the cube are the fastest; the bound takes k_n for k_t.
+  // For k_t = 0.3 k_n the lattice moves affinely because it is centrosymmetric. Waves along the
+  // diagonal of the cube are the fastest. The bound uses k_n for k_t.
   Spheres lattice = pressed_lattice();
   lattice.material.tangential_stiffness = 0.3 * lattice.material.normal_stiffness;
   Owner owner(lattice, 2);
@@ -423,7 +423,7 @@ TEST(PWaveModulusOfSpheres, FromATangentIsThatOfTheLattice)
   const double share = law.measured_wave_share(
       {0, 1}, probes, [&](int point) { return owner.points.state(owner.slots[point]); });
 
-  // The constants are those without overlap, which is 1e-3 of the radius.
+  // The constants c neglect the overlap, which is 1e-3 of the radius.
   EXPECT_NEAR(share * bound, fastest, 5e-3 * fastest);
   EXPECT_LT(share, 0.9);
   law.scale_waves(share);
@@ -453,7 +453,8 @@ TEST(PWaveModulusOfSpheres, BoundsTheAffineStiffnessInAllDirections)
           most = std::fmax(most, stiffness_along(stiffness, n));
           if (j == 18) most_in_plane = std::fmax(most_in_plane, stiffness_along(stiffness, n));
         }
-      // Radii differ: large spheres have more contacts than the mean one, and longer branches.
+      // Radii differ. Large spheres have more contacts than the mean sphere and longer branch
+      // vectors.
       constexpr double OF_RADII = 0.97;
       EXPECT_GT(in_space, OF_RADII * most) << ratio;
       EXPECT_LT(in_space, 2.5 * most) << ratio;

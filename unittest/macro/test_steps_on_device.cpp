@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Steps of a continuum with RVEs have the same bits if increments and stresses stay on a GPU, where
-// the host synchronises only if necessary, and on CPU threads. Substeps are matched or adaptive,
-// and RVEs rotate, are evaluated, stiffen, repeat a call or fail.
+// Steps of a continuum with RVEs. Increments and stresses stay on a GPU, and the host synchronises
+// only if necessary. The results must be bitwise equal to those of CPU threads. Substeps are
+// matched or adaptive, and RVEs rotate, are evaluated, stiffen, repeat a call or fail.
 
 #include "macro/rve_constitutive.h"
 #include "mpm/mpm_solver.h"
@@ -61,7 +61,7 @@ class CountingRequest final : public rve::Request {
   rve::Request *request_ = nullptr;
 };
 
-/// Uses RVEs as fix rve does; slots are the indices of points. Failed RVEs are frozen.
+/// Uses RVEs as fix rve does. The slot of an RVE is the index of its point. Failed RVEs are frozen.
 template <int D> class Owner final : public RveOwner<D> {
  public:
   using Points = RvePointsOf<D>;
@@ -159,15 +159,15 @@ template <int D> class Owner final : public RveOwner<D> {
   MacroIncrementsOf<D> *increments_ = nullptr;
 };
 
-/// Motion of a free block. Stresses of the RVEs accelerate a light one strongly.
+/// Motion of a free block. If its density is low, the stresses of the RVEs accelerate it strongly.
 struct Motion {
   double shrinking, shearing = 0.2;    ///< rates [1/time]
   double density = 2000.0;             ///< [mass/length^3]
   double turning = 1.0;                ///< rate [1/time]
 };
 
-/// Returns a free block that rotates, shears and shrinks, increasingly with the distance from its
-/// left side.
+/// Returns a free block that rotates, shears and shrinks. The rate of shrinking increases with the
+/// distance from its left side.
 mpm_test::Scene turning_block(const Motion &motion)
 {
   const double shrinking = motion.shrinking, shearing = motion.shearing, turning = motion.turning;
@@ -294,15 +294,15 @@ void expect_same_course(const rve::RveStateOf<D> &state, rve::Format format, con
   EXPECT_EQ(here.owner.failures, there.owner.failures);
   const bool shall_fail = overlap_limit < 0.1;
   EXPECT_EQ(there.owner.failures > 0, shall_fail);
-  // Hertz' contacts stiffen under pressure; packings of linear contacts stiffen when many contacts
+  // Hertz contacts stiffen under pressure. Packings of linear contacts stiffen when many contacts
   // close.
   const bool shall_stiffen = shall_fail || state.material.law == rve::ContactLaw::Hertz;
   EXPECT_EQ(there.owner.times_stiffened > 0, shall_stiffen);
   EXPECT_EQ(here.owner.times_stiffened > 0, shall_stiffen);
   if (DEVICE != rve::Device::Cuda) return;
   const int updates = scheme == mpm::Scheme::Usavg ? 2 * steps : steps;
-  // If all RVEs work, calls begin before the host has their plan. Adaptive calls do so when their
-  // numbers of steps are known approximately.
+  // If no RVE is quiescent, calls begin before the host has their plan. Adaptive calls do so once
+  // their numbers of steps are known approximately.
   const int ahead = there.owner.on_device.early;
   if (macro.quiescent_strain > 0.0)
     EXPECT_EQ(ahead, 0);
@@ -336,7 +336,7 @@ TEST_P(StepsOnDevice, MatchedSubstepsHaveTheBitsOfTheCpu)
 }
 
 // An increment with a large rotation takes several segments, which the host plans. The device has
-// begun with these RVEs but has not moved them.
+// begun the call of these RVEs but has not moved them.
 TEST_P(StepsOnDevice, StepsPlannedByTheHostHaveTheBitsOfTheCpu)
 {
   expect_same_course(packing_of_400(), GetParam(), {0.5, 0.2, 1e7, 1.001 * rve::LARGEST_TURN / DT},
@@ -375,8 +375,8 @@ TEST_P(StepsOnDevice, QuiescentRvesHaveTheBitsOfTheCpu)
   expect_same_course(packing_of_400(), GetParam(), SLOW, matched);
 }
 
-// Calls begin before the host has their plan while all RVEs work. When some are evaluated or
-// quiescent, the calls that have begun have not moved them.
+// Calls begin before the host has their plan while no RVE is quiescent. When some RVEs are
+// evaluated or become quiescent, the calls that have begun have not moved them.
 TEST_P(StepsOnDevice, RvesThatBecomeQuiescentHaveTheBitsOfTheCpu)
 {
   const rve::RveState state = packing_of_400();

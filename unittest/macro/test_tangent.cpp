@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Properties of a material that follow from its tangent, against closed forms: isotropic and
-// plastic solids, solids under stress.
+// Properties of a material that follow from its tangent, against closed forms for isotropic,
+// plastic and stressed solids.
 
 #include "oracle/tangent_algebra.h"
 
@@ -41,8 +41,8 @@ template <int D> double contraction(const Tensor<double, D> &x, const Tensor<dou
   return sum;
 }
 
-/// Returns C - (C : P)(F : C) / (h + F : C : P). Plastic strain is along P and begins if F : sigma
-/// increases; h is the hardening modulus.
+/// Returns the plastic tangent C - (C : P)(F : C)/(h + F : C : P) with the elastic tangent C and
+/// the hardening modulus h. Plastic strain is along P and occurs if F : sigma increases.
 template <int D>
 TangentOf<D> plastic_tangent(const TangentOf<D> &elastic, const Tensor<double, D> &p,
                              const Tensor<double, D> &f, double hardening)
@@ -112,7 +112,8 @@ template <int D> void expect_isotropic_solid()
   EXPECT_NEAR(tangent.least_second_order_work(), 2.0 * MU, ROUNDING * MU);
   EXPECT_NEAR(second_order_work(tangent, Tensor<double, D>::identity()), D * LAMBDA + 2.0 * MU,
               ROUNDING * LAMBDA);
-  // Under a pressure too: in a band the change of volume and the rotation of its forces cancel.
+  // A pressure does not change it: in a shear band the effects of the change of volume and of the
+  // rotation of forces cancel.
   const double expected = (LAMBDA + 2.0 * MU) * std::pow(MU, D - 1);
   for (const double pressure : {0.0, 0.1 * MU}) {
     const auto least = NominalTangentOf<D>(tangent, -pressure * Tensor<double, D>::identity())
@@ -142,7 +143,7 @@ template <int D> void expect_turned_tangent(const Tensor<double, D> &rotation)
   const auto after =
       NominalTangentOf<D>(result, rotation * stress * back).least_acoustic_determinant();
   EXPECT_NEAR(after.determinant, before.determinant, 10.0 * ROUNDING);
-  // The error of a direction is the root of that of its value.
+  // The error of a direction is the square root of the error of its value.
   EXPECT_NEAR(std::fabs(rve::dot(after.normal, rotation * before.normal)), 1.0, 1e-12);
 }
 
@@ -195,8 +196,8 @@ TEST(Tangent, ItsFastestWavesAreThoseOfIsotropicSolidsAndCubicCrystals)
               ROUNDING * LAMBDA);
   EXPECT_NEAR(TangentOf<3>::isotropic(LAMBDA, MU).wave_modulus(), LAMBDA + 2.0 * MU,
               ROUNDING * LAMBDA);
-  // C11 = 3, C12 = 1: for C44 below (C11 - C12)/2 the fastest waves are along an axis, C11, and
-  // above it along the diagonal of the cube, (C11 + 2 C12 + 4 C44)/3.
+  // C11 = 3 and C12 = 1. For C44 below (C11 - C12)/2 the fastest waves are along an axis, with C11.
+  // Above it they are along the diagonal of the cube, with (C11 + 2 C12 + 4 C44)/3.
   auto cubic = TangentOf<3>::isotropic(1.0, 1.0);
   for (int k = 3; k < 6; ++k) cubic.component[k][k] = 0.5;
   EXPECT_NEAR(cubic.wave_modulus(), 3.0, ROUNDING);
@@ -206,8 +207,8 @@ TEST(Tangent, ItsFastestWavesAreThoseOfIsotropicSolidsAndCubicCrystals)
 
 TEST(Tangent, OfACubicCrystalHasItsIsotropicPartAndLeastEigenvalue)
 {
-  // C11 = 3, C12 = 1, C44 = 0.5: eigenvalues C11 + 2 C12, C11 - C12 and 2 C44; Voigt's means lambda
-  // = (C11 + 4 C12 - 2 C44)/5, mu = (C11 - C12 + 3 C44)/5
+  // C11 = 3, C12 = 1, C44 = 0.5. The eigenvalues are C11 + 2 C12, C11 - C12 and 2 C44. Voigt's
+  // means are lambda = (C11 + 4 C12 - 2 C44)/5 and mu = (C11 - C12 + 3 C44)/5.
   auto cubic = TangentOf<3>::isotropic(1.0, 1.0);
   for (int k = 3; k < 6; ++k) cubic.component[k][k] = 0.5;
   const IsotropicPart part = cubic.isotropic_part();
@@ -229,7 +230,7 @@ TEST(Tangent, StressRotatesWithARigidRotation)
   const Tensor<double, 3> stress = random_stress<3>(random);
   const Tensor<double, 3> spin{{0.0, -0.3, 0.5, 0.3, 0.0, -0.2, -0.5, 0.2, 0.0}};
   const NominalTangentOf<3> nominal(tangent, stress);
-  // The rate of nominal stress is W sigma, since its areas are those before the rotation.
+  // The nominal stress refers to areas before the rotation, so its rate is W sigma.
   const Tensor<double, 3> expected = spin * stress;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
@@ -242,7 +243,8 @@ TEST(Tangent, StressRotatesWithARigidRotation)
 
 TEST(Tangent, ShearWavesInAStressedSolidAreThoseOfBiot)
 {
-  // Biot 1940, J. Appl. Phys. 11, 522: mu +- (sigma_1 - sigma_2)/2, along the axes of the stress
+  // Shear waves along the axes of the stress have the moduli mu +- (sigma_1 - sigma_2)/2 (Biot
+  // 1940, J. Appl. Phys. 11, 522).
   const double s1 = 0.1 * MU, s2 = -0.3 * MU;
   const NominalTangentOf<2> nominal(TangentOf<2>::isotropic(LAMBDA, MU), diagonal<2>({s1, s2}));
   const double along = LAMBDA + 2.0 * MU, half = 0.5 * (s1 - s2);
@@ -254,8 +256,9 @@ TEST(Tangent, ShearWavesInAStressedSolidAreThoseOfBiot)
 
 TEST(Tangent, VonMisesInThePlaneLosesEllipticityAtFortyFiveDegreesWithoutHardening)
 {
-  // det Q = mu (lambda + 2 mu) (1 - (2 mu sin^2 2t + 2 mu^2 cos^2 2t/(lambda + 2 mu))/(2 mu + h)),
-  // least at t = 45 degrees: h/(2 mu + h)
+  // For waves along the angle t, the acoustic tensor Q has
+  //   det Q = mu (lambda + 2 mu) (1 - (2 mu sin^2 2t + 2 mu^2 cos^2 2t/(lambda + 2 mu))/(2 mu + h))
+  // with the hardening modulus h. The last factor is least at t = 45 degrees: h/(2 mu + h).
   const double elastic = MU * (LAMBDA + 2.0 * MU);
   for (const double hardening : {0.3 * MU, 0.0, -0.1 * MU}) {
     const NominalTangentOf<2> tangent = unstressed(von_mises(hardening));
@@ -279,8 +282,9 @@ TEST(Tangent, VonMisesInThePlaneLosesEllipticityAtFortyFiveDegreesWithoutHardeni
 
 TEST(Tangent, NonAssociatedFlowLosesSecondOrderWorkBeforeEllipticity)
 {
-  // For P != F the least eigenvalue of the symmetric part is negative at a positive hardening
-  // modulus, but det Q is not yet (Rudnicki and Rice, below).
+  // If plastic flow P differs from F, the least eigenvalue of the symmetric part of the tangent is
+  // negative at a positive hardening modulus at which det Q is still positive (Rudnicki and Rice,
+  // below).
   const auto elastic = TangentOf<2>::isotropic(LAMBDA, MU);
   const auto f = diagonal<2>({1.0, -0.4}), p = diagonal<2>({0.75, -0.65});
   const TangentOf<2> tangent = plastic_tangent(elastic, p, f, 0.1 * MU);
@@ -290,15 +294,15 @@ TEST(Tangent, NonAssociatedFlowLosesSecondOrderWorkBeforeEllipticity)
 
 TEST(Tangent, DruckerPragerLosesEllipticityAtTheHardeningAndAngleOfRudnickiAndRice)
 {
-  // Rudnicki and Rice 1975, J. Mech. Phys. Solids 23, 371, eqs. (20) and (18): deviator N (N:N =
-  // 2), friction a, dilatancy b,
-  //     h/G = (1 + nu)/(9 (1 - nu)) (b - a)^2 - (1 + nu)/2 (N_II + (a + b)/3)^2,
-  //     tan^2 of the angle between the normal and axis III = (xi - N_III)/(N_I - xi), xi = (1 +
-  //     nu)(a + b)/3 - N_II (1 - nu)
+  // Rudnicki and Rice 1975, J. Mech. Phys. Solids 23, 371, eqs. (20) and (18). With the deviator N
+  // (N:N = 2), friction a and dilatancy b, ellipticity is lost at the hardening modulus h,
+  //     h/G = (1 + nu)/(9 (1 - nu)) (b - a)^2 - (1 + nu)/2 (N_II + (a + b)/3)^2.
+  // The angle t between the normal of the band and axis III follows from
+  //     tan^2 t = (xi - N_III)/(N_I - xi),  xi = (1 + nu)(a + b)/3 - N_II (1 - nu).
   const double nu = 0.5 * LAMBDA / (LAMBDA + MU), friction = 0.6, dilatancy = 0.2;
   const rve::Tensor3 rotation = rve::spatial_rotation({{0.3, -0.7, 0.4}});
   for (const double middle : {0.0, -0.25, 0.3}) {
-    // N_I + N_III = -N_II, and the squares are 2
+    // N_I + N_III = -N_II, and N_I^2 + N_II^2 + N_III^2 = 2
     const double half = std::sqrt(1.0 - 0.75 * middle * middle);
     const double most = -0.5 * middle + half, least = -0.5 * middle - half;
     const rve::Tensor3 n = diagonal<3>({most, middle, least});

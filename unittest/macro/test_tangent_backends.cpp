@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The tangent of an RVE has the same bits with any other RVEs in the call, any number of threads,
-// on a GPU and on a CPU.
+// The tangent of an RVE is bitwise equal on a GPU and on a CPU, with any number of threads and with
+// any other RVEs in the call.
 
 #include "macro/tangent_probes.h"
 #include "support/lattice.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 // The tangent of an RVE by probing: lattices against closed forms, disordered packings against
-// linear algebra and against runs, and the bits of a single RVE in a batch.
+// linear algebra and against runs, and a single RVE against the same RVE in a batch, to the bit.
 
 #include "macro/tangent_probes.h"
 
@@ -135,8 +135,9 @@ double along(const Tensor2 &stress, const Tensor2 &strain)
 
 TEST(TangentProbes, LatticesHaveTheirClosedForms)
 {
-  // The tolerance of 1e-8 covers the rounding of stresses over the change by a probe, 1e-16/(1e-4
-  // overlap over distance) = 5e-10, and for Hertz the square of the probe, 1e-8/40.
+  // The tolerance of 1e-8 covers two errors. The rounding of stresses divided by their change in a
+  // probe is 1e-16/(1e-4 overlap over distance) = 5e-10. For Hertz contacts the square of the probe
+  // is 1e-8/40.
   for (const rve::Material &material : {linear_springs(), hertz_mindlin()}) {
     SCOPED_TRACE(rve::word_of(material.law));
     const Springs springs = springs_of(material);
@@ -186,8 +187,9 @@ TEST(TangentProbes, ErrorIsTheSquareOfLargeProbesAndTheInverseOfSmallOnes)
 
 TEST(TangentProbes, EveryNumberFormatHasASuitableProbe)
 {
-  // The tolerances are the rounding of forces, 6e-8 in mixed, and of gaps over overlaps in fast,
-  // over the size of the probe (doc: compute rve/tangent).
+  // The tolerances are a rounding error divided by the size of the probe (doc: compute
+  // rve/tangent). In mixed, forces are rounded by 6e-8. In fast, gaps between grains are rounded,
+  // relative to overlaps.
   const rve::Material material = linear_springs();
   const rve::RveState lattice = hexagonal_lattice(material, RADIUS, OVERLAP);
   const TangentOf<2> expected = of_hexagons(springs_of(material), material.thickness);
@@ -201,8 +203,8 @@ TEST(TangentProbes, EveryNumberFormatHasASuitableProbe)
 
 TEST(TangentProbes, PackingsHaveTheTangentOfTheirLinearEquations)
 {
-  // With less friction than before, contacts slide, and some come to rest at the limit. They stick
-  // in an elastic probe nevertheless.
+  // With less friction than before, contacts slide, and some come to rest at the friction limit.
+  // They must nevertheless stick in an elastic probe.
   for (const double friction : {0.5, 0.05}) {
     SCOPED_TRACE(friction);
     rve::RveState state = sheared_packing();
@@ -221,7 +223,7 @@ TEST(TangentProbes, PackingsHaveTheTangentOfTheirLinearEquations)
     EXPECT_LE(probed.unrest, 1e-5);
     EXPECT_EQ(probed.changed_contacts, 0);
     EXPECT_LT(probed.nonlinearity, 1e-4);
-    // The error is that of the unbalanced forces at rest, and of rounding.
+    // The error comes from the unbalanced forces at rest and from rounding.
     EXPECT_LT(relative_error(probed.tangent, expected), 1e-8);
     EXPECT_GT(expected.isotropic_part().anisotropy, 0.02);
   }
@@ -229,8 +231,8 @@ TEST(TangentProbes, PackingsHaveTheTangentOfTheirLinearEquations)
 
 TEST(TangentProbes, AreBelowTheAffineStiffness)
 {
-  // Grains that may deviate from the mean field store less energy, so that the difference is
-  // positive semidefinite.
+  // Grains that may deviate from the mean field store less energy. The affine stiffness minus the
+  // tangent is therefore positive semidefinite.
   RveRig disks(at_rest(sheared_packing()));
   std::vector<rve::ElasticResult> answer;
   disks.owner().advance({disks.rve_number()}, {rve::Drive{1e-6}}, answer);
@@ -261,7 +263,8 @@ TEST(TangentProbes, ElasticTangentIsThatOfASmallStrainInARun)
   rve::RveState state = packing_of_400();
   state.material.local_damping = 0.7;
   const TangentOf<2> tangent = probe(state, elastic()).tangent;
-  // A strain of a ten-thousandth of the overlap, at which no contact slides, is followed by rest.
+  // The strain is a ten-thousandth of the overlap, so that no contact slides. Then the packing
+  // comes to rest.
   const Tensor2 strain{{-3e-7, 2e-7, 2e-7, 5e-7}};
   RveRig rig(state);
   const Tensor2 before = rig.strain(Tensor2::zero(), 5e-6, 20000).stress;
@@ -295,10 +298,10 @@ TEST(TangentProbes, ElasticTangentOfSpheresIsThatOfASmallStrainInARun)
 
 TEST(TangentProbes, LoadingTangentNeedsALead)
 {
-  // At rest contacts have left the friction limit. The disks in the manual (compute rve/tangent)
-  // have a nonlinearity of 16 % without a lead and of 0.9 % with a lead of 0.1, which is 18 times
-  // less. The disks of this test are other ones, so it requires only a factor of four, about the
-  // square root of 18.
+  // At rest, contacts have left the friction limit; the lead strains the packing until they slide
+  // again. The disks in the manual (compute rve/tangent) have a nonlinearity of 16 % without a lead
+  // and of 0.9 % with a lead of 0.1, which is 18 times less. This test has other disks. It requires
+  // only a factor of four, about the square root of 18.
   const rve::RveState state = sheared_packing();
   const auto nonlinearity = [&](double lead) {
     TangentOptions options = loading();
@@ -315,7 +318,7 @@ TEST(TangentProbes, LoadingTangentIsThatOfTheContinuedRunAndSofterThanTheElastic
   const auto stiff = probe(state, elastic());
   ASSERT_TRUE(plastic.is_measured);
 
-  // homogeneous of degree one: C : D is the response along D itself (Euler)
+  // C : D is homogeneous of degree one, so it is the response along D itself (Euler)
   EXPECT_LT(plastic.nonlinearity, 0.05);
   EXPECT_LT(along(plastic.response, LOADING), 0.8 * along(stiff.tangent(LOADING), LOADING));
 
@@ -342,8 +345,8 @@ TEST(TangentProbes, LoadingTangentWithoutSlidingIsTheElasticOne)
   options.probe = 1e-4;
   const auto plastic = probe<2>({state}, options, rve::Format::Double, 1, LOADING)[0];
   const auto stiff = probe(state, elastic());
-  // The tolerance covers the rounding error divided by the spread of a probe, and the square of the
-  // probe.
+  // The tolerance covers the rounding error divided by the spread of the probes, and the
+  // square of the probe.
   EXPECT_LT(relative_error(plastic.tangent, stiff.tangent), 1e-5);
   EXPECT_LT(plastic.nonlinearity, 1e-5);
 

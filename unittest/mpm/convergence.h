@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Errors on successively finer grids: their mean square, and the order at which they decrease.
+// Errors on successively finer grids: their root mean square, and the order at which they decrease.
 
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// One point of a law in space for tests, strained step by step or in a triaxial cell. The laws have
-// one state variable.
+// A material point in space for tests of constitutive laws with one state variable. It is strained
+// step by step or in a triaxial test.
 
 #pragma once
 
@@ -58,8 +58,8 @@ inline rve::Tensor3 any_rotation(std::mt19937 &random)
   return rotation_about(axis, 3.0 * normal(random));
 }
 
-/// Shortens the z axis in steps and keeps two lateral stresses at -pressure by equal strains along
-/// x and y.
+/// A triaxial test. step() shortens the z axis and keeps both lateral stresses at -pressure by
+/// equal strains along x and y.
 template <class Law> struct Triaxial {
   Element<Law> element;
   double widening = 0.0;    ///< strain of x and y in the last step

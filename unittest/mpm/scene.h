@@ -160,15 +160,15 @@ inline std::array<mpm::SideKind, 4> box_open_above()
   return {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Free};
 }
 
-/// Calls work(rank, communication) on `ranks` threads whose collective calls synchronise. An
-/// exception of one thread ends the others in their next call, as MPI_Abort would, and run() throws
-/// it.
+/// Calls work(rank, communication) on `ranks` threads whose collective calls synchronise. If one
+/// thread throws an exception, the others end in their next call, as with MPI_Abort, and run()
+/// throws the exception.
 class RankTeam {
  public:
   explicit RankTeam(int ranks) : ranks_(ranks), values_(ranks), sizes_(ranks), messages_(ranks) {}
 
-  /// Counts of integers that each rank has given to sums, of integers in messages of all ranks, and
-  /// of calls of all kinds.
+  /// Number of integers that each rank has contributed to sums, number of integers in the messages
+  /// of all ranks, and number of calls of all kinds.
   std::size_t words_summed() const { return words_summed_; }
   std::size_t words_sent() const { return words_sent_; }
   std::size_t calls() const { return calls_; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Sides with dashpots after Lysmer & Kuhlemeyer: waves leave through them, energy does not return,
-// and the absorbed impulse is recorded.
+// Sides with dashpots after Lysmer & Kuhlemeyer: waves leave through them, no energy returns, and
+// the solver records the absorbed impulse.
 
 #include "scene.h"
 
@@ -25,15 +25,17 @@ constexpr int CELLS = 60;    // number along the bar
 constexpr int WIDTH = 20;    // cells of the pulse
 constexpr double STRAIN = 1e-5;
 
-// The end of a chain of lumped masses m = ρ A h has the impedance ρ c A cos(kh/2) and the dashpot ρ
-// c A, so that waves of the number k are reflected with tan²(kh/4). The spectrum of a pulse sin²(π
-// x/w) ends, up to a per cent, at k = 4π/w.
+// Largest share of a wave that a dashpot reflects because the grid is discrete. A chain of lumped
+// masses m = ρ A h with the cell edge h has the impedance ρ c A cos(kh/2) for the wave number k.
+// The dashpot has ρ c A, so it reflects the share tan²(kh/4). Up to a per cent, the spectrum of a
+// pulse sin²(π x/w) of the width w ends at k = 4π/w.
 const double DISCRETISATION = std::pow(std::tan(PI / WIDTH), 2);
 
 enum class End { Free, Fixed, Absorbing, RollerAndDashpots };
 
-/// Returns the reflected share of the stress of a plane pulse at a side, signed, for a compression
-/// wave or a shear wave polarised along another axis. The bar has two cells across.
+/// Returns the stress of a plane pulse after its reflection at a side, divided by its initial
+/// stress and with its sign. The pulse is a compression wave, or a shear wave if it is polarised
+/// along another axis than that of the side. The bar has two cells across.
 template <int D> double reflected(End end, Face side, int polarisation, double misjudged = 1.0)
 {
   const int along = mpm::axis_of(side);
@@ -63,9 +65,9 @@ template <int D> double reflected(End end, Face side, int polarisation, double m
   options.sides.fill(SideKind::Roller);
   const auto face = static_cast<int>(side);
   if (is_shear) {
-    // The bar is a piece of a wide body: its sides normal to the polarisation move with the wave,
-    // but not along the bar. Tangential dashpots for a million times the wave speed prevent this
-    // motion.
+    // The bar stands for a piece of a wide body. Its sides normal to the polarisation must move
+    // with the wave, but not along the bar. Tangential dashpots for a million times the wave speed
+    // prevent motion along the bar.
     for (const int of_wave : {2 * polarisation, 2 * polarisation + 1}) {
       options.sides[of_wave] = SideKind::Free;
       options.dashpots[of_wave].tangential = 1e6 * c;
@@ -202,7 +204,8 @@ TEST(AbsorbingSides, AbsorbEnergyAndReturnNone)
     before = now;
     if (step % crossing != 0) continue;
     printf("%d crossings: %.1e of the energy is left\n", step / crossing, now / initial);
-    // Every wave reaches a side at 45 degrees or less, which reflects less than half of its energy.
+    // In each crossing every wave reaches a side at 45 degrees or less. This side reflects less
+    // than half of the energy.
     EXPECT_LT(now, initial * std::pow(0.5, step / crossing));
   }
 }
@@ -220,7 +223,7 @@ TEST(AbsorbingSides, ReceiveTheMomentumThatTheMaterialLoses)
     mpm::MpmSolver<2> solver(square.options);
     solver.set_models({&square.law});
     const double dt = 0.3 * CELL / P_SPEED;
-    // The tolerance is the round-off of sums over a thousand points and far below the impulse of
+    // The tolerance is the round-off of sums over a thousand points. It is far below the impulse of
     // any node.
     const double tolerance =
         1e-11 * DENSITY * square.options.hi[0] * square.options.hi[1] * STRAIN * P_SPEED;
@@ -254,13 +257,14 @@ TEST(AbsorbingSides, AreStableUpToACourantNumberOfOneForTheirSpeeds)
       EXPECT_LT(now, before) << "step " << step;
       before = now;
     }
-    // At twice the impedance of compression waves and 3.5 times that of shear waves, a side
-    // reflects a third and more than a half.
+    // The dashpots have twice the impedance of compression waves and 3.5 times that of shear waves.
+    // They reflect a third and more than a half of the stress.
     EXPECT_LT(before, 0.1 * initial);
   }
 }
 
-/// The side does not hold the ground; a traction that balances the stress does.
+/// An absorbing side exerts no static force. A traction that balances the stress keeps the ground
+/// at rest.
 TEST(AbsorbingSides, LeaveGroundAtRestUnderTheReactionOfItsStress)
 {
   constexpr double PRESSURE = 20e3;
@@ -289,8 +293,8 @@ TEST(AbsorbingSides, LeaveGroundAtRestUnderTheReactionOfItsStress)
   for (const double v : square.scene.velocity) EXPECT_LT(std::abs(v), 10.0 * speed);
 }
 
-/// Half of a traction on an absorbing side acts on its dashpots: 2 ρ c v sends a wave of the
-/// velocity v into the ground.
+/// A traction of 2 ρ c v on an absorbing side sends a wave of the velocity v into the ground. The
+/// other half of the traction acts on the dashpots.
 TEST(AbsorbingSide, TractionOfTwiceTheStressSendsAWaveIntoTheGround)
 {
   mpm_test::Scene scene;

@@ -29,8 +29,9 @@ template <int D> Vec<D> uniform(double value)
   return v;
 }
 
-/// Expects Σ N = 1, Σ N x = x and Σ x ⊗ ∇N = 1 over all parts of boxes that are stretched, sheared
-/// and rotated, also near the sides.
+/// Expects Σ N = 1, Σ N x = x and Σ x ⊗ ∇N = 1 over all parts of a box, with the shape functions N
+/// and the positions x of nodes. Boxes are stretched, sheared and rotated, and some are near the
+/// sides.
 template <int D> void expect_linear_fields_are_reproduced()
 {
   const mpm::Grid<D> grid(uniform<D>(0.0), uniform<D>(1.0), CELL);
@@ -98,9 +99,10 @@ TEST(BoxesThatFollow, HaveTheSecondMomentsOfTheDeformedBox)
 
 namespace {
 
-/// Stretches a bar of one point per cell to `stretch` times its length. Points have v = ε̇ x in
-/// every step. The members are the smallest and the largest ratio of a point's stretch λ to e^(ε̇
-/// t). The stress of each point must be E ln λ.
+/// Result of drawn_bar(), which stretches a bar with one point per cell to `stretch` times its
+/// length. Points have the velocity ε̇ x in every step. The members are the smallest and the
+/// largest ratio of the stretch λ of a point to e^(ε̇ t). drawn_bar() also expects the stress E ln
+/// λ at each point.
 struct Bar {
   double least = 1e9, largest = 0.0;
 };
@@ -226,8 +228,9 @@ template <int D> void expect_one_dilation_in_a_cell()
   }
 }
 
-/// Expects that the power of the nodal forces on a quadratic velocity field of the nodes is -Σ V σ
-/// : L, with the L that the law gets.
+/// Expects that the power of the nodal forces on a quadratic velocity field is -Σ V σ : L, with the
+/// volume V and the stress σ of a point. L is the velocity gradient that the law gets, with the
+/// mean dilation of the cell.
 template <int D> void expect_forces_do_the_work_of_stresses()
 {
   SceneOf<D> scene;
@@ -266,7 +269,7 @@ template <int D> void expect_forces_do_the_work_of_stresses()
     of_forces += dot(solver.node_force(place), field(place));
   });
 
-  // The reference sum: cells have whole boxes, two along each axis.
+  // The reference sum. Each cell contains whole boxes, two along each axis.
   double of_stresses = 0.0;
   std::vector<double> volume(grid.node_count(), 0.0), sum(grid.node_count(), 0.0);
   std::vector<mpm::Tensor<D>> gradient(scene.size());
@@ -318,8 +321,8 @@ TEST(MeanDilation, ForcesDoTheWorkOfTheStresses)
 
 namespace {
 
-/// Expects the same bits on ranks for ground that yields under a footing, with boxes that follow
-/// and mean dilation.
+/// Expects bitwise equal results on several threads and ranks. The ground yields, boxes follow the
+/// deformation, and the dilation is the mean over cells.
 template <int D> void expect_same_bits_on_ranks(ShapeFunction shape, mpm::Scheme scheme)
 {
   SceneOf<D> scene;

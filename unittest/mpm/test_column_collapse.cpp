@@ -52,7 +52,7 @@ Deposit collapse(mpm::Constitutive<2> &law)
   const double time = 8.0 * std::sqrt(HEIGHT / GRAVITY);
   for (double t = 0.0; t < time; t += dt) solver.step(scene.view(), {}, dt);
 
-  // The deposit ends at the first gap of a cell between its points.
+  // The deposit ends at the first gap between points that is as wide as a cell.
   std::vector<double> x;
   double top = 0.0;
   for (int p = 0; p < scene.size(); ++p) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The half spaces of the convex hull of vertices.
+// Convex hulls of vertices, given as intersections of half spaces.
 
 #include "mpm/convex_hull.h"
 
@@ -134,7 +134,8 @@ TEST(ConvexHull, FacesWithManyVerticesAreOneFace)
 
 TEST(ConvexHull, ContinuesBeyondAPlaneWithTheWidthAtThePlane)
 {
-  // Half of a wedge is cut at x = 0: its tip continues as a flat edge and not as a longer tip.
+  // Half of a wedge is cut at x = 0 and extended by 0.2 beyond the cut. Its tip must continue as a
+  // horizontal edge, not as a longer tip.
   ConvexHull<2> half = convex_hull<2>({{{0.0, 0.0}}, {{1.0, 2.0}}, {{0.0, 2.0}}}, "body");
   const auto cut = std::find_if(half.sides.begin(), half.sides.end(),
                                 [](const auto &side) { return side.plane.normal[0] == -1.0; });
@@ -146,7 +147,7 @@ TEST(ConvexHull, ContinuesBeyondAPlaneWithTheWidthAtThePlane)
   EXPECT_TRUE(has_plane<2>(half, {{0.0, -1.0}}, 0.0));
   EXPECT_TRUE(has_plane<2>(half, {{0.0, 1.0}}, 2.0));
 
-  // A quarter of a pyramid on its tip is cut at x = 0 and y = 0.
+  // A quarter of a pyramid on its tip is cut at x = 0 and y = 0 and extended beyond both cuts.
   ConvexHull<3> quarter = convex_hull<3>({{{0.0, 0.0, 0.0}},
                                           {{0.0, 0.0, 2.0}},
                                           {{1.0, 0.0, 2.0}},

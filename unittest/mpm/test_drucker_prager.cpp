@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Drucker-Prager and von Mises in space and in plane strain: the return of stresses, and paths
-// against closed forms.
+// Drucker-Prager and von Mises in space and in plane strain: the return of trial stresses to the
+// cone, and strain paths against closed forms.
 
 #include "mpm/drucker_prager.h"
 
@@ -32,7 +32,7 @@ double sine(double degrees)
   return std::sin(degrees * PI / 180.0);
 }
 
-/// Returns α for an angle.
+/// Returns the slope α of the cone for an angle [degrees].
 double slope(double degrees)
 {
   return 2.0 * sine(degrees) / (std::sqrt(3.0) * (3.0 - sine(degrees)));
@@ -61,7 +61,9 @@ TEST(DruckerPrager, DrainedTriaxialCompressionHasTheStrengthOfMohrCoulomb)
 
       const double strength = k * pressure + 2.0 * cohesion * std::sqrt(k);
       EXPECT_NEAR(test.element.stress(2, 2), -strength, 1e-9 * strength);
-      // ∂g/∂σ = s/(2 sqrt(J2)) + β 1, and s/(2 sqrt(J2)) = (1, 1, -2)/(2 sqrt(3))
+      // The plastic potential g has the gradient ∂g/∂σ = s/(2 sqrt(J2)) + β 1, with the deviator s,
+      // its invariant J2 and the slope β of the dilation angle. Here s/(2 sqrt(J2)) = (1, 1, -2)/(2
+      // sqrt(3)).
       const double unit = 1.0 / (2.0 * std::sqrt(3.0)), b = slope(dilation);
       EXPECT_NEAR(test.widening / step, (unit + b) / (2.0 * unit - b), 1e-3);
     }
@@ -69,8 +71,8 @@ TEST(DruckerPrager, DrainedTriaxialCompressionHasTheStrengthOfMohrCoulomb)
 
 TEST(DruckerPrager, DrainedTriaxialExtensionIsStrongerThanMohrCoulomb)
 {
-  // With the axial pressure σ, sqrt(J2) = (p - σ)/sqrt(3) and I1 = -2 p - σ. This is the other
-  // meridian of the cone, with the same slope.
+  // With the axial pressure σ and the lateral pressure p, sqrt(J2) = (p - σ)/sqrt(3) and I1 = -2 p
+  // - σ. This stress is on the other meridian of the cone, which has the same slope.
   const double pressure = 100e3, friction = 30.0, a = slope(friction), step = 1e-4;
   Triaxial test({YOUNG, POISSON, 0.0, friction, 0.0}, pressure);
 
@@ -125,7 +127,8 @@ TEST(DruckerPrager, TrialStressReturnsToTheConeOrTheApex)
 
 TEST(DruckerPrager, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEnergyNorm)
 {
-  // The cone is convex: (σ_t - σ):C⁻¹(τ - σ) <= 0 for all admissible τ.
+  // The cone is convex. The stress σ is the admissible stress nearest to the trial stress σ_t if
+  // and only if (σ_t - σ):C⁻¹(τ - σ) <= 0 for all admissible τ.
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   const double cohesion = 0.4e5, friction = 25.0, size = 3e5;
@@ -155,7 +158,8 @@ TEST(DruckerPrager, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEnergy
 
 TEST(DruckerPrager, WithoutFrictionIsVonMisesWithTheTriaxialStrength)
 {
-  // σ1 - σ3 = 2 c in a triaxial test: sqrt(J2) = 2 c/sqrt(3), the shear stress in simple shear
+  // The triaxial strength is σ1 - σ3 = 2 c, which means sqrt(J2) = 2 c/sqrt(3) at yield. In simple
+  // shear, sqrt(J2) is the shear stress.
   const double cohesion = 10e3, strength = 2.0 * cohesion / std::sqrt(3.0);
   Element element({YOUNG, POISSON, cohesion, 0.0, 0.0}, Tensor3::zero());
   Tensor3 increment = Tensor3::identity();
@@ -197,8 +201,9 @@ TEST(DruckerPrager, PlaneStrainIsTheLawOfSpace)
 
 TEST(DruckerPrager, PlaneStrainMatchFailsAsMohrCoulomb)
 {
-  // α = tan φ'/sqrt(9 + 12 tan² φ'), k = 3 c'/sqrt(9 + 12 tan² φ') with associated flow (Drucker &
-  // Prager 1952): theory_mpm.rst
+  // With associated flow, the cone fails in plane strain as Mohr-Coulomb with φ' and c' if its
+  // slope is α = tan φ'/sqrt(9 + 12 tan² φ') and its strength k = 3 c'/sqrt(9 + 12 tan² φ')
+  // (Drucker & Prager 1952; theory_mpm.rst).
   const double friction = 30.0, cohesion = 5e3, pressure = 20e3;
   const double tangent = std::tan(friction * PI / 180.0),
                root = std::sqrt(9.0 + 12.0 * tangent * tangent);

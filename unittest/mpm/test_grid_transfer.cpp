@@ -94,7 +94,7 @@ TYPED_TEST(Transfer, WeightsAreAPartitionOfUnityWithLinearCompleteness)
       EXPECT_EQ(nodes, D == 2 ? 9 : 27);
       EXPECT_NEAR(unity, 1.0, 1e-14) << "a few operations on numbers of order 1";
       for (int a = 0; a < D; ++a) {
-        // Linear functions keep a distance of 2^-24 cells from nodes.
+        // Linear weights are evaluated at least 2^-24 cells away from nodes.
         EXPECT_NEAR(place[a], places[p][a], shape == ShapeFunction::Gimp ? 1e-14 : 0x1p-25);
         EXPECT_NEAR(none[a], 0.0, 1e-13) << "of slopes up to 2";
         for (int b = 0; b < D; ++b)

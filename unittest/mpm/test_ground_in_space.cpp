@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A scene in space with all features: bits do not depend on threads, order and ranks; no axis is
-// preferred; forces balance.
+// The scene of ground_in_space.h: bitwise equal results for any number of threads and ranks and any
+// order of the points, no preferred axis, and balance of forces.
 
 #include "ground_in_space.h"
 
@@ -20,7 +20,7 @@ namespace {
 
 constexpr int STEPS = 12;
 
-/// Points after some steps in the order of their ids, and the forces and masses of the solver.
+/// Points after some steps, in the order of their IDs, and the forces and masses of the solver.
 struct Outcome {
   Scene scene;
   std::vector<double> numbers;
@@ -65,7 +65,7 @@ class BitsInSpace : public testing::TestWithParam<Method> {
     return outcome_of(ground, steps);
   }
 
-  /// Expects the same result with points on the ranks rank_of(p, place).
+  /// Expects the reference result if rank_of(p, place) distributes the points among `ranks` ranks.
   template <class RankOf>
   void expect_of_ranks(const Outcome &reference, int ranks, const RankOf &rank_of,
                        int steps = STEPS)
@@ -114,8 +114,8 @@ TEST_P(BitsInSpace, DoNotDependOnTheNumberOfThreads)
 TEST_P(BitsInSpace, DoNotDependOnRanks)
 {
   const Outcome reference = alone();
-  // Points of each rank are everywhere, and one rank has none; then ranks have slabs across each
-  // axis.
+  // First the points of each rank are scattered, and one rank has none. Then ranks have slabs
+  // across each axis.
   expect_of_ranks(reference, 3, [](int p, const double *) { return p * 7 / 3 % 2; });
   expect_of_ranks(reference, 2, [](int, const double *x) {
     return x[2] < GroundInSpace::SURFACE - GroundInSpace::CELL ? 0 : 1;
@@ -128,8 +128,8 @@ TEST_P(BitsInSpace, DoNotDependOnRanks)
   });
 }
 
-/// The border of two ranks is near a face of a body, where one rank has only one of the two nodes
-/// that the face ties together.
+/// A face of a body ties two nodes together. The border of two ranks is near such a face, so that
+/// one rank has only one of these nodes.
 TEST_P(BitsInSpace, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 2;
@@ -161,7 +161,7 @@ TEST(SymmetryOfSpace, ExchangedAndMirroredAxesGiveTheSameMotion)
     const int axes[][3] = {{1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {0, 1, 2}};
     const double signs[][3] = {{1, 1, 1}, {-1, 1, -1}, {1, -1, 1}, {-1, -1, -1}};
     for (int k = 0; k < 4; ++k) {
-      // x becomes ± axis to[0], and so on; mirrors are the coordinate planes.
+      // Axis a becomes axis to[a] with the sign sign[a]. Mirrors are the coordinate planes.
       const int *to = axes[k];
       const double *sign = signs[k];
       const auto turned = [&](const Vec3 &v) {

@@ -35,8 +35,8 @@ struct Strip {
   double part;    ///< fraction of the usual time step
 };
 
-/// Returns the fall of the top of a strip of sand, some cells wide and 2 high next to a wall, while
-/// a free body falls by 0.8.
+/// Returns how far the top of a strip of sand next to a wall falls while a free body falls by 0.8.
+/// The strip is `cells` cells wide and 2 high.
 double fall_beside_a_wall(const Strip &strip, int cells)
 {
   const double left = 2.0 * CELL, height = 2.0, time = 0.4;
@@ -95,9 +95,9 @@ double strain_energy(const Scene &scene, double young, double poisson)
 }    // namespace
 
 // Sand without cohesion and lateral support has no strength, so the material above falls freely.
-// The lateral stress that accelerates the foot of the strip outwards delays the fall by less than
-// 1/20, in strips of one cell and in wider ones. (One point across a strip without a wall does not
-// resolve its widening: with separation it needs two.)
+// Some lateral stress accelerates the foot of the strip outwards. It delays the fall by less than
+// 1/20, in strips of one cell and in wider ones. A strip next to a body that separates needs two
+// points across: one point does not resolve its widening.
 TEST_P(StripOfSand, FallsFreely)
 {
   const double free_fall = 0.5 * GRAVITY * 0.4 * 0.4;
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(, StripOfSand,
                                          Strip{Wall::BodyThatSeparates, Scheme::Musl, 2, 1.0}));
 
 // An elastic block that falls on a smooth side rebounds, since the side does no work. FLIP and the
-// time step cost 1 to 2 %.
+// finite time step cost 1 to 2 % of its energy.
 TEST(HeldNodes, TakeNoEnergyFromAnElasticBlock)
 {
   for (const int points : {1, 2})
@@ -184,7 +184,7 @@ TEST(HeldNodes, ReactionsAndForcesAreTheChangeOfMomentum)
             solver.set_models({&law});
 
             for (int step = 0; step < 60; ++step) {
-              // The body moves down, sideways, and off again.
+              // The body moves down and sideways, and away again.
               solver.set_body_velocity(
                   0, {{0.2 * std::sin(0.1 * step), 0.4 * std::sin(0.2 * step) - 0.1}});
               const mpm::Totals<2> before = solver.totals(scene.view());
@@ -236,7 +236,7 @@ TEST(HeldNodes, AcceleratingBodyMovesItsMaterial)
 
 TEST(HeldNodes, BlockThatMovesWithABodyHasNoForce)
 {
-  // A moving body does no work either, in any frame of reference.
+  // Block and body move with the same constant velocity, so no force acts between them.
   mpm::LinearElastic<2> law(YOUNG, 0.3);
   mpm::SolverOptions<2> options = mpm_test::grid_options({{0.0, 0.0}}, {{1.6, 2.4}}, CELL);
   options.rigid_bodies.resize(1);

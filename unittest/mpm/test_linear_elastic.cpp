@@ -105,7 +105,8 @@ TEST(LinearElasticInSpace, HasTheModuliOfStrainShearAndCompression)
               << "O(strain) beyond linear";
         }
     }
-  // Equal strain in all directions gives three times the bulk modulus E/3(1-2ν).
+  // Equal strains ε in all directions give the mean stress 3 K ε with the bulk modulus K =
+  // E/(3(1-2ν)).
   const Tensor3 compressed = after(law, (1.0 - strain) * Tensor3::identity(), Tensor3::zero());
   EXPECT_NEAR(trace(compressed) / 3.0, -young / (1.0 - 2.0 * poisson) * strain,
               2e-6 * young * strain);
@@ -125,7 +126,7 @@ TEST(LinearElasticInSpace, RigidRotationOfAnySizeAboutAnyAxisTurnsTheStressExact
       const Tensor3 turned = after(law, rotation, stress);
 
       const Tensor3 expected = rotation * stress * transpose(rotation);
-      // 1000 times the round-off of D, which grows like 1/cos(angle/2)²
+      // The tolerance is 1000 times the round-off of D, which grows like 1/cos(angle/2)².
       for (int k = 0; k < 9; ++k)
         EXPECT_NEAR(turned.component[k], expected.component[k], angle < 2.0 ? 1e-11 : 1e-9);
     }
@@ -146,7 +147,7 @@ TEST(LinearElasticInSpace, PlaneStrainIsThatOfTheLawInThePlane)
 
   for (int a = 0; a < 2; ++a)
     for (int b = 0; b < 2; ++b) EXPECT_NEAR(full(a, b), flat(a, b), 1e-12);
-  // σ_zz = λ tr D, where tr D is half of the trace of the increment of the plane stress over λ + μ.
+  // σ_zz = λ tr D with tr D = tr Δσ/(2 (λ + μ)), where Δσ is the increment of the plane stress.
   const double lame = 1000.0 * 0.3 / (1.3 * 0.4), shear_modulus = 1000.0 / 2.6;
   EXPECT_NEAR(full(2, 2), lame * (trace(flat) - trace(stress)) / (2.0 * (lame + shear_modulus)),
               1e-12);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Data of points: their fields, and the state variables of laws in rows of the layout, which the
-// law initialises and advances in place.
+// Data of points: their fields, and rows with the state variables of laws. A law initialises and
+// advances the state variables in place.
 
 #include "mpm/law_table.h"
 #include "mpm/memory_layout.h"
@@ -68,8 +68,8 @@ TEST(MemoryLayout, RowsBeginWithTheStateVariablesOfTheLaw)
 
 TEST(MemoryRows, LawWritesOnlyItsVariablesOfItsPoints)
 {
-  // The rows are wider than the law needs, with an additional number and rows of other points that
-  // must not change.
+  // A row has one number more than the law needs, and there are rows of other points. The law must
+  // change neither.
   const double other = 17.0;
   for (const mpm::LawEntry<2> &entry : mpm::law_table<2>()) {
     if (entry.word != "mohr_coulomb") continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mohr-Coulomb and Tresca in plane strain: the return of stresses, and element tests.
+// Mohr-Coulomb and Tresca in plane strain: the return of trial stresses, and element tests.
 
 #include "mpm/mohr_coulomb.h"
 #include "support/messages.h"
@@ -112,8 +112,8 @@ TEST(MohrCoulombReturn, AssociatedFlowReturnsToTheNearestAdmissibleStressInTheEn
 
 TEST(MohrCoulombReturn, PlasticStrainFollowsThePotential)
 {
-  // On a plane Δε^p = Δλ (m, 0, -1) with Δλ > 0; on the edges it is a combination of two such
-  // increments.
+  // In principal axes, flow on one plane is Δε^p = Δλ (m, 0, -1) with Δλ > 0 and the dilatancy
+  // ratio m. On an edge it is a combination of two such increments.
   const MohrCoulombReturn mapping = return_for(0.4, 30.0, 10.0);
   const double m = mapping.dilatancy_ratio;
   std::mt19937 random(2);
@@ -185,8 +185,8 @@ TEST(MohrCoulomb, TrescaShearsAtItsCohesion)
               cohesion, 1e-9 * cohesion);
   EXPECT_NEAR(0.5 * (element.stress(0, 0) + element.stress(1, 1)), -5e3, 1e-3 * cohesion)
       << "no dilation; D of Hughes-Winget has a trace of the order of the step squared";
-  // Strain is elastic up to γ = c/G and then plastic: dε^p = dγ/2 (e_x e_y + e_y e_x), sqrt(2/3
-  // dε^p:dε^p) = dγ/sqrt(3).
+  // Strain is elastic up to γ = c/G. Then dε^p = dγ/2 (e_x e_y + e_y e_x), so that the plastic
+  // strain grows by sqrt(2/3 dε^p:dε^p) = dγ/sqrt(3).
   const double shear_modulus = YOUNG / 2.6;
   EXPECT_NEAR(element.plastic_strain(), (0.1 - cohesion / shear_modulus) / std::sqrt(3.0),
               0.01 * 0.1 / std::sqrt(3.0));
@@ -202,7 +202,8 @@ TEST(MohrCoulomb, UniaxialTensionEndsAtTheUniaxialStrengthAndIsotropicTensionAtT
   EXPECT_NEAR(isotropic.stress(1, 1), apex, 1e-9 * apex);
   EXPECT_NEAR(isotropic.out_of_plane_stress(), apex, 1e-9 * apex);
 
-  // k σ_xx - σ_min = 2 c sqrt(k) with σ_min = σ_yy = 0: σ_xx = 2 c / sqrt(k)
+  // In uniaxial tension σ_min = σ_yy = 0. The yield condition k σ_xx - σ_min = 2 c sqrt(k) then
+  // gives σ_xx = 2 c/sqrt(k).
   const MohrCoulombReturn mapping = return_for(cohesion, friction, 0.0);
   const auto at_yield = mapping(sorted(2.0 * cohesion / std::sqrt(3.0), 0.0, 0.0));
   EXPECT_NEAR(at_yield.value[0], 2.0 * cohesion / std::sqrt(3.0), 1e-9 * cohesion);
@@ -219,8 +220,8 @@ TEST(MohrCoulomb, UniaxialTensionEndsAtTheUniaxialStrengthAndIsotropicTensionAtT
 
 TEST(MohrCoulomb, ElasticCycleCreatesNoEnergyAndPlasticCyclesDissipate)
 {
-  // The path is a closed square in (ε_xx, ε_xy). The work of a small elastic cycle is round-off,
-  // relative to its largest part.
+  // The path is a closed square in (ε_xx, ε_xy). Over a small elastic cycle the work must be
+  // round-off, relative to the largest work along the cycle.
   const auto cycle = [](Element &element, double size, double &largest) {
     double work = 0.0;
     largest = 0.0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Mohr-Coulomb and Tresca in space: principal axes, and paths of a point against closed forms.
+// Mohr-Coulomb and Tresca in space: principal axes, and strain paths of a point against closed
+// forms.
 
 #include "element.h"
 #include "mpm/linear_elastic.h"
@@ -77,7 +78,7 @@ TEST(MohrCoulombInSpace, DrainedTriaxialCompressionFailsAtTheRatioOfPrincipalStr
       Triaxial test({YOUNG, POISSON, cohesion, friction, dilation}, pressure);
       const double k = ratio(friction), m = ratio(dilation), step = 1e-4;
       const double strength = k * pressure + 2.0 * cohesion * std::sqrt(k);
-      // The first step is elastic: E along the axis and ν across it, to O(step).
+      // The first step is elastic, with E along the axis and ν across it, up to errors of O(step).
       test.step(step);
       EXPECT_NEAR(test.element.stress(2, 2), -pressure - YOUNG * step, 1e-3 * YOUNG * step);
       EXPECT_NEAR(test.widening, POISSON * step, 1e-3 * step);
@@ -87,10 +88,10 @@ TEST(MohrCoulombInSpace, DrainedTriaxialCompressionFailsAtTheRatioOfPrincipalStr
 
       EXPECT_NEAR(test.element.stress(2, 2), -strength, 1e-9 * strength);
       EXPECT_NEAR(test.element.yield(), 0.0, 1e-9 * strength);
-      // Two planes flow equally: the widening of both over the shortening is m, for strains per
-      // step of 1e-4.
+      // Two yield planes flow equally. The sum of both lateral strains over the axial shortening is
+      // then m, up to the strain of a step, 1e-4.
       EXPECT_NEAR(2.0 * test.widening / step, m, 1e-3 * m);
-      // The deviator of (m/2, m/2, -1) has sqrt(2/3 e:e) = (m + 2)/3 per shortening.
+      // Plastic flow (m/2, m/2, -1) per shortening has a deviator e with sqrt(2/3 e:e) = (m + 2)/3.
       const double elastic = (strength - pressure) / YOUNG;
       EXPECT_NEAR(test.element.plastic_strain(), (m + 2.0) / 3.0 * (301 * step - elastic),
                   1e-3 * 301 * step);
@@ -112,9 +113,9 @@ TEST(MohrCoulombInSpace, DrainedTriaxialExtensionFailsWithTheAxisAsLeastPressure
 
 TEST(MohrCoulombInSpace, ConstantMeanStressFailsAtTheStrengthOfItsLodeAngle)
 {
-  // The path has constant p = -tr σ/3 and a deviatoric strain of Lode angle θ. Flow is associated,
-  // so that the stress ends on the pyramid: (σ1 - σ3)/2 = c cos φ - (σ1 + σ3)/2 sin φ for any
-  // middle stress.
+  // The path has constant p = -tr σ/3 and a deviatoric strain of Lode angle θ. The dilation is
+  // zero, so that flow keeps p. The stress must end on the pyramid (σ1 - σ3)/2 = c cos φ - (σ1 +
+  // σ3)/2 sin φ for any middle stress.
   const double pressure = 50e3, cohesion = 4e3, friction = 27.0;
   const double s = sine(friction), c = std::cos(friction * PI / 180.0);
   for (const double angle : {-0.5, -0.3, 0.0, 0.1, 0.4, 0.52}) {

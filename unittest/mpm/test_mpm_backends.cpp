@@ -42,8 +42,8 @@ mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
   options.flip = 0.99;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
-  // dashpots next to a roller, and corners of an absorbing side with a fixed and with an absorbing
-  // one
+  // Dashpots are next to a roller. An absorbing side has one corner with a fixed side and one with
+  // another absorbing side.
   if (what.absorbing) {
     options.sides[1] = mpm::SideKind::Free;
     options.dashpots = {{{0.0, 40.0}, {80.0, 40.0}, {}, {80.0, 0.0}}};
@@ -57,8 +57,8 @@ mpm::SolverOptions<2> options_for(const Case &what, mpm::Device device)
   return options;
 }
 
-/// Returns ground of two laws under a footing at the roller and a surcharge next to it, with a
-/// plate that pushes from the left further up.
+/// Returns ground of two laws with a footing at the roller and a plate on its surface, which pushes
+/// to the right.
 Scene scene_with_two_bodies()
 {
   Scene scene;
@@ -231,7 +231,7 @@ TEST_F(OnDevice, UsesChangesBetweenSteps)
   Ground cuda(MUSL, mpm::Device::Cuda, scene_with_two_bodies());
   for (Ground *run : {&cpu, &cuda}) {
     run->steps(5);
-    // Changes without a notice: velocities, positions, body forces, laws and bodies.
+    // Velocities, positions, body forces, laws and bodies may change without points_changed().
     for (int p = 0; p < run->scene.size(); ++p) {
       run->scene.velocity[3 * p] *= 0.5;
       run->scene.position[3 * p + 1] += 1e-5;
@@ -239,7 +239,7 @@ TEST_F(OnDevice, UsesChangesBetweenSteps)
     }
     run->scene.model[7] = 1;
     run->steps(5);
-    // Changes with a notice: everything, and the number of points.
+    // After fetch() and points_changed() everything may change, including the number of points.
     run->solver.fetch(run->scene.view());
     run->solver.points_changed();
     std::vector<int> fewer;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Closed forms and manufactured solutions on successively finer grids: the error and its observed
-// order. Time steps are proportional to cells, so that the order is that of both errors together.
-// doc/src/verification_mpm.rst has the table.
+// Errors against closed forms and manufactured solutions on successively finer grids, and their
+// observed order. Time steps are proportional to the cell edge, so the order includes the errors of
+// both. doc/src/verification_mpm.rst has the table.
 
 #include "convergence.h"
 #include "scene.h"
@@ -40,9 +40,9 @@ class AxialBar : public testing::TestWithParam<Scheme> {};
 
 TEST_P(AxialBar, FirstModeConvergesAtSecondOrder)
 {
-  // E = 100, ν = 0, ρ = 1, L = 25, fixed at x = 0: u = v0/ω sin(β X) sin(ω t), β = π/2L, ω = β
-  // sqrt(E/ρ). v0 is so small that finite strains are negligible. The errors are those after 1 1/8
-  // periods.
+  // A bar fixed at x = 0 with E = 100, ν = 0, ρ = 1 and L = 25 vibrates in its first mode: u = v0/ω
+  // sin(β X) sin(ω t) with β = π/(2L) and ω = β sqrt(E/ρ). v0 is so small that finite strains are
+  // negligible. The errors are taken after 1 1/8 periods.
   const double length = 25.0, speed = 1e-4;
   const double beta = PI / (2.0 * length);
   const double omega = 10.0 * beta;
@@ -92,10 +92,11 @@ struct ColumnErrors {
 
 ColumnErrors errors_of_self_weight_column(mpm::ShapeFunction shape)
 {
-  // The column of the height l0 is on a roller and has ν = 0. Equilibrium in material coordinates
-  // is σ_yy = -ρ0 g (l0 - Y) for any law. In one dimension the law is dσ = E dλ/λ, so that λ(Y) =
-  // exp(-ρ0 g (l0 - Y)/E) and y(Y) = ∫ λ dY. With ρ0 g l0 = E the base keeps 37 % of its height and
-  // the column 63 %.
+  // The column has the initial height l0 and ν = 0 and stands on a roller. Y is the initial height
+  // of a point, y its height and λ its stretch. Equilibrium in material coordinates is σ_yy = -ρ0 g
+  // (l0 - Y) for any law. In one dimension the law is dσ = E dλ/λ, so that λ(Y) = exp(-ρ0 g (l0 -
+  // Y)/E) and y(Y) = ∫ λ dY. For ρ0 g l0 = E the base keeps 37 % of its height and the whole column
+  // 63 %.
   const double height = 50.0, density = 80.0, gravity = 10.0, young = density * gravity * height;
   std::array<double, 3> place_error;
   int which = 0;
@@ -148,9 +149,9 @@ TEST(SelfWeightColumn, CompressedByAThirdHasTheStressAndPositionOfTheClosedForm)
   EXPECT_GT(order(place_error[0], place_error[1]), 0.9);
   EXPECT_GT(order(place_error[1], place_error[2]), 0.9);
   EXPECT_LT(place_error[2], 2e-3);
-  // Boxes of fixed size overlap where the column is compressed, so that sums over points are not
-  // those of adjacent boxes. The error of single stresses is largest at the base and decreases
-  // slowly.
+  // Boxes of fixed size overlap where the column is compressed. Sums over points then differ from
+  // sums over adjacent boxes. The stress error of single points is largest at the base and
+  // decreases slowly.
   EXPECT_GT(order(e[1], e[2]), 0.4);
   EXPECT_LT(e[2], 0.025);
 }
@@ -171,16 +172,16 @@ TEST(SelfWeightColumn, HasBetterOrdersWithBoxesThatFollow)
 
 namespace {
 
-/// A manufactured solution: rings of material rotate by the angle g(t) h(r) about the origin, so
-/// that each point shears by γ = r h'(r) g(t) in a frame that rotates with it (generalized vortex;
-/// Kamojjala, Brannon, Sadeghirad & Guilkey 2015, Eng. Comput. 31, 193). For the Jaumann rate, with
-/// spin W - θ' = γ'/2 with respect to that frame, the stress is
-///   σ_rθ = μ sin γ,  σ_θθ = -σ_rr = μ (1 - cos γ),
-/// and the body force per mass that the balance of momentum requires is
+/// A manufactured solution, the generalized vortex (Kamojjala, Brannon, Sadeghirad & Guilkey 2015,
+/// Eng. Comput. 31, 193). Rings of material rotate about the origin by the angle θ = g(t) h(r) with
+///   g = A (1 - cos 2πt)/2,  h = (1 - 16 (r - 1)²)³ for 3/4 < r < 5/4, else 0.
+/// The third power makes the body force continuous. In a frame that rotates with it, each point
+/// shears by γ = r h'(r) g(t). The spin W of the material differs from that of this frame by W - θ'
+/// = γ'/2. For the Jaumann rate the stress is then
+///   σ_rθ = μ sin γ,  σ_θθ = -σ_rr = μ (1 - cos γ).
+/// The balance of momentum requires the body force per mass
 ///   b_r = -r (g' h)² - [∂σ_rr/∂r + (σ_rr - σ_θθ)/r]/ρ,
 ///   b_θ = r h g'' - [∂σ_rθ/∂r + 2 σ_rθ/r]/ρ.
-/// h = (1 - 16 (r - 1)²)³ for 3/4 < r < 5/4, else 0 (a third power, for a continuous body force); g
-/// = A (1 - cos 2πt)/2.
 struct Vortex {
   static constexpr double AMPLITUDE = 0.02;    ///< A: γ up to 0.14
   double shear_modulus, density;
@@ -228,7 +229,7 @@ struct VortexErrors {
 
 VortexErrors errors_of_generalized_vortex(mpm::ShapeFunction shape)
 {
-  // E = 1000, ν = 0.3, ρ = 1000; at t = 1/2 the rotation is largest.
+  // E = 1000, ν = 0.3, ρ = 1000. The rotation is largest at t = 1/2.
   const double young = 1000.0, poisson = 0.3, density = 1000.0, side = 1.4;
   const Vortex vortex = {young / (2.0 * (1.0 + poisson)), density};
   std::array<double, 3> stress_error;
@@ -317,7 +318,8 @@ TEST(GeneralizedVortex, ConvergesAtSecondOrderWithBoxesThatFollow)
 
 TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
 {
-  // A disk in plane strain rotates with ω. With K = ρω²/(8(1-ν)),
+  // A disk of radius R in plane strain rotates with the angular velocity ω. With K = ρω²/(8(1-ν))
+  // its stress is
   //   σ_rr = K (3-2ν)(R² - r²),   σ_θθ = K [(3-2ν) R² - (1+2ν) r²]
   // (Timoshenko & Goodier 1970, section 32, with the constants of plane strain). This stress state
   // only rotates with the disk.
@@ -351,8 +353,8 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
       const int steps = static_cast<int>(std::ceil(2.0 * PI / (0.15 * h / wave_speed)));
       const double dt = 2.0 * PI / spin / steps;
 
-      // Rings of points give a surface without steps. In the leapfrog scheme, velocities are those
-      // of half a step before.
+      // Rings of points give a surface without steps. In the leapfrog scheme, velocities belong to
+      // half a step before the positions.
       Scene scene;
       const double width = 0.5 * h;
       for (int ring = 0; ring < 2 * cells; ++ring) {
@@ -416,8 +418,8 @@ TEST(RigidRotation, SpinningDiskKeepsItsStressAndMomentumOverAWholeTurn)
 TEST(CollidingDisks, EnergyHistoryIsThatOfAnElasticImpact)
 {
   // E = 1000, ν = 0.3, ρ = 1000, R = 0.2, v = ±(0.1, 0.1) (Sulsky, Chen & Schreyer 1994). The
-  // surfaces touch at t = (0.6 sqrt(2) - 2 R)/(0.2 sqrt(2)) = 1.586, and on the grid as soon as
-  // they share a node, up to two cells apart.
+  // surfaces touch at t = (0.6 sqrt(2) - 2 R)/(0.2 sqrt(2)) = 1.586. On the grid, the disks act on
+  // each other as soon as they share a node, which is up to two cells apart.
   const double approach = 0.2 * std::sqrt(2.0);
   const double meeting = (0.6 * std::sqrt(2.0) - 0.4) / approach;
   struct History {

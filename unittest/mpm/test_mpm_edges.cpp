@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Positions where a weight is zero: a point on a cell edge, a footing over an empty cell.
+// Positions at which a weight is zero: a point on a cell edge, and a footing over an empty cell.
 
 #include "scene.h"
 
@@ -48,8 +48,8 @@ TEST_P(OnACellEdge, PointMovesWithItsVelocityWithoutStrain)
     EXPECT_NEAR(scene.position[0], place[0] + sign * 0.5 * dt, 1e-12);
     EXPECT_NEAR(scene.velocity[0], sign * 0.5, 1e-9);
     EXPECT_NEAR(scene.velocity[1], sign * 0.25, 1e-9);
-    // The tolerance is the round-off of nodes with hardly any mass, divided by the cell edge;
-    // points keep a distance of 2^-24 cells from nodes.
+    // The tolerance is the velocity round-off at nodes with hardly any mass, divided by the cell
+    // edge. Linear weights are evaluated at least 2^-24 cells away from nodes.
     for (const double l : scene.velocity_gradient[p].component) EXPECT_NEAR(l, 0.0, 1e-5);
     EXPECT_EQ(solver.totals(scene.view()).mass, scene.mass[0]);
   }
@@ -57,8 +57,8 @@ TEST_P(OnACellEdge, PointMovesWithItsVelocityWithoutStrain)
 
 TEST_P(OnACellEdge, NodesHaveTheMassAndForceOfAPointNextToTheEdge)
 {
-  // Masses are continuous across an edge with both shape functions, and internal forces with gimp.
-  // With linear functions the force is that of the cell above.
+  // Across a cell edge, nodal masses are continuous with both shape functions, but internal forces
+  // only with gimp. With linear functions, a point on the edge has the forces of the cell above.
   const double aside = 1e-9;
   const auto nodes_at = [&](double x) {
     Scene scene;
@@ -89,8 +89,8 @@ TEST_P(OnACellEdge, NodesHaveTheMassAndForceOfAPointNextToTheEdge)
 
 TEST_P(OnACellEdge, StressOfAPointMovesItNoFasterThanTheCellAllows)
 {
-  // A node with force but hardly any mass must not accelerate the point strongly: in a step |Δv| <=
-  // 4 |σ| V dt / (m h).
+  // A node with force but hardly any mass must not accelerate the point strongly. In a step of dt,
+  // |Δv| <= 4 |σ| V dt/(m h) with the volume V, the mass m and the cell edge h.
   Scene scene;
   const int p = scene.add(1.0, 1.0, {{0.5 * CELL, 0.5 * CELL}}, 3.0);
   scene.stress[p] = {{-2.0, 0.5, 0.5, -1.0}};
@@ -137,8 +137,8 @@ TEST_P(OnACellEdge, BlockOfPointsOnEdgesStaysInBalanceUnderItsStress)
 
   solver.evaluate(scene.view(), loads, 1e-3);
 
-  // With linear functions, boxes that extend over an edge do not add up, and the surface is out of
-  // balance by half its load.
+  // With linear functions, a box that extends over an edge is not integrated over its cells. The
+  // surface is then out of balance by half its load.
   const double allowed = GetParam() == ShapeFunction::Gimp ? 1e-9 : 0.5 + 1e-6;
   EXPECT_LT(solver.max_unbalanced_force(), allowed * pressure * CELL);
 }
@@ -191,11 +191,11 @@ TEST(EmptyCellUnderTheFooting, GapExertsNoForceUntilItIsClosed)
       }
     }
 
-    // On the grid, body and ground touch when they share a row of nodes: less than a cell and a box
-    // apart.
+    // On the grid, body and ground touch when they share a row of nodes. The gap is then less than
+    // a cell and a box.
     EXPECT_GT(touched, gap - 1.5 * CELL - dt * speed);
-    // Held nodes do not change the velocity of their points. The stress acts first, a step after
-    // the contact.
+    // Held nodes do not change the velocity of their points. The points first feel the stress, one
+    // step after the contact.
     EXPECT_LT(touched, gap + 3.0 * dt * speed);
     for (int step = 0; step < 100; ++step) solver.step(set.scene.view(), {}, dt);
     EXPECT_GT(solver.body_reaction(0)[1], 0.0) << "then it pushes";
@@ -204,8 +204,8 @@ TEST(EmptyCellUnderTheFooting, GapExertsNoForceUntilItIsClosed)
 
 TEST(EmptyCellUnderTheFooting, AHoleIsBridged)
 {
-  // A column of cells below the footing and its two neighbours have no points; nodes without mass
-  // take no part.
+  // In the upper half of the ground, three columns of cells below the footing have no points. Nodes
+  // without mass must take no part.
   for (const auto shape : {ShapeFunction::Gimp, ShapeFunction::Linear}) {
     const auto pressed = [&](bool hole) {
       Footing set(shape, 2.0, [&](double x, double y) {

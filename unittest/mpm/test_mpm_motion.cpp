@@ -114,8 +114,8 @@ TEST_P(Motion, BodyForceAcceleratesEveryPointAlike)
 
 TEST_P(Motion, RigidRotationRotatesTheStressWithoutStrain)
 {
-  // In one small step of v = ω × r, L = ω J at every point, and the stress rotates with constant
-  // invariants.
+  // In one small step with v = ω × r, the velocity gradient is L = ω J at every point, with the
+  // rotation J by a right angle. The stress rotates with constant invariants.
   Scene scene;
   scene.add_block({{1.0, 1.0}}, {{3.0, 3.0}}, 0.125, 7.0);
   const double spin = 0.3;
@@ -139,8 +139,8 @@ TEST_P(Motion, RigidRotationRotatesTheStressWithoutStrain)
     const double y = scene.position[3 * p + 1] - 2.0;
     if (std::max(std::abs(x), std::abs(y)) > 0.2) continue;    // three cells from the surface
     ++interior;
-    // Inside there is no acceleration; 1e-9 is the round-off over the cell size, plus (ω dt)² of
-    // the explicit step.
+    // Inside the block nothing accelerates. The tolerance of 1e-9 covers the round-off divided by
+    // the cell edge and the error (ω dt)² of the explicit step.
     EXPECT_NEAR(scene.velocity_gradient[p](0, 0), 0.0, 1e-9);
     EXPECT_NEAR(scene.velocity_gradient[p](1, 0), spin, 1e-9);
     EXPECT_NEAR(scene.stress[p](0, 0), initial(0, 0) - 2.0 * turn * initial(0, 1), 1e-6);
@@ -181,8 +181,8 @@ TEST_P(Motion, PatchUnderUniformVelocityGradientStrainsUniformly)
 
 TEST_P(Motion, BarVibratesWithTheFrequencyOfItsFirstMode)
 {
-  // E = 100, L = 25, ρ = 1, fixed at x = 0, v = v0 sin(β x): v_cm = v0/(β L) cos(ω t), ω = β
-  // sqrt(E/ρ), β = π/2L
+  // A bar fixed at x = 0 with E = 100, L = 25 and ρ = 1 starts with v = v0 sin(β x). Its mean
+  // velocity is v_cm = v0/(β L) cos(ω t) with β = π/(2L) and ω = β sqrt(E/ρ).
   const double speed = 0.1;
   const double wave_number = PI / 50.0;
   const double omega = wave_number * 10.0;
@@ -297,7 +297,7 @@ TEST(LocalDamping, BringsAColumnUnderItsWeightToRest)
 
 TEST(Pic, UsesTheVelocityOfTheGrid)
 {
-  // A single fast point is among slow ones: FLIP keeps the difference, PIC distributes it.
+  // One fast point is among slow ones. FLIP keeps the difference of velocities, PIC distributes it.
   for (const double flip : {0.0, 1.0}) {
     Scene scene;
     scene.add_block({{0.5, 0.5}}, {{1.5, 1.5}}, 0.125, 7.0);

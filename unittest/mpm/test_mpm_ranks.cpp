@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Bits do not depend on the number of ranks and threads and the order of the points.
+// Results do not depend, to the bit, on the number of ranks and threads and the order of the
+// points.
 
 #include "mpm/rank_devices.h"
 #include "scene.h"
@@ -45,9 +46,9 @@ struct Outcome {
 
 enum Body { ANVIL, FOOTING, PLATE };
 
-/// Returns ground around three bodies: a footing that is pressed down, an anvil below it, whose
-/// face is a cell away so that both have a condition on the row between, and a plate that pushes to
-/// the right; with gravity, stress, and irregular velocities.
+/// Returns ground around three bodies, with gravity, stress and irregular velocities. A footing is
+/// pressed down. The face of an anvil is one cell below it, so that both bodies have a condition on
+/// the row of nodes between. A plate pushes to the right.
 Scene ground()
 {
   Scene scene;
@@ -77,8 +78,8 @@ Outcome run(Scene &scene, const Method &method, int steps, int threads,
   options.shape = method.shape;
   options.sides = {mpm::SideKind::Roller, mpm::SideKind::Roller, mpm::SideKind::Fixed,
                    mpm::SideKind::Free};
-  // dashpots next to a roller, and corners of an absorbing side with a fixed and with an absorbing
-  // one
+  // Dashpots are next to a roller. An absorbing side has one corner with a fixed side and one with
+  // another absorbing side.
   if (method.absorbing) {
     options.sides[1] = options.sides[3] = mpm::SideKind::Free;
     options.dashpots = {{{0.0, 40.0}, {80.0, 40.0}, {}, {80.0, 0.0}}};
@@ -162,7 +163,7 @@ void expect_same_bits(const Outcome &a, const Outcome &b)
   EXPECT_EQ(different, 0) << "points of " << b.point.size();
 }
 
-/// Returns the points of each rank by rank_of(x, y).
+/// Returns the indices of the points of each rank, which rank_of(x, y) selects.
 template <class RankOf>
 std::vector<std::vector<int>> divided(const Scene &all, int ranks, const RankOf &rank_of)
 {
@@ -182,7 +183,7 @@ class Bits : public testing::TestWithParam<Method> {
     return run(scene, GetParam(), steps, 1, {});
   }
 
-  /// Expects the same result with the given points on each rank.
+  /// Expects the reference result if rank r has the points mine[r].
   void expect_of_ranks(const Outcome &reference, const std::vector<std::vector<int>> &mine,
                        int steps)
   {
@@ -259,8 +260,8 @@ TEST_P(Bits, DoNotDependOnRanksWithPartsOfTheGround)
         STEPS);
 }
 
-/// The border of two ranks is near a face of a body, where one rank has only one of the two nodes
-/// that the face ties together.
+/// A face of a body ties two nodes together. The border of two ranks is near such a face, so that
+/// one rank has only one of these nodes.
 TEST_P(Bits, DoNotDependOnBordersNearFacesOfBodies)
 {
   constexpr int FEW = 4;
@@ -285,7 +286,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
 {
-  // The plate ties columns together: the halves share four columns and one more on either side.
+  // The halves share four columns of nodes. The plate ties columns together, which adds one column
+  // on either side.
   const Scene all = ground();
   const auto mine = divided(all, 2, [](double x, double) { return x < 0.3 ? 0 : 1; });
   const auto words_of = [&](int steps) {
@@ -306,9 +308,9 @@ TEST(Exchange, OfTwoHalvesIsThatOfTheColumnsBetween)
 
   const auto one = words_of(1), two = words_of(2);
 
-  // Each way, ranks exchange the number of points and two boxes, and per node five sums at the
-  // start of a step and two for its end, on the columns that one has touched and the other one
-  // needs.
+  // In a step, each rank contributes the number of its points and two boxes to global sums.
+  // Messages in both directions have, for each node, five sums at the start of the step and two for
+  // its end. They cover the columns of nodes that the sender has touched and the receiver needs.
   constexpr int COLUMNS = 4 + 1, ROWS = 23;
   EXPECT_EQ(two[0] - one[0], 1u + 4 * 2);
   EXPECT_EQ(two[1] - one[1], 2u * 7u * COLUMNS * ROWS);

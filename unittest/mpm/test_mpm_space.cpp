@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// The material point method in space: conservation, and motion in closed form.
+// The material point method in space: conservation laws, and motion against closed forms.
 
 #include "convergence.h"
 #include "scene.h"
@@ -131,7 +131,8 @@ TEST_P(MotionInSpace, InternalForcesGiveTheNodesNeitherMomentumNorAngularMomentu
   EXPECT_GT(size, 0.5) << "forces there are";
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(force[c], 0.0, 1e-14 * size);
-    // Σ x ⊗ ∇N = I, and stresses are symmetric; linear functions keep a margin to the nodes.
+    // The moment is zero since Σ x ⊗ ∇N = I and stresses are symmetric. Linear weights are
+    // evaluated at least 2^-24 cells away from nodes.
     EXPECT_NEAR(moment[c], 0.0, 1e-13 * size);
   }
 }
@@ -202,9 +203,9 @@ class BarInSpace : public testing::TestWithParam<Scheme> {};
 
 TEST_P(BarInSpace, FirstModeConvergesAtSecondOrder)
 {
-  // E = 100, ν = 0, ρ = 1, L = 25, fixed at z = 0, one cell thick: u = v0/ω sin(β Z) sin(ω t), β =
-  // π/2L, ω = β sqrt(E/ρ). The errors are those after 1 1/8 periods; time steps are proportional to
-  // cells.
+  // A bar fixed at z = 0, one cell thick, with E = 100, ν = 0, ρ = 1 and L = 25 vibrates in its
+  // first mode: u = v0/ω sin(β Z) sin(ω t) with β = π/(2L) and ω = β sqrt(E/ρ). The errors are
+  // taken after 1 1/8 periods. Time steps are proportional to the cell edge.
   const double length = 25.0, speed = 1e-4;
   const double beta = PI / (2.0 * length);
   const double omega = 10.0 * beta;
@@ -247,9 +248,9 @@ INSTANTIATE_TEST_SUITE_P(, BarInSpace, testing::Values(Scheme::Musl, Scheme::Usa
 
 TEST(ColumnInSpace, CompressedByAThirdOfItsHeightHasTheClosedForm)
 {
-  // The column is on a roller with ν = 0 and gravity along each axis in turn: σ = -ρ0 g (l0 - Z).
-  // With dσ = E dλ/λ the position is z = l0 e⁻¹ (exp(Z/l0) - 1) for ρ0 g l0 = E; see
-  // SelfWeightColumn of test_mpm_convergence.
+  // The column stands on a roller, with ν = 0 and gravity along each axis in turn. Its stress is σ
+  // = -ρ0 g (l0 - Z). With dσ = E dλ/λ and ρ0 g l0 = E the position is z = l0 e⁻¹ (exp(Z/l0) - 1);
+  // see SelfWeightColumn of test_mpm_convergence.
   const double height = 50.0, density = 80.0, gravity = 10.0, young = density * gravity * height;
   struct Errors {
     double place, stress;
@@ -303,8 +304,8 @@ TEST(ColumnInSpace, CompressedByAThirdOfItsHeightHasTheClosedForm)
   EXPECT_LT(fine, 5e-3);
   for (int axis = 0; axis < 2; ++axis) EXPECT_NEAR(error(8, axis), coarse, 1e-9);
 
-  // Boxes that follow their points do not overlap where the column is compressed, which gives a
-  // full order more, as in the plane.
+  // Boxes that follow their points do not overlap where the column is compressed. As in the plane,
+  // the order is higher by one.
   const Errors followed = errors(8, 2, mpm::ShapeFunction::Cpgimp),
                finer = errors(16, 2, mpm::ShapeFunction::Cpgimp);
   printf("column in space, boxes that follow: place %.3e %.3e, order %.2f; stress %.3e %.3e, order "
@@ -320,15 +321,16 @@ TEST(ColumnInSpace, CompressedByAThirdOfItsHeightHasTheClosedForm)
 
 namespace {
 
-/// A sphere of radius R that rotates about an axis with ω, of a material with Poisson's ratio ν.
+/// An elastic sphere with radius R and Poisson's ratio ν that rotates about an axis with the
+/// angular velocity ω.
 struct SpinningSphere {
   double radius, poisson;
   double q;    ///< ρω²/(5 (1-ν)(7+5ν))
   Vec3 axis;
 
-  /// Returns the stress that balances the centrifugal force ρω²(x, y, 0), with z along the axis and
-  /// without traction on the surface. The displacements are polynomials of third degree (Chree
-  /// 1889, Trans. Camb. Phil. Soc. 14, 250).
+  /// Returns the stress that balances the centrifugal force ρω²(x, y, 0). The axis is along z, and
+  /// the surface has no traction. The displacements are polynomials of third degree (Chree 1889,
+  /// Trans. Camb. Phil. Soc. 14, 250).
   Tensor3 stress(const Vec3 &place) const
   {
     const double n = poisson, R = radius;
@@ -471,19 +473,20 @@ TEST(SpinningSphere, ReturnsToItsStateAfterAWholeTurn)
 
 namespace {
 
-/// A manufactured solution in space: rings around an axis rotate by g(t) h(r, z), z along the axis.
-/// Each point shears by γ = |Γ|, Γ = r g ∇h, in the plane of e_θ and d = Γ/γ, which rotates with
-/// it, so that this solution is the generalized vortex of test_mpm_convergence with two shears. For
-/// the Jaumann rate the stress is
-///   σ = μ sin γ (e_θ ⊗ d + d ⊗ e_θ) + μ (1 - cos γ) (e_θ ⊗ e_θ - d ⊗ d),
-/// and the body force per mass that the balance of momentum requires is -r (g' h)² e_r + r h g''
-/// e_θ - div σ/ρ. h = (1 - r² - z²)³ inside of the unit sphere, else 0; g = A (1 - cos 2πt)/2.
+/// A manufactured solution in space. Rings around the axis z rotate by the angle g(t) h(r, z) with
+///   g = A (1 - cos 2πt)/2,  h = (1 - r² - z²)³ inside of the unit sphere, else 0.
+/// Each point shears by γ = |Γ| with Γ = r g ∇h, in the plane of e_θ and d = Γ/γ. This plane
+/// rotates with the point, so the solution is the generalized vortex of test_mpm_convergence with
+/// two shears. For the Jaumann rate the stress is
+///   σ = μ sin γ (e_θ ⊗ d + d ⊗ e_θ) + μ (1 - cos γ) (e_θ ⊗ e_θ - d ⊗ d).
+/// The balance of momentum requires the body force per mass
+///   b = -r (g' h)² e_r + r h g'' e_θ - div σ/ρ.
 struct VortexInSpace {
   static constexpr double AMPLITUDE = 0.15;    ///< A: γ up to 0.13
   double shear_modulus, density;
 
-  /// Returns the rotation angle. Components of vectors and stresses are those along e_r, e_θ and
-  /// the axis.
+  /// Returns the rotation angle of a ring. Vectors and stresses below have components along e_r,
+  /// e_θ and the axis.
   double turn(double r, double z, double t) const { return growth(t) * shape(r, z); }
   double rate(double r, double z, double t) const
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Space against the plane: one cell of thickness between smooth walls is plane strain, along any
-// axis, and no axis is preferred.
+// A scene in space against plane strain. The scene is one cell thick between smooth walls, whose
+// normal is along each axis in turn. No axis may be preferred.
 
 #include "scene.h"
 
@@ -41,9 +41,9 @@ mpm::RigidBodyOptions body_options(int body, const Method &method)
   return options;
 }
 
-/// Elastic ground with a frictional layer on it, below a footing and next to a plate that pushes to
-/// the right, under two tractions; with gravity, stress, and irregular velocities. The faces of the
-/// bodies are between rows of nodes.
+/// Elastic ground with a frictional layer on it, with gravity, stress and irregular velocities. A
+/// footing is on it, a plate pushes to the right, and two tractions act. The faces of the bodies
+/// are between rows of nodes.
 struct PlaneGround {
   Scene scene;
   std::vector<mpm::TractionLoad<2>> loads;
@@ -78,8 +78,8 @@ struct PlaneGround {
   }
 };
 
-/// Maps x and y of the plane to two axes of space in the order of space; `out` is the axis normal
-/// to the plane.
+/// Maps x and y of the plane to two axes of space, in ascending order. `out` is the axis normal to
+/// the plane.
 struct Embedding {
   int in[2], out;
 
@@ -100,7 +100,8 @@ struct Embedding {
   }
 };
 
-/// Returns reactions on bodies and sides along two axes, the force of damping, and the CFL number.
+/// Runs the scene. Returns the reactions on bodies and sides along two axes, the damping force
+/// along both, and the CFL number.
 template <int D>
 std::vector<double> run(mpm_test::SceneOf<D> &scene, const mpm::SolverOptions<D> &options,
                         const std::vector<mpm::TractionLoad<D>> &loads,

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double YOUNG = 1e6, POISSON = 0.25;
 
-/// Returns F (1 - ν²)/(E a u) of a smooth punch with the force F, the settlement u and the half
-/// width or radius a of `half` cells. The model is a quarter of punch and ground.
+/// Returns F (1 - ν²)/(E a u) of a smooth punch with the force F and the settlement u. a is the
+/// half width or the radius of the punch, `half` cells. The model is a quarter of punch and ground.
 double stiffness_of_punch(int half, bool round)
 {
   constexpr int WIDTH = 14, DEPTH = 14;
@@ -54,24 +54,24 @@ TEST(PunchInSpace, IsAsStiffAsTheClosedFormsOfASquareAndARoundOne)
 {
   // On a half space, the result is 2 for a round punch (Boussinesq; Johnson 1985, Contact
   // Mechanics, section 3.4) and 2.31 for a square one (Pais & Kausel 1988, Soil Dyn. Earthq. Eng.
-  // 7, 213). A rigid base at a depth of 3.5 half widths increases it by the factor 1 + 1.28/3.5. A
-  // square acts as if it were half a cell wider.
+  // 7, 213). A rigid base at a depth of 3.5 half widths increases the result by the factor 1 +
+  // 1.28/3.5. A square punch acts as if it were half a cell wider.
   const double square = stiffness_of_punch(4, false), round = stiffness_of_punch(4, true);
   printf("punch: square %.3f, round %.3f, ratio %.3f\n", square, round, round / square);
   EXPECT_GT(square, 2.31);
   EXPECT_LT(square, 2.31 * (1.0 + 1.28 / 3.5) * 4.5 / 4.0);
   EXPECT_GT(round, 2.0);
   EXPECT_LT(round, 2.0 * (1.0 + 1.28 / 3.5));
-  // The ratio is between that of independent springs, 49 columns over 81, and that of the half
-  // space.
+  // The ratio of round to square is between two limits: independent springs under 49 and 81 columns
+  // of nodes, and the half space.
   EXPECT_GT(round / square, 49.0 / 81.0);
   EXPECT_LT(round / square, 2.0 / 2.31);
 }
 
 TEST(RoundBody, StopsMaterialThatMovesTowardsItsAxisOnly)
 {
-  // Dust flows past a smooth cylinder: in front of it the dust is stopped, behind it the dust is
-  // not.
+  // Dust flows past a smooth cylinder. The cylinder stops the dust in front of it, but not the dust
+  // behind it.
   const double radius = 3.0, centre = 6.0;
   for (const double angle : {0.0, 0.25 * 3.14159265358979323846}) {
     mpm_test::SceneOf<3> scene;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Exchange buffers between the GPUs of ranks. Each rank is a stream of one GPU here, and their
-// kernels run at the same time and synchronise.
+// Exchange buffers between the GPUs of ranks. In this test each rank is a stream of the same GPU.
+// The kernels of all ranks run at the same time and synchronise.
 
 #include "cuda/device_buffer.cuh"
 #include "mpm/cuda_rank_exchange.cuh"
@@ -119,8 +119,8 @@ TEST_F(RankMailTest, SumsAreThoseOfTheSentNumbers)
   }
 }
 
-// A rank that needs the host repeats its passes: kernels that are cancelled write nothing, and the
-// others wait.
+// The kernels of a rank that needs the host are cancelled and write nothing. The rank repeats its
+// passes later, and the kernels of the other ranks wait for it.
 TEST_F(RankMailTest, CancelledRankSynchronisesLater)
 {
   HostBuffer<double> numbers;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A rank stores a part of the grid: nodes around its points, for any size of the grid, with the
-// same bits as on a small grid.
+// Each rank stores only the nodes around its points, for any size of the grid. The results must be
+// bitwise equal to those on a small grid.
 
 #include "scene.h"
 
@@ -43,8 +43,8 @@ template <int D> Vec<D> corner(double x, double between, double top)
   return place;
 }
 
-/// Ground on a fixed bottom under a surcharge, a footing that is pressed into it, a ball that falls
-/// on it, and a block that flies over several cells, so that the stored part changes in the run.
+/// Ground under a surcharge on a fixed bottom. A footing is pressed into it, and a ball falls on
+/// it. A block flies over several cells, so that the stored part of the grid changes in the run.
 template <int D> struct Analysis {
   SceneOf<D> scene;
   mpm::SolverOptions<D> options;
@@ -52,7 +52,8 @@ template <int D> struct Analysis {
 
   Analysis(const Method &method, bool is_large)
   {
-    // The grids have 40,000 x 40,000 cells, and 40,000 x 400 x 400 in space: 1.6e9 and 6.4e9 nodes.
+    // The large grid has 40,000 x 40,000 cells in the plane and 40,000 x 400 x 400 in space: 1.6e9
+    // and 6.4e9 nodes.
     const double far = D == 2 ? 5000.0 : 50.0;
     options = is_large
         ? mpm_test::grid_options_of<D>(corner<D>(0.0, 0.0, 0.0), corner<D>(5000.0, far, far), CELL)
@@ -96,7 +97,7 @@ template <int D> struct Analysis {
     return std::min(ranks - 1, static_cast<int>((x - MIDDLE) / WIDTH * ranks));
   }
 
-  /// Returns the points of each rank in adjacent slabs.
+  /// Returns the points of each rank. The ranks have adjacent slabs.
   std::vector<std::vector<int>> divided(int ranks) const
   {
     std::vector<std::vector<int>> mine(ranks);
@@ -158,7 +159,8 @@ Outcome run(const Analysis<D> &analysis, SceneOf<D> points, int steps,
   return outcome;
 }
 
-/// Runs the analysis on several ranks and finds the largest number of nodes on each.
+/// Runs the analysis on several ranks. Sets `held` to the largest number of nodes that each rank
+/// stores.
 template <int D>
 Outcome run_on(int ranks, const Analysis<D> &analysis, int steps, std::vector<int> &held)
 {
@@ -178,8 +180,9 @@ Outcome run_on(int ranks, const Analysis<D> &analysis, int steps, std::vector<in
   return all;
 }
 
-/// Returns the number of nodes of a box of cells with points and its margins for weights, loads and
-/// three steps: on each side 3 nodes for the points, 3 for bodies, and 1 for the motion of points.
+/// Returns the number of nodes of a box of cells with points, including its margins. On each side,
+/// the margin has 3 nodes for the points, 3 for bodies, and 1 for the motion of points in three
+/// steps.
 double nodes_around(const std::vector<double> &cells)
 {
   double nodes = 1.0;
@@ -223,8 +226,8 @@ TEST(RankPart, OfAnEnormousGridHasTheBitsOfASmallOneInSpace)
   expect_same_bits_as_on_a_small_grid<3>({}, 60);
 }
 
-/// The rounding of the ends of boxes that follow the deformation depends on their position. Runs on
-/// the large grid are therefore compared with each other, not with runs on the small one.
+/// If boxes follow the deformation, the rounding of their ends depends on their position. Runs on
+/// the large grid are therefore compared with each other and not with runs on the small one.
 TEST(RankPart, HoldsBoxesThatFollowTheDeformation)
 {
   const Analysis<2> analysis({mpm::Scheme::Musl, ShapeFunction::Cpgimp, true}, true);

@@ -235,8 +235,8 @@ TEST(RigidBody, WithoutPointsIsRefused)
 namespace {
 
 /// Ground below a plate that is pressed into it, next to a plate at rest. The pressed plate
-/// consists of `parts` bodies, 1 or 2 in the plane and 1 or 4 in space, with names in the given
-/// order.
+/// consists of `parts` bodies: 1 or 2 in the plane, 1 or 4 in space. `is_reversed` reverses their
+/// order in the script, but not that of their names.
 template <int D> struct PlateOnGround {
   static constexpr double PRESS_SPEED = 0.5;
   mpm_test::SceneOf<D> scene;
@@ -282,7 +282,7 @@ template <int D> struct PlateOnGround {
       body.separation = separation;
       body.form = form;
     }
-    // The names and not the order in the script determine the order in which impulses are added.
+    // Impulses are added in the order of the names of the bodies, not in their order in the script.
     options.rigid_body_names.resize(bodies);
     for (int body = 0; body < bodies; ++body)
       options.rigid_body_names[number(body)] = std::string(1, static_cast<char>('a' + body));
@@ -316,8 +316,8 @@ template <int D> struct PlateOnGround {
   }
 };
 
-/// Expects that a plate in parts has the load of one plate while it passes two rows of nodes next
-/// to another plate.
+/// Expects that a plate made of several bodies has the load of a plate made of one. The plate
+/// passes two rows of nodes next to a plate at rest.
 template <int D> void expect_parts_bear_what_the_whole_bears(bool rough, bool separation)
 {
   const int steps = D == 2 ? 500 : 100, parts = D == 2 ? 2 : 4;    // 1.25 cells
@@ -482,9 +482,10 @@ TEST(BodiesOnTheSameNodes, LoadOfATrapdoorHasNoJumpInOneAndAHalfCells)
   }
 
   EXPECT_EQ(of_order[0], of_order[1]) << "to the last bit";
-  // The active state is reached after 0.2 cells; then the load is constant except for waves. Points
-  // that enter a cell and faces that pass a row disturb one of the eight points on the door, each
-  // of which bears an eighth of the load. The limit of a quarter of the load is twice that.
+  // The active state is reached after 0.2 cells. Then the load is constant except for waves. Each
+  // of the eight points on the door bears an eighth of the load. A point that enters a cell or a
+  // face that passes a row disturbs one of them. The limit of a quarter of the load is twice this
+  // disturbance.
   const std::vector<double> &load = of_order[0];
   const std::size_t first = load.size() / 5;
   double mean = 0.0;

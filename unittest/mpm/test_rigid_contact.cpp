@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rigid bodies that rotate or that forces move: geometry, motion, contact and exchange of momentum.
+// Rigid bodies that rotate or are moved by forces: geometry, motion, contact and exchange of
+// momentum.
 
 #include "turning_bodies.h"
 
@@ -176,8 +177,8 @@ TEST(RigidShape, PolygonOfManySidesIsADisk)
 
 namespace {
 
-/// Expects that material enclosed by a rough body moves with it, for the given rates of the body
-/// about a point other than its centre.
+/// Expects that material enclosed by a rough body moves with it. The body has the given rates about
+/// a pivot that is not its centre.
 template <int D> void expect_enclosed_material_moves_with_body(const double *rates)
 {
   mpm::SolverOptions<D> options =
@@ -293,8 +294,9 @@ TEST(TurningBody, FullWidthBoxAgreesWithABodyWithAFace)
 
 namespace {
 
-/// Expects the settlement of a free body of the layer's width: M g = E_c A ln(H / (H - u)) for ν =
-/// 0 (Hughes-Winget in one dimension).
+/// Expects the settlement u of a free body of mass M that is as wide as its layer of height H and
+/// area A: M g = E A ln(H/(H - u)). This is the law of Hughes and Winget in one dimension, with ν =
+/// 0.
 template <int D> void expect_settlement(double density)
 {
   BodyOnLayer<D> set(0.4, 0.8, 0.6);
@@ -553,8 +555,8 @@ TEST(FreeBody, FallsFreelyAndPrecessesWithoutContact)
 
 TEST(FreeBody, HingedAtItsFootOscillatesLikeAPhysicalPendulum)
 {
-  // A rod hangs from a pivot at its upper end: small oscillations have the period 2π sqrt(I / m g
-  // d).
+  // A rod hangs from a pivot at its upper end. Its small oscillations have the period 2π sqrt(I/(m
+  // g d)), with the moment of inertia I about the pivot and the distance d of the centre from it.
   SceneOf<2> scene;
   scene.add(0.2, 0.2, {{0.05, 0.05}}, DENSITY);
   scene.add_block({{0.7, 0.4}}, {{0.8, 1.2}}, 0.05, DENSITY);
@@ -691,7 +693,8 @@ TEST(ConvexBody, PolygonOf24SidesHasTheForceOfADisk)
   const double round = disk.force_at(speed, steps)[1];
   const double flat = polygon.force_at(speed, steps)[1];
 
-  // This is the largest depth of the polygon inside the circle; the force increases with the depth.
+  // The sides of the polygon are inside the circle by at most this length. The force increases with
+  // the depth, so it differs by at most the share inside/depth.
   const double inside = radius * (1.0 - std::cos(pi / 24));
   EXPECT_GT(round, 1e4);
   EXPECT_NEAR(flat, round, inside / depth * round);

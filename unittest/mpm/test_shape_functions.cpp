@@ -13,8 +13,8 @@ namespace {
 constexpr int CELLS = 7;
 constexpr double ROUND_OFF = 1e-14;    // a few operations on numbers of order 10
 
-/// Returns nodes, cell centres, positions half a GIMP box away from them, floating-point neighbours
-/// of these, and positions between.
+/// Returns positions in cells: multiples of 1/40, which include nodes, cell centres and positions
+/// half a GIMP box away from them, and the floating-point neighbours of nodes.
 std::vector<double> places()
 {
   std::vector<double> result;

@@ -37,8 +37,8 @@ mpm::Grid<2> grid_of(const mpm::SolverOptions<2> &options)
   return {options.lo, options.hi, options.cell_size};
 }
 
-/// Returns the nodes on which one point puts mass, or tractions on its four faces put force, found
-/// by the solver.
+/// Returns the nodes that get mass from one point or force from tractions on its four faces, as
+/// found by the solver.
 std::set<int> reached_nodes(Scene scene, ShapeFunction shape)
 {
   MpmSolver solver(options_for(shape));
@@ -69,8 +69,8 @@ std::vector<double> places(int cells)
   return list;
 }
 
-/// Returns the indices in the whole grid of the nodes whose sums each rank shares, and checks that
-/// sent and received nodes match.
+/// Returns, for each rank, the nodes whose sums it shares, as indices in the whole grid. Checks
+/// that sent and received nodes match.
 std::vector<std::set<int>> shared_nodes(const mpm::Grid<2> &grid, const std::vector<Scene> &points,
                                         const std::vector<mpm::RigidBodyOptions> &bodies = {})
 {
@@ -146,7 +146,7 @@ TEST(SharedNodes, BoxHoldsAllNodesOfAPointAndItsLoads)
 
 TEST(SharedNodes, BoxOfTheLargestPointHoldsThoseOfAllPoints)
 {
-  // Only a device has the deformation.
+  // If only a device has the deformation, the box follows from the largest half size of all points.
   const mpm::Grid<2> grid({{0.0, 0.0}}, {{60 * H, 60 * H}}, H);
   Scene scene = points_at({{{20.3 * H, 25.1 * H}}, {{27.5 * H, 30.9 * H}}, {{0.2 * H, 28.0 * H}}});
   scene.deformation_gradient = {

@@ -27,7 +27,7 @@ class FakeRequest final : public rve::Request {
   StressesAre wait() override { return where; }
 };
 
-/// Stores the points of its updates. On a device it plans all of them.
+/// Stores the points of its updates on the host. plan() accepts any points for a device.
 class CountingLaw final : public Constitutive<2> {
  public:
   void update(int count, const int *point_index, const Tensor<2> *, double, Tensor<2> *,
@@ -118,7 +118,8 @@ TEST(StressUpdate, BringsAllStressesToTheHostIfOneLawNeedsIt)
   EXPECT_EQ(other.copies, 0);
 }
 
-/// The host updates a law whose request is refused, and does not update the one that already runs.
+/// If a device refuses the request of one law, the host updates this law but not the law that the
+/// device already runs.
 TEST(StressUpdate, HostUpdatesLawsThatTheDeviceRefuses)
 {
   CountingLaw accepted, refused;

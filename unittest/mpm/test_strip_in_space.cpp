@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A strip footing on Tresca ground, which must keep its volume: a slice of space with eight points
-// per cell.
+// A strip footing on Tresca ground, which must keep its volume under plastic flow. The model is a
+// slice of space with eight points per cell.
 
 #include "scene.h"
 
@@ -68,8 +68,9 @@ Capacity capacity_of_strip(int half, int points_along_cell, bool mean_dilation)
 
 TEST(TrescaStripInSpace, LocksWithEightPointsPerCellUnlessMeanDilationIsUsed)
 {
-  // (2 + π) c (Prandtl). A footing that holds the nodes of its edge acts as if it were half a cell
-  // wider. With twice as many cells the factor is 6.16 with locking and 5.71 with mean dilation.
+  // The capacity is (2 + π) c (Prandtl). A footing that holds the nodes of its edge acts as if it
+  // were half a cell wider. With twice as many cells the factor is 6.16 with locking and 5.71 with
+  // mean dilation.
   constexpr int HALF = 4;
   const double prandtl = 2.0 + 3.14159265358979323846, wider = 1.0 + 0.5 / HALF;
   const Capacity one = capacity_of_strip(HALF, 1, false),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// A traction on the free face of the points balances a uniform stress at every node, for any number
-// of points per cell; a pressure follows the face.
+// Tractions and pressures on faces of points. A traction on the free face balances a uniform stress
+// at every node, for any number of points per cell. A pressure follows the deformation of its face.
 
 #include "scene.h"
 

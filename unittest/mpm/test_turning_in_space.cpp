@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
-// Rotating bodies in space against closed forms: inclines, a wall that rotates about its foot, and
-// footings that are pressed by forces.
+// Rotating bodies in space against closed forms: blocks on inclines, a wall that rotates about its
+// foot, and footings that are pressed by forces.
 
 #include "turning_bodies.h"
 
@@ -182,8 +182,8 @@ TEST(DrivenBlockInSpace, SlidesDownAnInclineInAnyDirectionByCoulombFriction)
     const Vec3 sticks = acceleration_on_layer(form, 0.6, slope, along, 0.0, 0.3);
     printf("driven block: %.4f (%.4f), sticks %.3f of %.3f\n", dot(slides, along),
            down - 0.2 * (weight + slides[2]), dot(sticks, along), down);
-    // The block still oscillates vertically: the normal force is that of its weight and its
-    // acceleration.
+    // The block still oscillates vertically, so that its normal force is its weight plus its mass
+    // times the vertical acceleration.
     EXPECT_NEAR(dot(slides, along), down - 0.2 * (weight + slides[2]), 1e-3 * down);
     EXPECT_NEAR(dot(slides, aside), 0.0, 1e-3 * down);
     EXPECT_NEAR(dot(sticks, along), 0.0, 0.05 * down)
@@ -194,9 +194,9 @@ TEST(DrivenBlockInSpace, SlidesDownAnInclineInAnyDirectionByCoulombFriction)
 
 namespace {
 
-/// A wall that rotates about its foot, a line through `origin` along an axis of the grid, and
-/// compresses the end of an elastic bar between two smooth walls. The other end is on a plane of
-/// symmetry; top and bottom are free.
+/// A wall that rotates about its foot and compresses the end of an elastic bar between two smooth
+/// walls. The foot is a line through `origin` along an axis of the grid. The other end of the bar
+/// is on a plane of symmetry; its top and bottom are free.
 struct WallThatTurns {
   static constexpr double LENGTH = 1.0, HEIGHT = 1.0, YOUNG = 1e6, ANGLE = 1e-3;
   double moment, force, work, energy;    ///< ratios to the closed form
@@ -267,8 +267,9 @@ struct WallThatTurns {
 TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABentBar)
 {
   // For ν = 0 bending is exact. The wall rotates by θ about the edge of the bar's end, so that ε =
-  // θ z/L, σ = E θ z/L, without shear. Then F = E θ b H²/2L, M = E θ b H³/3L about the foot, and
-  // the work of the wall, M θ/2, is the energy of the bar.
+  // θ z/L and σ = E θ z/L, without shear. With the width b, the height H and the length L of the
+  // bar, the force is F = E θ b H²/(2L), and the moment about the foot is M = E θ b H³/(3L). The
+  // work of the wall, M θ/2, is the energy of the bar.
   const WallThatTurns coarse(5, 1, BodyForm::Box), fine(10, 1, BodyForm::Box);
   for (const WallThatTurns *wall : {&coarse, &fine}) {
     printf("wall that turns: moment %.4f, force %.4f, work %.4f, energy %.4f of the closed form\n",
@@ -293,10 +294,10 @@ TEST(WallThatTurnsAboutItsFoot, HasTheMomentOfABentBar)
 
 namespace {
 
-/// Water in front of a smooth wall that is inclined by `slope` about its foot, away from the water.
-/// The members are ratios to the closed form: the horizontal force over γ b H²/2, the vertical
-/// force (downwards on the wall) over tan(slope) γ b H²/2, and the moment about the foot over γ b
-/// H³/(6 cos²(slope)).
+/// Water in front of a smooth wall, which is inclined by `slope` about its foot, away from the
+/// water. The members are ratios to the closed form, with the specific weight γ, the width b and
+/// the depth H of the water. The horizontal force is γ b H²/2, the vertical force (downwards on the
+/// wall) tan(slope) γ b H²/2, and the moment about the foot γ b H³/(6 cos²(slope)).
 struct WaterBehindWall {
   double across, upwards, moment;
 
@@ -365,8 +366,8 @@ TEST(InclinedWall, HasTheForceAndTheMomentOfWaterAboutItsFoot)
   EXPECT_NEAR(coarse.across, 1.0, 0.01);
   EXPECT_NEAR(fine.across, 1.0, 0.01);
   EXPECT_NEAR(fine.moment, 1.0, 0.01) << "2.4 % with half as many cells";
-  // On the lowest nodes the side holds a part of the wall's load: a cell under the full pressure
-  // instead of half a cell.
+  // At the lowest nodes, the lower side holds a part of the wall's load: that of a cell under the
+  // full pressure instead of half a cell.
   for (const auto &[wall, cells] : {std::pair(&coarse, 6), {&fine, 12}}) {
     EXPECT_LT(wall->upwards, 1.0);
     EXPECT_GT(wall->upwards, 1.0 - 1.1 / cells);
@@ -430,10 +431,10 @@ struct PressedFooting {
 
 TEST(PressedFooting, SettlesAndTiltsUnderAnEccentricForce)
 {
-  // On a half space a square has F (1 - ν²)/(E a u) = 2.31 and M (1 - ν²)/(E a³ θ) = 2.0 (Pais &
-  // Kausel 1988). On ground of the depth d these increase by the factors 1 + 1.28 a/d and 1 + 0.17
-  // a/d (for a circle: Kausel 1974). A line of nodes touches the footing if it is more than a
-  // quarter of a cell inside its edge.
+  // On a half space a square has F (1 - ν²)/(E a u) = 2.31 and M (1 - ν²)/(E a³ θ) = 2.0, with the
+  // half width a, the settlement u and the rotation θ (Pais & Kausel 1988). On ground of the depth
+  // d these increase by the factors 1 + 1.28 a/d and 1 + 0.17 a/d (for a circle: Kausel 1974). A
+  // line of nodes touches the footing if it is more than a quarter of a cell inside its edge.
   const double half = 3.26;
   const PressedFooting square(BodyForm::Box, half, 600);
   printf("square footing: force %.5f, moment %.5f, ground %.4f, vertical %.3f, rocking %.3f\n",

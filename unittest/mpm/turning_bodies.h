@@ -38,8 +38,8 @@ template <int D> Vec<D> corner(double across, double height)
   return place;
 }
 
-/// A layer that fills a box with rollers on its sides and a fixed or smooth bottom, and a body of
-/// points on it.
+/// A layer with a body of points on it. The layer fills a box with rollers on its sides and a fixed
+/// or smooth bottom.
 template <int D> struct BodyOnLayer {
   SceneOf<D> scene;
   mpm::LinearElastic<D> law{YOUNG, 0.3};
@@ -97,8 +97,8 @@ template <int D> struct RankOutcome {
   std::vector<double> numbers;
 };
 
-/// A frictional ball or box that is moved by forces, spinning and tilted, and falls on ground with
-/// an inclined rough wall, which rotates.
+/// A tilted and spinning ball or box with friction that falls on ground and is moved by forces. The
+/// ground has an inclined rough wall, which rotates.
 template <int D> struct TwoBodies {
   SceneOf<D> scene;
   mpm::SolverOptions<D> options;
